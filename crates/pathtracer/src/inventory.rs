@@ -4,8 +4,8 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use pt_core::{CompileError, CompileOptions, Settings};
-use pt_scene::medium::{Emission, Matter, PlacedGrid, Volume};
-use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, Source, framing};
+use pt_scene::medium::{MediumEmission, MediumProperties, PlacedGrid, Volume};
+use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, SourceFile, framing};
 use serde::Serialize;
 
 use crate::{BuildOptions, Builder, Session, memory};
@@ -93,7 +93,7 @@ impl Inventory {
     ///
     /// # Errors
     /// If it cannot be rendered.
-    pub fn of(scene: &Scene, sources: &[Source]) -> Result<Self, CompileError> {
+    pub fn of(scene: &Scene, sources: &[SourceFile]) -> Result<Self, CompileError> {
         let session = compiled(scene)?;
         let item = |name: &str, kind: &str| Item { name: name.to_owned(), kind: kind.to_owned() };
         let files = sources.iter().map(|s| item(&s.path.display().to_string(), &s.hash));
@@ -209,25 +209,25 @@ fn grids(scene: &Scene) -> u64 {
     };
     let mut sum = 0;
     for medium in &scene.media {
-        let Matter::Heterogeneous(matter) = &medium.matter else { continue };
+        let MediumProperties::Heterogeneous(matter) = &medium.matter else { continue };
         sum += bytes(&matter.extinction);
         if let Volume::Grid(albedo) = &matter.albedo {
             sum += bytes(albedo);
         }
         sum += match &matter.emission {
-            Emission::Constant(_) => 0,
-            Emission::Grid(placed) => bytes(placed),
-            Emission::BlackBody(heat) => bytes(&heat.temperature),
+            MediumEmission::Constant(_) => 0,
+            MediumEmission::Grid(placed) => bytes(placed),
+            MediumEmission::BlackBody(heat) => bytes(&heat.temperature),
         };
     }
     sum
 }
 
-fn kind_of_matter(matter: &Matter) -> &'static str {
+fn kind_of_matter(matter: &MediumProperties) -> &'static str {
     match matter {
-        Matter::Homogeneous { .. } => "homogeneous",
-        Matter::Heterogeneous(_) => "heterogeneous",
-        Matter::Cloud(_) => "cloud",
+        MediumProperties::Homogeneous { .. } => "homogeneous",
+        MediumProperties::Heterogeneous(_) => "heterogeneous",
+        MediumProperties::Cloud(_) => "cloud",
     }
 }
 

@@ -53,13 +53,13 @@ pub use pt_cpu::{
 };
 pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
 pub use pt_scene::format::{
-    FORMATS, Limits, LoadOptions, Reading, SaveError, is_scene, load, load_with, read_with, save,
+    FORMATS, Limits, LoadOptions, LoadResult, SaveError, is_scene, load, load_with, read_with, save,
 };
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
-    Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, Fit, IesProfile, Light, LightKind,
-    LoadError, Meter, Moment, Place, Placement, Projection, Quantity, Rows, Scene, SkyLayout,
-    Source, Span, Warning,
+    Aperture, Camera, DaySpan, Daylight, Filter, Fit, IesProfile, Light, LightKind, LoadError,
+    Meter, Moment, Place, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
+    SourceFile, Span, Warning,
 };
 pub use pt_scene::{camera_file, file};
 pub use session::Session;
@@ -74,7 +74,7 @@ pub fn default_scene() -> Scene {
     let path = std::path::Path::new("cornell.dae");
     let mut scene = pt_scene::format::parse(bytes, path).expect("the embedded scene is valid");
     scene.settings =
-        FileSettings { resolution: Some([400, 400]), spp: Some(32), ..FileSettings::default() };
+        RenderHints { resolution: Some([400, 400]), spp: Some(32), ..RenderHints::default() };
     scene
 }
 

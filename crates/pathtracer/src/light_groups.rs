@@ -6,7 +6,7 @@ use pt_core::RenderScene;
 use pt_core::light::{AnyLight, LightSourceId};
 use pt_core::settings::LightGroups as Wanted;
 use pt_cpu::LightGroups;
-use pt_scene::spelling::alike;
+use pt_scene::spelling::suggestions;
 use pt_scene::texture::Input;
 use pt_scene::{Light, LightKind, Object, Scene};
 
@@ -120,7 +120,7 @@ fn unknown(name: &str, lights: &[(String, LightSourceId)]) -> String {
     const MAX_MEANT: usize = 3;
     let quote = |name: &str| format!("\"{name}\"");
     let names = || lights.iter().map(|(name, _)| name.as_str());
-    let meant = alike(name, names()).into_iter().take(MAX_MEANT).map(quote);
+    let meant = suggestions(name, names()).into_iter().take(MAX_MEANT).map(quote);
     let meant = match meant.collect::<Vec<_>>().join(" or ") {
         none if none.is_empty() => none,
         meant => format!(" (did you mean {meant}?)"),

@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
-    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, HALF_B_OFFSET,
-    INTEGRATORS, LoadOptions, MAX_REUSE, MAX_SPLIT, Region, Roulette, SamplerKind, Scene, Settings,
+    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, Filter, HALF_B_OFFSET, INTEGRATORS,
+    LoadOptions, MAX_REUSE, MAX_SPLIT, Region, RenderHints, Roulette, SamplerKind, Scene, Settings,
     aov, denoise, groups,
 };
 
@@ -296,7 +296,7 @@ const PLAN_BYTES: u64 = 64;
 /// What a pixel takes, with all that is kept of it and so many groups of lights.
 pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
     let mut kept = with_denoising(cli.aov.clone(), cli.denoise);
-    kept.extend(cli.opacity.channel(&cli.aov, &FileSettings::default(), cli.cs184));
+    kept.extend(cli.opacity.channel(&cli.aov, &RenderHints::default(), cli.cs184));
     kept.dedup();
     let besides = aov::bytes_per_pixel(&kept) + groups * groups::BYTES_PER_PIXEL;
     let of_film = PIXEL_BYTES + besides as u64;
@@ -489,7 +489,7 @@ impl Checked {
 
     /// Channels besides light: those of the command line, or else of the file if the image has room for them.
     /// With --denoise also what is needed for that.
-    fn aovs(&self, file: &FileSettings) -> Vec<Aov> {
+    fn aovs(&self, file: &RenderHints) -> Vec<Aov> {
         let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
         let asked = if self.leaves_channels_out(file) {
             Vec::new()
@@ -504,7 +504,7 @@ impl Checked {
     }
 
     /// Whether a file asks for channels for which the image has no room.
-    pub(crate) fn leaves_channels_out(&self, file: &FileSettings) -> bool {
+    pub(crate) fn leaves_channels_out(&self, file: &RenderHints) -> bool {
         file.aovs.iter().any(|name| *name != Aov::Alpha.name()) && !has_room_for_channels(&self.cli)
     }
 
@@ -521,7 +521,7 @@ impl Checked {
     /// If they are not in an image of this size.
     pub(crate) fn region(
         &self,
-        file: &FileSettings,
+        file: &RenderHints,
         [width, height]: [u32; 2],
     ) -> Result<Option<Region>, String> {
         let Some(&[x, y, dx, dy]) = self.cli.cell.as_deref() else {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use pathtracer::{LoadError, Reading, Span, Warning, inventory};
+use pathtracer::{LoadError, LoadResult, Span, Warning, inventory};
 use serde_json::{Value, json};
 
 use crate::commands::Check;
@@ -42,7 +42,7 @@ pub(crate) fn run(check: &Check) -> Result<ExitCode> {
 }
 
 impl Findings {
-    fn of(reading: Reading) -> Self {
+    fn of(reading: LoadResult) -> Self {
         let told = |list: Vec<Warning>| list.into_iter().map(|w| (Some(w.at), w.message)).collect();
         let mut notes: Vec<Finding> = told(reading.notes);
         let mut errors = Vec::new();

@@ -7,7 +7,9 @@ use anyhow::{Context, Result, bail, ensure};
 use pathtracer::film_file::{About, film_of_image};
 use pathtracer::keep::{Found, Keeper, differences, in_lines};
 use pathtracer::receipt::{Receipt, Run};
-use pathtracer::{Film, Observer, Outcome, ProgressUpdate, Session, Source, Statistics, Warning};
+use pathtracer::{
+    Film, Observer, Outcome, ProgressUpdate, Session, SourceFile, Statistics, Warning,
+};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
@@ -38,7 +40,7 @@ impl Keeping {
     pub(crate) fn begin(
         request: &Checked,
         session: &mut Session,
-        (sources, missing): (&[Source], &[Warning]),
+        (sources, missing): (&[SourceFile], &[Warning]),
         (threads, start): (usize, Instant),
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
@@ -276,7 +278,7 @@ fn texts(missing: &[Warning]) -> Vec<String> {
 }
 
 /// What the film of a render says about itself.
-fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
+fn about(request: &Checked, session: &Session, sources: &[SourceFile]) -> About {
     let of_scene = request.scene().and_then(|scene| scene.parent());
     let name = |path: &Path| {
         let inside = of_scene.and_then(|folder| path.strip_prefix(folder).ok());

@@ -1,7 +1,7 @@
 //! What the command line says of coverage, and of what is not seen directly.
 
 use clap::{Args, ValueEnum};
-use pathtracer::{Aov, FileSettings, Hidden};
+use pathtracer::{Aov, Hidden, RenderHints};
 
 /// What is written of coverage, and what is not seen directly.
 #[derive(Args, Debug, Clone, Default)]
@@ -36,7 +36,7 @@ pub(crate) enum Switch {
 impl Opacity {
     /// The channel of coverage, if the command line asks for it, by itself or among these channels; or, where that
     /// is silent, the file.
-    pub(crate) fn channel(&self, aov: &[Aov], file: &FileSettings, course: bool) -> Option<Aov> {
+    pub(crate) fn channel(&self, aov: &[Aov], file: &RenderHints, course: bool) -> Option<Aov> {
         let named = aov.contains(&Aov::Alpha) || file.aovs.contains(&Aov::Alpha.name());
         let is_wanted = self.alpha.map_or(named, |switch| switch == Switch::On);
         (is_wanted && !course).then_some(Aov::Alpha)

@@ -9,7 +9,7 @@ use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
     CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Registration, Scene, Session,
-    Settings, Source, Warning, camera_file,
+    Settings, SourceFile, Warning, camera_file,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -163,7 +163,7 @@ pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
     /// The files that were read.
-    sources: Vec<Source>,
+    sources: Vec<SourceFile>,
     /// Wall-clock time of reading files.
     load: Duration,
 }
@@ -199,7 +199,7 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(request: &Checked, sources: &mut Vec<Source>) -> Result<Scene> {
+fn load_scene(request: &Checked, sources: &mut Vec<SourceFile>) -> Result<Scene> {
     let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
     if request.cli.cs184 && !request.cli.quiet {
         course::input(path);
@@ -215,7 +215,7 @@ fn load_scene(request: &Checked, sources: &mut Vec<Source>) -> Result<Scene> {
 /// The environment map, and under `--cs184` the picture of its probabilities.
 fn load_environment(
     request: &Checked,
-    sources: &mut Vec<Source>,
+    sources: &mut Vec<SourceFile>,
 ) -> Result<Option<EnvironmentMap>> {
     let Some(path) = &request.cli.environment else { return Ok(None) };
     let course = request.cli.cs184;
@@ -225,7 +225,7 @@ fn load_environment(
     image::check_readable(path)?;
     let bytes = pathtracer::file::read(path)
         .with_context(|| format!("{}: cannot be read", path.display()))?;
-    sources.push(Source::of(path, &bytes));
+    sources.push(SourceFile::of(path, &bytes));
     let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {
         let debug = pathtracer::course::probability_debug(&map);
@@ -254,7 +254,7 @@ fn compile(
     request: &Checked,
     scene: &Scene,
     environment: Option<EnvironmentMap>,
-    sources: &mut Vec<Source>,
+    sources: &mut Vec<SourceFile>,
 ) -> Result<Session> {
     let cli = &request.cli;
     let read = cli.camera_file.as_deref().map(camera_file::load).transpose()?;

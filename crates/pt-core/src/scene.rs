@@ -63,7 +63,7 @@ pub struct RenderScene {
     /// Whether rays leave triangles with normals at their corners from the round shape that these
     /// belong to, and light is held to the plane across the shading normal there.
     pub smooth_shadows: bool,
-    /// See [`pt_scene::FileSettings::sides_by_shading_normal`].
+    /// See [`pt_scene::RenderHints::sides_by_shading_normal`].
     pub sides_by_shading_normal: bool,
     /// All that is not placed, in world coordinates.
     pub shapes: ShapeTables,

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::{Camera, Fit, LoadError, Placement, Projection, Source, Span};
+use crate::{Camera, Fit, LoadError, Placement, Projection, SourceFile, Span};
 
 /// What the numbers are called, for messages.
 const NAMES: [&str; 30] = [
@@ -53,11 +53,11 @@ const NAMES: [&str; 30] = [
 ///
 /// # Errors
 /// If the file cannot be read, or is not made of 30 finite numbers.
-pub fn load(path: &Path) -> Result<(Camera, Source), LoadError> {
+pub fn load(path: &Path) -> Result<(Camera, SourceFile), LoadError> {
     let bytes = crate::file::read(path)
         .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
     let camera = parse(&String::from_utf8_lossy(&bytes), path)?;
-    Ok((camera, Source::of(path, &bytes)))
+    Ok((camera, SourceFile::of(path, &bytes)))
 }
 
 /// Reads the text of a camera settings file; the path serves for messages.

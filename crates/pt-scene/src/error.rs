@@ -45,7 +45,7 @@ pub enum LoadError {
     Several(Vec<LoadError>),
     /// It follows from an error that was told already.
     #[error("this follows from another error")]
-    Told,
+    AlreadyReported,
 }
 
 impl LoadError {

@@ -12,7 +12,7 @@ pub struct Medium {
     /// Name in the file.
     pub name: String,
     /// How much light it takes away, and how much of that is scattered.
-    pub matter: Matter,
+    pub matter: MediumProperties,
     /// Where the scattered light goes.
     pub phase: Phase,
     /// Where it was written.
@@ -21,7 +21,7 @@ pub struct Medium {
 
 /// How dense a medium is, and where.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Matter {
+pub enum MediumProperties {
     /// The same everywhere.
     Homogeneous {
         /// Extinction σt per unit of length of the scene, per channel, at least 0 and finite: light is
@@ -39,12 +39,12 @@ pub enum Matter {
     Cloud(Box<Cloud>),
 }
 
-impl Matter {
+impl MediumProperties {
     /// Whether it emits light.
     pub fn glows(&self) -> bool {
         match self {
             Self::Homogeneous { emission, .. } => *emission != [0.0; 3],
-            Self::Heterogeneous(matter) => matter.emission != Emission::Constant([0.0; 3]),
+            Self::Heterogeneous(matter) => matter.emission != MediumEmission::Constant([0.0; 3]),
             Self::Cloud(_) => false,
         }
     }
@@ -61,12 +61,12 @@ pub struct Heterogeneous {
     pub albedo: Volume,
     /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; it emits σa Le per unit of
     /// length.
-    pub emission: Emission,
+    pub emission: MediumEmission,
 }
 
 /// The light that matter sends out.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Emission {
+pub enum MediumEmission {
     /// The same everywhere; at least 0.
     Constant([f32; 3]),
     /// By a grid of one channel, or of three, of numbers of at least 0.

@@ -25,7 +25,7 @@ pub struct Mesh {
     /// Values that have names.
     pub attributes: Attributes,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
-    pub parts: Vec<Part>,
+    pub submeshes: Vec<Submesh>,
 }
 
 impl Mesh {
@@ -44,7 +44,7 @@ impl Mesh {
             + attribute(self.colors.as_ref())
             + self.face_colors.as_deref().map_or(0, list)
             + self.attributes.all().map(|(_, values)| list(values)).sum::<u64>()
-            + list(&self.parts)
+            + list(&self.submeshes)
     }
 }
 
@@ -83,7 +83,7 @@ impl<T: Copy> Attribute<T> {
 
 /// Triangles that share a material slot of their object.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct Submesh {
     /// Which triangles.
     pub triangles: Range<u32>,
     /// Index into [`crate::Object::materials`].

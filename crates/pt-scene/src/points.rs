@@ -136,7 +136,7 @@ impl Points {
         }
         mesh.normals = Some(Attribute { values: normals, indices: None });
         mesh.colors = colors.map(|values| Attribute { values, indices: None });
-        mesh.parts = single_part(mesh.triangles.len());
+        mesh.submeshes = single_part(mesh.triangles.len());
         mesh
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 
 use crate::{
-    Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Placement, Points, Sides, Span,
+    Camera, Light, Material, Medium, Mesh, Motion, Placement, Points, RenderHints, Sides, Span,
     Warning,
 };
 
@@ -32,7 +32,7 @@ pub struct Scene {
     /// Lights that are not the glow of a material.
     pub lights: Vec<Light>,
     /// What the file asks for; whoever renders may overrule it.
-    pub settings: FileSettings,
+    pub settings: RenderHints,
     /// What the user should know about how the file was read.
     pub warnings: Vec<Warning>,
     /// Files that could not be used, where they are named, and what stands in for them: the picture is
@@ -91,7 +91,7 @@ impl Default for Scene {
             media: Vec::new(),
             objects: Vec::new(),
             lights: Vec::new(),
-            settings: FileSettings::default(),
+            settings: RenderHints::default(),
             warnings: Vec::new(),
             missing: Vec::new(),
         }

@@ -17,7 +17,7 @@ pub enum Hidden {
 
 /// What a file asks for; `None` where it is silent.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FileSettings {
+pub struct RenderHints {
     /// Width and height of the image in pixels.
     pub resolution: Option<[u32; 2]>,
     /// The only part of the image that is wanted: column and row of its upper left pixel, and its
@@ -45,7 +45,7 @@ pub struct FileSettings {
     pub hidden: Hidden,
 }
 
-impl FileSettings {
+impl RenderHints {
     /// The same part of an image of another size: each edge at the nearest border between two
     /// pixels, at least one pixel wide and high.
     pub fn crop_of(&self, size: [u32; 2]) -> Option<[u32; 4]> {
@@ -69,16 +69,16 @@ mod tests {
     #[test]
     fn a_crop_shows_the_same_part_at_any_size() {
         let crop = Some([20, 10, 40, 30]);
-        let file = FileSettings { resolution: Some([100, 50]), crop, ..FileSettings::default() };
+        let file = RenderHints { resolution: Some([100, 50]), crop, ..RenderHints::default() };
         assert_eq!(file.crop_of([100, 50]), crop);
         assert_eq!(file.crop_of([200, 100]), Some([40, 20, 80, 60]));
         assert_eq!(file.crop_of([10, 5]), Some([2, 1, 4, 3]));
         assert_eq!(file.crop_of([1, 1]), Some([0, 0, 1, 1]));
-        assert_eq!(FileSettings { crop: None, ..file }.crop_of([100, 50]), None);
-        let corner = FileSettings {
+        assert_eq!(RenderHints { crop: None, ..file }.crop_of([100, 50]), None);
+        let corner = RenderHints {
             resolution: Some([65_536; 2]),
             crop: Some([65_535, 65_535, 1, 1]),
-            ..FileSettings::default()
+            ..RenderHints::default()
         };
         assert_eq!(corner.crop_of([7, 1 << 20]), Some([6, 1_048_560, 1, 16]));
     }

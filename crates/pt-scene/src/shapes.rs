@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use pt_math::DVec3;
 
-use crate::{Attribute, Attributes, Mesh, Part};
+use crate::{Attribute, Attributes, Mesh, Submesh};
 
 pub use round::{cylinder, disk, sphere};
 
@@ -32,7 +32,7 @@ pub fn rectangle() -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts,
+        submeshes: parts,
     }
 }
 
@@ -73,7 +73,7 @@ pub fn cube() -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts,
+        submeshes: parts,
     }
 }
 
@@ -129,7 +129,7 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts,
+        submeshes: parts,
     }
 }
 
@@ -176,8 +176,8 @@ fn chebyshev(n: u32, x: f64) -> f64 {
 }
 
 /// The one part of a mesh whose triangles all use slot 0.
-pub(crate) fn single_part(triangles: usize) -> Vec<Part> {
-    vec![Part { triangles: 0..triangles as u32, slot: 0 }]
+pub(crate) fn single_part(triangles: usize) -> Vec<Submesh> {
+    vec![Submesh { triangles: 0..triangles as u32, slot: 0 }]
 }
 
 /// Adds a mesh to another one, if both have the same attributes for each vertex, and no colours; else false, and nothing is changed.
@@ -206,7 +206,7 @@ pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     to.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|i| first + i)));
     add(to.normals.as_mut(), mesh.normals.as_ref());
     add(to.uvs.as_mut(), mesh.uvs.as_ref());
-    to.parts = single_part(to.triangles.len());
+    to.submeshes = single_part(to.triangles.len());
     true
 }
 

@@ -8,14 +8,14 @@ use blake3::hazmat::{ChainingValue, Mode, merge_subtrees_non_root, merge_subtree
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct SourceFile {
     /// Its name, as it was asked for.
     pub path: PathBuf,
     /// The BLAKE3 hash of what it held, in hexadecimal digits.
     pub hash: String,
 }
 
-impl Source {
+impl SourceFile {
     /// A file that held these bytes.
     pub fn of(path: &Path, bytes: &[u8]) -> Self {
         let mut hasher = blake3::Hasher::new();
@@ -84,8 +84,8 @@ impl<'p> Large<'p> {
     }
 
     /// What the file held, from the hashes of all its parts.
-    pub(crate) fn source(&self, parts: &[PartHash]) -> Source {
-        Source { path: self.path.to_owned(), hash: root(parts).to_hex().to_string() }
+    pub(crate) fn source(&self, parts: &[PartHash]) -> SourceFile {
+        SourceFile { path: self.path.to_owned(), hash: root(parts).to_hex().to_string() }
     }
 }
 
@@ -95,7 +95,7 @@ impl<'p> Large<'p> {
 /// # Errors
 /// Those of [`crate::file::read`].
 #[cfg(all(unix, target_pointer_width = "64"))]
-pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, Source)> {
+pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     use rayon::prelude::*;
 
     let Some(file) = Large::open(path)? else { return read_whole(path) };
@@ -140,13 +140,13 @@ fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
 /// # Errors
 /// Those of [`crate::file::read`].
 #[cfg(not(all(unix, target_pointer_width = "64")))]
-pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, Source)> {
+pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     read_whole(path)
 }
 
-fn read_whole(path: &Path) -> io::Result<(Vec<u8>, Source)> {
+fn read_whole(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     let bytes = crate::file::read(path)?;
-    let source = Source::of(path, &bytes);
+    let source = SourceFile::of(path, &bytes);
     Ok((bytes, source))
 }
 
@@ -165,7 +165,7 @@ mod tests {
             let (bytes, source) = read(&path).expect("it is there");
             assert!(bytes == written);
             assert_eq!(source.hash, blake3::hash(written).to_hex().as_str());
-            assert_eq!(source, Source::of(&path, &bytes));
+            assert_eq!(source, SourceFile::of(&path, &bytes));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Names that were perhaps meant.
 
 /// Those names that differ little from what was written, the closest ones first. Of very many, the first ones are compared.
-pub fn alike<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Vec<&'c str> {
+pub fn suggestions<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Vec<&'c str> {
     const LONGEST: usize = 64; // comparing takes the product of the lengths
     const MAX_COMPARED: usize = 10_000;
     let tolerance = 1 + written.len() / 4;
@@ -54,8 +54,8 @@ mod tests {
     #[test]
     fn names_that_are_alike_come_in_the_order_of_their_distances() {
         let names = ["wall", "ball", "hall of mirrors", "bald"];
-        assert_eq!(alike("bal", names.into_iter()), ["bald", "ball"]);
-        assert_eq!(alike("walls", names.into_iter()), ["wall", "ball"]);
-        assert_eq!(alike("roof", names.into_iter()), [""; 0]);
+        assert_eq!(suggestions("bal", names.into_iter()), ["bald", "ball"]);
+        assert_eq!(suggestions("walls", names.into_iter()), ["wall", "ball"]);
+        assert_eq!(suggestions("roof", names.into_iter()), [""; 0]);
     }
 }

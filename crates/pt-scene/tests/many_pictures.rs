@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use pt_scene::format::{Limits, LoadOptions, Reading, read_with};
+use pt_scene::format::{Limits, LoadOptions, LoadResult, read_with};
 use pt_scene::image::{Image, SaveOptions, save};
 
 /// How many pictures a scene has. Number 7 is missing, and number 11 is none.
@@ -78,7 +78,7 @@ fn scene(ending: &str) -> String {
     }
 }
 
-fn read(path: &Path, memory: Option<u64>) -> Reading {
+fn read(path: &Path, memory: Option<u64>) -> LoadResult {
     let limits = Limits { memory, ..Limits::default() };
     read_with(path, &LoadOptions { limits, ..LoadOptions::default() })
 }

@@ -30,7 +30,7 @@ use materials::ROUGH;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::format::{LoadOptions, load_with};
 use pt_scene::material::{Black, Conductor, Glass, Matte, Roughness};
-use pt_scene::{Color, FileSettings, Filter, Geometry, Hidden, Material, Mesh, Scene, Surface};
+use pt_scene::{Color, Filter, Geometry, Hidden, Material, Mesh, RenderHints, Scene, Surface};
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -227,7 +227,7 @@ fn a_spectrum_is_white_where_it_is_emitted_and_grey_elsewhere() {
 fn one_of_each_kind_of_object() {
     let scene = good("objects.xml");
     assert_eq!(scene.name, "objects");
-    let settings = FileSettings {
+    let settings = RenderHints {
         resolution: Some([64, 48]),
         crop: None,
         spp: Some(16),
@@ -304,7 +304,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
         common::check_invariants(&scene);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         assert_eq!((scene.objects.len(), scene.lights.len()), (objects, lights), "{name}");
-        let settings = FileSettings {
+        let settings = RenderHints {
             resolution: Some([128, 128]),
             crop: None,
             spp: Some(64),

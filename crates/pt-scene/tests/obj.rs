@@ -35,7 +35,7 @@ fn material<'s>(scene: &'s Scene, name: &str) -> &'s Material {
 fn runs(scene: &Scene) -> Vec<(u32, Option<&str>)> {
     let name = |index: u32| scene.materials[index as usize].name.as_str();
     let material = |slot: u32| scene.objects[0].materials[slot as usize].map(name);
-    mesh(scene).parts.iter().map(|p| (p.triangles.start, material(p.slot))).collect()
+    mesh(scene).submeshes.iter().map(|p| (p.triangles.start, material(p.slot))).collect()
 }
 
 fn bitmap(texture: &Texture) -> &Bitmap {
@@ -123,7 +123,7 @@ fn faces_have_the_material_that_is_named_last() {
     let first = ["matte", "glossy", "flat"].map(Some);
     assert_eq!(runs[..3], [(0, first[0]), (2, first[1]), (4, first[2])]);
     assert_eq!(runs[9], (18, Some("matte")), "the same slot again");
-    assert_eq!(mesh(&scene).parts[9].slot, 0);
+    assert_eq!(mesh(&scene).submeshes[9].slot, 0);
     assert_eq!(scene.objects[0].materials.len(), 9);
 }
 
@@ -316,7 +316,7 @@ fn meshes_in_scenes_of_mitsuba_have_no_materials_of_their_own() {
     let text = "<scene version=\"3.0.0\"><shape type=\"obj\"><string name=\"filename\" value=\"two_libraries.obj\"/></shape></scene>";
     let scene = parse(text.as_bytes(), &folder("obj").join("good/a.xml")).expect("a scene");
     assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
-    assert_eq!(mesh(&scene).parts.len(), 1);
+    assert_eq!(mesh(&scene).submeshes.len(), 1);
 }
 
 /// Files of materials with damage, read through the scene that names them.

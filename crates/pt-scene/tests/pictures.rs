@@ -6,7 +6,8 @@ use std::path::Path;
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use pt_scene::image::{
-    Image, Numbers, SaveOptions, Transfer, decode, decode_as, load, load_raw, load_rgba_raw, save,
+    Image, PixelEncoding, SaveOptions, Transfer, decode, decode_as, load, load_raw, load_rgba_raw,
+    save,
 };
 
 fn read(bytes: &[u8], name: &str) -> Image {
@@ -14,7 +15,7 @@ fn read(bytes: &[u8], name: &str) -> Image {
 }
 
 fn stored(bytes: &[u8], name: &str) -> Image {
-    let decoded = decode_as(bytes, Path::new(name), Numbers::Stored);
+    let decoded = decode_as(bytes, Path::new(name), PixelEncoding::Stored);
     decoded.unwrap_or_else(|error| panic!("{error}")).image
 }
 
@@ -433,7 +434,7 @@ fn exr_files_may_have_opacity() {
     let image = exr::image::Image::from_channels((2, 1), channels);
     let mut bytes = Cursor::new(Vec::new());
     image.write().non_parallel().to_buffered(&mut bytes).unwrap();
-    let decoded = decode_as(bytes.get_ref(), std::path::Path::new("a.exr"), Numbers::Stored);
+    let decoded = decode_as(bytes.get_ref(), std::path::Path::new("a.exr"), PixelEncoding::Stored);
     let decoded = decoded.unwrap();
     assert_eq!(decoded.image.pixels, [[0.5, 0.25, 0.125]; 2]);
     assert_eq!(decoded.alpha, Some(vec![0.0, 1.0]));

@@ -89,7 +89,7 @@ impl<'a> Names<'a> {
     /// The material of a triangle of an object, or of a sphere.
     fn material(&self, object: &Object, triangle: u32) -> Option<String> {
         let parts = match &object.geometry {
-            Geometry::Mesh(mesh) => &mesh.parts[..],
+            Geometry::Mesh(mesh) => &mesh.submeshes[..],
             Geometry::Sphere { .. } | Geometry::Points { .. } => &[],
         };
         let part = parts.iter().find(|part| part.triangles.contains(&triangle));

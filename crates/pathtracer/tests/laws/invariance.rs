@@ -112,9 +112,9 @@ fn a_hardly_stretched_sphere_is_a_sphere() {
 #[test]
 fn parts_are_objects() {
     let mut two_faced = shapes::rectangle();
-    two_faced.parts = vec![
-        pt_scene::Part { triangles: 0..1, slot: 0 },
-        pt_scene::Part { triangles: 1..2, slot: 1 },
+    two_faced.submeshes = vec![
+        pt_scene::Submesh { triangles: 0..1, slot: 0 },
+        pt_scene::Submesh { triangles: 1..2, slot: 1 },
     ];
     let place = facing(DVec3::ZERO, DVec3::Z, 1.0);
     let view = || camera(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, [40.0, 32.0]);
@@ -131,7 +131,7 @@ fn parts_are_objects() {
         let mut mesh = shapes::rectangle();
         mesh.triangles = vec![mesh.triangles[i]];
         mesh.uvs = None;
-        mesh.parts.clear();
+        mesh.submeshes.clear();
         object.geometry = Geometry::Mesh(Arc::new(mesh));
     }
     assert_agree(&film(&whole, 0), &film(&split, 0), 1e-4, "parts and objects");

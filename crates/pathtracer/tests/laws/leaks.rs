@@ -19,8 +19,8 @@ const PLACES: [f64; 4] = [0.0, 1.0, 30.0, 1000.0];
 const POINTS: usize = 300;
 
 fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
-    let parts = vec![pt_scene::Part { triangles: 0..triangles.len() as u32, slot: 0 }];
-    Mesh { positions, triangles, parts, ..Mesh::default() }
+    let parts = vec![pt_scene::Submesh { triangles: 0..triangles.len() as u32, slot: 0 }];
+    Mesh { positions, triangles, submeshes: parts, ..Mesh::default() }
 }
 
 /// A prism two of whose walls, which have two triangles each, meet at an angle.

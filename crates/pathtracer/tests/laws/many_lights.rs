@@ -3,7 +3,7 @@
 use pathtracer::{CompileOptions, DirectLight, Film, Scene, Settings};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Glass, Roughness};
-use pt_scene::medium::{Matter, Phase};
+use pt_scene::medium::{MediumProperties, Phase};
 use pt_scene::{LightKind, Medium, Surface};
 use pt_testing::{Random, sidak};
 
@@ -65,8 +65,11 @@ fn scene(kind: Kind) -> Scene {
     }
     let mut eye = camera(DVec3::new(0.0, 1.0, 5.0), DVec3::new(0.0, -0.5, 0.0), [40.0, 32.0]);
     if kind == Kind::Fog {
-        let matter =
-            Matter::Homogeneous { extinction: [0.2; 3], albedo: [0.8; 3], emission: [0.0; 3] };
+        let matter = MediumProperties::Homogeneous {
+            extinction: [0.2; 3],
+            albedo: [0.8; 3],
+            emission: [0.0; 3],
+        };
         let (name, at) = (String::new(), pt_scene::Span::default());
         builder.0.media.push(Medium { name, matter, phase: Phase::Isotropic, at });
         eye.medium = Some(0);

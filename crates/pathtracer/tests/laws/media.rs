@@ -8,7 +8,8 @@ use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Black, Glass, Matte};
 use pt_scene::medium::{
-    Cloud, Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+    Cloud, Grid, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase, PhaseBlend,
+    PlacedGrid, Volume,
 };
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
@@ -23,12 +24,12 @@ fn with_depth(spp: u32, max_depth: u32) -> Settings {
     Settings { integrator: "volpath".into(), max_depth, ..settings(spp) }
 }
 
-fn medium(matter: Matter, phase: Phase) -> Medium {
+fn medium(matter: MediumProperties, phase: Phase) -> Medium {
     Medium { name: String::new(), matter, phase, at: pt_scene::Span::default() }
 }
 
 pub(crate) fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
-    medium(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] }, phase)
+    medium(MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] }, phase)
 }
 
 /// The grid in the cube [−1, 1]³.
@@ -39,9 +40,9 @@ fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
             * DAffine3::from_translation([-0.5; 3].into()),
         filter: GridFilter::Trilinear,
     };
-    let emission = Emission::Constant([0.0; 3]);
+    let emission = MediumEmission::Constant([0.0; 3]);
     let matter = Heterogeneous { extinction, scale, albedo, emission };
-    medium(Matter::Heterogeneous(Box::new(matter)), phase)
+    medium(MediumProperties::Heterogeneous(Box::new(matter)), phase)
 }
 
 /// A cloud: empty in some places, dense in others.
@@ -197,7 +198,7 @@ fn single_scattering_follows_its_closed_form() {
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
             let mut scene = block(scene, wide, medium(phase.clone())).seen_by(straight());
-            if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+            if let MediumProperties::Heterogeneous(grid) = &mut scene.media[0].matter {
                 grid.extinction.to_world = wide * grid.extinction.to_world;
             }
             let film = render(&scene, size([6, 6]), with_depth(4096, 1));
@@ -247,7 +248,7 @@ fn single_scattering_of_microflakes_follows_its_closed_form() {
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
             let mut scene = block(scene, wide, medium).seen_by(straight());
-            if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+            if let MediumProperties::Heterogeneous(grid) = &mut scene.media[0].matter {
                 grid.extinction.to_world = wide * grid.extinction.to_world;
             }
             let film = render(&scene, size([6, 6]), with_depth(4096, 1));
@@ -332,15 +333,17 @@ fn noise(extinction: [f32; 3], albedo: [f32; 3]) -> Medium {
         to_world: DAffine3::from_scale(DVec3::new(2.0, 2.0 / 0.7, 2.0))
             * DAffine3::from_translation(DVec3::new(-0.5, -0.65, -0.5)),
     };
-    medium(Matter::Cloud(Box::new(matter)), FORWARDS)
+    medium(MediumProperties::Cloud(Box::new(matter)), FORWARDS)
 }
 
 /// The same with light of its own: radiance 1 of what absorbs all.
 fn glowing(mut medium: Medium) -> Medium {
     match &mut medium.matter {
-        Matter::Homogeneous { emission, .. } => *emission = [1.0; 3],
-        Matter::Heterogeneous(matter) => matter.emission = Emission::Constant([1.0; 3]),
-        Matter::Cloud(_) => panic!("clouds do not glow"),
+        MediumProperties::Homogeneous { emission, .. } => *emission = [1.0; 3],
+        MediumProperties::Heterogeneous(matter) => {
+            matter.emission = MediumEmission::Constant([1.0; 3])
+        }
+        MediumProperties::Cloud(_) => panic!("clouds do not glow"),
     }
     medium
 }
@@ -418,7 +421,7 @@ fn foggy(cloud: Medium) -> Scene {
         }
     }
     let cloud = room.media.last_mut().expect("the cloud");
-    if let Matter::Heterogeneous(grid) = &mut cloud.matter {
+    if let MediumProperties::Heterogeneous(grid) = &mut cloud.matter {
         grid.extinction.to_world = turned * grid.extinction.to_world;
     }
     Builder(room).seen_by(pathtracer::Camera { medium: Some(0), ..view })
@@ -512,7 +515,7 @@ fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
     let view = scene.0.cameras.remove(0);
     let place = DAffine3::from_translation(DVec3::new(0.0, 1.2, 0.5));
     let mut scene = block(scene, place, cloud(3.0, [0.9, 0.8, 0.7], FORWARDS)).seen_by(view);
-    if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+    if let MediumProperties::Heterogeneous(grid) = &mut scene.media[0].matter {
         grid.extinction.to_world = place * grid.extinction.to_world;
     }
     let base = with_depth(4096, 6);
@@ -588,7 +591,7 @@ fn media_may_stand_anywhere_in_any_unit() {
     let by = DAffine3::from_translation(DVec3::new(30.0, -20.0, 50.0)) * turn;
     let mut there = moved(scene, by);
     for medium in &mut there.media {
-        if let Matter::Heterogeneous(grid) = &mut medium.matter {
+        if let MediumProperties::Heterogeneous(grid) = &mut medium.matter {
             grid.extinction.to_world = by * grid.extinction.to_world;
         }
     }

@@ -10,7 +10,7 @@ use pt_cpu::Renderer;
 use pt_math::{DAffine3, DQuat, DVec3};
 use pt_scene::material::{Black, Glass};
 use pt_scene::medium::{
-    Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume,
+    Grid, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase, PlacedGrid, Volume,
 };
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
 use pt_scene::{Geometry, Key, Medium, Motion, Scalar, Sides, Texture, shapes};
@@ -198,8 +198,11 @@ fn moving_glass_with_a_medium_and_a_moving_mask_are_means_of_still_ones() {
     }
     .into();
     scene.objects[3].media = Some(Sides { interior: Some(0), exterior: None });
-    let matter =
-        Matter::Homogeneous { extinction: [3.0, 2.0, 1.0], albedo: [0.6; 3], emission: [0.0; 3] };
+    let matter = MediumProperties::Homogeneous {
+        extinction: [3.0, 2.0, 1.0],
+        albedo: [0.6; 3],
+        emission: [0.0; 3],
+    };
     let (name, at) = (String::new(), pt_scene::Span::default());
     scene.media.push(Medium { name, matter, phase: Phase::Isotropic, at });
     for integrator in ["path", "volpath"] {
@@ -318,9 +321,13 @@ fn motions_are_told_and_what_cannot_move_is_refused() {
     let grid = Grid { resolution: [1; 3], channels: 1, values: vec![1.0] };
     let (to_world, filter) = (DAffine3::IDENTITY, GridFilter::Trilinear);
     let extinction = PlacedGrid { grid: Arc::new(grid), to_world, filter };
-    let (albedo, emission) = (Volume::Constant([0.5; 3]), Emission::Constant([0.0; 3]));
-    let matter =
-        Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo, emission }));
+    let (albedo, emission) = (Volume::Constant([0.5; 3]), MediumEmission::Constant([0.0; 3]));
+    let matter = MediumProperties::Heterogeneous(Box::new(Heterogeneous {
+        extinction,
+        scale: 1.0,
+        albedo,
+        emission,
+    }));
     let (name, at) = (String::new(), pt_scene::Span::default());
     let mut cloudy = moving;
     cloudy.media.push(Medium { name, matter, phase: Phase::Isotropic, at });

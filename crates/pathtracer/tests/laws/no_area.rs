@@ -20,7 +20,7 @@ fn with_needles(mesh: &Mesh, count: u32) -> Mesh {
     mesh.uvs = None;
     let kinds = [[0, 0, 0], [0, 1, 1], [0, 1, 2]].map(|c| c.map(|i: u32| i + first));
     mesh.triangles.extend(kinds.into_iter().cycle().take(count as usize));
-    if let Some(part) = mesh.parts.last_mut() {
+    if let Some(part) = mesh.submeshes.last_mut() {
         part.triangles.end += count;
     }
     mesh

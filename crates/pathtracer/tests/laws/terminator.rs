@@ -44,7 +44,7 @@ fn sphere() -> Mesh {
     }
     assert_eq!(mesh.triangles.len(), 80);
     mesh.normals = Some(Attribute { values: mesh.positions.clone(), indices: None });
-    mesh.parts = vec![pt_scene::Part { triangles: 0..80, slot: 0 }];
+    mesh.submeshes = vec![pt_scene::Submesh { triangles: 0..80, slot: 0 }];
     mesh
 }
 

@@ -107,7 +107,7 @@ fn colours_of_faces_are_those_of_their_triangles() {
     let half = |i: usize| {
         let mut mesh = shapes::rectangle();
         mesh.triangles = vec![mesh.triangles[i]];
-        mesh.parts = Vec::new();
+        mesh.submeshes = Vec::new();
         mesh
     };
     let halves = Builder::default()

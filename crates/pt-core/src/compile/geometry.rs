@@ -6,7 +6,7 @@ use std::mem::swap;
 use pt_bvh::{MotionKey, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::texture::Pattern;
-use pt_scene::{Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
+use pt_scene::{Geometry, LightKind, Mesh, Object, Scene, Sides, Span, Submesh};
 
 use super::checks::{check_attribute, check_indices, check_values};
 use super::ellipsoid::unit_sphere_mesh;
@@ -352,8 +352,8 @@ impl Collector<'_> {
 
     /// Surfaces of the triangles of a mesh, of which the first is number `first`.
     fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
-        let whole = [Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
-        let parts = if mesh.parts.is_empty() { &whole[..] } else { &mesh.parts };
+        let whole = [Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
+        let parts = if mesh.submeshes.is_empty() { &whole[..] } else { &mesh.submeshes };
         let mut by_slot = HashMap::new();
         for part in parts {
             let (surface, emission) =

@@ -2,8 +2,8 @@
 
 use pt_math::{DAffine3, DVec3, Spectrum};
 use pt_scene::medium::{
-    BlackBody, Cloud as WrittenCloud, Emission as WrittenEmission, Grid, Heterogeneous,
-    Matter as Written, Phase, PlacedGrid, Volume,
+    BlackBody, Cloud as WrittenCloud, Grid, Heterogeneous, MediumEmission as WrittenEmission,
+    MediumProperties as Written, Phase, PlacedGrid, Volume,
 };
 use pt_scene::{Medium, Placement, Scene, Sides, Span};
 

@@ -2,7 +2,7 @@
 
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
-use pt_scene::medium::Matter;
+use pt_scene::medium::MediumProperties;
 use pt_scene::{Key, Motion, Object, Scene, Span};
 
 use super::{CompileError, CompileOptions};
@@ -43,7 +43,7 @@ pub(super) fn check_media(scene: &Scene, object: &Object) -> Result<(), CompileE
     let interior = object.media.and_then(|sides| sides.interior);
     let medium = interior.and_then(|medium| scene.media.get(medium as usize));
     match medium.map(|medium| &medium.matter) {
-        Some(Matter::Heterogeneous(_)) => Err(CompileError::Value {
+        Some(MediumProperties::Heterogeneous(_)) => Err(CompileError::Value {
             at: object.at.clone(),
             message: "the heterogeneous medium inside of a shape that moves cannot move with it; expected \
                       a homogeneous one, or a shape that stands still"

@@ -11,7 +11,7 @@ use zip::ZipArchive;
 
 use super::context::Context;
 use super::xml::quote;
-use super::{LoadOptions, Reading, format_of, mesh_file};
+use super::{LoadOptions, LoadResult, format_of, mesh_file};
 use crate::{LoadError, Scene, Warning};
 
 /// Most files of an archive.
@@ -33,7 +33,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let format = format_of(&inner)?;
     let mut options: LoadOptions = context.options().clone();
     options.limits.memory = options.limits.memory.map(|_| context.room());
-    let Reading { scene, missing, notes: _, .. } =
+    let LoadResult { scene, missing, notes: _, .. } =
         format.read_file(&inner, &Context::new(&inner, &options));
     let shown = Shown { root: &root, archive: path };
     for Warning { at, message } in missing {
@@ -68,7 +68,7 @@ fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, 
             return Err(format!("the archive has {}, which leads out of it", quote(&name)));
         };
         let most = file.size().min(left);
-        let _grant = context.take(most)?;
+        let _grant = context.reserve(most)?;
         let mut content = Vec::new();
         // One byte more tells whether there are more than it says.
         let read = file.take(most + 1).read_to_end(&mut content);
@@ -161,7 +161,7 @@ impl Shown<'_> {
             LoadError::Several(all) => {
                 LoadError::Several(all.into_iter().map(|error| self.error(error)).collect())
             }
-            LoadError::Told => LoadError::Told,
+            LoadError::AlreadyReported => LoadError::AlreadyReported,
         }
     }
 }

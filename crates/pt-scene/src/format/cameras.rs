@@ -25,7 +25,7 @@ pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
         ([], None) => format!("there is no camera {}", quote(wanted)),
         _ => format!("{} cameras are called {}", named.len(), quote(wanted)),
     };
-    let hint = match spelling::alike(wanted, names.iter().copied()).first() {
+    let hint = match spelling::suggestions(wanted, names.iter().copied()).first() {
         Some(name) if named.is_empty() => format!("; did you mean {}?", quote(name)),
         _ => String::new(),
     };

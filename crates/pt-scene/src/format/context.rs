@@ -1,8 +1,8 @@
 //! What the readers of scenes share: the files, what may be read of them, and what is wrong with a scene.
 //!
 //! An error about an item of a scene (a shape, a material, a parameter …) does not end the reading:
-//! [`Context::keep`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
-//! What follows from an error that was told is [`LoadError::Told`], and is not told again.
+//! [`Context::ok_or_report`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
+//! What follows from an error that was told is [`LoadError::AlreadyReported`], and is not told again.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -11,14 +11,14 @@ use std::time::{Duration, Instant};
 
 use pt_memory::Grant;
 
-use super::ahead::Ahead;
 use super::limits::Limits;
+use super::prefetch::Prefetcher;
 use super::xml::quote;
-use super::{LoadOptions, Reading, measured, mesh_file};
+use super::{LoadOptions, LoadResult, measured, mesh_file};
 use crate::file::resolved;
-use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
+use crate::image::{self, Decoded, Image, ImageError, PixelEncoding, Room};
 use crate::measured::Measurements;
-use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
+use crate::{Geometry, LoadError, Scene, SourceFile, Span, Warning, source};
 
 /// Most items with an error, whether it was told before or not.
 const MAX_FAILURES: usize = 20_000;
@@ -33,13 +33,13 @@ pub(super) struct Context {
     root: PathBuf,
     start: Instant,
     noted: Mutex<Noted>,
-    pictures: Ahead<(PathBuf, Numbers), Result<Picture, String>>,
+    pictures: Prefetcher<(PathBuf, PixelEncoding), Result<Picture, String>>,
 }
 
 /// A picture in a file.
 #[derive(Debug)]
 struct Picture {
-    source: Source,
+    source: SourceFile,
     decoded: Result<Decoded, ImageError>,
 }
 
@@ -55,7 +55,7 @@ pub(super) enum Unusable {
 /// What was read and found so far.
 #[derive(Debug, Default)]
 struct Noted {
-    sources: Vec<Source>,
+    sources: Vec<SourceFile>,
     measurements: HashMap<PathBuf, Arc<Measurements>>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
@@ -68,7 +68,7 @@ struct Noted {
     /// Bytes of files and pictures.
     bytes: u64,
     /// Whether a texture was asked for whose image is missing.
-    is_loud: bool,
+    placeholder_used: bool,
 }
 
 impl Context {
@@ -83,7 +83,7 @@ impl Context {
             file: file.to_owned(),
             start: Instant::now(),
             noted: Mutex::default(),
-            pictures: Ahead::default(),
+            pictures: Prefetcher::default(),
         })
     }
 
@@ -119,7 +119,7 @@ impl Context {
     pub(super) fn scene_in_pieces<T>(
         &self,
         length: usize,
-        read: impl FnOnce() -> Option<(T, Source)>,
+        read: impl FnOnce() -> Option<(T, SourceFile)>,
     ) -> Option<T> {
         let length = length as u64;
         if self.limits().memory.is_some_and(|most| length > most) {
@@ -138,7 +138,7 @@ impl Context {
     /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and pipes may never
     /// end; or if a limit is reached. The message is meant for the place where the scene names it.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
-        self.admit(path)?;
+        self.check_admissible(path)?;
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         self.noted().sources.push(source);
@@ -146,7 +146,7 @@ impl Context {
     }
 
     /// Counts a file that the scene names, if it may be read.
-    fn admit(&self, path: &Path) -> Result<(), String> {
+    fn check_admissible(&self, path: &Path) -> Result<(), String> {
         let length = self.length(path)?;
         self.check_time()?;
         self.spend(length).map_err(|why| unreadable(path, &why))
@@ -168,7 +168,7 @@ impl Context {
     ///
     /// # Errors
     /// As [`Self::read`], or if it is no picture, or larger than the limits allow.
-    pub(super) fn picture(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
+    pub(super) fn picture(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
         let pixels = self.pixels(path, numbers)?;
         if pixels.frame.is_none() {
             return Ok(pixels);
@@ -182,14 +182,14 @@ impl Context {
     ///
     /// # Errors
     /// As [`Self::picture`].
-    pub(super) fn pixels(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
+    pub(super) fn pixels(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
         // An unknown ending is the better message where the file is missing as well.
         image::check_readable(path).map_err(|error| error.to_string())?;
-        self.admit(path)?;
+        self.check_admissible(path)?;
         let key = (path.to_owned(), numbers);
-        let ahead = self.pictures.get(&key, Clone::clone, |key| self.look_at(&key))?;
+        let ahead = self.pictures.get(&key, Clone::clone, |key| self.inspect_picture(&key))?;
         // There may be too little memory for several at a time.
-        let alone = if ahead.decoded.is_err() { self.look_at(&key)? } else { ahead };
+        let alone = if ahead.decoded.is_err() { self.inspect_picture(&key)? } else { ahead };
         let Picture { source, decoded } = alone;
         self.noted().sources.push(source);
         let mut decoded = self.check_picture(decoded, path)?;
@@ -201,14 +201,20 @@ impl Context {
 
     /// Says which pictures the scene is likely to ask for, in this order, so that threads can decode several at once. Where
     /// memory is limited, they are decoded one by one.
-    pub(super) fn expect_pictures(&self, pictures: impl IntoIterator<Item = (PathBuf, Numbers)>) {
+    pub(super) fn expect_pictures(
+        &self,
+        pictures: impl IntoIterator<Item = (PathBuf, PixelEncoding)>,
+    ) {
         if self.limits().memory.is_none() {
             self.pictures.expect(pictures);
         }
     }
 
     /// A picture as it is in a file, before it is known whether the scene needs it.
-    fn look_at(&self, (path, numbers): &(PathBuf, Numbers)) -> Result<Picture, String> {
+    fn inspect_picture(
+        &self,
+        (path, numbers): &(PathBuf, PixelEncoding),
+    ) -> Result<Picture, String> {
         self.length(path)?;
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
@@ -279,7 +285,7 @@ impl Context {
     ///
     /// # Errors
     /// If they are more than the limits allow, or the process may hold.
-    pub(super) fn take(&self, bytes: u64) -> Result<Grant, String> {
+    pub(super) fn reserve(&self, bytes: u64) -> Result<Grant, String> {
         self.spend(bytes)?;
         pt_memory::ask(bytes)
     }
@@ -335,7 +341,10 @@ impl Context {
     ///
     /// # Errors
     /// If nothing more can be read.
-    pub(super) fn keep<T>(&self, result: Result<T, LoadError>) -> Result<Option<T>, LoadError> {
+    pub(super) fn ok_or_report<T>(
+        &self,
+        result: Result<T, LoadError>,
+    ) -> Result<Option<T>, LoadError> {
         let ended = |message| {
             let at = mesh_file::place(&self.file, 0);
             Err(LoadError::Broken { at, message })
@@ -345,7 +354,7 @@ impl Context {
         }
         match result {
             Ok(item) => Ok(Some(item)),
-            Err(LoadError::Told) => Ok(None),
+            Err(LoadError::AlreadyReported) => Ok(None),
             Err(error @ LoadError::Broken { .. }) => Err(error),
             Err(error) => {
                 let mut noted = self.noted();
@@ -410,17 +419,17 @@ impl Context {
     }
 
     /// Tells those who make a material that it shows a texture whose image is missing.
-    pub(super) fn be_loud(&self) {
-        self.noted().is_loud = true;
+    pub(super) fn set_placeholder_used(&self) {
+        self.noted().placeholder_used = true;
     }
 
     /// Whether that was told since this was asked last.
-    pub(super) fn was_loud(&self) -> bool {
-        std::mem::take(&mut self.noted().is_loud)
+    pub(super) fn take_placeholder_used(&self) -> bool {
+        std::mem::take(&mut self.noted().placeholder_used)
     }
 
     /// What came of the reading. With [`LoadOptions::strict`], missing files are errors.
-    pub(super) fn finish(&self, result: Result<Scene, LoadError>) -> Reading {
+    pub(super) fn finish(&self, result: Result<Scene, LoadError>) -> LoadResult {
         let Noted { sources, mut errors, missing, notes: of_files, .. } =
             std::mem::take(&mut *self.noted());
         let mut scene = result
@@ -432,7 +441,7 @@ impl Context {
             })
             .map_err(|error| errors.push(error))
             .ok();
-        errors.retain(|error| !matches!(error, LoadError::Told));
+        errors.retain(|error| !matches!(error, LoadError::AlreadyReported));
         if self.options.strict {
             let as_error = |Warning { at, message }: Warning| LoadError::Content { at, message };
             errors.extend(missing.iter().cloned().map(as_error));
@@ -450,7 +459,7 @@ impl Context {
             (1, _) => Err(errors.remove(0)),
             _ => Err(LoadError::Several(errors)),
         };
-        Reading { scene, missing, notes, sources }
+        LoadResult { scene, missing, notes, sources }
     }
 
     /// Counts the meshes and points of a scene, each once.

@@ -45,7 +45,7 @@ impl MeshFile {
             name: mesh.name.clone(),
             to_world: DAffine3::IDENTITY,
             motion: None,
-            materials: vec![(!materials.is_empty()).then_some(0); mesh.parts.len()],
+            materials: vec![(!materials.is_empty()).then_some(0); mesh.submeshes.len()],
             geometry: Geometry::Mesh(Arc::new(mesh)),
             media: None,
             at: place(path, 0),

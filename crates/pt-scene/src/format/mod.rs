@@ -2,45 +2,45 @@
 //!
 //! To add one: write its file, add its line to [`FORMATS`].
 
-mod ahead;
 mod archive;
 mod cameras;
 pub mod collada;
 mod context;
 mod deadline;
 mod decimal;
-mod faults;
-mod gloss;
 mod gltf;
 mod json;
+mod legacy_specular;
 mod limits;
 mod line;
 mod measured;
+mod mesh_diagnostics;
 mod mesh_file;
 mod mitsuba;
 mod nanovdb;
 mod obj;
 mod pbrt;
+mod placeholder;
 mod ply;
+mod prefetch;
+mod reference_stack;
 mod save;
 mod serialized;
 mod spectra;
 mod stl;
-mod substitute;
 mod tensor;
 mod text;
 mod transform;
 mod triangulate;
 mod vol;
-mod way;
 mod xml;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::guard::guarded;
-use crate::{Geometry, LoadError, Scene, Source, Warning};
+use crate::catch_panic::guarded;
+use crate::{Geometry, LoadError, Scene, SourceFile, Warning};
 use context::Context;
 pub use json::schema as json_schema;
 pub use limits::Limits;
@@ -76,7 +76,7 @@ pub struct LoadOptions {
 
 /// What came of reading a scene.
 #[derive(Debug)]
-pub struct Reading {
+pub struct LoadResult {
     /// The scene, or all that is wrong with it.
     pub scene: Result<Scene, LoadError>,
     /// Files that could not be used, as in [`Scene::missing`].
@@ -84,7 +84,7 @@ pub struct Reading {
     /// What the user should know about what was read, as in [`Scene::warnings`].
     pub notes: Vec<Warning>,
     /// The files that were read: each once for each time, in this order.
-    pub sources: Vec<Source>,
+    pub sources: Vec<SourceFile>,
 }
 
 /// Turns content and path (for files that the scene refers to, relative to it, and for messages)
@@ -127,7 +127,7 @@ impl Format {
     }
 
     /// Reads a file. Where that may take some time alone, it is given up soon after that time, whatever it is at.
-    fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> Reading {
+    fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> LoadResult {
         /// For what looks at the time by itself, and tells where it was.
         const GRACE: Duration = Duration::from_millis(500);
         let Some(most) = context.limits().time() else { return self.read_file(path, context) };
@@ -144,7 +144,7 @@ impl Format {
     }
 
     /// Reads a file.
-    fn read_file(&self, path: &Path, context: &Arc<Context>) -> Reading {
+    fn read_file(&self, path: &Path, context: &Arc<Context>) -> LoadResult {
         self.read(path, context, || {
             if let Some(scene) = self.in_pieces.and_then(|read| read(path, context)) {
                 return Ok(scene);
@@ -159,7 +159,7 @@ impl Format {
         path: &Path,
         context: &Context,
         read: impl FnOnce() -> Result<Scene, LoadError>,
-    ) -> Reading {
+    ) -> LoadResult {
         let result = match self.refusal(context.options()) {
             None => guarded(self.name, read).unwrap_or_else(|message| {
                 Err(LoadError::Broken { at: mesh_file::place(path, 0), message })
@@ -268,10 +268,10 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError>
 }
 
 /// Like [`load_with`], and tells all that was found.
-pub fn read_with(path: &Path, options: &LoadOptions) -> Reading {
+pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
     match format_of(path) {
         Ok(format) => format.read_in_time(path, &Context::new(path, options)),
-        Err(error) => Reading {
+        Err(error) => LoadResult {
             scene: Err(error),
             missing: Vec::new(),
             notes: Vec::new(),

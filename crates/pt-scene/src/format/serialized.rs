@@ -134,7 +134,7 @@ impl Stream<'_> {
             colors: None,
             face_colors: None,
             attributes: Attributes::default(),
-            parts,
+            submeshes: parts,
         })
     }
 

@@ -11,7 +11,7 @@ use std::str::FromStr;
 
 use super::limits::Limits;
 use super::text::{unmarked, with_line_feeds};
-use crate::spelling::alike;
+use crate::spelling::suggestions;
 use crate::{LoadError, Span, Warning};
 
 /// An element, a text or a comment of a [`Document`].
@@ -399,7 +399,7 @@ pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c st
 
 /// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or nothing.
 pub(super) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    match quoted(&alike(written, names), " or ") {
+    match quoted(&suggestions(written, names), " or ") {
         none if none.is_empty() => none,
         close => format!(" (did you mean {close}?)"),
     }

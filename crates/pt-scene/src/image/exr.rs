@@ -17,8 +17,8 @@ use exr::prelude::{
 };
 
 use super::{
-    Channel, Compression, Decoded, Frame, Image, Numbers, Precision, Room, Samples, SaveOptions,
-    check_size,
+    Channel, Compression, Decoded, Frame, Image, PixelEncoding, Precision, Room, Samples,
+    SaveOptions, check_size,
 };
 
 /// The primaries and white point of Rec. 709. [ITU-R BT.709]
@@ -170,7 +170,7 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
 /// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY, of the part
 /// without a name or of the first that has them, and A beside them; other channels are ignored.
 /// What is stored is linear light.
-pub(super) fn read(bytes: &[u8], _: Numbers, room: &Room) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     if subsampled::is_of_this_kind(&meta) {

@@ -1,7 +1,7 @@
 //! Radiance pictures (`.hdr`): a byte of mantissa for each colour, and an exponent for all three.
 //! [Ward 1991, "Real Pixels", Graphics Gems II; Radiance, "File Formats"]
 
-use super::{Decoded, Image, Numbers, Room};
+use super::{Decoded, Image, PixelEncoding, Room};
 
 /// Widths that may be packed channel by channel.
 const PACKED_WIDTHS: std::ops::Range<usize> = 8..0x8000;
@@ -14,14 +14,14 @@ const REC709: [f64; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 /// See [`super::Reader`]. A mantissa m and an exponent e are m · 2^(e − 136), without the half
 /// that Radiance itself adds to m. Light is divided by what the header says that it was multiplied
 /// by (`EXPOSURE`, `COLORCORR`), numbers as they are stored are not.
-pub(super) fn read(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let mut data = Data { rest: bytes };
     let header = Header::read(&mut data)?;
     let Header { width, height, .. } = header;
     let _grant = room.ask((width as u64 * height as u64).checked_mul(12))?;
     let divisors = match numbers {
-        Numbers::Light(_) => header.divisors,
-        Numbers::Stored => [1.0; 3],
+        PixelEncoding::Light(_) => header.divisors,
+        PixelEncoding::Stored => [1.0; 3],
     };
     let scales: [f32; 256] = std::array::from_fn(|e| match e {
         0 => 0.0,

@@ -2,11 +2,11 @@
 
 use jpeg_decoder::{Decoder, PixelFormat};
 
-use super::{Decoded, Image, Numbers, Room, Transfer, check_size};
+use super::{Decoded, Image, PixelEncoding, Room, Transfer, check_size};
 
 /// See [`super::Reader`]. Grey and colour of 8 bits, sequential and progressive; grey becomes
 /// three equal channels, and colours of lower resolution are interpolated.
-pub(super) fn read(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: jpeg_decoder::Error| format!("is no valid JPEG file: {e}");
     let mut decoder = Decoder::new(bytes);
     decoder.read_info().map_err(failed)?;
@@ -74,9 +74,9 @@ fn scans(bytes: &[u8]) -> u64 {
 
 /// What one of 256 levels stands for. Files do not say how they relate to light; they are taken as
 /// sRGB whatever those of other formats would be.
-fn light(level: u16, numbers: Numbers) -> f32 {
+fn light(level: u16, numbers: PixelEncoding) -> f32 {
     match numbers {
-        Numbers::Light(_) => Transfer::Srgb.decode(level, 255),
-        Numbers::Stored => f32::from(level) / 255.0,
+        PixelEncoding::Light(_) => Transfer::Srgb.decode(level, 255),
+        PixelEncoding::Stored => f32::from(level) / 255.0,
     }
 }

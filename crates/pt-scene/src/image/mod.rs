@@ -20,8 +20,8 @@ use std::path::Path;
 
 use pt_math::color;
 
+use crate::catch_panic::guarded;
 use crate::file;
-use crate::guard::guarded;
 pub use error::ImageError;
 pub use exposure::{Extreme, auto_exposure, extreme};
 pub use room::Room;
@@ -234,7 +234,7 @@ impl Samples {
 
 /// Which numbers a reader gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Numbers {
+pub enum PixelEncoding {
     /// Linear light; the transfer is that of files that do not name one.
     Light(Transfer),
     /// What is stored, whatever the file says about light: levels as shares of the highest one,
@@ -242,7 +242,7 @@ pub enum Numbers {
     Stored,
 }
 
-impl Numbers {
+impl PixelEncoding {
     /// Those of an image that an author calls raw, or not.
     pub(crate) fn of_raw(is_raw: bool) -> Self {
         if is_raw { Self::Stored } else { Self::Light(Transfer::Srgb) }
@@ -308,7 +308,7 @@ impl Decoded {
 }
 
 /// Bytes of a file to pixels. The error says what is wrong with the content.
-pub type Reader = fn(&[u8], Numbers, &Room) -> Result<Decoded, String>;
+pub type Reader = fn(&[u8], PixelEncoding, &Room) -> Result<Decoded, String>;
 
 /// Keys and values of the texts in a file, of which no more is read than what they need. The error says what is wrong with the content.
 pub type MetadataReader = fn(BufReader<File>) -> Result<Vec<(String, String)>, String>;
@@ -471,7 +471,7 @@ pub fn load_raw(path: &Path) -> Result<Image, ImageError> {
 /// As [`load`].
 pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     codec_with(path, |codec| codec.read)?;
-    decode_framed(&read_file(path)?, path, Numbers::Stored)
+    decode_framed(&read_file(path)?, path, PixelEncoding::Stored)
 }
 
 /// Whether pictures with the ending of a name can be read.
@@ -498,10 +498,10 @@ pub fn metadata(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
 /// # Errors
 /// As [`load`], but nothing is read.
 pub fn decode(bytes: &[u8], path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
-    Ok(decode_framed(bytes, path, Numbers::Light(untagged))?.image)
+    Ok(decode_framed(bytes, path, PixelEncoding::Light(untagged))?.image)
 }
 
-fn decode_framed(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
+fn decode_framed(bytes: &[u8], path: &Path, numbers: PixelEncoding) -> Result<Decoded, ImageError> {
     decode_as(bytes, path, numbers)?.framed().map_err(content_error(path))
 }
 
@@ -510,7 +510,7 @@ fn decode_framed(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded,
 ///
 /// # Errors
 /// As [`decode`].
-pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
+pub fn decode_as(bytes: &[u8], path: &Path, numbers: PixelEncoding) -> Result<Decoded, ImageError> {
     decode_in(bytes, path, numbers, &Room::OF_PROCESS)
 }
 
@@ -521,7 +521,7 @@ pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded,
 pub fn decode_in(
     bytes: &[u8],
     path: &Path,
-    numbers: Numbers,
+    numbers: PixelEncoding,
     room: &Room,
 ) -> Result<Decoded, ImageError> {
     let (name, read) = codec_with(path, |codec| Some((codec.name, codec.read?)))?;

@@ -6,7 +6,7 @@ use std::io::{BufReader, Cursor};
 use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformations};
 use pt_math::trig::powf;
 
-use super::{BitDepth, Decoded, Image, Numbers, Room, SaveOptions, Transfer, check_size};
+use super::{BitDepth, Decoded, Image, PixelEncoding, Room, SaveOptions, Transfer, check_size};
 
 /// Bytes of all texts of a file.
 const TEXT_LIMIT: usize = 1 << 26;
@@ -123,7 +123,7 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
 }
 
 /// See [`super::Reader`]. Grey becomes three equal channels.
-pub(super) fn read(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
@@ -175,8 +175,8 @@ enum Curve {
 
 impl Curve {
     /// For light, what the `sRGB` and `gAMA` chunks say, if there are any.
-    fn of(info: &png::Info<'_>, numbers: Numbers) -> Self {
-        let Numbers::Light(untagged) = numbers else { return Self::Share };
+    fn of(info: &png::Info<'_>, numbers: PixelEncoding) -> Self {
+        let PixelEncoding::Light(untagged) = numbers else { return Self::Share };
         if info.srgb.is_some() {
             return Self::Named(Transfer::Srgb);
         }

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Codec, Decoded, Image, Numbers, Reader, Room, Transfer};
+use super::{Codec, Decoded, Image, PixelEncoding, Reader, Room, Transfer};
 
 /// A codec that reads.
 const fn readable(name: &'static str, extensions: &'static [&'static str], read: Reader) -> Codec {
@@ -35,7 +35,7 @@ pub(super) const WEBP: Codec = readable("WebP", &["webp"], |bytes, numbers, room
 /// whatever those of other formats would be. Real numbers of TIFF are light. Of animations, the first picture is read.
 fn read(
     bytes: &[u8],
-    numbers: Numbers,
+    numbers: PixelEncoding,
     room: &Room,
     format: ImageFormat,
 ) -> Result<Decoded, String> {
@@ -78,10 +78,10 @@ fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
 }
 
 /// The colours of a picture, and its opacity.
-fn in_light(picture: DynamicImage, numbers: Numbers) -> (Vec<[f32; 3]>, Vec<f32>) {
+fn in_light(picture: DynamicImage, numbers: PixelEncoding) -> (Vec<[f32; 3]>, Vec<f32>) {
     let level = |level: u16, highest: u16| match numbers {
-        Numbers::Light(_) => Transfer::Srgb.decode(level, highest),
-        Numbers::Stored => f32::from(level) / f32::from(highest),
+        PixelEncoding::Light(_) => Transfer::Srgb.decode(level, highest),
+        PixelEncoding::Stored => f32::from(level) / f32::from(highest),
     };
     match picture {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {

@@ -11,8 +11,8 @@ use ktx2::{Format, SupercompressionScheme, TransferFunction};
 use pt_math::color::linear_from_srgb;
 use pt_memory::Grant;
 
-use super::{Codec, Decoded, Image, Numbers, Room, check_size};
-use crate::guard::guarded;
+use super::{Codec, Decoded, Image, PixelEncoding, Room, check_size};
+use crate::catch_panic::guarded;
 
 pub(super) const DDS: Codec =
     Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
@@ -42,7 +42,7 @@ enum Curve {
 
 /// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without that name, as most
 /// programs write it for colours.
-fn read_dds(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let dds =
         Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
     let size = [dds.header.width, dds.header.height];
@@ -110,7 +110,7 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
 }
 
 /// See [`super::Reader`]. What the file says of its transfer function counts.
-fn read_ktx2(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
     check_texel_block(bytes).map_err(invalid)?;
     let reader = ktx2::Reader::new(bytes).map_err(|error| invalid(error.to_string()))?;
@@ -169,7 +169,7 @@ fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
 }
 
 /// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as sRGB.
-fn read_basis(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     if has_wrong_slices(bytes) {
         return Err(
             "has a slice whose number of blocks does not match its size: the file is damaged"
@@ -206,7 +206,7 @@ fn has_wrong_slices(bytes: &[u8]) -> bool {
 /// A picture of Basis Universal or ASTC, in either container.
 fn transcoded(
     bytes: &[u8],
-    (curve, numbers): (Curve, Numbers),
+    (curve, numbers): (Curve, PixelEncoding),
     room: &Room,
 ) -> Result<Decoded, String> {
     let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
@@ -247,7 +247,7 @@ fn decoded(
     size: [u32; 2],
     format: ImageFormat,
     data: &[u8],
-    (curve, numbers): (Curve, Numbers),
+    (curve, numbers): (Curve, PixelEncoding),
     room: &Room,
 ) -> Result<Decoded, String> {
     let _grant = ask_for(size, room)?;
@@ -257,7 +257,7 @@ fn decoded(
     let pixels = surface.decode_rgbaf32().map_err(|error| format!("is damaged: {error}"))?.data;
     let kind = Kind::of(format);
     let light = |share: f32| match (numbers, curve) {
-        (Numbers::Light(_), Curve::Srgb) if !kind.is_real => linear_from_srgb(share),
+        (PixelEncoding::Light(_), Curve::Srgb) if !kind.is_real => linear_from_srgb(share),
         _ => share,
     };
     let color = |[r, g, b, _]: [f32; 4]| {
@@ -265,8 +265,8 @@ fn decoded(
             if kind.is_signed { [r, g, b].map(|share| 0.5 * share + 0.5) } else { [r, g, b] };
         match (kind.channels, numbers) {
             (1, _) => [light(r); 3],
-            (2, Numbers::Stored) => [r, g, third(r, g)],
-            (2, Numbers::Light(_)) => [light(r), light(g), 0.0],
+            (2, PixelEncoding::Stored) => [r, g, third(r, g)],
+            (2, PixelEncoding::Light(_)) => [light(r), light(g), 0.0],
             _ => [r, g, b].map(light),
         }
     };
@@ -392,7 +392,7 @@ mod tests {
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/formats/images/damaged");
         for name in ["length.ktx2", "block.basis"] {
             let bytes = std::fs::read(folder.join(name)).expect("it is there");
-            let error = decode_as(&bytes, Path::new(name), Numbers::Light(Transfer::Srgb));
+            let error = decode_as(&bytes, Path::new(name), PixelEncoding::Light(Transfer::Srgb));
             let message = error.expect_err("it is damaged").to_string();
             assert!(message.contains(": the file is damaged"), "{message}");
         }

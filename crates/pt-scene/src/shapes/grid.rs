@@ -42,7 +42,7 @@ pub(crate) fn grid(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) 
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts: single_part(triangles.len()),
+        submeshes: single_part(triangles.len()),
         triangles,
     }
 }

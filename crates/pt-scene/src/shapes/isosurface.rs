@@ -308,7 +308,7 @@ impl<'a> Builder<'a> {
             colors: None,
             face_colors: None,
             attributes: Attributes::default(),
-            parts,
+            submeshes: parts,
         }
     }
 }

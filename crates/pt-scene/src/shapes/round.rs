@@ -31,7 +31,7 @@ pub fn disk() -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts: single_part(triangles.len()),
+        submeshes: single_part(triangles.len()),
         triangles,
     }
 }
@@ -78,7 +78,7 @@ pub fn sphere() -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts: single_part(triangles.len()),
+        submeshes: single_part(triangles.len()),
         triangles,
     }
 }
@@ -110,7 +110,7 @@ pub fn cylinder() -> Mesh {
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts: single_part(triangles.len()),
+        submeshes: single_part(triangles.len()),
         triangles,
     }
 }

@@ -154,7 +154,7 @@ fn scenes_of_the_course_load_completely() {
             match &object.geometry {
                 Geometry::Sphere { .. } => count(1, object.materials[0], 1),
                 Geometry::Points { .. } => panic!("{name} has points"),
-                Geometry::Mesh(mesh) => mesh.parts.iter().for_each(|part| {
+                Geometry::Mesh(mesh) => mesh.submeshes.iter().for_each(|part| {
                     count(0, object.materials[part.slot as usize], part.triangles.len());
                 }),
             }

@@ -115,7 +115,7 @@ fn all_kinds_of_primitives_become_triangles() {
     ];
     let start: Vec<_> = expected.iter().flat_map(|part| part.iter().copied()).collect();
     assert_eq!(mesh.triangles[..start.len()], start);
-    let slots: Vec<_> = mesh.parts.iter().map(|p| (p.triangles.clone(), p.slot)).collect();
+    let slots: Vec<_> = mesh.submeshes.iter().map(|p| (p.triangles.clone(), p.slot)).collect();
     assert_eq!(slots, [(0..3, 0), (3..7, 1), (7..10, 2), (10..15, 0), (15..19, 3)]);
     assert_eq!(mesh.name, "Kinds");
     assert_eq!((&mesh.normals, &mesh.uvs), (&None, &None));

@@ -89,7 +89,7 @@ fn check_invariants(scene: &Scene) {
             assert!(uvs.is_none_or(|a| within(a.values.len(), a.corners(i, *triangle))));
         }
         let mut covered = 0;
-        for part in &mesh.parts {
+        for part in &mesh.submeshes {
             assert_eq!(part.triangles.start, covered);
             assert!((part.slot as usize) < object.materials.len());
             covered = part.triangles.end;

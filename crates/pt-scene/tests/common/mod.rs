@@ -247,7 +247,7 @@ fn check_mesh(mesh: &Mesh, slots: usize) {
     assert!(triangles > 0 && below(&mesh.triangles, mesh.positions.len()));
     assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()));
     let mut next = 0;
-    for part in &mesh.parts {
+    for part in &mesh.submeshes {
         assert_eq!(part.triangles.start, next);
         assert!((part.slot as usize) < slots);
         next = part.triangles.end;

@@ -2,7 +2,7 @@
 
 use pt_math::color::linear_from_srgb;
 use pt_scene::material::{Black, Embossed, MetallicRoughness};
-use pt_scene::medium::Matter;
+use pt_scene::medium::MediumProperties;
 use pt_scene::texture::{Bitmap, Edge, Filter, Layout, Pattern, Relief, Wrap};
 use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
 use serde_json::{Value, json};
@@ -135,7 +135,7 @@ fn what_is_left_of_light_is_the_colour_of_attenuation() {
     }}));
     assert_eq!(scene.objects[0].media, Some(Sides { interior: Some(0), exterior: None }));
     assert_eq!(scene.settings.integrator, Some("volpath"));
-    let Matter::Homogeneous { extinction, albedo, .. } = scene.media[0].matter else {
+    let MediumProperties::Homogeneous { extinction, albedo, .. } = scene.media[0].matter else {
         panic!("{:?}", scene.media[0])
     };
     assert_eq!(albedo, [0.0; 3]);
@@ -317,7 +317,7 @@ fn normals_lie_along_tangents() {
         })));
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
         assert_eq!(mesh.attributes.faces["TANGENT"], [[0.0, -1.0, 0.0]]);
-        let slot = mesh.parts[0].slot as usize;
+        let slot = mesh.submeshes[0].slot as usize;
         assert_eq!(slot, usize::from(w < 0.0));
         let material = scene.objects[0].materials[slot].expect("a material") as usize;
         let Surface::Embossed(Embossed { relief: Relief::NormalsAlong(map, along), .. }) =
@@ -372,7 +372,7 @@ fn anisotropy_is_along_tangents() {
         // The joint turns ∂p/∂u = x to y, and ∂p/∂v = −y to x.
         let wanted = if is_bent { [1.0, 0.0] } else { [0.0, -1.0] };
         assert!((a - wanted[0]).abs() < 1e-6 && (b - wanted[1]).abs() < 1e-6, "{a} {b}");
-        let slot = mesh.parts[0].slot as usize;
+        let slot = mesh.submeshes[0].slot as usize;
         assert_eq!(slot, usize::from(w < 0.0));
         let material = scene.objects[0].materials[slot].expect("a material") as usize;
         let Surface::MetallicRoughness(look) = &scene.materials[material].surface else {

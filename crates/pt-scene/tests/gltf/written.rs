@@ -352,7 +352,7 @@ fn what_gltf_cannot_say_is_told_once() {
             light(LightKind::Constant { radiance: [2.0; 3], portal: None }),
             light(LightKind::Point { intensity: [3.0, 2.0, 0.7] }),
         ],
-        settings: pt_scene::FileSettings { spp: Some(4), ..Default::default() },
+        settings: pt_scene::RenderHints { spp: Some(4), ..Default::default() },
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene);

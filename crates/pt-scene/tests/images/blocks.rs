@@ -4,15 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use pt_math::color::linear_from_srgb;
-use pt_scene::image::{Decoded, Numbers, Transfer, decode_as};
+use pt_scene::image::{Decoded, PixelEncoding, Transfer, decode_as};
 
-const LIGHT: Numbers = Numbers::Light(Transfer::Srgb);
+const LIGHT: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/formats/images/blocks")
 }
 
-fn read(name: &str, numbers: Numbers) -> Decoded {
+fn read(name: &str, numbers: PixelEncoding) -> Decoded {
     let path = folder().join(name);
     let bytes = fs::read(&path).expect("it is there");
     decode_as(&bytes, &path, numbers).unwrap_or_else(|error| panic!("{error}"))
@@ -31,7 +31,7 @@ fn expected([width, height]: [f32; 2], [x, y]: [f32; 2]) -> [f32; 4] {
 
 /// Mean differences of colour and of opacity.
 fn differences(name: &str) -> [f32; 2] {
-    let Decoded { image, alpha, .. } = read(name, Numbers::Stored);
+    let Decoded { image, alpha, .. } = read(name, PixelEncoding::Stored);
     let size = [image.width, image.height].map(|n| n as f32);
     let mut sums = [0.0_f32; 2];
     for (i, [r, g, b]) in image.pixels.iter().enumerate() {
@@ -76,20 +76,21 @@ fn textures_show_their_picture() {
 
 #[test]
 fn levels_are_light_by_what_the_file_says() {
-    let [stored, light] = [Numbers::Stored, LIGHT].map(|n| read("rgba.dds", n).image.pixels);
+    let [stored, light] = [PixelEncoding::Stored, LIGHT].map(|n| read("rgba.dds", n).image.pixels);
     for (stored, light) in stored.iter().zip(light) {
         assert_eq!(stored.map(linear_from_srgb), light);
     }
-    let [stored, light] = [Numbers::Stored, LIGHT].map(|n| read("linear.ktx2", n).image.pixels);
+    let [stored, light] =
+        [PixelEncoding::Stored, LIGHT].map(|n| read("linear.ktx2", n).image.pixels);
     assert_eq!(stored, light);
 }
 
 /// One channel is grey; of normals with two channels, the third is the one that makes their length 1.
 #[test]
 fn channels_that_are_missing_are_made() {
-    let grey = read("grey.dds", Numbers::Stored).image.pixels;
+    let grey = read("grey.dds", PixelEncoding::Stored).image.pixels;
     assert!(grey.iter().all(|[r, g, b]| r == g && g == b));
-    for [r, g, b] in read("bc5.dds", Numbers::Stored).image.pixels {
+    for [r, g, b] in read("bc5.dds", PixelEncoding::Stored).image.pixels {
         let [x, y, z] = [r, g, b].map(|share| 2.0 * share - 1.0);
         let length = x * x + y * y + z * z;
         let is_within = x * x + y * y < 1.0;
@@ -120,7 +121,7 @@ fn real_blocks_are_light() {
         block |= end << (5 + 10 * i);
     }
     let bytes = dds_of_block(95, block.to_le_bytes());
-    for numbers in [Numbers::Stored, LIGHT] {
+    for numbers in [PixelEncoding::Stored, LIGHT] {
         let found = decode_as(&bytes, Path::new("a.dds"), numbers).expect("a block").image;
         assert_eq!([found.width, found.height], [4, 4]);
         let expected = ends.map(|end| {

@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageFormat, Rgba, Rgba32FImage, RgbaImage};
-use pt_scene::image::{Decoded, Numbers, Transfer, decode_as};
+use pt_scene::image::{Decoded, PixelEncoding, Transfer, decode_as};
 
 /// 5 × 3 pixels with a different colour in each, and an opacity from 1 to 241.
 fn picture() -> RgbaImage {
@@ -20,7 +20,7 @@ fn encoded(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-fn read(bytes: &[u8], name: &str, numbers: Numbers) -> Decoded {
+fn read(bytes: &[u8], name: &str, numbers: PixelEncoding) -> Decoded {
     decode_as(bytes, Path::new(name), numbers).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
@@ -40,7 +40,7 @@ fn levels_are_those_that_were_written() {
     ] {
         let written = if keeps_alpha { &with_alpha } else { &opaque };
         let bytes = encoded(written, format);
-        let [light, stored] = [Numbers::Light(Transfer::Course), Numbers::Stored]
+        let [light, stored] = [PixelEncoding::Light(Transfer::Course), PixelEncoding::Stored]
             .map(|numbers| read(&bytes, name, numbers));
         let pixels = picture();
         assert_eq!((light.image.width, light.image.height), (5, 3), "{name}");
@@ -63,12 +63,12 @@ fn the_first_picture_of_an_animation_is_read() {
     let mut encoder = image::codecs::gif::GifEncoder::new(&mut bytes);
     encoder.encode_frames([frame([255, 0, 51, 255]), frame([0, 255, 0, 255])]).expect("a GIF");
     drop(encoder);
-    let read = read(&bytes, "a.gif", Numbers::Stored);
+    let read = read(&bytes, "a.gif", PixelEncoding::Stored);
     assert_eq!(read.image.pixels, [[1.0, 0.0, 0.2]; 8]);
     // A canvas that these bytes cannot fill.
     bytes[6..10].copy_from_slice(&[0, 0x20, 0, 0x20]);
     let error =
-        decode_as(&bytes, Path::new("a.gif"), Numbers::Stored).expect_err("it is too large");
+        decode_as(&bytes, Path::new("a.gif"), PixelEncoding::Stored).expect_err("it is too large");
     assert!(error.to_string().contains("claims 67108864 pixels, but has"), "{error}");
 }
 
@@ -78,7 +78,7 @@ fn empty_pages_are_no_false_claims() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images/empty_page.tiff");
     let bytes = std::fs::read(path).expect("it is there");
     assert!(bytes.len() < 1200);
-    let read = read(&bytes, "a.tiff", Numbers::Stored);
+    let read = read(&bytes, "a.tiff", PixelEncoding::Stored);
     assert_eq!([read.image.width, read.image.height], [2400; 2]);
     assert!(read.image.pixels.iter().all(|pixel| *pixel == [1.0; 3]));
 }
@@ -88,13 +88,13 @@ fn sixteen_bits_are_levels_and_real_numbers_are_light() {
     let deep = image::ImageBuffer::from_fn(2, 1, |x, _| image::Rgb([x as u16 * 65_535, 1, 40_000]));
     for (name, format) in [("a.tiff", ImageFormat::Tiff), ("a.ppm", ImageFormat::Pnm)] {
         let bytes = encoded(&DynamicImage::ImageRgb16(deep.clone()), format);
-        let read = read(&bytes, name, Numbers::Light(Transfer::Srgb));
+        let read = read(&bytes, name, PixelEncoding::Light(Transfer::Srgb));
         let want = |x: u16| [x, 1, 40_000].map(|level| Transfer::Srgb.decode(level, u16::MAX));
         assert_eq!(read.image.pixels, [want(0), want(65_535)], "{name}");
     }
     let real = Rgba32FImage::from_pixel(1, 1, Rgba([0.25, 7.5, -1.0, 0.5]));
     let bytes = encoded(&DynamicImage::ImageRgba32F(real), ImageFormat::Tiff);
-    let read = read(&bytes, "a.tiff", Numbers::Light(Transfer::Srgb));
+    let read = read(&bytes, "a.tiff", PixelEncoding::Light(Transfer::Srgb));
     assert_eq!((&read.image.pixels[..], read.alpha), (&[[0.25, 7.5, -1.0]][..], Some(vec![0.5])));
 }
 
@@ -102,7 +102,7 @@ fn sixteen_bits_are_levels_and_real_numbers_are_light() {
 fn opacity_of_zero_everywhere_is_none_in_tga_files() {
     let clear = RgbaImage::from_pixel(2, 2, Rgba([255, 0, 0, 0]));
     let bytes = encoded(&DynamicImage::ImageRgba8(clear), ImageFormat::Tga);
-    let read = read(&bytes, "a.tga", Numbers::Stored);
+    let read = read(&bytes, "a.tga", PixelEncoding::Stored);
     assert_eq!((&read.image.pixels[..], read.alpha), (&[[1.0, 0.0, 0.0]; 4][..], None));
 }
 
@@ -116,7 +116,7 @@ fn pictures_that_are_too_large_are_refused_by_their_headers() {
     let mut tga = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 32, 8];
     tga.extend([0; 64]);
     for (name, bytes) in [("a.qoi", qoi), ("a.ppm", ppm), ("a.tga", tga)] {
-        let refused = decode_as(&bytes, Path::new(name), Numbers::Stored).expect_err(name);
+        let refused = decode_as(&bytes, Path::new(name), PixelEncoding::Stored).expect_err(name);
         assert!(refused.to_string().contains("1 GiB"), "{refused}");
     }
 }

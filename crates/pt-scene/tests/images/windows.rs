@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::*;
-use pt_scene::image::{Frame, Image, Numbers, Transfer, decode, decode_as};
+use pt_scene::image::{Frame, Image, PixelEncoding, Transfer, decode, decode_as};
 
 /// An EXR file of 16 × 8 pixels of which a part has its own number in each.
 fn window(position: (i32, i32), size: (usize, usize)) -> Vec<u8> {
@@ -50,7 +50,7 @@ fn the_display_window_is_the_picture() {
             let expected = if is_there { (1 + x + 16 * y) as f32 } else { 0.0 };
             assert_eq!(*pixel, [expected; 3], "{position:?} {size:?}: {x} {y}");
         }
-        let pixels = decode_as(&bytes, path, Numbers::Stored).expect("pixels");
+        let pixels = decode_as(&bytes, path, PixelEncoding::Stored).expect("pixels");
         assert_eq!([pixels.image.width, pixels.image.height], [size.0 as u32, size.1 as u32]);
         let offset = [position.0, position.1].map(i64::from);
         let frame = Frame { offset, size: [16, 8] };

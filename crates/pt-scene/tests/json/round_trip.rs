@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
-use pt_scene::{Geometry, Part, Scene, Span};
+use pt_scene::{Geometry, Scene, Span, Submesh};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
@@ -78,7 +78,7 @@ fn attributes_of_large_meshes_are_read_as_they_were() {
     let mesh = Arc::make_mut(mesh);
     let times = 200;
     mesh.triangles = mesh.triangles.repeat(times);
-    mesh.parts = vec![Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
+    mesh.submeshes = vec![Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
     for values in mesh.attributes.faces.values_mut() {
         *values = values.repeat(times);
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use pt_scene::format::{Limits, LoadOptions, read_with};
-use pt_scene::{Geometry, Source};
+use pt_scene::{Geometry, SourceFile};
 
 use super::common::{folder, parse};
 use super::{good, mesh};
@@ -97,7 +97,7 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
         let whole = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
         for threads in [1, 3] {
             let reading = read(threads, &unlimited);
-            assert_eq!(reading.sources, [Source::of(&path, &bytes)], "{count}");
+            assert_eq!(reading.sources, [SourceFile::of(&path, &bytes)], "{count}");
             let scene = reading.scene.unwrap_or_else(|error| panic!("{error}"));
             assert!(scene.objects == whole.objects, "{count}");
         }
@@ -111,7 +111,7 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     }
     std::fs::write(&path, &bytes).expect("there is room");
     let reading = read(3, &unlimited);
-    assert_eq!(reading.sources, [Source::of(&path, &bytes)]);
+    assert_eq!(reading.sources, [SourceFile::of(&path, &bytes)]);
     let told = [90_000, 130_049]
         .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
     assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));

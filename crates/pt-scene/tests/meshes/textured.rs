@@ -38,7 +38,8 @@ fn shown(scene: &Scene) -> Vec<([f32; 3], [[f32; 2]; 3])> {
     let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
     let uvs = mesh.uvs.as_ref().expect("coordinates");
     let of_triangle = |i: usize| {
-        let part = mesh.parts.iter().find(|p| p.triangles.contains(&(i as u32))).expect("a part");
+        let part =
+            mesh.submeshes.iter().find(|p| p.triangles.contains(&(i as u32))).expect("a part");
         let material = scene.objects[0].materials[part.slot as usize].expect("a material");
         let Surface::Matte(matte) = &scene.materials[material as usize].surface else {
             panic!("not matte")

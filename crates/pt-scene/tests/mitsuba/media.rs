@@ -1,7 +1,9 @@
 //! Media of Mitsuba scenes.
 
 use pt_math::{DAffine3, DVec3};
-use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, Volume};
+use pt_scene::medium::{
+    Grid, GridFilter, Heterogeneous, MediumProperties, Phase, PhaseBlend, Volume,
+};
 use pt_scene::{Medium, Scene, Sides};
 
 use crate::{assert_close, good, read, refusal};
@@ -22,7 +24,7 @@ fn inside<'s>(scene: &'s Scene, name: &str) -> &'s Medium {
 }
 
 fn heterogeneous(medium: &Medium) -> &Heterogeneous {
-    let Matter::Heterogeneous(grid) = &medium.matter else { panic!("{medium:?}") };
+    let MediumProperties::Heterogeneous(grid) = &medium.matter else { panic!("{medium:?}") };
     grid
 }
 
@@ -51,8 +53,11 @@ fn media_are_those_of_their_shapes_and_of_the_sensor() {
 fn homogeneous_media_have_their_numbers_or_mitsubas() {
     let scene = scene();
     let fog = &scene.media[scene.cameras[0].medium.expect("the fog") as usize];
-    let matter =
-        Matter::Homogeneous { extinction: [0.5; 3], albedo: [0.75; 3], emission: [0.0; 3] };
+    let matter = MediumProperties::Homogeneous {
+        extinction: [0.5; 3],
+        albedo: [0.75; 3],
+        emission: [0.0; 3],
+    };
     assert_eq!((&fog.matter, &fog.phase), (&matter, &Phase::Isotropic));
     let juice = inside(&scene, "juice");
     let kinds = PhaseBlend {
@@ -63,7 +68,11 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
     assert_eq!(juice.phase, Phase::Blend(Box::new(kinds)));
     assert_eq!(
         juice.matter,
-        Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3], emission: [0.0; 3] }
+        MediumProperties::Homogeneous {
+            extinction: [0.5, 2.0, 4.5],
+            albedo: [0.0; 3],
+            emission: [0.0; 3]
+        }
     );
     let forwards = read(
         "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"><phase type=\"hg\"/>\

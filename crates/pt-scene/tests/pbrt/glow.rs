@@ -1,21 +1,21 @@
 //! Media that emit light, and clouds.
 
 use pt_math::DVec3;
-use pt_scene::medium::{BlackBody, Emission, Matter};
+use pt_scene::medium::{BlackBody, MediumEmission, MediumProperties};
 
 use crate::{read, refusal};
 
-fn matter(text: &str) -> Matter {
+fn matter(text: &str) -> MediumProperties {
     let mut scene = read("", &format!("MakeNamedMedium \"m\" {text}"));
     assert_eq!(scene.warnings, []);
     scene.media.swap_remove(0).matter
 }
 
-fn emission(text: &str) -> Emission {
+fn emission(text: &str) -> MediumEmission {
     match matter(text) {
-        Matter::Homogeneous { emission, .. } => Emission::Constant(emission),
-        Matter::Heterogeneous(matter) => matter.emission,
-        Matter::Cloud(_) => panic!("clouds do not glow"),
+        MediumProperties::Homogeneous { emission, .. } => MediumEmission::Constant(emission),
+        MediumProperties::Heterogeneous(matter) => matter.emission,
+        MediumProperties::Cloud(_) => panic!("clouds do not glow"),
     }
 }
 
@@ -23,16 +23,22 @@ fn emission(text: &str) -> Emission {
 #[test]
 fn media_emit_what_is_told() {
     let even = |more: &str| emission(&format!("\"string type\" \"homogeneous\" {more}"));
-    assert_eq!(even(""), Emission::Constant([0.0; 3]));
-    assert_eq!(even("\"rgb Le\" [1 2 3] \"float Lescale\" 2"), Emission::Constant([2.0, 4.0, 6.0]));
-    assert_eq!(even("\"rgb Le\" [1 2 3] \"float LeScale\" 3"), Emission::Constant([3.0, 6.0, 9.0]));
-    let Emission::Constant([r, g, b]) = even("\"blackbody Le\" 3000") else { panic!() };
+    assert_eq!(even(""), MediumEmission::Constant([0.0; 3]));
+    assert_eq!(
+        even("\"rgb Le\" [1 2 3] \"float Lescale\" 2"),
+        MediumEmission::Constant([2.0, 4.0, 6.0])
+    );
+    assert_eq!(
+        even("\"rgb Le\" [1 2 3] \"float LeScale\" 3"),
+        MediumEmission::Constant([3.0, 6.0, 9.0])
+    );
+    let MediumEmission::Constant([r, g, b]) = even("\"blackbody Le\" 3000") else { panic!() };
     assert!((0.2126 * r + 0.7152 * g + 0.0722 * b - 1.0).abs() < 1e-3 && r > g && g > b);
     let exposed = read(
         "Film \"rgb\" \"float iso\" 300",
         "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" [1 2 3]",
     );
-    let Matter::Homogeneous { emission, .. } = exposed.media[0].matter else { panic!() };
+    let MediumProperties::Homogeneous { emission, .. } = exposed.media[0].matter else { panic!() };
     assert_eq!(emission, [3.0, 6.0, 9.0]);
 }
 
@@ -43,9 +49,12 @@ fn cells_of_grids_emit_what_is_told() {
             "\"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2] {more}"
         ))
     };
-    assert_eq!(grid("\"rgb Le\" [1 2 3]"), Emission::Constant([1.0, 2.0, 3.0]));
-    assert_eq!(grid("\"rgb Le\" [1 2 3] \"float Lescale\" 2"), Emission::Constant([2.0, 4.0, 6.0]));
-    let Emission::Grid(placed) =
+    assert_eq!(grid("\"rgb Le\" [1 2 3]"), MediumEmission::Constant([1.0, 2.0, 3.0]));
+    assert_eq!(
+        grid("\"rgb Le\" [1 2 3] \"float Lescale\" 2"),
+        MediumEmission::Constant([2.0, 4.0, 6.0])
+    );
+    let MediumEmission::Grid(placed) =
         grid("\"rgb Le\" [1 2 3] \"float Lescale\" [1 .5] \"point3 p1\" [2 1 1]")
     else {
         panic!("no grid")
@@ -55,24 +64,28 @@ fn cells_of_grids_emit_what_is_told() {
     let heat = grid(
         "\"float temperature\" [3 20] \"float temperatureoffset\" 5 \"float temperaturescale\" 100 \"float Lescale\" 2",
     );
-    let Emission::BlackBody(BlackBody { temperature, scale }) = heat else { panic!("no heat") };
+    let MediumEmission::BlackBody(BlackBody { temperature, scale }) = heat else {
+        panic!("no heat")
+    };
     assert_eq!(temperature.grid.values, [0.0, 1500.0]);
     assert_eq!(scale, 2.0 * 106.856_895);
     let same = grid("\"float temperature\" [900 950] \"float Lescale\" [2 2]");
-    assert!(matches!(same, Emission::BlackBody(heat) if heat.scale == scale));
+    assert!(matches!(same, MediumEmission::BlackBody(heat) if heat.scale == scale));
     let colors = |more: &str| {
         emission(&format!("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [1 1 1] {more}"))
     };
-    let Emission::Grid(placed) = colors("\"rgb Le\" [1 2 3] \"float Lescale\" 2") else { panic!() };
+    let MediumEmission::Grid(placed) = colors("\"rgb Le\" [1 2 3] \"float Lescale\" 2") else {
+        panic!()
+    };
     let white = |share: f32| share * 106.856_895;
     assert_eq!(placed.grid.values, [2.0, 4.0, 6.0].map(white));
-    assert_eq!(colors("\"rgb Le\" [0 0 0]"), Emission::Constant([0.0; 3]));
+    assert_eq!(colors("\"rgb Le\" [0 0 0]"), MediumEmission::Constant([0.0; 3]));
 }
 
 /// The cloud of the public scenes, whose other parameters are left at their defaults.
 #[test]
 fn clouds_have_their_numbers() {
-    let Matter::Cloud(cloud) = matter(
+    let MediumProperties::Cloud(cloud) = matter(
         "\"string type\" \"cloud\" \"rgb sigma_s\" [3 3 3] \"rgb sigma_a\" [1 1 1] \"float density\" 2",
     ) else {
         panic!("no cloud")

@@ -4,7 +4,7 @@ use pt_math::DMat3;
 use pt_scene::material::{
     CoatedConductor, Conductor, Glass, Hair, Matte, Mix, Pigment, RoughCoatedDiffuse,
 };
-use pt_scene::medium::{Matter, Phase, Volume};
+use pt_scene::medium::{MediumProperties, Phase, Volume};
 use pt_scene::texture::{Input, Pattern, Texture};
 use pt_scene::{Color, Geometry, Scalar, Surface};
 
@@ -260,7 +260,9 @@ fn media_are_what_they_absorb_and_scatter() {
         "MediumInterface \"fog\" \"\" Shape \"sphere\" MediumInterface \"fog\" Shape \"sphere\"",
     );
     let fog = &scene.media[0];
-    let Matter::Homogeneous { extinction, albedo, .. } = fog.matter else { panic!("a grid") };
+    let MediumProperties::Homogeneous { extinction, albedo, .. } = fog.matter else {
+        panic!("a grid")
+    };
     assert_eq!((extinction, albedo), ([8.0; 3], [0.75, 0.5, 0.25]));
     assert_eq!(fog.phase, Phase::HenyeyGreenstein { g: 0.5 });
     assert_eq!(scene.cameras[0].medium, Some(0));
@@ -277,7 +279,7 @@ fn grids_fill_their_box() {
         "Translate 1 0 0 MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer nz\" 1 \
          \"float density\" [1 2] \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [2 2 2] \"point3 p1\" [2 2 2]",
     );
-    let Matter::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
+    let MediumProperties::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
     assert_eq!(smoke.extinction.grid.values, [2.0, 4.0]);
     let corner = smoke.extinction.to_world.transform_point3(pt_math::DVec3::ONE);
     assert_eq!(corner, pt_math::DVec3::new(3.0, 2.0, 2.0));
@@ -291,7 +293,7 @@ fn grids_of_colours_have_their_colours() {
             "MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" \"integer nx\" 2 {more}"
         );
         let mut scene = read("", &smoke);
-        let Matter::Heterogeneous(smoke) = scene.media.swap_remove(0).matter else {
+        let MediumProperties::Heterogeneous(smoke) = scene.media.swap_remove(0).matter else {
             panic!("no grid")
         };
         let Volume::Grid(albedo) = smoke.albedo else { panic!("no grid") };
@@ -455,7 +457,7 @@ fn parameters_go_on_behind_included_files() {
     let world = "Include \"parts/density.inc\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [3 2 1] \
                  MediumInterface \"smoke\" \"\" Material \"interface\" Shape \"sphere\"";
     let scene = read("", world);
-    let Matter::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
+    let MediumProperties::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
     assert_eq!(smoke.extinction.grid.values, [4.0, 2.0]);
     assert_eq!(smoke.albedo, Volume::Constant([0.75, 0.5, 0.25]));
 }

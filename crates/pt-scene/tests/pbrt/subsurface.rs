@@ -1,7 +1,7 @@
 //! Light below surfaces.
 
 use pt_scene::material::Glass;
-use pt_scene::medium::{Matter, Phase};
+use pt_scene::medium::{MediumProperties, Phase};
 use pt_scene::{Medium, Scene, Sides, Surface};
 
 use super::read;
@@ -12,7 +12,7 @@ fn scene(material: &str) -> Scene {
 
 fn coefficients(medium: &Medium) -> ([f32; 3], [f32; 3]) {
     match medium.matter {
-        Matter::Homogeneous { extinction, albedo, .. } => (extinction, albedo),
+        MediumProperties::Homogeneous { extinction, albedo, .. } => (extinction, albedo),
         _ => panic!("no homogeneous medium"),
     }
 }

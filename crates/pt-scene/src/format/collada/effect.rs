@@ -3,8 +3,8 @@
 use super::material::clamped;
 use super::reader::{Reader, child, children, elements};
 use super::texture;
-use crate::format::gloss::{self, amount, luminance};
-use crate::format::substitute;
+use crate::format::legacy_specular::{self, amount, luminance};
+use crate::format::placeholder;
 use crate::format::xml::{Node, quote};
 use crate::material::{Black, Glass, Matte, Mirror};
 use crate::texture::Wrap;
@@ -91,10 +91,10 @@ fn opaque<'a>(
     kind: &str,
 ) -> Result<Surface, LoadError> {
     let diffuse = share_or(reader, scope, "diffuse", DEFAULT_DIFFUSE)?;
-    let is_diffuse = amount(&diffuse) > gloss::MIN;
+    let is_diffuse = amount(&diffuse) > legacy_specular::MIN;
     let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
     let reflective = plain_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
-    if luminance(reflective) > gloss::MIN {
+    if luminance(reflective) > legacy_specular::MIN {
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
@@ -105,8 +105,8 @@ fn opaque<'a>(
         return Ok(Matte { reflectance: diffuse, two_sided: true }.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;
-    let shininess = float_or(reader, scope, "shininess", gloss::DEFAULT_EXPONENT)?;
-    Ok(gloss::phong(diffuse, specular, shininess))
+    let shininess = float_or(reader, scope, "shininess", legacy_specular::DEFAULT_EXPONENT)?;
+    Ok(legacy_specular::phong(diffuse, specular, shininess))
 }
 
 /// A glass, if the effect transmits at least half of the light. There is no partial transparency
@@ -228,11 +228,11 @@ fn painted_or<'a>(
                 let message = format!(
                     "the texture {} is not shown: {why}; {}",
                     quote(&file),
-                    substitute::INSTEAD
+                    placeholder::INSTEAD
                 );
                 reader.context.missing(reader.document.span(element), message);
-                reader.context.be_loud();
-                Color::Texture(substitute::texture())
+                reader.context.set_placeholder_used();
+                Color::Texture(placeholder::texture())
             }
         },
         None => default.into(),

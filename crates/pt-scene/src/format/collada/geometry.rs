@@ -9,7 +9,7 @@ use super::primitives;
 use super::reader::{Reader, child, course_techniques, elements, name_of};
 use super::source::Pool;
 use crate::format::xml::Node;
-use crate::{Attribute, Attributes, Geometry, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, Geometry, LoadError, Mesh, Submesh};
 
 /// A geometry as it may be placed many times.
 #[derive(Clone)]
@@ -106,7 +106,7 @@ pub(super) struct Builder<'a> {
     pub(super) uv_corners: Vec<[u32; 3]>,
     symbols: Vec<Option<&'a str>>,
     slots: HashMap<Option<&'a str>, u32>,
-    parts: Vec<Part>,
+    parts: Vec<Submesh>,
 }
 
 impl<'a> Builder<'a> {
@@ -123,7 +123,7 @@ impl<'a> Builder<'a> {
         });
         match self.parts.last_mut() {
             Some(part) if part.slot == slot => part.triangles.end = end,
-            _ => self.parts.push(Part { triangles: start..end, slot }),
+            _ => self.parts.push(Submesh { triangles: start..end, slot }),
         }
     }
 
@@ -147,7 +147,7 @@ impl<'a> Builder<'a> {
             colors: None,
             face_colors: None,
             attributes: Attributes::default(),
-            parts: self.parts,
+            submeshes: self.parts,
         }
     }
 }

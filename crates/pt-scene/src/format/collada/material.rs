@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::effect;
 use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
-use crate::format::substitute;
+use crate::format::placeholder;
 use crate::format::xml::{Node, quote};
 use crate::material::{Black, Conductor, Glass, Matte, Mirror, Refraction, Roughness};
 use crate::{LoadError, Material, Surface};
@@ -82,13 +82,13 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
         return Err(reader.error(material, "it has no <instance_effect url=\"#…\">"));
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
-    reader.context.was_loud();
+    reader.context.take_placeholder_used();
     let (mut surface, emission) = match course_material(reader, effect)? {
         Some((surface, emission)) => (surface, emission.into()),
         None => effect::read(reader, effect, instance)?,
     };
-    if reader.context.was_loud() {
-        surface = substitute::surface();
+    if reader.context.take_placeholder_used() {
+        surface = placeholder::surface();
     }
     let index = reader.scene.materials.len() as u32;
     reader.scene.materials.push(Material {

@@ -6,7 +6,7 @@ use roxmltree::Children;
 use super::reader::{Reader, child, name_of};
 use super::{attenuation, camera, coordinates, geometry, light, material, transform};
 use crate::format::context::Context;
-use crate::format::way::{Barred, Bounds, Way};
+use crate::format::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object, Placement};
 
@@ -30,8 +30,9 @@ pub(super) fn place<'a>(
 ) -> Result<(), LoadError> {
     let rest = visual_scene.children();
     // How many there are is counted with all that is placed.
-    let bounds = Bounds { deep: reader.context.limits().depth(MAX_DEPTH), many: usize::MAX };
-    let mut way = Way::new(bounds);
+    let bounds =
+        ReferenceLimits { deep: reader.context.limits().depth(MAX_DEPTH), many: usize::MAX };
+    let mut way = ReferenceStack::new(bounds);
     let mut levels =
         vec![Level { node: visual_scene, to_world: to_y_up, has_matrices: true, rest }];
     while let Some(level) = levels.last_mut() {
@@ -45,17 +46,17 @@ pub(super) fn place<'a>(
             "node" => Some(element),
             "instance_node" => {
                 let found = reader.resolve(element, "url", &["node"]);
-                reader.context.keep(found)?.flatten()
+                reader.context.ok_or_report(found)?.flatten()
             }
             _ => {
                 let done = place_instance(reader, place, element);
-                reader.context.keep(done)?;
+                reader.context.ok_or_report(done)?;
                 None
             }
         };
         if let Some(node) = inner {
             let level = enter(reader, (&levels, &mut way), element, node);
-            levels.extend(reader.context.keep(level)?);
+            levels.extend(reader.context.ok_or_report(level)?);
         }
     }
     Ok(())
@@ -64,16 +65,16 @@ pub(super) fn place<'a>(
 /// Begins with a node, which an element of the node before contains or refers to.
 fn enter<'a>(
     reader: &mut Reader<'a>,
-    (levels, way): (&[Level<'a>], &mut Way<Node<'a>>),
+    (levels, way): (&[Level<'a>], &mut ReferenceStack<Node<'a>>),
     element: Node<'a>,
     node: Node<'a>,
 ) -> Result<Level<'a>, LoadError> {
     way.enter(node).map_err(|barred| match barred {
-        Barred::Circle => {
+        ReferenceError::Circle => {
             let message = format!("the node {} contains itself", quote(&name_of(node)));
             reader.error(element, message)
         }
-        Barred::Deep(most) | Barred::Many(most) => {
+        ReferenceError::Deep(most) | ReferenceError::Many(most) => {
             let message = format!("nodes are nested deeper than {most}; such files are refused");
             Context::exceeded(reader.document.span(element), message)
         }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use super::reader::Reader;
 use crate::format::mesh_file::{locate, percent_decoded};
 use crate::format::xml::{Node, quote};
-use crate::image::{Numbers, Transfer};
+use crate::image::{PixelEncoding, Transfer};
 use crate::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
 
 /// What the numbers of images mean.
-const NUMBERS: Numbers = Numbers::Light(Transfer::Srgb);
+const NUMBERS: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 
 /// The texture of an image file, which is read once for all materials that show it.
 ///
@@ -33,7 +33,7 @@ pub(super) fn read(
 }
 
 /// The pictures that a document names.
-pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, Numbers)> {
+pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, PixelEncoding)> {
     let names = reader.document.elements().filter(|e| e.tag_name().name() == "init_from");
     let files = names.filter_map(|element| element.text()).map(str::trim);
     files.map(|file| (path_of(reader, file), NUMBERS)).collect()

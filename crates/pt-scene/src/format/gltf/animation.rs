@@ -46,7 +46,7 @@ impl<'a> Reader<'a> {
         for animation in animations {
             for channel in animation.children("channels")? {
                 let done = self.channel(&animation, &channel, time, &mut poses);
-                self.context.keep(done)?;
+                self.context.ok_or_report(done)?;
             }
         }
         Ok(poses)

@@ -39,7 +39,7 @@ impl<'b> Buffers<'b> {
         let mut total = 0_usize;
         for (i, buffer) in root.children("buffers")?.iter().enumerate() {
             let found = one(buffer, binary.filter(|_| i == 0), file, context);
-            let found = context.keep(found)?;
+            let found = context.ok_or_report(found)?;
             total = total.saturating_add(found.as_ref().map_or(0, |bytes| bytes.len()));
             if total > MAX_BYTES {
                 let message = format!("the buffers have more than {MAX_BYTES} bytes");
@@ -61,7 +61,7 @@ impl<'b> Buffers<'b> {
         let view = root.member("bufferViews", index, from, by)?;
         if compressed::meshopt_of(&view)?.is_some() {
             // It cannot be decoded.
-            return Err(LoadError::Told);
+            return Err(LoadError::AlreadyReported);
         }
         let bytes = self.part(root, &view)?;
         let stride = view.whole("byteStride")?;
@@ -75,7 +75,7 @@ impl<'b> Buffers<'b> {
     pub(super) fn part(&self, root: &Item<'_>, item: &Item<'_>) -> Result<&[u8], LoadError> {
         let number = item.needed("buffer")?;
         root.member("buffers", number, item, "buffer")?;
-        let buffer = self.bytes[number].as_ref().ok_or(LoadError::Told)?;
+        let buffer = self.bytes[number].as_ref().ok_or(LoadError::AlreadyReported)?;
         let offset = item.whole("byteOffset")?.unwrap_or(0);
         let length = item.needed("byteLength")?;
         let part = offset.checked_add(length).and_then(|end| buffer.get(offset..end));
@@ -120,7 +120,7 @@ fn one<'b>(
                      their size"
                 );
                 context.missing(buffer.span_of("uri"), message);
-                return Err(LoadError::Told);
+                return Err(LoadError::AlreadyReported);
             }
         },
         (None, Some(binary)) => Cow::Borrowed(binary),

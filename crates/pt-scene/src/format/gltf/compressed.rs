@@ -11,9 +11,9 @@ use serde_json::{Map, Value, json};
 use super::buffer::Buffers;
 use super::item::Item;
 use crate::LoadError;
+use crate::catch_panic::guarded;
 use crate::format::context::Context;
 use crate::format::xml::quote;
-use crate::guard::guarded;
 
 /// Compression of a primitive.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
@@ -37,7 +37,8 @@ pub(super) fn decode(
     let mut views = Vec::new();
     let root = Item::root(json, file)?;
     for (i, view) in root.children("bufferViews")?.iter().enumerate() {
-        if let Some(decoded) = context.keep(meshopt_view(&root, view, buffers, context))?.flatten()
+        if let Some(decoded) =
+            context.ok_or_report(meshopt_view(&root, view, buffers, context))?.flatten()
         {
             views.push((i, decoded));
         }
@@ -50,7 +51,7 @@ pub(super) fn decode(
     for (mesh, item) in root.children("meshes")?.iter().enumerate() {
         for (i, primitive) in item.children("primitives")?.iter().enumerate() {
             let decoded = draco_primitive(&root, primitive, buffers, context);
-            if let Some(decoded) = context.keep(decoded)?.flatten() {
+            if let Some(decoded) = context.ok_or_report(decoded)?.flatten() {
                 primitives.push(([mesh, i], decoded));
             }
         }
@@ -138,7 +139,7 @@ fn reserve(bytes: u64, item: &Item<'_>, context: &Context) -> Result<(), LoadErr
         let message = format!("it has {bytes} bytes when decoded; expected at most {MAX_BYTES}");
         return Err(item.error(message));
     }
-    context.take(bytes).map(drop).map_err(|why| item.error(why))
+    context.reserve(bytes).map(drop).map_err(|why| item.error(why))
 }
 
 /// Lets a buffer view refer to decoded bytes.

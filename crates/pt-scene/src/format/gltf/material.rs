@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use pt_math::trig;
 
-use super::super::substitute;
+use super::super::placeholder;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted, placement};
 use crate::material::{Black, CoatNormals, Embossed, MetallicRoughness};
-use crate::medium::{Matter, Medium, Phase};
+use crate::medium::{Medium, MediumProperties, Phase};
 use crate::texture::{Blend, Color, Input, Pattern, Relief, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
 
@@ -131,7 +131,7 @@ impl<'a> Reader<'a> {
         item: &Item<'a>,
         values: Values,
     ) -> Result<(Material, Option<u32>), LoadError> {
-        self.context.was_loud();
+        self.context.take_placeholder_used();
         self.uv_set = Self::layout(Some(item))?.uv_set;
         let look = self.look(item, values)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
@@ -159,8 +159,8 @@ impl<'a> Reader<'a> {
         let emission = self.emission(item)?.times(&opacity);
         let material =
             Material { name: item.name(), surface, emission, hidden_emission: false, opacity };
-        if self.context.was_loud() {
-            let surface = substitute::surface();
+        if self.context.take_placeholder_used() {
+            let surface = placeholder::surface();
             return Ok((Material { surface, opacity: 1.0.into(), ..material }, None));
         }
         Ok((material, medium))
@@ -391,7 +391,8 @@ impl<'a> Reader<'a> {
         if !extinction.iter().all(|sigma| sigma.is_finite()) {
             return Err(volume.refuse("attenuationDistance", "it is too small; use a larger one"));
         }
-        let matter = Matter::Homogeneous { extinction, albedo: [0.0; 3], emission: [0.0; 3] };
+        let matter =
+            MediumProperties::Homogeneous { extinction, albedo: [0.0; 3], emission: [0.0; 3] };
         let medium =
             Medium { name: item.name(), matter, phase: Phase::default(), at: volume.span() };
         self.scene.media.push(medium);

@@ -12,7 +12,7 @@ use super::compressed;
 use super::deform;
 use super::item::Item;
 use super::material::{Layout, Values};
-use crate::{Attribute, Attributes, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, LoadError, Mesh, Submesh};
 
 /// Triangles one by one, in a strip and in a fan.
 const TRIANGLES: [usize; 3] = [4, 5, 6];
@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<Arc<Mesh>>, LoadError> {
         if primitive.extension(compressed::DRACO)?.is_some() {
             // It cannot be decoded.
-            return Err(LoadError::Told);
+            return Err(LoadError::AlreadyReported);
         }
         let mode = primitive.whole("mode")?.unwrap_or(4);
         if !TRIANGLES.contains(&mode) {
@@ -116,7 +116,7 @@ impl<'a> Reader<'a> {
         }
         let mesh = Mesh {
             name: name.to_owned(),
-            parts: parts(triangles.len(), mirrored),
+            submeshes: parts(triangles.len(), mirrored),
             triangles,
             positions,
             normals: normals.map(at_vertices),
@@ -362,9 +362,10 @@ fn along_tangents(
 }
 
 /// All triangles, of which the last ones are of a second material.
-fn parts(triangles: usize, mirrored: usize) -> Vec<Part> {
+fn parts(triangles: usize, mirrored: usize) -> Vec<Submesh> {
     let (first, all) = ((triangles - mirrored) as u32, triangles as u32);
-    let parts = [Part { triangles: 0..first, slot: 0 }, Part { triangles: first..all, slot: 1 }];
+    let parts =
+        [Submesh { triangles: 0..first, slot: 0 }, Submesh { triangles: first..all, slot: 1 }];
     parts.into_iter().filter(|part| !part.triangles.is_empty()).collect()
 }
 

@@ -85,7 +85,7 @@ const EXTENSIONS: [&str; 24] = [
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let (mut json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
-    let warnings = context.keep(check(&root))?.unwrap_or_default();
+    let warnings = context.ok_or_report(check(&root))?.unwrap_or_default();
     let mut buffers = Buffers::read(&root, binary, path, context)?;
     compressed::decode(&mut json, &mut buffers, path, context)?;
     let root = Item::root(&json, path)?;
@@ -109,7 +109,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         warned: HashSet::new(),
     };
     let done = reader.nodes();
-    context.keep(done)?;
+    context.ok_or_report(done)?;
     Ok(reader.finish())
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::super::context::Context;
-use super::super::substitute;
+use super::super::placeholder;
 use super::Reader;
 use super::animation::Pose;
 use super::item::Item;
@@ -38,10 +38,10 @@ impl<'a> Reader<'a> {
             let context = self.context;
             let node = self.root.member("nodes", *index, &self.root, "nodes")?;
             let to_world = placed.to_world[*index].unwrap_or(DAffine3::IDENTITY);
-            context.keep(self.camera(&node, to_world))?;
-            context.keep(self.light(&node, to_world))?;
-            if let Some(mesh) = context.keep(node.whole("mesh"))?.flatten() {
-                context.keep(self.mesh((*index, &node), mesh, to_world, &placed))?;
+            context.ok_or_report(self.camera(&node, to_world))?;
+            context.ok_or_report(self.light(&node, to_world))?;
+            if let Some(mesh) = context.ok_or_report(node.whole("mesh"))?.flatten() {
+                context.ok_or_report(self.mesh((*index, &node), mesh, to_world, &placed))?;
             }
         }
         Ok(())
@@ -57,15 +57,16 @@ impl<'a> Reader<'a> {
         }
         while let Some((index, parent, from, field)) = next.pop() {
             let found = self.root.member("nodes", index, &from, field);
-            let Some(node) = self.context.keep(found)? else { continue };
+            let Some(node) = self.context.ok_or_report(found)? else { continue };
             if to_world[index].is_some() {
                 let message = format!(
                     "node {index} is shown twice, or contains itself; expected one parent for each node"
                 );
-                self.context.keep(Err::<(), _>(from.refuse(field, message)))?;
+                self.context.ok_or_report(Err::<(), _>(from.refuse(field, message)))?;
                 continue;
             }
-            let Some(here) = self.context.keep(place_of(&node, self.poses.get(&index), parent))?
+            let Some(here) =
+                self.context.ok_or_report(place_of(&node, self.poses.get(&index), parent))?
             else {
                 continue;
             };
@@ -153,7 +154,7 @@ impl<'a> Reader<'a> {
             let key = is_shared.then_some((index, i));
             let context = self.context;
             let made = self.object(node, &mesh, primitive, key, &form);
-            for mut object in context.keep(made)?.unwrap_or_default() {
+            for mut object in context.ok_or_report(made)?.unwrap_or_default() {
                 if count > 1 {
                     object.name = format!("{} {}", object.name, i + 1);
                 }
@@ -196,7 +197,7 @@ impl<'a> Reader<'a> {
         } else {
             let form = Form { layout: Self::layout(described.as_ref())?, ..form.clone() };
             let shape = match self.primitive(primitive, &mesh.name(), &form) {
-                Err(LoadError::Told) => {
+                Err(LoadError::AlreadyReported) => {
                     return Ok(self.stand_in(node, primitive)?.into_iter().collect());
                 }
                 shape => shape?,
@@ -212,7 +213,7 @@ impl<'a> Reader<'a> {
         };
         let made = self.material(index, described.as_ref(), values)?;
         let mut materials = vec![Some(made.material)];
-        let has_mirrored = shape.parts.iter().any(|part| part.slot > 0);
+        let has_mirrored = shape.submeshes.iter().any(|part| part.slot > 0);
         if let Some(described) = described.filter(|_| has_mirrored || form.is_mirrored) {
             let mirrored = self.mirrored(&described, made)?;
             materials.extend(has_mirrored.then_some(Some(mirrored)));
@@ -279,7 +280,7 @@ impl<'a> Reader<'a> {
         let material = self.scene.materials.len() as u32;
         self.scene.materials.push(Material {
             name: "missing".to_owned(),
-            surface: substitute::surface(),
+            surface: placeholder::surface(),
             emission: [0.0; 3].into(),
             hidden_emission: false,
             opacity: 1.0.into(),
@@ -288,7 +289,7 @@ impl<'a> Reader<'a> {
             name: node.name(),
             to_world: DAffine3::IDENTITY,
             motion: None,
-            materials: vec![Some(material); mesh.parts.len()],
+            materials: vec![Some(material); mesh.submeshes.len()],
             geometry: Geometry::Mesh(Arc::new(mesh)),
             media: None,
             at: node.span(),

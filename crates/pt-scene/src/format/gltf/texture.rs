@@ -8,14 +8,14 @@ use std::sync::Arc;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 
-use super::super::ahead::Ahead;
 use super::super::context::Context;
-use super::super::substitute;
+use super::super::placeholder;
+use super::super::prefetch::Prefetcher;
 use super::Reader;
 use super::buffer;
 use super::item::Item;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
+use crate::image::{self, Decoded, Image, ImageError, PixelEncoding, Room};
 use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
@@ -51,7 +51,7 @@ pub(super) enum Content {
 pub(super) struct Images {
     /// As they are stored, by index.
     stored: HashMap<usize, Result<Arc<Decoded>, String>>,
-    ahead: Ahead<usize, Result<Picture, String>>,
+    ahead: Prefetcher<usize, Result<Picture, String>>,
     made: HashMap<(usize, Content), Arc<Image>>,
     texels: usize,
 }
@@ -81,7 +81,7 @@ impl Picture {
         };
         let grant = |bytes| context.grant_picture(bytes);
         let room = Room::new(&grant);
-        let decoded = image::decode_in(bytes, Path::new(name), Numbers::Stored, &room);
+        let decoded = image::decode_in(bytes, Path::new(name), PixelEncoding::Stored, &room);
         Ok(Self { name, bytes: bytes.len(), decoded })
     }
 }
@@ -117,10 +117,10 @@ impl<'a> Reader<'a> {
         let image = match self.image(source, &described, content) {
             Ok(image) => image,
             Err(why) => {
-                let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+                let message = format!("the image is not shown: {why}; {}", placeholder::INSTEAD);
                 self.context.missing(described.span(), message);
-                self.context.be_loud();
-                return Ok(Some(substitute::texture()));
+                self.context.set_placeholder_used();
+                return Ok(Some(placeholder::texture()));
             }
         };
         let (wrap, mut filter) = self.sampler(&texture)?;
@@ -165,7 +165,7 @@ impl<'a> Reader<'a> {
         })?;
         self.images.count(stored.image.pixels.len())?;
         let pixels = stored.image.pixels.as_slice();
-        let _grant = self.context.take(size_of_val(pixels) as u64)?;
+        let _grant = self.context.reserve(size_of_val(pixels) as u64)?;
         let image = Arc::new(part(&stored, content));
         self.images.made.insert((index, content), Arc::clone(&image));
         Ok(image)
@@ -202,7 +202,7 @@ impl<'a> Reader<'a> {
     /// The file of an image, wherever it is.
     fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
         let text = |error: LoadError| match error {
-            LoadError::Told => "its buffer is missing".to_owned(),
+            LoadError::AlreadyReported => "its buffer is missing".to_owned(),
             error => error.to_string(),
         };
         let uri = described.text("uri").map_err(text)?;

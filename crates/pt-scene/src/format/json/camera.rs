@@ -6,18 +6,18 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 use serde_json::{Value, json};
 
-use super::describe::{Described, Fields, Plain, put, record, words};
+use super::codec::{JsonCodec, Plain, StructCodec, json_struct, json_unit_enum, put};
 use super::node::{Keys, Node, TYPE};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, PerhapsInfinite};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Numbered, Reading, Shared, Tables, Writing};
+use super::shared::{JsonReader, JsonWriter, Numbered, Shared, Tables};
 use crate::motion::Key;
 use crate::{
     Aperture, Camera, Fit, Geometry, LoadError, Meter, Motion, Placement, Projection, Quantity,
 };
 
-record! {
+json_struct! {
     Camera {
         name: Plain => String::new(),
         to_world: Plain => DAffine3::IDENTITY,
@@ -47,25 +47,25 @@ fn check(camera: &Camera) -> Result<(), String> {
     Ok(())
 }
 
-record! {
+json_struct! {
     Meter { quantity: Plain, to_world: Plain => DAffine3::IDENTITY } + geometry: Geometry
 }
 
-words! { Quantity { Irradiance, Radiance } }
+json_unit_enum! { Quantity { Irradiance, Radiance } }
 
-words! { Fit { Whole, Width, Height } }
+json_unit_enum! { Fit { Whole, Width, Height } }
 
-words! { Placement { Node, Course, Fit } }
+json_unit_enum! { Placement { Node, Course, Fit } }
 
-record! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
+json_struct! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
 
 /// Names of the projections.
 const PROJECTIONS: [&str; 3] = ["perspective", "orthographic", "panorama"];
 
-impl Fields for Projection {
+impl StructCodec for Projection {
     const IS_TAGGED: bool = true;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let tag = keys.tag()?;
         let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
         match name {
@@ -90,7 +90,7 @@ impl Fields for Projection {
         }
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         let (tag, sizes) = match self {
             Self::Perspective { x_fov, y_fov } => (0, vec![("x_fov", x_fov), ("y_fov", y_fov)]),
             Self::Orthographic { half_width, half_height } => {
@@ -128,7 +128,7 @@ impl Fields for Projection {
 fn sizes(
     keys: &mut Keys<'_>,
     [x, y]: [&'static str; 2],
-    cx: &Reading<'_>,
+    cx: &JsonReader<'_>,
     other: impl Fn(f64, f64) -> f64,
 ) -> Result<[f64; 2], LoadError> {
     let found = [x, y].map(|name| keys.take(name).map(|node| ABOVE_0.number(&node)).transpose());
@@ -141,15 +141,15 @@ fn sizes(
     }
 }
 
-record! { Key { time: ANY, to_world: Plain => DAffine3::IDENTITY } }
+json_struct! { Key { time: ANY, to_world: Plain => DAffine3::IDENTITY } }
 
-impl Described for Motion {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for Motion {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let keys = Vec::read(node, cx)?;
         Self::new(keys).map_err(|e| node.error(format!("key {}: {}", e.key, e.message)))
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         self.keys().iter().map(|key| key.write(cx)).collect::<Result<_, _>>().map(Out::List)
     }
 
@@ -166,11 +166,11 @@ impl Shared for Motion {
         &mut tables.motions
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         Self::read(node, cx).map(Arc::new)
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         self.write(cx)
     }
 

@@ -7,15 +7,15 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::super::context::Unusable;
-use super::super::{measured, substitute, vol};
-use super::describe::Described;
+use super::super::{measured, placeholder, vol};
+use super::codec::JsonCodec;
 use super::node::Node;
 use super::number::{ANY, numbers, vector_schema};
-use super::out::Out;
+use super::printer::Out;
 use super::schema::{Properties, Schemas};
-use super::shared::{Reading, Shared, Tables, Writing};
+use super::shared::{JsonReader, JsonWriter, Shared, Tables};
 use crate::LoadError;
-use crate::image::{Image, Numbers, SaveOptions, encode};
+use crate::image::{Image, PixelEncoding, SaveOptions, encode};
 use crate::light::IesProfile;
 use crate::measured::Measurements;
 use crate::medium::Grid;
@@ -31,16 +31,16 @@ impl Shared for Image {
         &mut tables.images
     }
 
-    fn look_ahead(entries: &[(&str, Node<'_>)], cx: &Reading<'_>) {
+    fn look_ahead(entries: &[(&str, Node<'_>)], cx: &JsonReader<'_>) {
         cx.context.expect_pictures(entries.iter().filter_map(|(_, node)| {
             let entry = node.value().as_object()?;
             let is_raw = entry.get_boolean("raw").is_some_and(|raw| raw.value);
             let path = cx.folder.join(&*entry.get_string("file")?.value);
-            Some((path, Numbers::of_raw(is_raw)))
+            Some((path, PixelEncoding::of_raw(is_raw)))
         }));
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         let is_raw = keys.take("raw").map_or(Ok(false), |raw| bool::read(&raw, cx))?;
@@ -50,11 +50,11 @@ impl Shared for Image {
         if let Some(known) = cx.files.images.get(&place) {
             return Ok(Arc::clone(known));
         }
-        let image = match cx.context.picture(&path, Numbers::of_raw(is_raw)) {
+        let image = match cx.context.picture(&path, PixelEncoding::of_raw(is_raw)) {
             Ok(decoded) => decoded.image,
             Err(why) => {
-                cx.context.missing(file.span(), format!("{why}; {}", substitute::INSTEAD));
-                substitute::light()
+                cx.context.missing(file.span(), format!("{why}; {}", placeholder::INSTEAD));
+                placeholder::light()
             }
         };
         cx.account(size_of_val(image.pixels.as_slice()), &file)?;
@@ -63,7 +63,7 @@ impl Shared for Image {
         Ok(image)
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let name = cx.key.clone();
         let options = SaveOptions::default();
         let bytes = encode(self, "image.exr".as_ref(), &options).map_err(|e| e.to_string())?;
@@ -87,7 +87,7 @@ impl Shared for Grid {
         &mut tables.grids
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let Some(file) = keys.take("file") else {
             let resolution = keys.take("resolution");
@@ -113,7 +113,7 @@ impl Shared for Grid {
         Ok(grid)
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         if self.values.len() > MAX_INLINE {
             let name = cx.key.clone();
             let bytes = vol::write(self)?;
@@ -145,7 +145,7 @@ fn inline_grid(
     resolution: &Node<'_>,
     channels: u32,
     values: &Node<'_>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Grid, LoadError> {
     let resolution = <[u32; 3]>::read(resolution, cx)?;
     let values: Vec<f32> = values
@@ -174,7 +174,7 @@ impl Shared for IesProfile {
         &mut tables.profiles
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         keys.finish()?;
@@ -188,7 +188,7 @@ impl Shared for IesProfile {
         Ok(profile)
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let name = cx.key.clone();
         let bytes = ies_text(self).into_bytes();
         Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "ies", bytes))]))
@@ -210,7 +210,7 @@ impl Shared for Measurements {
         &mut tables.measurements
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         keys.finish()?;
@@ -220,12 +220,12 @@ impl Shared for Measurements {
             Err(Unusable::Missing(why)) => {
                 let message = format!("{why}; what is magenta from everywhere stands in for it");
                 cx.context.missing(file.span(), message);
-                Ok(Arc::new(substitute::measurements()))
+                Ok(Arc::new(placeholder::measurements()))
             }
         }
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let name = cx.key.clone();
         let bytes = measured::write(self);
         Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "bsdf", bytes))]))

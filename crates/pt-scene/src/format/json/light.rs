@@ -4,19 +4,19 @@ use pt_math::DAffine3;
 
 use serde_json::Value;
 
-use super::describe::{Kind, Plain, record, tagged, words};
+use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
 use super::medium::Here;
 use super::node::Node;
 use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE, numbers, vector, vector_schema};
-use super::out::Out;
+use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{Reading, Writing};
+use super::shared::{JsonReader, JsonWriter};
 use crate::light::{DaySpan, Daylight, Place, Portal, Rows};
 use crate::{Light, LightKind, LoadError};
 
-record! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
+json_struct! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
 
-tagged! {
+json_enum! {
     LightKind {
         Hemisphere { radiance: FROM_0 },
         Constant { radiance: FROM_0, portal: Corners },
@@ -35,15 +35,15 @@ tagged! {
         Area { radiance: FROM_0 },
     }
 }
-words! { Rows { Between, FromPoleToPole } }
+json_unit_enum! { Rows { Between, FromPoleToPole } }
 
 /// The corners of a portal; left out where there is none.
 struct Corners;
 
-impl Kind<Option<Portal>> for Corners {
+impl FieldCodec<Option<Portal>> for Corners {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Option<Portal>, LoadError> {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Option<Portal>, LoadError> {
         const EXPECTED: &str = "the four corners of a rectangle, each a list of 3 numbers";
         let corners = node.list(EXPECTED)?;
         let corners = corners.iter().map(|corner| vector(corner, &ANY, "a list of 3 numbers"));
@@ -54,25 +54,25 @@ impl Kind<Option<Portal>> for Corners {
         Ok(Some(portal))
     }
 
-    fn write(&self, value: &Option<Portal>, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Option<Portal>, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         let corners = value.iter().flat_map(|portal| &portal.corners);
         corners.map(|corner| numbers(corner)).collect::<Result<_, _>>().map(Out::List)
     }
 
     fn schema(&self, schemas: &mut Schemas) -> Value {
-        vector_schema(&Kind::<[f64; 3]>::schema(&Each(ANY), schemas), 4)
+        vector_schema(&FieldCodec::<[f64; 3]>::schema(&Each(ANY), schemas), 4)
     }
 
-    fn missing(&self, _: &Node<'_>, _: &Reading<'_>) -> Option<Option<Portal>> {
+    fn missing(&self, _: &Node<'_>, _: &JsonReader<'_>) -> Option<Option<Portal>> {
         Some(None)
     }
 
-    fn is_understood(&self, value: &Option<Portal>, _: &Writing<'_>) -> bool {
+    fn is_understood(&self, value: &Option<Portal>, _: &JsonWriter<'_>) -> bool {
         value.is_none()
     }
 }
 
-record! {
+json_struct! {
     Daylight {
         to_sun: Each(ANY) => Self::default().to_sun,
         turbidity: FROM_0 => Self::default().turbidity,
@@ -84,10 +84,10 @@ record! {
         span: Plain => None,
     }
 }
-record! {
+json_struct! {
     DaySpan {
         place: Plain, timezone: ANY => 0.0, first: Plain, days: Plain => 1, hours: Each(FROM_0) => [0.0, 24.0],
         part: Each(SHARE) => [0.0, 1.0],
     }
 }
-record! { Place { latitude: ANY, longitude: ANY } }
+json_struct! { Place { latitude: ANY, longitude: ANY } }

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3};
 use serde_json::{Value, json};
 
-use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
+use super::codec::{
+    FieldCodec, JsonCodec, Plain, StructCodec, json_enum, json_struct, json_unit_enum, put,
+};
 use super::node::{Keys, Node};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Name, Reading, Shared, Tables, Writing};
+use super::shared::{JsonReader, JsonWriter, Name, Shared, Tables};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
     Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
@@ -26,7 +28,7 @@ use crate::texture::{
 };
 use crate::{LoadError, Material};
 
-record! {
+json_struct! {
     Material {
         name: Name,
         emission: FROM_0 => [0.0; 3].into(),
@@ -41,21 +43,21 @@ const MAX_SETS: u32 = 1000;
 /// The variants of surfaces are the structs of their names.
 macro_rules! surface_fields {
     ($($name:ident),* $(,)?) => {
-        tagged! { Surface { $($name ($name)),* } }
+        json_enum! { Surface { $($name ($name)),* } }
     };
 }
 crate::surfaces!(surface_fields);
 
-record! { Matte { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
-record! {
+json_struct! { Matte { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
+json_struct! {
     RoughDiffuse {
         reflectance: FROM_0 => [0.5; 3].into(),
         roughness: SHARE => 0.5.into(),
         two_sided: Plain => true,
     }
 }
-record! { Mirror { reflectance: FROM_0 => [1.0; 3].into() } }
-record! {
+json_struct! { Mirror { reflectance: FROM_0 => [1.0; 3].into() } }
+json_struct! {
     Glass {
         reflectance: FROM_0 => [1.0; 3].into(),
         transmittance: FROM_0 => [1.0; 3].into(),
@@ -63,15 +65,15 @@ record! {
         roughness: Plain => None,
     }
 }
-record! {
+json_struct! {
     ThinGlass {
         reflectance: FROM_0 => [1.0; 3].into(),
         transmittance: FROM_0 => [1.0; 3].into(),
         ior: ABOVE_0 => 1.5,
     }
 }
-record! { Refraction { transmittance: FROM_0 => [1.0; 3].into(), ior: ABOVE_0 => 1.5 } }
-record! {
+json_struct! { Refraction { transmittance: FROM_0 => [1.0; 3].into(), ior: ABOVE_0 => 1.5 } }
+json_struct! {
     Conductor {
         eta: FROM_0,
         k: FROM_0,
@@ -80,7 +82,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     CoatedDiffuse {
         diffuse: FROM_0 => [0.5; 3].into(),
         specular: FROM_0 => [1.0; 3].into(),
@@ -89,7 +91,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     RoughCoatedDiffuse {
         diffuse: FROM_0 => [0.5; 3].into(),
         specular: FROM_0 => [1.0; 3].into(),
@@ -100,7 +102,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     FresnelPlastic {
         diffuse: FROM_0 => [0.5; 3].into(),
         specular: FROM_0 => [1.0; 3].into(),
@@ -109,7 +111,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     CoatedConductor {
         eta: FROM_0,
         k: FROM_0,
@@ -120,7 +122,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     Plastic {
         diffuse: FROM_0 => [0.5; 3].into(),
         specular: FROM_0 => [0.04; 3].into(),
@@ -128,7 +130,7 @@ record! {
         two_sided: Plain => true,
     }
 }
-record! {
+json_struct! {
     Principled {
         base_color: FROM_0 => Self::default().base_color,
         roughness: SHARE => Self::default().roughness,
@@ -145,7 +147,7 @@ record! {
         two_sided: Plain => false,
     }
 }
-record! {
+json_struct! {
     PrincipledThin {
         base_color: FROM_0 => Self::default().base_color,
         roughness: SHARE => Self::default().roughness,
@@ -159,7 +161,7 @@ record! {
         diff_trans: TO_2 => 0.0.into(),
     }
 }
-record! {
+json_struct! {
     MetallicRoughness {
         base_color: FROM_0 => Self::default().base_color,
         metallic: SHARE => 0.0.into(),
@@ -186,14 +188,14 @@ record! {
         two_sided: Plain => false,
     }
 }
-tagged! { CoatNormals { Base(), Shape(), Relief(Relief) } }
-record! {
+json_enum! { CoatNormals { Base(), Shape(), Relief(Relief) } }
+json_struct! {
     DiffuseTransmission {
         reflectance: FROM_0 => [0.5; 3].into(),
         transmittance: FROM_0 => [0.5; 3].into(),
     }
 }
-record! {
+json_struct! {
     Hair {
         ior: FROM_1 => Self::default().ior,
         roughness: SHARE => Self::default().roughness,
@@ -202,10 +204,10 @@ record! {
         two_sided: Plain => false,
     } + pigment: Pigment
 }
-record! { Measured { measurements: Plain, two_sided: Plain => true } }
-record! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
-record! { Sided { front: Plain, back: Plain } }
-record! {
+json_struct! { Measured { measurements: Plain, two_sided: Plain => true } }
+json_struct! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
+json_struct! { Sided { front: Plain, back: Plain } }
+json_struct! {
     Embossed {
         surface: Plain,
         shadowing: Plain => false,
@@ -213,14 +215,14 @@ record! {
         mirrored: Plain => false,
     } + relief: Relief
 }
-words! { Averted { Bent, Turned, Black } }
+json_unit_enum! { Averted { Bent, Turned, Black } }
 
-impl Fields for Black {
-    fn read_fields(_: &mut Keys<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl StructCodec for Black {
+    fn read_fields(_: &mut Keys<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         Ok(Self)
     }
 
-    fn write_fields(&self, _: &mut Entries, _: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, _: &mut Entries, _: &mut JsonWriter<'_>) -> Result<(), String> {
         Ok(())
     }
 
@@ -229,12 +231,12 @@ impl Fields for Black {
     }
 }
 
-words! { Distribution { Beckmann, Ggx } }
-words! { Masking { Correlated, Separable } }
+json_unit_enum! { Distribution { Beckmann, Ggx } }
+json_unit_enum! { Masking { Correlated, Separable } }
 
 /// `{"alpha": 0.1}`, or two numbers, along u and along v.
-impl Fields for Roughness {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl StructCodec for Roughness {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let one = keys.take("alpha").map(|node| ABOVE_0.read(&node, cx)).transpose()?;
         let alpha: [Scalar; 2] = match one {
             Some(alpha) => [Scalar::clone(&alpha), alpha],
@@ -251,7 +253,7 @@ impl Fields for Roughness {
         })
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         let [u, v] = &self.alpha;
         if u == v {
             put(out, "alpha", &ABOVE_0, u, None, cx)?;
@@ -292,8 +294,8 @@ impl Fields for Roughness {
 
 /// A colour as `reflectance`, what is absorbed as `absorption`, or concentrations as `eumelanin` and `pheomelanin`; without any, that of brown
 /// hair.
-impl Fields for Pigment {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl StructCodec for Pigment {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS.map(|key| keys.take(key));
         let melanin = eumelanin.is_some() || pheomelanin.is_some();
         let given = [reflectance.is_some(), absorption.is_some(), melanin];
@@ -315,7 +317,7 @@ impl Fields for Pigment {
         Ok(Self::Melanin([number(eumelanin)?, number(pheomelanin)?]))
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS;
         match self {
             Self::Reflectance(color) => put(out, reflectance, &SHARE, color, None, cx),
@@ -329,9 +331,9 @@ impl Fields for Pigment {
 
     fn properties(schemas: &mut Schemas) -> Vec<Properties> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS;
-        let color = Kind::<Color>::schema(&SHARE, schemas);
-        let absorbed = Kind::<[f32; 3]>::schema(&FROM_0, schemas);
-        let concentration = Kind::<f32>::schema(&FROM_0, schemas);
+        let color = FieldCodec::<Color>::schema(&SHARE, schemas);
+        let absorbed = FieldCodec::<[f32; 3]>::schema(&FROM_0, schemas);
+        let concentration = FieldCodec::<f32>::schema(&FROM_0, schemas);
         let one = |key, schema| Properties::default().with_schema(key, schema, true);
         let melanin = Properties::default()
             .with_schema(eumelanin, concentration.clone(), false)
@@ -344,8 +346,8 @@ impl Fields for Pigment {
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
 /// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or `turned_normal_map`, or as a `height_map` with its `height`.
-impl Fields for Relief {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl StructCodec for Relief {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {
             let normals = Arc::read(&normals, cx)?;
             return Ok(match keys.take("along") {
@@ -362,7 +364,7 @@ impl Fields for Relief {
         Ok(Self::Heights(Arc::read(&heights, cx)?, keys.read("height", &ANY, Some(1.0), cx)?))
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         match self {
             Self::Normals(texture) => put(out, "normal_map", &Plain, texture, None, cx),
             Self::TurnedNormals(texture) => {
@@ -391,11 +393,11 @@ impl Fields for Relief {
     }
 }
 
-record! {
+json_struct! {
     Texture { layout: Plain => Layout::default(), to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern
 }
 
-tagged! {
+json_enum! {
     Layout {
         Surface(),
         Space { to_texture: ToTexture => DAffine3::IDENTITY },
@@ -405,7 +407,7 @@ tagged! {
     }
 }
 
-tagged! {
+json_enum! {
     Pattern {
         Bitmap(Bitmap),
         Checkerboard[colors: Pair(FROM_0)],
@@ -427,19 +429,19 @@ tagged! {
     }
 }
 
-record! { Noise { octaves: UpTo(Noise::MAX_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
-record! { Marble { variation: ANY => 0.2 } + noise: Noise }
+json_struct! { Noise { octaves: UpTo(Noise::MAX_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
+json_struct! { Marble { variation: ANY => 0.2 } + noise: Noise }
 
-record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
+json_struct! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
 
-record! {
+json_struct! {
     Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }
 }
-words! { Edge { Repeat, Mirror, Clamp, Black } }
+json_unit_enum! { Edge { Repeat, Mirror, Clamp, Black } }
 
 /// A word for both directions, or a list of one for u and one for v.
-impl Described for Wrap {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for Wrap {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.text().is_some() {
             return Edge::read(node, cx).map(Self::both);
         }
@@ -449,7 +451,7 @@ impl Described for Wrap {
         }
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         if self.u == self.v { self.u.write(cx) } else { [self.u, self.v].write(cx) }
     }
 
@@ -458,7 +460,7 @@ impl Described for Wrap {
         json!({"anyOf": [Edge::schema(schemas), both]})
     }
 }
-words! { Filter { Bilinear, Nearest, Trilinear } }
+json_unit_enum! { Filter { Bilinear, Nearest, Trilinear } }
 
 impl Shared for Texture {
     const TABLE: (&'static str, &'static str) = ("textures", "texture");
@@ -467,7 +469,7 @@ impl Shared for Texture {
         &mut tables.textures
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         const MAX_PARTS: usize = 1000;
         let texture = Self::read(node, cx)?;
         // Products of products of the same texture would grow without end.
@@ -479,7 +481,7 @@ impl Shared for Texture {
         Ok(Arc::new(texture))
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         self.write(cx)
     }
 

@@ -14,15 +14,15 @@ use super::super::mesh_file;
 use super::super::xml::quote;
 use super::super::{obj, ply, serialized, stl};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
-use super::describe::Described;
+use super::codec::JsonCodec;
 use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{ANY, numbers, vector, vector_schema};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Reading, Shared, Tables, Writing};
+use super::shared::{JsonReader, JsonWriter, Shared, Tables};
 use crate::shapes::{cube, cylinder, disk, rectangle, single_part};
-use crate::{Attribute, Attributes, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, LoadError, Mesh, Submesh};
 
 /// Makes a mesh by rule.
 pub(super) type Maker = fn() -> Mesh;
@@ -42,7 +42,7 @@ impl Shared for Mesh {
         &mut tables.meshes
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let name = keys.take("name").map(|name| String::read(&name, cx)).transpose()?;
         let name = name.or_else(|| Some(cx.key.clone()).filter(|key| !key.is_empty()));
@@ -69,7 +69,7 @@ impl Shared for Mesh {
         Ok(Arc::new(mesh))
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let mut out = Entries::new();
         if self.name != cx.key {
             out.push(("name".to_owned(), Out::text(&self.name)));
@@ -142,14 +142,14 @@ fn count(mesh: &Mesh) -> usize {
         + colors
         + faces
         + named
-        + 3 * mesh.parts.len()
+        + 3 * mesh.submeshes.len()
 }
 
 /// A shape; without a name of its own, all who ask for it share it.
 fn of_shape(
     node: &Node<'_>,
     name: Option<String>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Arc<Mesh>, LoadError> {
     let wanted = node.text().ok_or_else(|| node.unexpected("the name of a shape"))?;
     let found = SHAPES.iter().find(|(shape, _)| *shape == wanted);
@@ -163,7 +163,7 @@ pub(super) fn shape_named(
     shape: &str,
     make: Maker,
     name: Option<String>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Arc<Mesh> {
     let name = name.unwrap_or_else(|| shape.to_owned());
     // No path of a file is empty.
@@ -177,7 +177,7 @@ fn of_file(
     node: &Node<'_>,
     group: u32,
     name: Option<String>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Arc<Mesh>, LoadError> {
     let path = cx.path(node)?;
     let place = (path.clone(), format!("{group} {}", name.as_deref().unwrap_or_default()));
@@ -193,7 +193,7 @@ fn of_file(
         };
         cx.context
             .missing(node.span(), format!("{why}; the objects that are made of it are left out"));
-        LoadError::Told
+        LoadError::AlreadyReported
     })?;
     if let Some(name) = name {
         mesh.name = name;
@@ -276,14 +276,14 @@ fn check(mesh: &Mesh) -> Result<(), String> {
         }
     }
     let mut next = 0;
-    for Part { triangles, .. } in &mesh.parts {
+    for Submesh { triangles, .. } in &mesh.submeshes {
         if triangles.start != next || triangles.end < next {
             return Err("the parts do not follow one another from triangle 0".to_owned());
         }
         next = triangles.end;
     }
-    let slots = mesh.parts.iter().map(|part| part.slot).max().unwrap_or_default();
-    if next as usize != triangles || slots as usize >= triangles.max(1) + mesh.parts.len() {
+    let slots = mesh.submeshes.iter().map(|part| part.slot).max().unwrap_or_default();
+    if next as usize != triangles || slots as usize >= triangles.max(1) + mesh.submeshes.len() {
         return Err(format!(
             "the parts hold {next} of {triangles} triangles, and slots up to {slots}; expected all triangles, and \
              slots that are numbered from 0"
@@ -294,7 +294,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
 
 // ---- in the scene itself -------------------------------------------------------------------------
 
-fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Mesh, LoadError> {
+fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadError> {
     let Some((positions, triangles)) = keys.take("positions").zip(keys.take("triangles")) else {
         let message = "expected a \"file\", a \"shape\", or \"positions\" and \"triangles\"";
         return Err(keys.node.error(message));
@@ -309,12 +309,22 @@ fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Mesh, LoadError> 
     let parts = match keys.take("parts") {
         None => single_part(triangles.len()),
         Some(node) => {
-            let part = |[start, end, slot]: [u32; 3]| Part { triangles: start..end, slot };
+            let part = |[start, end, slot]: [u32; 3]| Submesh { triangles: start..end, slot };
             indices(&node, cx)?.into_iter().map(part).collect()
         }
     };
     let name = String::new();
-    Ok(Mesh { name, positions, triangles, normals, uvs, colors, face_colors, attributes, parts })
+    Ok(Mesh {
+        name,
+        positions,
+        triangles,
+        normals,
+        uvs,
+        colors,
+        face_colors,
+        attributes,
+        submeshes: parts,
+    })
 }
 
 /// Values by their names.
@@ -328,7 +338,7 @@ fn attribute<const N: usize>(
     keys: &mut Keys<'_>,
     values: &'static str,
     corners: &'static str,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Option<Attribute<[f32; N]>>, LoadError> {
     let values = keys.take(values).map(|node| vectors(&node)).transpose()?;
     let found = keys.take(corners);
@@ -344,11 +354,11 @@ pub(super) fn vectors<const N: usize>(node: &Node<'_>) -> Result<Vec<[f32; N]>, 
     node.list("a list")?.iter().map(|item| vector(item, &ANY, &expected)).collect()
 }
 
-fn indices(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
+fn indices(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
     Vec::read(node, cx)
 }
 
-fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
     fn values<const N: usize>(values: &[[f32; N]]) -> Result<Out, String> {
         values.iter().map(|v| numbers(v)).collect::<Result<_, _>>().map(Out::List)
     }
@@ -356,7 +366,7 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<
         attribute: Option<&Attribute<[f32; N]>>,
         [name, corners]: [&str; 2],
         out: &mut Entries,
-        cx: &mut Writing<'_>,
+        cx: &mut JsonWriter<'_>,
     ) -> Result<(), String> {
         let Some(attribute) = attribute else { return Ok(()) };
         out.push((name.to_owned(), values(&attribute.values)?));
@@ -381,7 +391,7 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<
             out.push((key.to_owned(), Out::Object(entries)));
         }
     }
-    if mesh.parts != single_part(mesh.triangles.len()) {
+    if mesh.submeshes != single_part(mesh.triangles.len()) {
         out.push(("parts".to_owned(), rows_of_parts(mesh).write(cx)?));
     }
     Ok(())
@@ -389,7 +399,10 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<
 
 /// First triangle, triangle behind the last one, and slot of each part.
 fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
-    mesh.parts.iter().map(|part| [part.triangles.start, part.triangles.end, part.slot]).collect()
+    mesh.submeshes
+        .iter()
+        .map(|part| [part.triangles.start, part.triangles.end, part.slot])
+        .collect()
 }
 
 // ---- in files of arrays --------------------------------------------------------------------------
@@ -414,7 +427,7 @@ fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     for (prefix, named) in [(VERTEX_PREFIX, vertices), (FACE_PREFIX, faces)] {
         arrays.extend(named.iter().map(|(name, of)| reals(&format!("{prefix}{name}"), of)));
     }
-    if mesh.parts != single_part(mesh.triangles.len()) {
+    if mesh.submeshes != single_part(mesh.triangles.len()) {
         arrays.push(wholes("parts", &rows_of_parts(mesh)));
     }
     encode(&arrays)
@@ -440,7 +453,9 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
     let triangles = corners(&all, "triangles")?.ok_or_else(|| missing("triangles"))?;
     let parts = match corners(&all, "parts")? {
         None => single_part(triangles.len()),
-        Some(rows) => rows.into_iter().map(|[a, b, slot]| Part { triangles: a..b, slot }).collect(),
+        Some(rows) => {
+            rows.into_iter().map(|[a, b, slot]| Submesh { triangles: a..b, slot }).collect()
+        }
     };
     let mesh = Mesh {
         name: String::new(),
@@ -454,7 +469,7 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
             vertices: named_points(&all, VERTEX_PREFIX)?,
             faces: named_points(&all, FACE_PREFIX)?,
         },
-        parts,
+        submeshes: parts,
     };
     check(&mesh)?;
     Ok(mesh)

@@ -1,13 +1,13 @@
 //! Our own scene files: all of a [`Scene`], in JSON with comments, for people and for programs.
 //!
 //! What a file may hold is told once for each type, beside its neighbours of the same concept (`material.rs`,
-//! `light.rs` …), in the words of `describe.rs`; reading, writing and the schema all follow from that. `node.rs`
-//! knows where values stand, `out.rs` prints, and `shared.rs` has what is referred to by names. Meshes, images and
+//! `light.rs` …), in the words of `codec.rs`; reading, writing and the schema all follow from that. `node.rs`
+//! knows where values stand, `printer.rs` prints, and `shared.rs` has what is referred to by names. Meshes, images and
 //! grids of any size are written to files beside the scene (`mesh.rs`, `files.rs`).
 
 mod arrays;
 mod camera;
-mod describe;
+mod codec;
 mod files;
 mod light;
 mod material;
@@ -16,8 +16,8 @@ mod mesh;
 mod node;
 mod number;
 mod object;
-mod out;
 mod points;
+mod printer;
 mod schema;
 mod settings;
 mod shared;
@@ -26,13 +26,13 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
-use describe::{Described, Plain, put};
+use codec::{JsonCodec, Plain, put};
 use node::{Document, Keys, Node};
 use number::ABOVE_0;
-use out::{Entries, Out};
+use printer::{Entries, Out};
 use schema::{Properties, Schemas};
 use serde_json::{Value, json};
-use shared::{OutFile, Reading, Shared, Unique, Writing, read_table};
+use shared::{JsonReader, JsonWriter, OutFile, Shared, Unique, read_table};
 
 use super::context::Context;
 use super::save::Encoded;
@@ -43,7 +43,7 @@ use crate::light::IesProfile;
 use crate::measured::Measurements;
 use crate::medium::Grid;
 use crate::{
-    Camera, FileSettings, Light, LoadError, Material, Medium, Mesh, Motion, Object, Points, Scene,
+    Camera, Light, LoadError, Material, Medium, Mesh, Motion, Object, Points, RenderHints, Scene,
     Texture,
 };
 
@@ -65,7 +65,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let mut keys = root.keys()?;
     check_version(&mut keys)?;
     keys.take("$schema"); // for editors
-    let mut cx = Reading::new(path.parent().unwrap_or(Path::new("")), context);
+    let mut cx = JsonReader::new(path.parent().unwrap_or(Path::new("")), context);
     let scene = scene(&mut keys, &mut cx)?;
     keys.finish()?;
     Ok(scene)
@@ -90,9 +90,9 @@ fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
 }
 
 /// All of the file but its version. Tables come first, whatever their order in the file.
-fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> {
+fn scene(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadError> {
     let defaults = Scene::default();
-    let settings: FileSettings = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
+    let settings: RenderHints = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
     if let Some([width, height]) = settings.resolution {
         cx.aspect = f64::from(width) / f64::from(height);
     }
@@ -135,17 +135,17 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
 }
 
 /// The entries of a table whose order counts, and their names.
-fn named<T: Described>(
+fn named<T: JsonCodec>(
     table: &'static str,
     keys: &mut Keys<'_>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Vec<(String, T)>, LoadError> {
     let Some(node) = keys.take(table) else { return Ok(Vec::new()) };
     let mut entries = Vec::new();
     for (name, node) in node.entries()? {
         name.clone_into(&mut cx.key);
         let read = T::read(&node, cx);
-        match cx.context.keep(read)? {
+        match cx.context.ok_or_report(read)? {
             Some(entry) => entries.push((name.to_owned(), entry)),
             None => cx.fail(table, name),
         }
@@ -154,16 +154,16 @@ fn named<T: Described>(
 }
 
 /// The items of a list, without those that have an error or a mesh that is missing.
-fn list<T: Described>(
+fn list<T: JsonCodec>(
     key: &'static str,
     keys: &mut Keys<'_>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Vec<T>, LoadError> {
     let Some(node) = keys.take(key) else { return Ok(Vec::new()) };
     let mut items = Vec::new();
     for item in node.list("a list […]")? {
         let read = T::read(&item, cx);
-        items.extend(cx.context.keep(read)?);
+        items.extend(cx.context.ok_or_report(read)?);
     }
     Ok(items)
 }
@@ -181,7 +181,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     let folder = format!("{stem}_files");
     let materials = unique(scene.materials.iter().map(|m| m.name.as_str()), "material");
     let media = unique(scene.media.iter().map(|m| m.name.as_str()), "medium");
-    let cx = &mut Writing::new(folder.clone(), &materials, &media);
+    let cx = &mut JsonWriter::new(folder.clone(), &materials, &media);
     let defaults = Scene::default();
     let mut head = vec![(HEADER.to_owned(), VERSION.write(cx)?)];
     put(&mut head, "name", &Plain, &scene.name, Some(stem), cx)?;
@@ -222,12 +222,12 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>, otherwise: &str) -> Vec<Stri
     names.map(|name| unique.name(name, otherwise)).collect()
 }
 
-fn write_named<T: Described>(
+fn write_named<T: JsonCodec>(
     table: &str,
     all: &[T],
     names: &[String],
     out: &mut Entries,
-    cx: &mut Writing<'_>,
+    cx: &mut JsonWriter<'_>,
 ) -> Result<(), String> {
     let mut entries = Entries::new();
     for (entry, name) in all.iter().zip(names) {

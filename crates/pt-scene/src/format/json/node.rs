@@ -8,9 +8,9 @@ use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::super::xml::quote;
-use super::describe::Kind;
-use super::shared::Reading;
-use crate::spelling::alike;
+use super::codec::FieldCodec;
+use super::shared::JsonReader;
+use crate::spelling::suggestions;
 use crate::{LoadError, Span};
 
 /// How deep values may stand in each other.
@@ -204,12 +204,12 @@ impl<'a> Keys<'a> {
     }
 
     /// The value of a key, or a default; without one, the key has to be there.
-    pub(super) fn read<T, K: Kind<T>>(
+    pub(super) fn read<T, K: FieldCodec<T>>(
         &mut self,
         name: &'static str,
         kind: &K,
         default: Option<T>,
-        cx: &mut Reading<'_>,
+        cx: &mut JsonReader<'_>,
     ) -> Result<T, LoadError> {
         let found = if K::IS_WRITTEN { self.take(name) } else { None };
         match found {
@@ -238,7 +238,7 @@ impl<'a> Keys<'a> {
 fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> String {
     const MAX_LISTED: usize = 40;
     let all: Vec<_> = known.collect();
-    let meant = match alike(name, all.iter().copied()).first() {
+    let meant = match suggestions(name, all.iter().copied()).first() {
         Some(meant) => format!("did you mean {}? ", quote(meant)),
         None => String::new(),
     };

@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::describe::{Described, Kind, Plain};
+use super::codec::{FieldCodec, JsonCodec, Plain};
 use super::node::Node;
-use super::out::Out;
+use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{Reading, Writing};
+use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
 use crate::texture::Input;
 
@@ -110,12 +110,12 @@ pub(super) fn digits<T: Real>(x: T) -> Result<Out, String> {
     Ok(Out::Number(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned)))
 }
 
-impl Kind<f32> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f32, LoadError> {
+impl FieldCodec<f32> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f32, LoadError> {
         self.number(node)
     }
 
-    fn write(&self, value: &f32, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &f32, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         digits(*value)
     }
 
@@ -124,12 +124,12 @@ impl Kind<f32> for Within {
     }
 }
 
-impl Kind<f64> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f64, LoadError> {
+impl FieldCodec<f64> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
         self.number(node)
     }
 
-    fn write(&self, value: &f64, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &f64, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         digits(*value)
     }
 
@@ -139,15 +139,15 @@ impl Kind<f64> for Within {
 }
 
 /// A colour; a single number is a grey.
-impl Kind<[f32; 3]> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<[f32; 3], LoadError> {
+impl FieldCodec<[f32; 3]> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<[f32; 3], LoadError> {
         if node.digits().is_some() {
             return self.number(node).map(|grey| [grey; 3]);
         }
         vector(node, self, "a number or [red, green, blue]")
     }
 
-    fn write(&self, value: &[f32; 3], _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &[f32; 3], _: &mut JsonWriter<'_>) -> Result<Out, String> {
         let [r, g, b] = value.map(f32::to_bits);
         if r == g && g == b { digits(value[0]) } else { numbers(value) }
     }
@@ -158,26 +158,26 @@ impl Kind<[f32; 3]> for Within {
 }
 
 /// A value, or the texture that shows it.
-impl<T> Kind<Input<T>> for Within
+impl<T> FieldCodec<Input<T>> for Within
 where
-    Within: Kind<T>,
+    Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Input<T>, LoadError> {
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Input<T>, LoadError> {
         if node.text().is_some() || node.value().as_object().is_some() {
             return Plain.read(node, cx).map(Input::Texture);
         }
-        Kind::<T>::read(self, node, cx).map(Input::Value)
+        FieldCodec::<T>::read(self, node, cx).map(Input::Value)
     }
 
-    fn write(&self, value: &Input<T>, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Input<T>, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         match value {
-            Input::Value(value) => Kind::<T>::write(self, value, cx),
+            Input::Value(value) => FieldCodec::<T>::write(self, value, cx),
             Input::Texture(texture) => texture.write(cx),
         }
     }
 
     fn schema(&self, schemas: &mut Schemas) -> Value {
-        let value = Kind::<T>::schema(self, schemas);
+        let value = FieldCodec::<T>::schema(self, schemas);
         json!({"anyOf": [value, std::sync::Arc::<crate::Texture>::schema(schemas)]})
     }
 }
@@ -185,12 +185,12 @@ where
 /// Several numbers of a range, in a list.
 pub(super) struct Each(pub(super) Within);
 
-impl<T: Real, const N: usize> Kind<[T; N]> for Each {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<[T; N], LoadError> {
+impl<T: Real, const N: usize> FieldCodec<[T; N]> for Each {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<[T; N], LoadError> {
         vector(node, &self.0, &format!("a list of {N} numbers"))
     }
 
-    fn write(&self, value: &[T; N], _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &[T; N], _: &mut JsonWriter<'_>) -> Result<Out, String> {
         numbers(value)
     }
 
@@ -199,12 +199,12 @@ impl<T: Real, const N: usize> Kind<[T; N]> for Each {
     }
 }
 
-impl Kind<Vec<f32>> for Each {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Vec<f32>, LoadError> {
+impl FieldCodec<Vec<f32>> for Each {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Vec<f32>, LoadError> {
         node.list("a list of numbers")?.iter().map(|item| self.0.number(item)).collect()
     }
 
-    fn write(&self, value: &Vec<f32>, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Vec<f32>, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         numbers(value)
     }
 
@@ -236,14 +236,14 @@ pub(super) fn vector_schema(item: &Value, count: usize) -> Value {
 /// A number that may be infinite: left out then.
 pub(super) struct PerhapsInfinite;
 
-impl Kind<f64> for PerhapsInfinite {
+impl FieldCodec<f64> for PerhapsInfinite {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f64, LoadError> {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
         ABOVE_0.number(node)
     }
 
-    fn write(&self, value: &f64, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &f64, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         digits(*value)
     }
 
@@ -251,22 +251,22 @@ impl Kind<f64> for PerhapsInfinite {
         ABOVE_0.schema()
     }
 
-    fn missing(&self, _: &Node<'_>, _: &Reading<'_>) -> Option<f64> {
+    fn missing(&self, _: &Node<'_>, _: &JsonReader<'_>) -> Option<f64> {
         Some(f64::INFINITY)
     }
 
-    fn is_understood(&self, value: &f64, _: &Writing<'_>) -> bool {
+    fn is_understood(&self, value: &f64, _: &JsonWriter<'_>) -> bool {
         *value == f64::INFINITY
     }
 }
 
-impl Described for u32 {
-    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for u32 {
+    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let read = node.digits().and_then(|digits| digits.parse().ok());
         read.ok_or_else(|| node.unexpected("a whole number from 0 to 4294967295"))
     }
 
-    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::Number(self.to_string()))
     }
 
@@ -278,14 +278,14 @@ impl Described for u32 {
 /// Whole numbers from 0 up to this one.
 pub(super) struct UpTo(pub(super) u32);
 
-impl Kind<u32> for UpTo {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<u32, LoadError> {
+impl FieldCodec<u32> for UpTo {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<u32, LoadError> {
         let read = node.digits().and_then(|digits| digits.parse().ok());
         read.filter(|x| *x <= self.0)
             .ok_or_else(|| node.unexpected(&format!("a whole number from 0 to {}", self.0)))
     }
 
-    fn write(&self, value: &u32, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &u32, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::Number(value.to_string()))
     }
 
@@ -294,13 +294,13 @@ impl Kind<u32> for UpTo {
     }
 }
 
-impl Described for bool {
-    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for bool {
+    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let flag = node.value().as_boolean_lit().map(|flag| flag.value);
         flag.ok_or_else(|| node.unexpected("true or false"))
     }
 
-    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::Flag(*self))
     }
 
@@ -309,12 +309,12 @@ impl Described for bool {
     }
 }
 
-impl Described for String {
-    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for String {
+    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         node.text().map(str::to_owned).ok_or_else(|| node.unexpected("a text"))
     }
 
-    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::text(self))
     }
 
@@ -323,15 +323,15 @@ impl Described for String {
     }
 }
 
-impl<T: Described> Described for Option<T> {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl<T: JsonCodec> JsonCodec for Option<T> {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.value().as_null_keyword().is_some() {
             return Ok(None);
         }
         T::read(node, cx).map(Some)
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         self.as_ref().map_or(Ok(Out::Null), |value| value.write(cx))
     }
 
@@ -340,12 +340,12 @@ impl<T: Described> Described for Option<T> {
     }
 }
 
-impl<T: Described> Described for Vec<T> {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl<T: JsonCodec> JsonCodec for Vec<T> {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         node.list("a list […]")?.iter().map(|item| T::read(item, cx)).collect()
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let items = self.iter().enumerate();
         let write = |(i, item): (usize, &T)| item.write(cx).map_err(|e| format!("[{i}]: {e}"));
         items.map(write).collect::<Result<_, _>>().map(Out::List)
@@ -356,13 +356,13 @@ impl<T: Described> Described for Vec<T> {
     }
 }
 
-impl<T: Described, const N: usize> Described for [T; N] {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl<T: JsonCodec, const N: usize> JsonCodec for [T; N] {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let wrong = || node.unexpected(&format!("a list of {N}"));
         Vec::read(node, cx)?.try_into().map_err(|_| wrong())
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         self.iter().map(|item| item.write(cx)).collect::<Result<_, _>>().map(Out::List)
     }
 
@@ -374,40 +374,40 @@ impl<T: Described, const N: usize> Described for [T; N] {
 /// Two of the same kind, in a list.
 pub(super) struct Pair(pub(super) Within);
 
-impl<T> Kind<[T; 2]> for Pair
+impl<T> FieldCodec<[T; 2]> for Pair
 where
-    Within: Kind<T>,
+    Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<[T; 2], LoadError> {
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<[T; 2], LoadError> {
         match node.list("a list of two")?.as_slice() {
             [first, second] => Ok([self.0.read(first, cx)?, self.0.read(second, cx)?]),
             _ => Err(node.unexpected("a list of two")),
         }
     }
 
-    fn write(&self, [first, second]: &[T; 2], cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, [first, second]: &[T; 2], cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::List(vec![self.0.write(first, cx)?, self.0.write(second, cx)?]))
     }
 
     fn schema(&self, schemas: &mut Schemas) -> Value {
-        vector_schema(&Kind::<T>::schema(&self.0, schemas), 2)
+        vector_schema(&FieldCodec::<T>::schema(&self.0, schemas), 2)
     }
 }
 
 /// The same, in a box.
-impl<T> Kind<Box<[T; 2]>> for Pair
+impl<T> FieldCodec<Box<[T; 2]>> for Pair
 where
-    Within: Kind<T>,
+    Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Box<[T; 2]>, LoadError> {
-        Kind::<[T; 2]>::read(self, node, cx).map(Box::new)
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Box<[T; 2]>, LoadError> {
+        FieldCodec::<[T; 2]>::read(self, node, cx).map(Box::new)
     }
 
-    fn write(&self, value: &Box<[T; 2]>, cx: &mut Writing<'_>) -> Result<Out, String> {
-        Kind::<[T; 2]>::write(self, value, cx)
+    fn write(&self, value: &Box<[T; 2]>, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
+        FieldCodec::<[T; 2]>::write(self, value, cx)
     }
 
     fn schema(&self, schemas: &mut Schemas) -> Value {
-        Kind::<[T; 2]>::schema(self, schemas)
+        FieldCodec::<[T; 2]>::schema(self, schemas)
     }
 }

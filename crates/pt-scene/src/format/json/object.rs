@@ -5,17 +5,17 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 use serde_json::json;
 
-use super::describe::{Described, Fields, Kind, Plain, put};
+use super::codec::{FieldCodec, JsonCodec, Plain, StructCodec, put};
 use super::mesh::{SHAPES, shape_named};
 use super::node::{Keys, TYPE};
 use super::number::{ABOVE_0, NOT_0};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Numbered, Reading, Writing};
+use super::shared::{JsonReader, JsonWriter, Numbered};
 use crate::{Geometry, LoadError, Mesh, Motion, Object, Points, Sides};
 
-impl Fields for Object {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl StructCodec for Object {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let geometry = Geometry::read_fields(keys, cx)?;
         Ok(Self {
             name: keys.read("name", &Plain, Some(String::new()), cx)?,
@@ -28,7 +28,7 @@ impl Fields for Object {
         })
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         put(out, "name", &Plain, &self.name, Some(String::new()), cx)?;
         self.geometry.write_fields(out, cx)?;
         put(out, "to_world", &Plain, &self.to_world, Some(DAffine3::IDENTITY), cx)?;
@@ -50,10 +50,10 @@ impl Fields for Object {
     }
 }
 
-impl Fields for Geometry {
+impl StructCodec for Geometry {
     const IS_TAGGED: bool = true;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let tag = keys.tag()?;
         let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
         match name {
@@ -74,7 +74,7 @@ impl Fields for Geometry {
         }
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         match self {
             Self::Sphere { radius } => {
                 out.push((TYPE.to_owned(), Out::text("sphere")));
@@ -115,7 +115,7 @@ fn slots(geometry: &Geometry) -> usize {
     match geometry {
         Geometry::Sphere { .. } | Geometry::Points { .. } => 1,
         Geometry::Mesh(mesh) => {
-            mesh.parts.iter().map(|part| part.slot as usize + 1).max().unwrap_or(1)
+            mesh.submeshes.iter().map(|part| part.slot as usize + 1).max().unwrap_or(1)
         }
     }
 }
@@ -124,7 +124,7 @@ fn slots(geometry: &Geometry) -> usize {
 fn materials(
     keys: &mut Keys<'_>,
     slots: usize,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<Vec<Option<u32>>, LoadError> {
     let (one, each) = (keys.take("material"), keys.take("materials"));
     match (one, each) {
@@ -150,7 +150,7 @@ fn write_materials(
     materials: &[Option<u32>],
     slots: usize,
     out: &mut Entries,
-    cx: &mut Writing<'_>,
+    cx: &mut JsonWriter<'_>,
 ) -> Result<(), String> {
     let is_one = materials.len() == slots && materials.windows(2).all(|pair| pair[0] == pair[1]);
     match materials {

@@ -9,13 +9,13 @@ use serde_json::{Value, json};
 use super::super::xml::quote;
 use super::super::{mesh_file, obj, ply};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
-use super::describe::Described;
+use super::codec::JsonCodec;
 use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{numbers, vector_schema};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Reading, Shared, Tables, Writing};
+use super::shared::{JsonReader, JsonWriter, Shared, Tables};
 use crate::{LoadError, Points};
 
 /// `{"file": "cloud.ply"}`, or `{"positions": […], "colors": […], "segments": […]}`.
@@ -26,7 +26,7 @@ impl Shared for Points {
         &mut tables.points
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let name = keys.take("name").map(|name| String::read(&name, cx)).transpose()?;
         let name = name.or_else(|| Some(cx.key.clone()).filter(|key| !key.is_empty()));
@@ -44,7 +44,7 @@ impl Shared for Points {
         })
     }
 
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let mut out = Entries::new();
         if self.name != cx.key {
             out.push(("name".to_owned(), Out::text(&self.name)));
@@ -91,7 +91,7 @@ impl Shared for Points {
 }
 
 /// The points of a file, which is read once.
-fn of_file(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Points>, LoadError> {
+fn of_file(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, LoadError> {
     let path = cx.path(node)?;
     if let Some(known) = cx.files.points.get(&path) {
         return Ok(Arc::clone(known));
@@ -121,7 +121,7 @@ fn of_file(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Points>, LoadErr
     Ok(made)
 }
 
-fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Points, LoadError> {
+fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, LoadError> {
     let Some(positions) = keys.take("positions") else {
         return Err(keys.node.error("expected a \"file\", or \"positions\""));
     };

@@ -2,10 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use super::describe::Kind;
+use super::codec::FieldCodec;
 use super::node::TYPE;
-use super::out::Out;
-use super::shared::Writing;
+use super::printer::Out;
+use super::shared::JsonWriter;
 
 /// Definitions that several places refer to.
 #[derive(Default)]
@@ -49,7 +49,7 @@ impl Properties {
     }
 
     /// With the field of a type, of which `_field` says no more than which it is.
-    pub(super) fn with<T, K: Kind<T>, S>(
+    pub(super) fn with<T, K: FieldCodec<T>, S>(
         self,
         name: &str,
         kind: &K,
@@ -62,7 +62,7 @@ impl Properties {
         }
         let mut schema = kind.schema(schemas);
         let is_required = default.is_none() && K::IS_NEEDED;
-        let written = default.and_then(|value| kind.write(&value, &mut Writing::default()).ok());
+        let written = default.and_then(|value| kind.write(&value, &mut JsonWriter::default()).ok());
         if let Some(default) = written.filter(|default| *default != Out::Null) {
             schema["default"] = serde_json::from_str(&default.print()).unwrap_or_default();
         }

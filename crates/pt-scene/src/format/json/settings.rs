@@ -2,13 +2,13 @@
 
 use serde_json::json;
 
-use super::describe::{Kind, Plain, record, tagged, words};
+use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
 use super::node::Node;
 use super::number::{ABOVE_0, SHARE};
-use super::out::Out;
+use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{Reading, Writing};
-use crate::{FileSettings, Filter, Hidden, LoadError};
+use super::shared::{JsonReader, JsonWriter};
+use crate::{Filter, Hidden, LoadError, RenderHints};
 
 /// The integrators that a file may ask for.
 pub(super) const INTEGRATORS: [&str; 6] = ["path", "volpath", "direct", "ao", "normals", "cs184"];
@@ -33,8 +33,8 @@ pub(super) const AOVS: [&str; 17] = [
     "alpha",
 ];
 
-record! {
-    FileSettings {
+json_struct! {
+    RenderHints {
         resolution: Plain => None,
         crop: Plain => None,
         spp: Plain => None,
@@ -48,7 +48,7 @@ record! {
     }; check
 }
 
-fn check(settings: &FileSettings) -> Result<(), String> {
+fn check(settings: &RenderHints) -> Result<(), String> {
     const MAX_PIXELS: u64 = 1 << 32;
     let refuse = |message: &str| Err(message.to_owned());
     let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
@@ -75,9 +75,9 @@ fn check(settings: &FileSettings) -> Result<(), String> {
     settings.filter.map_or(Ok(()), |filter| filter.check())
 }
 
-words! { Hidden { Nothing, Background, Emitters } }
+json_unit_enum! { Hidden { Nothing, Background, Emitters } }
 
-tagged! {
+json_enum! {
     Filter {
         Box(),
         Tent { radius: ABOVE_0 => 1.0 },
@@ -101,16 +101,16 @@ impl OneOf {
 }
 
 #[expect(clippy::ref_option_ref, reason = "kinds write what they are lent")]
-impl Kind<Option<&'static str>> for OneOf {
+impl FieldCodec<Option<&'static str>> for OneOf {
     fn read(
         &self,
         node: &Node<'_>,
-        _: &mut Reading<'_>,
+        _: &mut JsonReader<'_>,
     ) -> Result<Option<&'static str>, LoadError> {
         self.name(node).map(Some)
     }
 
-    fn write(&self, value: &Option<&'static str>, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Option<&'static str>, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(value.map_or(Out::Null, Out::text))
     }
 
@@ -119,12 +119,16 @@ impl Kind<Option<&'static str>> for OneOf {
     }
 }
 
-impl Kind<Vec<&'static str>> for OneOf {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Vec<&'static str>, LoadError> {
+impl FieldCodec<Vec<&'static str>> for OneOf {
+    fn read(
+        &self,
+        node: &Node<'_>,
+        _: &mut JsonReader<'_>,
+    ) -> Result<Vec<&'static str>, LoadError> {
         node.list("a list of names")?.iter().map(|name| self.name(name)).collect()
     }
 
-    fn write(&self, value: &Vec<&'static str>, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Vec<&'static str>, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::List(value.iter().map(|name| Out::text(*name)).collect()))
     }
 

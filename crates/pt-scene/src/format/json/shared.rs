@@ -9,9 +9,9 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::super::context::Context;
-use super::describe::{Described, Kind};
+use super::codec::{FieldCodec, JsonCodec};
 use super::node::{Keys, Node};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::Schemas;
 use crate::image::Image;
 use crate::light::IesProfile;
@@ -20,7 +20,7 @@ use crate::medium::Grid;
 use crate::{LoadError, Mesh, Motion, Points, Texture};
 
 /// What is known while a file is read.
-pub(super) struct Reading<'a> {
+pub(super) struct JsonReader<'a> {
     /// The folder from which paths go on.
     pub(super) folder: &'a Path,
     pub(super) context: &'a Context,
@@ -62,7 +62,7 @@ pub(super) struct Files {
     bytes: u64,
 }
 
-impl<'a> Reading<'a> {
+impl<'a> JsonReader<'a> {
     pub(super) fn new(folder: &'a Path, context: &'a Context) -> Self {
         Self {
             folder,
@@ -91,7 +91,7 @@ impl<'a> Reading<'a> {
         known: &HashMap<String, T>,
     ) -> LoadError {
         if self.failed.contains(&(table, name.to_owned())) {
-            return LoadError::Told;
+            return LoadError::AlreadyReported;
         }
         node.unknown(what, name, sorted(known).into_iter())
     }
@@ -129,10 +129,10 @@ pub(super) struct OutFile {
 
 /// What is known while a file is written.
 #[derive(Default)]
-pub(super) struct Writing<'a> {
+pub(super) struct JsonWriter<'a> {
     /// The folder of files beside the scene, as the scene calls it.
     pub(super) folder: String,
-    /// See [`Reading::key`].
+    /// See [`JsonReader::key`].
     pub(super) key: String,
     pub(super) materials: &'a [String],
     pub(super) media: &'a [String],
@@ -144,7 +144,7 @@ pub(super) struct Writing<'a> {
     taken: HashMap<&'static str, Unique>,
 }
 
-impl<'a> Writing<'a> {
+impl<'a> JsonWriter<'a> {
     /// For a scene with these names of materials and media.
     pub(super) fn new(folder: String, materials: &'a [String], media: &'a [String]) -> Self {
         Self { folder, materials, media, ..Self::default() }
@@ -188,10 +188,10 @@ pub(super) trait Shared: Sized {
 
     fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>>;
     /// Told what the table holds before the first of it is read.
-    fn look_ahead(_entries: &[(&str, Node<'_>)], _cx: &Reading<'_>) {}
+    fn look_ahead(_entries: &[(&str, Node<'_>)], _cx: &JsonReader<'_>) {}
     /// What stands behind a name, or in the place of one.
-    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError>;
-    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String>;
+    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError>;
+    fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema_of_entry(schemas: &mut Schemas) -> Value;
     /// The name that it wants to have.
     fn name(&self) -> &str {
@@ -199,8 +199,8 @@ pub(super) trait Shared: Sized {
     }
 }
 
-impl<T: Shared> Described for Arc<T> {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl<T: Shared> JsonCodec for Arc<T> {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let Some(name) = node.text() else {
             cx.key.clear();
             return T::read_entry(node, cx);
@@ -214,7 +214,7 @@ impl<T: Shared> Described for Arc<T> {
         Err(error)
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let (table, _) = T::TABLE;
         let place = (table, Arc::as_ptr(self) as usize);
         if let Some(name) = cx.names.get(&place) {
@@ -237,7 +237,7 @@ impl<T: Shared> Described for Arc<T> {
 /// Reads a table; what stands in it may refer to what stands before.
 pub(super) fn read_table<T: Shared>(
     root: &mut Keys<'_>,
-    cx: &mut Reading<'_>,
+    cx: &mut JsonReader<'_>,
 ) -> Result<(), LoadError> {
     let Some(node) = root.take(T::TABLE.0) else { return Ok(()) };
     let entries = node.entries()?;
@@ -245,7 +245,7 @@ pub(super) fn read_table<T: Shared>(
     for (name, node) in entries {
         name.clone_into(&mut cx.key);
         let read = T::read_entry(&node, cx);
-        match cx.context.keep(read)? {
+        match cx.context.ok_or_report(read)? {
             Some(entry) => drop(T::table(&mut cx.tables).insert(name.to_owned(), entry)),
             None => cx.fail(T::TABLE.0, name),
         }
@@ -262,14 +262,14 @@ fn sorted<T>(table: &HashMap<String, T>) -> Vec<&str> {
 /// The name of an entry: that by which it is referred to, if there is no other.
 pub(super) struct Name;
 
-impl Kind<String> for Name {
+impl FieldCodec<String> for Name {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<String, LoadError> {
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<String, LoadError> {
         String::read(node, cx)
     }
 
-    fn write(&self, value: &String, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &String, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         Ok(Out::text(value))
     }
 
@@ -277,11 +277,11 @@ impl Kind<String> for Name {
         json!({"type": "string"})
     }
 
-    fn missing(&self, _: &Node<'_>, cx: &Reading<'_>) -> Option<String> {
+    fn missing(&self, _: &Node<'_>, cx: &JsonReader<'_>) -> Option<String> {
         Some(cx.key.clone())
     }
 
-    fn is_understood(&self, value: &String, cx: &Writing<'_>) -> bool {
+    fn is_understood(&self, value: &String, cx: &JsonWriter<'_>) -> bool {
         *value == cx.key
     }
 }
@@ -302,8 +302,8 @@ impl Numbered {
     }
 }
 
-impl Kind<Option<u32>> for Numbered {
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Option<u32>, LoadError> {
+impl FieldCodec<Option<u32>> for Numbered {
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Option<u32>, LoadError> {
         if node.value().as_null_keyword().is_some() {
             return Ok(None);
         }
@@ -317,7 +317,7 @@ impl Kind<Option<u32>> for Numbered {
         index.map(Some).ok_or_else(|| cx.unknown(node, (key, what), name, table))
     }
 
-    fn write(&self, value: &Option<u32>, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &Option<u32>, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let Some(index) = *value else { return Ok(Out::Null) };
         let names = match self {
             Self::Material => cx.materials,

@@ -4,19 +4,19 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
 
 use super::super::transform::{look_at, rotate};
-use super::describe::{Described, Kind};
+use super::codec::{FieldCodec, JsonCodec};
 use super::node::Node;
 use super::number::{ANY, numbers, vector, vector_schema};
-use super::out::Out;
+use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{Reading, Writing};
+use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
 
 /// What a step of a transform may be called.
 const STEPS: [&str; 5] = ["translate", "rotate", "scale", "look_at", "matrix"];
 
-impl Described for DAffine3 {
-    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl JsonCodec for DAffine3 {
+    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.value().as_array().is_none() {
             return step(node);
         }
@@ -26,7 +26,7 @@ impl Described for DAffine3 {
     }
 
     /// As scaling and translation where that is exact, or else as a matrix.
-    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         let diagonal = self.matrix3.to_cols_array_2d();
         let scale = DVec3::new(diagonal[0][0], diagonal[1][1], diagonal[2][2]);
         let steps = [("scale", scale, DVec3::ONE), ("translate", self.translation, DVec3::ZERO)];
@@ -156,8 +156,8 @@ fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
 /// From the world to where a texture is, which may flatten space.
 pub(super) struct ToTexture;
 
-impl Kind<DAffine3> for ToTexture {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<DAffine3, LoadError> {
+impl FieldCodec<DAffine3> for ToTexture {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<DAffine3, LoadError> {
         let all = if node.value().as_array().is_none() {
             any_step(node)?
         } else {
@@ -169,7 +169,7 @@ impl Kind<DAffine3> for ToTexture {
         if all.is_finite() { Ok(all) } else { Err(node.error("its numbers are too large")) }
     }
 
-    fn write(&self, value: &DAffine3, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &DAffine3, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         value.write(cx)
     }
 
@@ -181,8 +181,8 @@ impl Kind<DAffine3> for ToTexture {
 /// From (u, v, 1) of a surface to those of a texture: steps, or a matrix of 3 × 3 numbers.
 pub(super) struct OfTexture;
 
-impl Kind<DMat3> for OfTexture {
-    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<DMat3, LoadError> {
+impl FieldCodec<DMat3> for OfTexture {
+    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<DMat3, LoadError> {
         if node.value().as_array().is_none() {
             return texture_step(node);
         }
@@ -190,7 +190,7 @@ impl Kind<DMat3> for OfTexture {
         steps.iter().try_fold(DMat3::IDENTITY, |all, node| Ok(texture_step(node)? * all))
     }
 
-    fn write(&self, value: &DMat3, _: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &DMat3, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         let rows = value.transpose().to_cols_array_2d();
         let rows = rows.iter().map(|row| numbers(row)).collect::<Result<_, _>>()?;
         Ok(Out::Object(vec![("matrix".to_owned(), Out::List(rows))]))

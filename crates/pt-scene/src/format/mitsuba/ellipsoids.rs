@@ -170,7 +170,7 @@ fn around_unit_sphere(mesh: &Mesh, to_world: DAffine3) -> Mesh {
         name: mesh.name.clone(),
         positions: points.iter().map(|p| (*p * scale).as_vec3().to_array()).collect(),
         triangles: mesh.triangles.clone(),
-        parts: single_part(mesh.triangles.len()),
+        submeshes: single_part(mesh.triangles.len()),
         ..Mesh::default()
     }
 }

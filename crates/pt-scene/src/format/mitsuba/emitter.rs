@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::sensor::fields_of_view;
 use super::texture::Textures;
-use crate::image::{Numbers, Transfer};
+use crate::image::{PixelEncoding, Transfer};
 use crate::texture::{Bitmap, Color, Input, Pattern, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
@@ -186,12 +186,12 @@ fn envmap(
     }
     let text = file_name(object, parameters)?;
     let path = tree.resolve(text).ok_or_else(|| tree.not_found(text));
-    let numbers = Numbers::Light(Transfer::Srgb);
+    let numbers = PixelEncoding::Light(Transfer::Srgb);
     let image = match path.and_then(|path| tree.context.pixels(&path, numbers)) {
         Ok(decoded) => decoded.image,
         Err(why) => {
-            tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
-            substitute::light()
+            tree.miss(parameters.place("filename"), &why, placeholder::INSTEAD)?;
+            placeholder::light()
         }
     };
     let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);

@@ -4,7 +4,7 @@ use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::material::{Black, Mix, ThinGlass};
 use crate::texture::{Color, Scalar};
-use crate::{FileSettings, Hidden, Light, LightKind, LoadError, Scene, Warning};
+use crate::{Hidden, Light, LightKind, LoadError, RenderHints, Scene, Warning};
 
 /// What is supported, for messages.
 const KINDS: [&str; 12] = [
@@ -74,7 +74,7 @@ const UNMATCHED: [&str; 4] = ["dp_du", "dp_dv", "duv_dx", "duv_dy"];
 pub(super) fn integrator(
     tree: &Tree,
     object: Option<&Object>,
-    settings: &mut FileSettings,
+    settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), LoadError> {
     let Some(outermost) = object else {
@@ -148,7 +148,7 @@ pub(super) fn fill_holes(scene: &mut Scene) {
 fn inside_of_wrappers<'t>(
     tree: &'t Tree,
     outermost: &'t Object,
-    settings: &mut FileSettings,
+    settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<&'t Object>, LoadError> {
     let mut object = outermost;

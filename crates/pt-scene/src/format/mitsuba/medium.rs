@@ -10,7 +10,8 @@ use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::value::numbers;
 use super::volume::{Field, Grids};
 use crate::medium::{
-    Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+    Grid, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase, PhaseBlend,
+    PlacedGrid, Volume,
 };
 use crate::{LoadError, Medium, Sides, Warning};
 
@@ -139,7 +140,7 @@ impl<'t> Media<'t> {
         extinction: Field,
         scale: f32,
         albedo: Field,
-    ) -> Matter {
+    ) -> MediumProperties {
         let extinction = match extinction {
             Field::Constant([r, g, b], to_world) => {
                 let is_grey = r == g && g == b;
@@ -157,8 +158,13 @@ impl<'t> Media<'t> {
             Field::Constant(albedo, _) => Volume::Constant(albedo),
             Field::Grid(placed) => Volume::Grid(placed),
         };
-        let emission = Emission::Constant([0.0; 3]);
-        Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission }))
+        let emission = MediumEmission::Constant([0.0; 3]);
+        MediumProperties::Heterogeneous(Box::new(Heterogeneous {
+            extinction,
+            scale,
+            albedo,
+            emission,
+        }))
     }
 
     /// A phase function, in which `left` others may be.
@@ -236,7 +242,7 @@ fn homogeneous(
     extinction: Field,
     scale: f32,
     albedo: Field,
-) -> Result<Matter, LoadError> {
+) -> Result<MediumProperties, LoadError> {
     let constant = |field, name| match field {
         Field::Constant(color, _) => Ok(color),
         Field::Grid(_) => {
@@ -247,7 +253,7 @@ fn homogeneous(
     };
     let extinction = constant(extinction, "sigma_t")?.map(|sigma| sigma * scale);
     let albedo = constant(albedo, "albedo")?;
-    Ok(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] })
+    Ok(MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] })
 }
 
 /// The values of a phase function at equal steps of the cosine.

@@ -115,7 +115,7 @@ fn whole(tree: &mut Tree, index: usize, children: Size) -> Result<Size, LoadErro
 
 /// Reports what is wrong with an object, which is then read by nobody.
 fn refuse(tree: &mut Tree, index: usize, refusal: LoadError) -> Result<(), LoadError> {
-    tree.context.keep::<()>(Err(refusal))?;
+    tree.context.ok_or_report::<()>(Err(refusal))?;
     tree.objects[index].is_broken = true;
     Ok(())
 }

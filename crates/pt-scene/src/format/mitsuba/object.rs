@@ -94,13 +94,15 @@ impl Tree {
     pub(super) fn target(&self, child: &Child) -> Result<usize, LoadError> {
         let index = match &child.target {
             Target::Object(index) => *index,
-            Target::Reference(id) if self.lost.contains(id) => return Err(LoadError::Told),
+            Target::Reference(id) if self.lost.contains(id) => {
+                return Err(LoadError::AlreadyReported);
+            }
             Target::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
                 let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
                 error(&child.at, format!("there is no object with the id {}{hint}", quote(id)))
             })?,
         };
-        if self.objects[index].is_broken { Err(LoadError::Told) } else { Ok(index) }
+        if self.objects[index].is_broken { Err(LoadError::AlreadyReported) } else { Ok(index) }
     }
 
     /// The objects inside an object, each with one of the tags that are supported there.

@@ -12,8 +12,8 @@ use pt_math::DVec3;
 
 use super::super::context::Context;
 use super::super::mesh_file;
+use super::super::reference_stack::{ReferenceError, ReferenceStack};
 use super::super::spectra::Spectrum;
-use super::super::way::{Barred, Way};
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
 use super::nesting;
 use super::object::{Child, Object, Target, Tree};
@@ -98,7 +98,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         warnings: Vec::new(),
     };
     let names = definitions.iter().map(given).collect();
-    let way = Way::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES);
+    let way = ReferenceStack::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES);
     let mut reader = Reader { tree, names, lost_names: Vec::new(), way, depth: 0 };
     let _ = reader.way.enter_file(path); // the first one always may be
     reader.file(bytes, path, 0)?;
@@ -122,7 +122,7 @@ struct Reader {
     /// Names whose value could not be read, which was told.
     lost_names: Vec<String>,
     /// The files being read, each included by the one before.
-    way: Way<PathBuf>,
+    way: ReferenceStack<PathBuf>,
     /// How many objects enclose the element being read.
     depth: usize,
 }
@@ -225,7 +225,7 @@ impl Reader {
         self.depth += 1;
         for child in node.children().filter(Node::is_element) {
             let done = self.element(document, child, object);
-            if self.tree.context.keep(done)?.is_none() {
+            if self.tree.context.ok_or_report(done)?.is_none() {
                 self.tree.objects[object].is_broken = true;
                 self.tree.lost.extend(child.attribute("id").map(str::to_owned));
                 self.tree.has_lost_folder |= child.tag_name().name() == "path";
@@ -423,7 +423,7 @@ impl Reader {
         };
         match self.way.enter_file(&path) {
             Ok(()) => {}
-            Err(circle @ Barred::Circle) => {
+            Err(circle @ ReferenceError::Circle) => {
                 return Err(attributes.error(text, circle.of_file(text)));
             }
             Err(barred) => return Err(Context::exceeded(at, barred.of_file(text))),
@@ -456,7 +456,7 @@ impl Reader {
             }
             let value = self.substitute(attribute.value()).map_err(|message| match message {
                 Some(message) => document.error_at(node, attribute.value(), message),
-                None => LoadError::Told,
+                None => LoadError::AlreadyReported,
             })?;
             values.push((name, value));
         }
@@ -521,7 +521,7 @@ impl Tree {
     /// If that follows from a folder that is missing.
     pub(super) fn miss(&self, at: &Span, why: &str, instead: &str) -> Result<(), LoadError> {
         if self.has_lost_folder {
-            return Err(LoadError::Told);
+            return Err(LoadError::AlreadyReported);
         }
         self.context.missing(at.clone(), format!("{why}; {instead}"));
         Ok(())

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::super::{cameras, substitute};
+use super::super::{cameras, placeholder};
 use super::bsdf::{Scattering, scattering};
 use super::daylight::see_spans;
 use super::medium::Media;
@@ -35,44 +35,44 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     let mut sensors = Vec::new();
     let mut integrators = Vec::new();
     for child in &root.children {
-        let Some(index) = tree.context.keep(tree.target(child))? else { continue };
+        let Some(index) = tree.context.ok_or_report(tree.target(child))? else { continue };
         let object = &tree.objects[index];
         match object.tag.as_str() {
             "sensor" => {
-                let seats = tree.context.keep(sensor::seats(tree, object))?;
+                let seats = tree.context.ok_or_report(sensor::seats(tree, object))?;
                 sensors.extend(seats.into_iter().flatten());
             }
             "integrator" => integrators.push(index),
             _ => {
                 let first = builder.scene.objects.len();
                 let done = builder.item(index);
-                tree.context.keep(done)?;
+                tree.context.ok_or_report(done)?;
                 let attached = attached(tree, object, &builder.scene.objects[first..]);
-                sensors.extend(tree.context.keep(attached)?.flatten());
+                sensors.extend(tree.context.ok_or_report(attached)?.flatten());
             }
         }
     }
     for seat in sensors.iter_mut().filter(|seat| is_aimed(seat.object)) {
         let aimed = builder.aim(seat);
-        tree.context.keep(aimed)?;
+        tree.context.ok_or_report(aimed)?;
     }
     let used = used_sensor(tree, &sensors);
     let is_far = sensors.iter().any(|seat| is_aimed(seat.object));
     let around = if is_far { sphere_around(&builder.scene) } else { Sphere::default() };
     let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
     if let Some(used) = sensors.get(used) {
-        *settings = tree.context.keep(sensor::settings(tree, used))?.unwrap_or_default();
+        *settings = tree.context.ok_or_report(sensor::settings(tree, used))?.unwrap_or_default();
     }
     for seat in &sensors {
         let camera = sensor::camera(tree, seat, &mut builder.media, around);
-        cameras.extend(tree.context.keep(camera)?);
+        cameras.extend(tree.context.ok_or_report(camera)?);
     }
     *used_camera = (sensors.len() > 1).then_some(used as u32);
     see_spans(lights, cameras.get(used).map_or([0.0; 2], |camera| camera.shutter));
     let outermost = tree.only(&integrators, "integrator");
-    let outermost = tree.context.keep(outermost)?.flatten().map(|i| &tree.objects[i]);
+    let outermost = tree.context.ok_or_report(outermost)?.flatten().map(|i| &tree.objects[i]);
     settings.sides_by_shading_normal = true;
-    tree.context.keep(integrator::integrator(tree, outermost, settings, warnings))?;
+    tree.context.ok_or_report(integrator::integrator(tree, outermost, settings, warnings))?;
     let Media { made, warnings, .. } = builder.media;
     builder.scene.media = made;
     builder.scene.warnings.extend(warnings);
@@ -180,7 +180,7 @@ impl Builder<'_> {
                         return Err(error(&self.tree.objects[sensor].at, message));
                     }
                     let placed = self.place(shape);
-                    self.tree.context.keep(placed)?;
+                    self.tree.context.ok_or_report(placed)?;
                 }
             }
             _ => {
@@ -231,7 +231,7 @@ impl Builder<'_> {
         let (bsdf, emitter) = key;
         let emission = emitter.map(|i| emitter::area(&mut self.textures, &tree.objects[i]));
         let emission = emission.transpose()?;
-        tree.context.was_loud(); // what glows is loud by itself
+        tree.context.take_placeholder_used(); // what glows is loud by itself
         let opaque = |surface| Scattering { surface, opacity: 1.0.into() };
         let (name, what) = match bsdf.map(|i| &tree.objects[i]) {
             Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),
@@ -242,8 +242,8 @@ impl Builder<'_> {
             }
         };
         let Scattering { mut surface, opacity } = what;
-        if tree.context.was_loud() {
-            surface = substitute::surface();
+        if tree.context.take_placeholder_used() {
+            surface = placeholder::surface();
         }
         let emission = emission.unwrap_or(Color::Value([0.0; 3]));
         let material =

@@ -7,7 +7,7 @@ use super::film::{self, Film, film};
 use super::medium::Media;
 use super::meter::{METERS, Sphere, meter};
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::{Camera, FileSettings, Fit, Geometry, LoadError, Motion, Placement, Projection};
+use crate::{Camera, Fit, Geometry, LoadError, Motion, Placement, Projection, RenderHints};
 
 const SENSORS: [&str; 7] = [
     "batch",
@@ -259,14 +259,14 @@ pub(super) fn fields_of_view(
 }
 
 /// What a sensor asks for with its film and its sampler.
-pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<FileSettings, LoadError> {
+pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<RenderHints, LoadError> {
     let Film { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
-    let settings = FileSettings {
+    let settings = RenderHints {
         resolution: Some(resolution),
         crop,
         filter: Some(filter),
         aovs: if has_alpha { vec!["alpha"] } else { Vec::new() },
-        ..FileSettings::default()
+        ..RenderHints::default()
     };
     let Some(sampler) = tree.only(&film::parts(tree, seat.holder)?, "sampler")? else {
         return Ok(settings);
@@ -280,5 +280,5 @@ pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<FileSettings, Loa
     parameters.pass_over(&["jitter", "seed", "strength"]);
     let spp = parameters.count("sample_count", u32::MAX)?;
     parameters.finish()?;
-    Ok(FileSettings { spp, ..settings })
+    Ok(RenderHints { spp, ..settings })
 }

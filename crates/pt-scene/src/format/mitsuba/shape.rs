@@ -237,7 +237,7 @@ fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<Me
 /// Notes a file that cannot be used, and why.
 pub(super) fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
     let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
-    told.err().unwrap_or(LoadError::Told)
+    told.err().unwrap_or(LoadError::AlreadyReported)
 }
 
 /// A mesh with its front on the other side if that is asked for.

@@ -60,8 +60,12 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
         if !is_spectrum(&object) {
             return Ok(None);
         }
-        let whole = if object.is_broken { Err(LoadError::Told) } else { of_object(tree, object) };
-        Ok(Some(tree.context.keep(whole)?))
+        let whole = if object.is_broken {
+            Err(LoadError::AlreadyReported)
+        } else {
+            of_object(tree, object)
+        };
+        Ok(Some(tree.context.ok_or_report(whole)?))
     };
     let values = tree.objects.iter().map(value).collect::<Result<Vec<_>, LoadError>>()?;
     for i in 0..tree.objects.len() {
@@ -77,7 +81,7 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
                 Some(_) if i == 0 => {}
                 Some(value) => {
                     let added = add(object, child, value);
-                    object.is_broken |= tree.context.keep(added)?.is_none();
+                    object.is_broken |= tree.context.ok_or_report(added)?.is_none();
                 }
             }
         }
@@ -91,7 +95,7 @@ fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), Lo
         let message = "the attribute name=\"…\" is missing, which says what it is for";
         return Err(error(&child.at, message));
     }
-    object.add_parameter(child.name, value.ok_or(LoadError::Told)?, child.at)
+    object.add_parameter(child.name, value.ok_or(LoadError::AlreadyReported)?, child.at)
 }
 
 /// What an object `<spectrum type="…">` describes.

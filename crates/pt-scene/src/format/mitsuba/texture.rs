@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::placeholder;
 use super::super::ply::attributes::Wanted;
-use super::super::substitute;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use super::value::Value;
 use super::volume::{Field, Grids};
 use crate::LoadError;
-use crate::image::{Image, Numbers};
+use crate::image::{Image, PixelEncoding};
 use crate::medium::PlacedGrid;
 use crate::texture::{Bitmap, Color, Filter, Layout, Pattern, Texture, Wrap};
 
@@ -129,8 +129,8 @@ impl<'t> Textures<'t> {
     /// A texture, or what stands in for it; then the material that shows it is told.
     fn or_substitute(&self, texture: Option<Arc<Texture>>) -> Arc<Texture> {
         texture.unwrap_or_else(|| {
-            self.tree.context.be_loud();
-            substitute::texture()
+            self.tree.context.set_placeholder_used();
+            placeholder::texture()
         })
     }
 
@@ -190,7 +190,7 @@ impl<'t> Textures<'t> {
         let image = match path.and_then(|path| self.image(path, is_raw)) {
             Ok(image) => image,
             Err(why) => {
-                self.tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
+                self.tree.miss(parameters.place("filename"), &why, placeholder::INSTEAD)?;
                 return Ok(None);
             }
         };
@@ -203,7 +203,7 @@ impl<'t> Textures<'t> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
         }
-        let image = self.tree.context.pixels(&path, Numbers::of_raw(is_raw))?.image;
+        let image = self.tree.context.pixels(&path, PixelEncoding::of_raw(is_raw))?.image;
         let image = Arc::new(image);
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)
@@ -211,7 +211,7 @@ impl<'t> Textures<'t> {
 }
 
 /// The pictures that textures and the sky of a scene show.
-pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, Numbers)> {
+pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, PixelEncoding)> {
     tree.objects.iter().filter_map(|object| {
         if !matches!(object.kind.as_str(), "bitmap" | "envmap") {
             return None;
@@ -219,7 +219,7 @@ pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, Numbers)> 
         let value = |name| object.parameters.iter().find(|p| p.name == name).map(|p| &p.value);
         let Some(Value::Text(file)) = value("filename") else { return None };
         let is_raw = matches!(value("raw"), Some(Value::Boolean(true)));
-        Some((tree.resolve(file)?, Numbers::of_raw(is_raw)))
+        Some((tree.resolve(file)?, PixelEncoding::of_raw(is_raw)))
     })
 }
 

@@ -10,8 +10,8 @@ use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
 use super::super::decimal::{leading_f32, next};
-use super::super::faults::Faults;
 use super::super::line::Line;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::slots::Named;
 use crate::LoadError;
 
@@ -114,8 +114,8 @@ impl<'a> Chunk<'a> {
     /// Gives the lines that are not blank, and notes what is wrong with them.
     pub(super) fn statements(
         &self,
-        faults: &mut Faults,
-        mut each: impl FnMut(Statement<'a>, &mut Faults) -> Result<(), LoadError>,
+        faults: &mut MeshDiagnostics,
+        mut each: impl FnMut(Statement<'a>, &mut MeshDiagnostics) -> Result<(), LoadError>,
     ) {
         for (number, line) in self.lines() {
             let keyword = keyword(line);
@@ -129,7 +129,7 @@ impl<'a> Chunk<'a> {
     }
 
     /// Reads the numbers of its vertices; 0 stands for those that are wrong.
-    pub(super) fn vertices(&self, faults: &mut Faults) -> Vertices {
+    pub(super) fn vertices(&self, faults: &mut MeshDiagnostics) -> Vertices {
         let mut vertices = Vertices::with_capacity(self.own);
         if self.own == [0; 3] {
             return vertices;
@@ -212,7 +212,11 @@ impl Vertices {
         }
     }
 
-    fn read(&mut self, statement: &Statement, faults: &mut Faults) -> Result<(), LoadError> {
+    fn read(
+        &mut self,
+        statement: &Statement,
+        faults: &mut MeshDiagnostics,
+    ) -> Result<(), LoadError> {
         let rest = statement.rest();
         match statement.keyword {
             b"v" => match plain_numbers(rest) {
@@ -232,7 +236,7 @@ impl Vertices {
     }
 
     /// A position, and perhaps a colour: less than that is a weight.
-    fn vertex(&mut self, line: Line, faults: &mut Faults) -> Result<(), LoadError> {
+    fn vertex(&mut self, line: Line, faults: &mut MeshDiagnostics) -> Result<(), LoadError> {
         let mut words = words_after_first(line);
         let position = put(&mut self.positions, line.numbers(words.by_ref().take(3)));
         let words: Vec<&str> = words.collect();

@@ -1,7 +1,7 @@
 //! Faces, points and lines, and what else stands between them.
 
-use super::super::faults::Faults;
 use super::super::line::Line;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::super::mesh_file::Polygons;
 use super::super::xml::quote;
 use super::chunk::{Chunk, Counts};
@@ -103,7 +103,11 @@ impl Faces {
     }
 
     /// Reads the faces of a chunk but for those that are wrong; `positions` are those of the file.
-    pub(super) fn read(chunk: &Chunk, positions: &[[f32; 3]], faults: &mut Faults) -> Self {
+    pub(super) fn read(
+        chunk: &Chunk,
+        positions: &[[f32; 3]],
+        faults: &mut MeshDiagnostics,
+    ) -> Self {
         let mut faces = Self::with_capacity(chunk.faces);
         if !chunk.has_others {
             return faces;
@@ -162,7 +166,7 @@ impl Faces {
         corners: &[[u32; 3]],
         positions: &[[f32; 3]],
         polygons: &mut Polygons,
-        faults: &mut Faults,
+        faults: &mut MeshDiagnostics,
     ) {
         match corners {
             [] | [_] | [_, _] => {
@@ -218,7 +222,7 @@ fn read_corners(
     line: Line,
     counts: Counts,
     corners: &mut Vec<[u32; 3]>,
-    faults: &mut Faults,
+    faults: &mut MeshDiagnostics,
 ) -> bool {
     let mut all_good = true;
     corners.clear();
@@ -273,7 +277,7 @@ fn corner(
     line: Line,
     word: &str,
     counts: Counts,
-    faults: &mut Faults,
+    faults: &mut MeshDiagnostics,
 ) -> Result<[u32; 3], LoadError> {
     let mut corner = [MISSING; 3];
     for (i, text) in word.split('/').enumerate() {

@@ -8,11 +8,11 @@ use pt_math::{DMat3, DVec3};
 
 use super::super::context::Folder;
 use super::super::line::Line;
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::xml::quote;
 use super::library;
 use super::notes::Notes;
-use crate::image::{Image, Numbers};
+use crate::image::{Image, PixelEncoding};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use crate::{LoadError, Span};
 
@@ -47,8 +47,8 @@ pub(super) enum Content {
 
 impl Content {
     /// What the numbers of an image mean.
-    fn numbers(self) -> Numbers {
-        Numbers::of_raw(self != Self::Colors)
+    fn numbers(self) -> PixelEncoding {
+        PixelEncoding::of_raw(self != Self::Colors)
     }
 }
 
@@ -214,10 +214,10 @@ impl<'f> Images<'f> {
         let image = match self.image(map, content) {
             Ok(image) => image,
             Err(why) => {
-                let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+                let message = format!("the image is not shown: {why}; {}", placeholder::INSTEAD);
                 context.missing(map.at.clone(), message);
-                context.be_loud();
-                return substitute::texture();
+                context.set_placeholder_used();
+                return placeholder::texture();
             }
         };
         // The mean of normals is none.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use super::super::context::Folder;
 use super::super::xml::quote;
-use super::super::{gloss, substitute};
+use super::super::{legacy_specular, placeholder};
 use super::library::Described;
 use super::map::{Content, Images, Map};
 use super::mtl::{self, Values};
@@ -61,17 +61,17 @@ impl<'f, 'n> Maker<'f, 'n> {
     ) -> Result<Material, LoadError> {
         let context = &self.folder.context;
         let values = Values::read(described, context, self.notes)?;
-        context.was_loud();
+        context.take_placeholder_used();
         let mut made = Made { maker: self, described, values };
         let (surface, opacity) = made.surface();
         let surface = made.embossed(surface);
         let emission = made.painted("Ke", "map_Ke", 0.0);
         // Only what is there emits.
         let emission = emission.times(&opacity);
-        let is_loud = context.was_loud();
+        let is_loud = context.take_placeholder_used();
         Ok(Material {
             name: name.to_owned(),
-            surface: if is_loud { substitute::surface() } else { surface },
+            surface: if is_loud { placeholder::surface() } else { surface },
             emission,
             hidden_emission: false,
             opacity: if is_loud { 1.0.into() } else { opacity },
@@ -187,15 +187,15 @@ impl Made<'_, '_, '_, '_> {
         }
         let diffuse = self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE);
         let specular = if has_gloss { self.painted("Ks", "map_Ks", 0.0) } else { [0.0; 3].into() };
-        if is_mirror && gloss::amount(&specular) > gloss::MIN {
-            if gloss::amount(&diffuse) <= gloss::MIN {
+        if is_mirror && legacy_specular::amount(&specular) > legacy_specular::MIN {
+            if legacy_specular::amount(&diffuse) <= legacy_specular::MIN {
                 return Mirror { reflectance: specular }.into();
             }
             let message = "mirrors that are also diffuse are not supported; the gloss of \"Ks\" and \"Ns\" is taken";
             self.note("illum", message.to_owned());
         }
-        let exponent = self.exponent().unwrap_or(gloss::DEFAULT_EXPONENT);
-        gloss::phong(diffuse, specular, exponent)
+        let exponent = self.exponent().unwrap_or(legacy_specular::DEFAULT_EXPONENT);
+        legacy_specular::phong(diffuse, specular, exponent)
     }
 
     /// `Ns`, from 0 up.
@@ -213,12 +213,12 @@ impl Made<'_, '_, '_, '_> {
         let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
         // A share of a turn.
         let (anisotropy, rotation) = (number("aniso"), number("anisor") * std::f32::consts::TAU);
-        let through = self.values.color("Tf").map_or(1.0, gloss::luminance);
+        let through = self.values.color("Tf").map_or(1.0, legacy_specular::luminance);
         // An exponent has the α of Beckmann, whose root is the roughness.
         let roughness = if self.values.has("Pr") || self.values.has("map_Pr") {
             1.0
         } else {
-            self.exponent().map_or(DEFAULT_ROUGHNESS, |n| gloss::alpha(n).sqrt())
+            self.exponent().map_or(DEFAULT_ROUGHNESS, |n| legacy_specular::alpha(n).sqrt())
         };
         MetallicRoughness {
             base_color: self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE),

@@ -6,8 +6,8 @@
 //! have; and points and lines, of each material that they have. Without faces, points and lines, all vertices are points.
 //! Free-form surfaces are passed over.
 
+mod assign_materials;
 mod chunk;
-mod dress;
 mod faces;
 mod library;
 mod map;
@@ -22,14 +22,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::context::{Context, Folder};
-use super::faults::{self, Faults};
+use super::mesh_diagnostics::{self, MeshDiagnostics};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
 use crate::{Attribute, Attributes, LoadError, Mesh, Points, Scene, Warning};
+use assign_materials::MaterialAssigner;
 use chunk::{Chunk, Vertices, side_by_side};
-use dress::Wardrobe;
 use faces::{Faces, Indices};
 use slots::Named;
 
@@ -50,8 +50,10 @@ struct Parsed {
 
 /// A scene of one object for all faces, and one for the points and lines of each material.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let read = |faults: &mut Faults| Content::read(bytes, path, faults)?.parsed(path, faults);
-    let Parsed { file, mut slots, clouds, libraries, warnings } = faults::of_scene(context, read)?;
+    let read =
+        |faults: &mut MeshDiagnostics| Content::read(bytes, path, faults)?.parsed(path, faults);
+    let Parsed { file, mut slots, clouds, libraries, warnings } =
+        mesh_diagnostics::of_scene(context, read)?;
     let mut scene = file.map_or_else(Scene::default, |file| file.into_scene(path));
     scene.warnings.extend(warnings);
     let of_mesh = slots.len();
@@ -61,7 +63,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         slots.push(named);
     }
     let folder = &Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
-    Wardrobe { path, slots, of_mesh, libraries, folder }.dress(&mut scene)?;
+    MaterialAssigner { path, slots, of_mesh, libraries, folder }.assign(&mut scene)?;
     Ok(scene)
 }
 
@@ -70,7 +72,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If a vertex or a line cannot be understood, or there is no vertex.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
-    let read = |faults: &mut Faults| {
+    let read = |faults: &mut MeshDiagnostics| {
         let mut content = Content::read(bytes, path, faults)?;
         let mut all = Points { name: mesh_file::name_of(path), ..Points::default() };
         all.segments = std::mem::take(&mut content.faces.strokes).into_segments();
@@ -81,7 +83,7 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
         }
         Ok(all)
     };
-    faults::of_part(read)
+    mesh_diagnostics::of_part(read)
 }
 
 /// The mesh of a file.
@@ -89,7 +91,7 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
 /// # Errors
 /// If a vertex or a face cannot be understood, or there is no face.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    faults::of_part(|faults| Content::read(bytes, path, faults)?.finish(path, faults))
+    mesh_diagnostics::of_part(|faults| Content::read(bytes, path, faults)?.finish(path, faults))
 }
 
 /// What a file holds.
@@ -101,7 +103,7 @@ struct Content {
 
 impl Content {
     /// Reads all vertices, with zeros for those that are wrong, and all faces that are not.
-    fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Self, LoadError> {
+    fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Self, LoadError> {
         let text = text::joined_lines(bytes, path)?;
         let chunks = chunk::cut(&text, path);
         let all =
@@ -113,7 +115,7 @@ impl Content {
         let until =
             each(&chunks, faults, Chunk::vertices, |vertices| content.vertices.append(vertices));
         let Vertices { positions, .. } = &content.vertices;
-        let mut of_faces = Faults::default();
+        let mut of_faces = MeshDiagnostics::default();
         each(
             &chunks[..until],
             &mut of_faces,
@@ -122,7 +124,7 @@ impl Content {
         );
         faults.merge(of_faces);
         if faults.is_full() {
-            return Err(LoadError::Told);
+            return Err(LoadError::AlreadyReported);
         }
         if u32::try_from(content.faces.triangles.len()).is_err() {
             let message = "the file has more than 4294967295 triangles";
@@ -132,7 +134,7 @@ impl Content {
     }
 
     /// All that there is.
-    fn parsed(mut self, path: &Path, faults: &Faults) -> Result<Parsed, LoadError> {
+    fn parsed(mut self, path: &Path, faults: &MeshDiagnostics) -> Result<Parsed, LoadError> {
         let faces = &mut self.faces;
         let (slots, groups) = (std::mem::take(&mut faces.slots), std::mem::take(&mut faces.groups));
         let libraries = std::mem::take(&mut faces.libraries);
@@ -146,7 +148,7 @@ impl Content {
             if file.mesh.normals.is_none() {
                 file.mesh.normals = groups.normals(&file.mesh);
             }
-            file.mesh.parts = parts;
+            file.mesh.submeshes = parts;
             return Ok(Parsed { file: Some(file), slots, clouds, libraries, warnings: Vec::new() });
         }
         if !faults.is_empty() || self.vertices.positions.is_empty() {
@@ -175,7 +177,7 @@ impl Content {
         warnings
     }
 
-    fn finish(self, path: &Path, faults: &Faults) -> Result<MeshFile, LoadError> {
+    fn finish(self, path: &Path, faults: &MeshDiagnostics) -> Result<MeshFile, LoadError> {
         if self.faces.triangles.is_empty() {
             return Err(without_faces(path, faults));
         }
@@ -203,7 +205,7 @@ impl Content {
         let uvs = given(uvs).map(|of| mesh_file::attribute(vertices.uvs, of, count, &triangles));
         let mesh = Mesh {
             name: mesh_file::name_of(path),
-            parts: single_part(triangles.len()),
+            submeshes: single_part(triangles.len()),
             positions,
             triangles,
             normals,
@@ -217,7 +219,7 @@ impl Content {
 }
 
 /// The error about a file without faces, unless earlier ones may be the reason.
-fn without_faces(path: &Path, faults: &Faults) -> LoadError {
+fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
     faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
 }
 
@@ -225,14 +227,14 @@ fn without_faces(path: &Path, faults: &Faults) -> LoadError {
 /// how many chunks were read.
 fn each<'a, P: Send>(
     chunks: &[Chunk<'a>],
-    faults: &mut Faults,
-    read: impl Fn(&Chunk<'a>, &mut Faults) -> P + Sync + Send,
+    faults: &mut MeshDiagnostics,
+    read: impl Fn(&Chunk<'a>, &mut MeshDiagnostics) -> P + Sync + Send,
     mut take: impl FnMut(P),
 ) -> usize {
     let mut done = 0;
     for some in chunks.chunks(CHUNKS) {
         let noting = |chunk: &Chunk<'a>| {
-            let mut faults = Faults::default();
+            let mut faults = MeshDiagnostics::default();
             (read(chunk, &mut faults), faults)
         };
         for (part, more) in side_by_side(some, noting) {

@@ -11,8 +11,8 @@ use super::super::xml::quote;
 use super::library::{self, Described};
 use super::map::Map;
 use super::notes::Notes;
-use crate::image::Numbers;
-use crate::spelling::alike;
+use crate::image::PixelEncoding;
+use crate::spelling::suggestions;
 use crate::{LoadError, Span};
 
 /// What follows the first word of a statement.
@@ -104,7 +104,7 @@ impl Values {
         let mut values = Self::default();
         for (number, text) in &described.lines {
             let line = Line { path: &described.path, number: *number, text };
-            if let Some(Some((word, value))) = context.keep(statement(line, notes))? {
+            if let Some(Some((word, value))) = context.ok_or_report(statement(line, notes))? {
                 values.0.insert(word, (value, line.at(line.keyword())));
             }
         }
@@ -148,7 +148,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
     let keyword = line.keyword();
     let Some((word, kind)) = STATEMENTS.iter().find(|(word, _)| word.eq_ignore_ascii_case(keyword))
     else {
-        let near = alike(keyword, STATEMENTS.iter().map(|(word, _)| *word));
+        let near = suggestions(keyword, STATEMENTS.iter().map(|(word, _)| *word));
         let hint =
             near.first().map_or(String::new(), |near| format!("; did you mean {}?", quote(near)));
         let message =
@@ -223,14 +223,14 @@ fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, L
 pub(super) fn pictures<'a>(
     described: impl Iterator<Item = &'a Described>,
     folder: &Folder,
-) -> Vec<(PathBuf, Numbers)> {
+) -> Vec<(PathBuf, PixelEncoding)> {
     let map = |path: &Path, (number, text): &(u32, String)| {
         let line = Line { path, number: *number, text };
         let is = |word: &&(&str, Kind)| word.0.eq_ignore_ascii_case(line.keyword());
         let (word, Kind::Map) = STATEMENTS.iter().find(is)? else { return None };
         let map = Map::parse(line, &mut Notes::default()).ok()??;
         let is_raw = !matches!(*word, "map_Kd" | "map_Ks" | "map_Ke");
-        Some((library::file(folder, &map.file), Numbers::of_raw(is_raw)))
+        Some((library::file(folder, &map.file), PixelEncoding::of_raw(is_raw)))
     };
     described.flat_map(|d| d.lines.iter().filter_map(|line| map(&d.path, line))).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::Part;
+use crate::mesh::Submesh;
 
 /// A material that is named.
 pub(super) struct Named {
@@ -55,14 +55,14 @@ impl Slots {
 
     /// Cuts triangles into runs of the same slot, and says what material each slot has: `None` is that of the triangles
     /// above the first name. Materials without triangles have no slot.
-    pub(super) fn finish(self, triangles: usize) -> (Vec<Part>, Vec<Option<Named>>) {
+    pub(super) fn finish(self, triangles: usize) -> (Vec<Submesh>, Vec<Option<Named>>) {
         let starts = std::iter::once((0, None));
         let starts: Vec<_> =
             starts.chain(self.switches.into_iter().map(|(t, number)| (t, Some(number)))).collect();
         let ends = starts[1..].iter().map(|(start, _)| *start).chain([triangles]);
         let mut named: Vec<_> = self.named.into_iter().map(Some).collect();
         let mut known = HashMap::new();
-        let (mut parts, mut slots): (Vec<Part>, Vec<_>) = (Vec::new(), Vec::new());
+        let (mut parts, mut slots): (Vec<Submesh>, Vec<_>) = (Vec::new(), Vec::new());
         for ((start, number), end) in
             starts.iter().zip(ends).filter(|((start, _), end)| start < end)
         {
@@ -72,7 +72,7 @@ impl Slots {
             });
             match parts.last_mut() {
                 Some(last) if last.slot == slot => last.triangles.end = end as u32,
-                _ => parts.push(Part { triangles: *start as u32..end as u32, slot }),
+                _ => parts.push(Submesh { triangles: *start as u32..end as u32, slot }),
             }
         }
         (parts, slots)

@@ -38,7 +38,7 @@ pub(super) fn displaced(
         let height = f64::from(number_at(heights, *uv)?);
         *position = (vector(*position) + normal * height).as_vec3().to_array();
     }
-    cut.parts = single_part(cut.triangles.len());
+    cut.submeshes = single_part(cut.triangles.len());
     // By positions alone: corners that stand in one place but differ in texture coordinates may be apart.
     cut.normals = Some(smooth_normals(&Mesh { uvs: None, ..cut.clone() }));
     Ok(cut)
@@ -188,7 +188,7 @@ mod tests {
             positions: corners.map(|[x, y]| [x, y, 0.0]).to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             uvs: Some(Attribute { values: corners.to_vec(), indices: None }),
-            parts: single_part(2),
+            submeshes: single_part(2),
             ..Mesh::default()
         }
     }

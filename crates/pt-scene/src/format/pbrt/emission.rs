@@ -6,11 +6,11 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Folder;
-use super::super::substitute;
+use super::super::placeholder;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::texture::product;
-use crate::image::{Numbers, Transfer};
+use crate::image::{PixelEncoding, Transfer};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 use crate::{Geometry, LoadError, Mesh};
 
@@ -60,12 +60,12 @@ pub(super) fn area_light(
         }
         Some(name) => {
             let path = folder.join(name);
-            let image = folder.context.pixels(&path, Numbers::Light(Transfer::Srgb));
+            let image = folder.context.pixels(&path, PixelEncoding::Light(Transfer::Srgb));
             let mut image = image.map_or_else(
                 |why| {
-                    let message = format!("{why}; {}", substitute::INSTEAD);
+                    let message = format!("{why}; {}", placeholder::INSTEAD);
                     folder.context.missing(entity.place("filename").span(""), message);
-                    substitute::light()
+                    placeholder::light()
                 },
                 |decoded| decoded.image,
             );

@@ -3,7 +3,7 @@
 use super::super::xml::quote;
 use super::entity::Entity;
 use super::scene::Sight;
-use crate::{FileSettings, Filter, LoadError, Warning};
+use crate::{Filter, LoadError, RenderHints, Warning};
 
 const FILMS: [&str; 3] = ["rgb", "gbuffer", "spectral"];
 const FILTERS: [&str; 5] = ["box", "gaussian", "mitchell", "sinc", "triangle"];
@@ -16,8 +16,8 @@ const MAX_SIZE: u32 = 65_536;
 pub(super) fn settings(
     sight: &Sight,
     warnings: &mut Vec<Warning>,
-) -> Result<(FileSettings, f64), LoadError> {
-    let mut settings = FileSettings { resolution: Some([1280, 720]), ..FileSettings::default() };
+) -> Result<(RenderHints, f64), LoadError> {
+    let mut settings = RenderHints { resolution: Some([1280, 720]), ..RenderHints::default() };
     let mut sensitivity = 1.0;
     if let Some(film) = &sight.film {
         sensitivity = read_film(film, &mut settings, warnings)?;
@@ -34,7 +34,7 @@ pub(super) fn settings(
 /// The film, with the sensitivity of its sensor.
 fn read_film(
     entity: &Entity,
-    settings: &mut FileSettings,
+    settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
 ) -> Result<f64, LoadError> {
     if !FILMS.contains(&entity.kind.as_str()) {
@@ -186,7 +186,7 @@ fn samples(entity: &Entity) -> Result<u32, LoadError> {
 /// What an integrator is, and how many interactions it allows.
 fn integrator(
     entity: Option<&Entity>,
-    settings: &mut FileSettings,
+    settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), LoadError> {
     const EXACT: [&str; 4] = ["path", "simplepath", "simplevolpath", "volpath"];

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec2, DVec3};
 
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::transform::perpendicular;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 
 use super::scene::World;
 use super::state::State;
-use crate::image::{Image, Numbers, Transfer};
+use crate::image::{Image, PixelEncoding, Transfer};
 use crate::light::Portal;
 use crate::sky_layout::{latitude_longitude, square_of};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
@@ -268,12 +268,12 @@ impl World {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
         let context = &self.textures.folder.context;
-        let mut image = match context.pixels(&path, Numbers::Light(Transfer::Srgb)) {
+        let mut image = match context.pixels(&path, PixelEncoding::Light(Transfer::Srgb)) {
             Ok(decoded) => decoded.image,
             Err(why) => {
-                let message = format!("{why}; {}", substitute::INSTEAD);
+                let message = format!("{why}; {}", placeholder::INSTEAD);
                 context.missing(entity.place("filename").span(""), message);
-                substitute::light()
+                placeholder::light()
             }
         };
         if let Some(message) = image.make_radiance() {

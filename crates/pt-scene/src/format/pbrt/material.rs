@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use super::super::context::{Folder, Unusable};
-use super::super::substitute;
-use super::super::way::{Barred, Bounds, Way};
+use super::super::placeholder;
+use super::super::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, index};
 use super::entity::Entity;
@@ -48,7 +48,8 @@ impl World {
             return Ok(None);
         }
         if entity.kind != "subsurface" {
-            let mut way = Way::new(Bounds { deep: MAX_MIXES, many: 2 << MAX_MIXES });
+            let mut way =
+                ReferenceStack::new(ReferenceLimits { deep: MAX_MIXES, many: 2 << MAX_MIXES });
             return self.surface_of(&entity, &mut way).map(Some);
         }
         let (boundary, medium) = self.subsurface(&entity)?;
@@ -64,7 +65,7 @@ impl World {
             MaterialName::Named(name, at) => {
                 self.named_materials.get(&**name).cloned().ok_or_else(|| {
                     if self.lost_materials.contains(&**name) {
-                        return LoadError::Told;
+                        return LoadError::AlreadyReported;
                     }
                     let hint = did_you_mean(name, self.named_materials.keys().map(String::as_str));
                     at.error(format!("there is no material {}{hint}", quote(name)))
@@ -73,7 +74,11 @@ impl World {
         }
     }
 
-    fn surface_of(&mut self, entity: &Entity, way: &mut Way<String>) -> Result<Surface, LoadError> {
+    fn surface_of(
+        &mut self,
+        entity: &Entity,
+        way: &mut ReferenceStack<String>,
+    ) -> Result<Surface, LoadError> {
         let surface = match entity.kind.as_str() {
             "diffuse" => {
                 let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
@@ -292,7 +297,7 @@ impl World {
             Err(Unusable::Broken(why)) => Err(entity.refuse("filename", why)),
             Err(Unusable::Missing(why)) => {
                 self.textures.miss(entity.place("filename"), &why);
-                Ok(substitute::surface())
+                Ok(placeholder::surface())
             }
         }
     }
@@ -320,7 +325,11 @@ impl World {
     }
 
     /// A mixture; `way` leads to it through others.
-    fn mix(&mut self, entity: &Entity, way: &mut Way<String>) -> Result<Surface, LoadError> {
+    fn mix(
+        &mut self,
+        entity: &Entity,
+        way: &mut ReferenceStack<String>,
+    ) -> Result<Surface, LoadError> {
         let names = entity.texts("materials")?.unwrap_or_default();
         let [first, second] = names else {
             let message =
@@ -332,9 +341,9 @@ impl World {
             let part = self.material_of(&MaterialName::Named(name.into(), entity.at.clone()))?;
             way.enter(name.to_owned()).map_err(|barred| {
                 entity.at.error(match barred {
-                    Barred::Circle => format!("the mixture {} contains itself", quote(name)),
-                    Barred::Deep(most) => format!("mixtures are nested deeper than {most}"),
-                    Barred::Many(most) => {
+                    ReferenceError::Circle => format!("the mixture {} contains itself", quote(name)),
+                    ReferenceError::Deep(most) => format!("mixtures are nested deeper than {most}"),
+                    ReferenceError::Many(most) => {
                         format!("it is made of more than {most} materials, each counted as often as it is used")
                     }
                 })

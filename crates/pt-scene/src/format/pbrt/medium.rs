@@ -9,12 +9,16 @@ use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
-use super::glow::{DARK, SCALES, TEMPERATURES, glow_of_colors, glow_of_heat, hot, temperatures};
 use super::measured_media::Measured;
+use super::medium_emission::{
+    DARK, SCALES, TEMPERATURES, blackbody_emission, color_emission, hot, temperatures,
+};
 use super::sparse::{DENSITY, HEAT, SparseGrids};
 use super::state::State;
 use super::token::Place;
-use crate::medium::{Cloud, Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use crate::medium::{
+    Cloud, Grid, GridFilter, Heterogeneous, MediumProperties, Phase, PlacedGrid, Volume,
+};
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 5] = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
@@ -72,7 +76,11 @@ impl Media {
             "homogeneous" => {
                 let [extinction, albedo] =
                     self.coefficients(entity, [DEFAULT_ABSORBED, DEFAULT_SCATTERED])?;
-                Matter::Homogeneous { extinction, albedo, emission: self.even_glow(entity)? }
+                MediumProperties::Homogeneous {
+                    extinction,
+                    albedo,
+                    emission: self.constant_emission(entity)?,
+                }
             }
             "nanovdb" => self.sparse_grid(entity, state.ctm[0], warnings)?,
             "rgbgrid" => color_grid(entity, state.ctm[0])?,
@@ -87,7 +95,13 @@ impl Media {
     }
 
     /// Adds a medium that scatters with the mean cosine g, and tells its number.
-    pub(super) fn add(&mut self, name: &str, entity: &Entity, matter: Matter, g: f32) -> u32 {
+    pub(super) fn add(
+        &mut self,
+        name: &str,
+        entity: &Entity,
+        matter: MediumProperties,
+        g: f32,
+    ) -> u32 {
         let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
         self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
         self.made.len() as u32 - 1
@@ -119,7 +133,7 @@ impl Media {
     }
 
     /// Densities in the cells of a box.
-    fn grid(&self, entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+    fn grid(&self, entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let resolution = resolution(entity)?;
         let densities = entity.floats("density")?.unwrap_or_default();
@@ -138,21 +152,26 @@ impl Media {
         if !values.iter().all(|value| value.is_finite()) {
             return Err(entity.refuse("density", "the medium is too dense to be computed with"));
         }
-        let emission = self.glow_of_grid(entity, to_world)?;
+        let emission = self.grid_emission(entity, to_world)?;
         let grid = Grid { resolution, channels: if is_grey { 1 } else { 3 }, values };
         let extinction =
             PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
         let scale = 1.0;
-        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
+        Ok(MediumProperties::Heterogeneous(Box::new(Heterogeneous {
+            extinction,
+            scale,
+            albedo,
+            emission,
+        })))
     }
 
     /// Noise, in a box of the coordinates that `to_world` places.
-    fn cloud(&self, entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+    fn cloud(&self, entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let number = |name, default| Ok(entity.not_negative(name, default)? as f32);
         let [low, high] = corners(entity)?;
-        Ok(Matter::Cloud(Box::new(Cloud {
+        Ok(MediumProperties::Cloud(Box::new(Cloud {
             extinction,
             albedo,
             density: number("density", 1.0)?,
@@ -170,7 +189,7 @@ impl Media {
         entity: &Entity,
         to_world: DAffine3,
         warnings: &mut Vec<Warning>,
-    ) -> Result<Matter, LoadError> {
+    ) -> Result<MediumProperties, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let refuse = |message: String| entity.refuse("filename", message);
         let name = entity
@@ -183,7 +202,7 @@ impl Media {
             let kelvins = |value: f32| [hot(f64::from(value), offset, scale)];
             let key = (path.clone(), vec![offset.to_bits(), scale.to_bits()]);
             let grid = self.sparse.made(&self.folder, key, &heat.grid, kelvins).map_err(refuse)?;
-            glow_of_heat(entity, grid, to_heat)?
+            blackbody_emission(entity, grid, to_heat)?
         } else {
             entity.pass_over(&TEMPERATURES);
             entity.pass_over(&SCALES);
@@ -214,7 +233,12 @@ impl Media {
         let to_world = to_world * file.density.to_world;
         let extinction = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
-        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
+        Ok(MediumProperties::Heterogeneous(Box::new(Heterogeneous {
+            extinction,
+            scale,
+            albedo,
+            emission,
+        })))
     }
 
     /// The number of a medium; `None` is empty space.
@@ -222,7 +246,7 @@ impl Media {
         let (false, Some(at)) = (name.is_empty(), at) else { return Ok(None) };
         let known = self.numbers.get(name).copied();
         if known.is_none() && self.lost.contains(name) {
-            return Err(LoadError::Told);
+            return Err(LoadError::AlreadyReported);
         }
         known.map(Some).ok_or_else(|| {
             let hint = did_you_mean(name, self.numbers.keys().map(String::as_str));
@@ -287,7 +311,7 @@ fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, Loa
 }
 
 /// What each cell of a box absorbs and scatters; one of the two may be 1 everywhere.
-fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
     let scale = entity.not_negative("scale", 1.0)?;
     let resolution = resolution(entity)?;
     let read = |name| {
@@ -314,14 +338,19 @@ fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> 
     let share = |(a, s): &(f64, f64)| if *s > 0.0 { (s / (a + s)) as f32 } else { 0.0 };
     let albedo: Vec<_> = pairs.iter().map(share).collect();
     let to_world = to_world * unit_cube_to_box(entity, to_world)?;
-    let emission = glow_of_colors(entity, resolution, to_world)?;
+    let emission = color_emission(entity, resolution, to_world)?;
     let [extinction, albedo] = [extinction, albedo].map(|values| PlacedGrid {
         grid: Arc::new(Grid { resolution, channels: 3, values }),
         to_world,
         filter: GridFilter::Trilinear,
     });
     let (albedo, scale) = (Volume::Grid(albedo), 1.0);
-    Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
+    Ok(MediumProperties::Heterogeneous(Box::new(Heterogeneous {
+        extinction,
+        scale,
+        albedo,
+        emission,
+    })))
 }
 
 /// What is taken away per length, and the share of it that is scattered.

@@ -25,7 +25,6 @@
 //!   spheres with textures are meshes.
 
 mod arguments;
-mod balance;
 mod camera;
 mod color;
 mod color_space;
@@ -34,7 +33,6 @@ mod displace;
 mod emission;
 mod entity;
 mod film;
-mod glow;
 mod hair;
 mod lens;
 mod light;
@@ -42,6 +40,7 @@ mod mapping;
 mod material;
 mod measured_media;
 mod medium;
+mod medium_emission;
 mod named_spectra;
 mod quadric;
 mod read;
@@ -54,6 +53,7 @@ mod subsurface;
 mod texture;
 mod token;
 mod upsample;
+mod white_balance;
 
 use std::path::Path;
 use std::sync::Arc;

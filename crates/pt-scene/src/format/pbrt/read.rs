@@ -13,8 +13,8 @@ use pt_math::DAffine3;
 
 use super::super::context::{Context, Folder};
 use super::super::mesh_file;
+use super::super::reference_stack::{ReferenceError, ReferenceStack};
 use super::super::text::characters;
-use super::super::way::{Barred, Way};
 use super::super::xml::{did_you_mean, quote};
 use super::arguments::text;
 use super::color_space::ColorSpace;
@@ -92,7 +92,7 @@ struct Reader {
     /// That of the scene's own file, in which all others are looked for.
     folder: Folder,
     /// The files being read, each included by the one before.
-    way: Way<PathBuf>,
+    way: ReferenceStack<PathBuf>,
     state: State,
     saved: Vec<Saved>,
     /// Transforms that have a name.
@@ -109,7 +109,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     let mut reader = Reader {
         world: World::new(&folder, mesh_file::place(path, 0)),
         folder,
-        way: Way::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES),
+        way: ReferenceStack::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES),
         state: State::new(),
         saved: Vec::new(),
         systems: HashMap::new(),
@@ -162,7 +162,7 @@ impl Reader {
                     Err(at.error(message))
                 }
             };
-            if self.folder.context.keep(done)?.is_none() {
+            if self.folder.context.ok_or_report(done)?.is_none() {
                 tokens.skip_to(|word| DIRECTIVES.contains(&word))?;
             }
             self.world.scene.warnings.append(&mut tokens.notes);
@@ -174,7 +174,7 @@ impl Reader {
             ))),
             None => Ok(()),
         };
-        self.folder.context.keep(done).map(drop)
+        self.folder.context.ok_or_report(done).map(drop)
     }
 
     fn directive(
@@ -531,7 +531,7 @@ impl Reader {
         let path = self.folder.join(&name);
         match self.way.enter_file(&path) {
             Ok(()) => {}
-            Err(circle @ Barred::Circle) => return Err(at.error(circle.of_file(&name))),
+            Err(circle @ ReferenceError::Circle) => return Err(at.error(circle.of_file(&name))),
             Err(barred) => return Err(Context::exceeded(at.span(""), barred.of_file(&name))),
         }
         let done = self.included(word, (&name, &path), tail, at);

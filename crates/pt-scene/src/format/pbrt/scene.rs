@@ -8,7 +8,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::context::{Context, Folder};
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
 use super::curve::is_tube;
@@ -20,14 +20,14 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{balance, camera, displace, film, glow, hair, subsurface};
+use super::{camera, displace, film, hair, medium_emission, subsurface, white_balance};
 use crate::image::Image;
 use crate::material::Embossed;
 use crate::shapes::flip;
 use crate::texture::{Input, Scalar};
 use crate::{
-    Attribute, Camera, FileSettings, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion,
-    Object, Scene, Span, Surface, Warning,
+    Attribute, Camera, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion, Object,
+    RenderHints, Scene, Span, Surface, Warning,
 };
 
 /// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many instances of them.
@@ -189,9 +189,9 @@ impl World {
         let folder = self.textures.folder.clone();
         let geometry = shape(entity, state, &mut self.meshes, &folder, &mut self.scene.warnings)?;
         let geometry = self.displaced(entity, state, geometry)?;
-        self.context().was_loud();
+        self.context().take_placeholder_used();
         let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?;
-        let alpha = alpha.filter(|_| !self.context().was_loud()).unwrap_or(1.0.into());
+        let alpha = alpha.filter(|_| !self.context().take_placeholder_used()).unwrap_or(1.0.into());
         let tube = is_tube(entity)?.then_some(Tube { is_inside_out: state.reverses });
         entity.finish()?;
         let mut light = state.area_light.clone();
@@ -280,17 +280,17 @@ impl World {
         let context = Arc::clone(&self.textures.folder.context);
         let settings = film::settings(&self.sight, &mut self.scene.warnings);
         let (mut settings, mut exposure) =
-            context.keep(settings)?.unwrap_or((FileSettings::default(), 1.0));
+            context.ok_or_report(settings)?.unwrap_or((RenderHints::default(), 1.0));
         settings.sides_by_shading_normal = true;
         let resolution = settings.resolution.unwrap_or([1280, 720]);
         let camera = self.camera(resolution);
-        if let Some((camera, share)) = context.keep(camera)? {
+        if let Some((camera, share)) = context.ok_or_report(camera)? {
             exposure *= share;
             self.scene.cameras.push(camera);
         }
         for placed in std::mem::take(&mut self.shapes) {
             let done = self.object(placed, exposure);
-            context.keep(done)?;
+            context.ok_or_report(done)?;
         }
         let moves = |motion: &Option<Arc<Motion>>| motion.is_some();
         let anything_moves = self.scene.objects.iter().any(|object| moves(&object.motion));
@@ -304,7 +304,7 @@ impl World {
         }
         let mut some_glow = false;
         for medium in &mut self.media.made {
-            glow::expose(&mut medium.matter, exposure as f32);
+            medium_emission::expose(&mut medium.matter, exposure as f32);
             some_glow |= medium.matter.glows();
         }
         let illuminant = Illuminant::of_scene(&self.scene.lights, &self.scene.materials);
@@ -327,7 +327,7 @@ impl World {
         let white =
             self.sight.film.as_ref().and_then(|film| film::white_balance(film).ok().flatten());
         if let Some(kelvin) = white {
-            balance::balance(&mut self.scene, balance::of_daylight(kelvin));
+            white_balance::balance(&mut self.scene, white_balance::of_daylight(kelvin));
         }
         Ok(self.scene)
     }
@@ -337,7 +337,7 @@ impl World {
         let Some((entity, to_world, media)) = &self.sight.camera else {
             // One that could not be read was told.
             if self.context().has_errors() {
-                return Err(LoadError::Told);
+                return Err(LoadError::AlreadyReported);
             }
             let message = "there is no Camera; expected one before WorldBegin".to_owned();
             return Err(LoadError::Content { at: self.file.clone(), message });
@@ -464,10 +464,10 @@ impl World {
         if let Some(known) = self.surfaces.get(&key) {
             return Ok(Rc::clone(known));
         }
-        self.context().was_loud();
+        self.context().take_placeholder_used();
         let surface = self.surface(name)?;
         let surface = Rc::new(match surface {
-            Some(_) if self.context().was_loud() => Some(substitute::surface()),
+            Some(_) if self.context().take_placeholder_used() => Some(placeholder::surface()),
             surface => surface,
         });
         self.surfaces.insert(key, Rc::clone(&surface));

@@ -252,7 +252,7 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
     let mut mesh = vertices(entity)?;
     entity.pass_over(&["S", "faceIndices"]);
     mesh.triangles = faces::<3>(entity, mesh.positions.len())?;
-    mesh.parts = single_part(mesh.triangles.len());
+    mesh.submeshes = single_part(mesh.triangles.len());
     face_normals(&mut mesh);
     Ok(mesh)
 }
@@ -330,7 +330,7 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
     }
     all.normals = Some(Attribute { values: normals, indices: None });
     all.uvs = Some(Attribute { values: uvs, indices: None });
-    all.parts = single_part(all.triangles.len());
+    all.submeshes = single_part(all.triangles.len());
     face_normals(&mut all);
     Ok(all)
 }
@@ -371,7 +371,7 @@ fn ply_mesh(
         Err(why) => {
             let message = format!("{why}; the shape is left out");
             folder.context.missing(entity.place("filename").span(""), message);
-            Err(LoadError::Told)
+            Err(LoadError::AlreadyReported)
         }
     }
 }

@@ -57,7 +57,7 @@ impl SparseGrids {
         if let Some(known) = self.made.get(&key) {
             return Ok(Arc::clone(known));
         }
-        let _grant = folder.context.take((size_of_val(of.values.as_slice()) * N) as u64)?;
+        let _grant = folder.context.reserve((size_of_val(of.values.as_slice()) * N) as u64)?;
         let mut values = Vec::with_capacity(of.values.len() * N);
         values.extend(of.values.iter().flat_map(|value| cell(*value)));
         let grid = Arc::new(Grid { resolution: of.resolution, channels: N as u32, values });
@@ -69,7 +69,7 @@ impl SparseGrids {
 fn read(context: &Context, path: &Path) -> Result<GridFile, String> {
     let bytes = context.read(path)?;
     let grid = |name| {
-        let ask = |bytes| context.take(bytes);
+        let ask = |bytes| context.reserve(bytes);
         nanovdb::parse(&bytes, name, ask).map_err(|why| format!("{}: {why}", path.display()))
     };
     let (density, names) = grid(DENSITY)?;

@@ -52,7 +52,7 @@ pub(super) fn subdivide(
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
-        parts: single_part(faces.len()),
+        submeshes: single_part(faces.len()),
         triangles: faces,
     })
 }

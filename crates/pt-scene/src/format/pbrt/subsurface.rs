@@ -10,8 +10,8 @@ use super::measured_media::Measured;
 use super::medium::{DEFAULT_ABSORBED, DEFAULT_SCATTERED, extinction_and_albedo, mean_cosine};
 use super::scene::World;
 use crate::material::Glass;
-use crate::medium::Matter;
-use crate::{Color, FileSettings, LoadError};
+use crate::medium::MediumProperties;
+use crate::{Color, LoadError, RenderHints};
 
 /// Least interactions that paths may have where light is scattered below surfaces.
 const STEPS: u32 = 1000;
@@ -24,7 +24,7 @@ const WAYS: [(&str, [&str; 2]); 3] = [
 ];
 
 /// Lets paths be as long as media below surfaces need, by an integrator that sees these.
-pub(super) fn prepare(settings: &mut FileSettings) {
+pub(super) fn prepare(settings: &mut RenderHints) {
     settings.integrator = Some("volpath");
     settings.max_depth = settings.max_depth.map(|depth| depth.max(STEPS));
 }
@@ -36,7 +36,7 @@ impl World {
         let roughness = self.roughness(entity, &super::material::ROUGHNESS, 0.0)?;
         let g = mean_cosine(entity)?;
         let (extinction, albedo, g) = self.matter(entity, ior, g)?;
-        let matter = Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] };
+        let matter = MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] };
         let number = self.media.add("subsurface", entity, matter, g);
         let message = format!(
             "light below the surface is followed from collision to collision, by volpath and up to {STEPS} interactions of \

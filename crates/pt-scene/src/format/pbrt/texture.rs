@@ -8,14 +8,14 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3, trig};
 
 use super::super::context::Folder;
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
 use super::mapping;
 use super::token::Place;
 use crate::LoadError;
-use crate::image::{Decoded, Image, Numbers};
+use crate::image::{Decoded, Image, PixelEncoding};
 use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Those of colours.
@@ -93,7 +93,7 @@ impl Textures {
         entity: &Entity,
         to_world: DAffine3,
     ) -> Result<bool, LoadError> {
-        self.folder.context.was_loud();
+        self.folder.context.take_placeholder_used();
         let kinds = if is_number { &NUMBERS[..] } else { &COLORS };
         let kind = entity.kind.as_str();
         let texture = match kind {
@@ -119,7 +119,7 @@ impl Textures {
             let message = format!("this is made of more than {MAX_PARTS} textures");
             return Err(entity.at.error(message));
         }
-        if self.folder.context.was_loud() {
+        if self.folder.context.take_placeholder_used() {
             self.loud.insert((name.to_owned(), is_number));
         }
         let is_in_space = texture.texture().is_some_and(|texture| texture.is_in_space());
@@ -139,8 +139,8 @@ impl Textures {
 
     /// Notes an image that is missing, and tells what shows it.
     pub(super) fn miss(&self, at: &Place, why: &str) {
-        self.folder.context.missing(at.span(""), format!("{why}; {}", substitute::INSTEAD));
-        self.folder.context.be_loud();
+        self.folder.context.missing(at.span(""), format!("{why}; {}", placeholder::INSTEAD));
+        self.folder.context.set_placeholder_used();
     }
 
     /// The texture of a name.
@@ -154,11 +154,11 @@ impl Textures {
         let (table, what) =
             if is_number { (&self.numbers, "float") } else { (&self.colors, "spectrum") };
         if self.loud.contains(&(name.to_owned(), is_number)) {
-            self.folder.context.be_loud();
+            self.folder.context.set_placeholder_used();
         }
         table.get(name).cloned().ok_or_else(|| {
             if self.lost.contains(name) {
-                return LoadError::Told;
+                return LoadError::AlreadyReported;
             }
             let hint = did_you_mean(name, table.keys().map(String::as_str));
             entity.refuse(
@@ -394,7 +394,7 @@ impl Textures {
             Ok(image) => image,
             Err(why) => {
                 self.miss(entity.place("filename"), &why);
-                return Ok(Input::Texture(substitute::texture()));
+                return Ok(Input::Texture(placeholder::texture()));
             }
         };
         Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), layout, to_pattern))
@@ -406,7 +406,7 @@ impl Textures {
             return Ok(Arc::clone(known));
         }
         let Decoded { mut image, alpha, .. } =
-            self.folder.context.pixels(&key.path, Numbers::Stored)?;
+            self.folder.context.pixels(&key.path, PixelEncoding::Stored)?;
         let alpha = alpha.filter(|alpha| key.is_number && alpha.iter().any(|a| *a < 1.0));
         let scale = f32::from_bits(key.scale_bits);
         for (i, pixel) in image.pixels.iter_mut().enumerate() {
@@ -427,7 +427,7 @@ impl Textures {
     /// A picture whose numbers are not colours: a normal map.
     pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
         let path = self.folder.join(name);
-        let image = self.folder.context.pixels(&path, Numbers::Stored)?.image;
+        let image = self.folder.context.pixels(&path, PixelEncoding::Stored)?.image;
         let bitmap =
             Bitmap { image: Arc::new(image), wrap: Wrap::REPEAT, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
@@ -435,9 +435,9 @@ impl Textures {
 }
 
 /// The pictures with levels whose names stand in a file: they are those of textures, as lights and the film have others.
-pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, Numbers)> {
+pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, PixelEncoding)> {
     let names = text.split('"').filter(|text| has_levels(Path::new(text)));
-    names.map(|name| (folder.join(name), Numbers::Stored)).collect()
+    names.map(|name| (folder.join(name), PixelEncoding::Stored)).collect()
 }
 
 /// Whether the numbers of a picture are levels, which are light by an encoding.

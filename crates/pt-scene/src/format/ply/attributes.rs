@@ -10,7 +10,7 @@ use std::path::Path;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, PropertyType};
 
-use super::super::{faults, text};
+use super::super::{mesh_diagnostics, text};
 use crate::{Attributes, LoadError};
 
 /// Names of attributes.
@@ -58,7 +58,7 @@ pub(in super::super) fn parse(
         let shown = Shown { vertices: properties(&vertices), faces: properties(&faces) };
         let read =
             |faults: &mut _| super::read(&bytes, path, faults, Some(&shown), super::Wanted::Faces);
-        let super::Content { file, .. } = faults::of_part(read)?;
+        let super::Content { file, .. } = mesh_diagnostics::of_part(read)?;
         let colors = file.mesh.colors.map(|colors| colors.values);
         for (group, values, to) in [
             (vertices.get(i), colors, &mut attributes.vertices),

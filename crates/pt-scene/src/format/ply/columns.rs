@@ -5,7 +5,7 @@ use std::path::Path;
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
 use super::super::xml::quote;
-use super::super::{faults, mesh_file, text};
+use super::super::{mesh_diagnostics, mesh_file, text};
 use super::layout::{Layout, SLOTS};
 use super::rows::{Body, Chunk};
 use super::{header_of, text_lines};
@@ -24,7 +24,7 @@ pub(in super::super) fn parse<const N: usize>(
     let bytes = text::unmarked(bytes, path)?;
     let bytes = text_lines(&bytes);
     let (header, line, rest) = header_of(&bytes, path)?;
-    faults::of_part(|faults| {
+    mesh_diagnostics::of_part(|faults| {
         let mut body = Body { path, encoding: header.encoding, line, rest, faults };
         for element in header.elements.values() {
             if element.name == "vertex" {
@@ -50,7 +50,7 @@ fn read<const N: usize>(
     }
     let layout = Layout::of_columns(element, &names);
     let mut all = pt_memory::with_capacity(body.least_count(&layout));
-    let read = |chunk: &Chunk, faults: &mut faults::Faults| {
+    let read = |chunk: &Chunk, faults: &mut mesh_diagnostics::MeshDiagnostics| {
         let mut rows = Vec::with_capacity(chunk.count);
         chunk.rows(faults, |i, row| {
             let row = row?;

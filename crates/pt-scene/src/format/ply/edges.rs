@@ -2,7 +2,7 @@
 
 use ply_rs_bw::ply::ElementDef;
 
-use super::super::faults::Faults;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::layout::Layout;
 use super::rows::{Body, Chunk};
 use crate::LoadError;
@@ -24,7 +24,7 @@ pub(super) fn read(
         return Ok(Vec::new());
     }
     let mut segments = Vec::new();
-    let rows = |chunk: &Chunk, faults: &mut Faults| {
+    let rows = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
         let mut part = Vec::new();
         chunk.rows(faults, |i, row| {
             let row = row?;

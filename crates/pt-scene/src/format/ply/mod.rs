@@ -28,7 +28,7 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
 
 use super::context::Context;
-use super::faults::{self, Faults};
+use super::mesh_diagnostics::{self, MeshDiagnostics};
 use super::mesh_file::{self, ColorLevels, MeshFile, PointsFile, Polygons};
 use super::text;
 use super::xml::quote;
@@ -44,7 +44,9 @@ use words::Row;
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let Content { mut file, mut painted, segments } =
-        faults::of_scene(context, |faults| read(bytes, path, faults, None, Wanted::Anything))?;
+        mesh_diagnostics::of_scene(context, |faults| {
+            read(bytes, path, faults, None, Wanted::Anything)
+        })?;
     if file.mesh.triangles.is_empty() {
         return Ok(PointsFile::new(file, segments, path).into_scene(path));
     }
@@ -59,7 +61,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    faults::of_part(|faults| Ok(read(bytes, path, faults, None, Wanted::Faces)?.file))
+    mesh_diagnostics::of_part(|faults| Ok(read(bytes, path, faults, None, Wanted::Faces)?.file))
 }
 
 /// The points of a file, which may have faces as well.
@@ -68,7 +70,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
 /// As [`parse_mesh`], but for faces.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
     let Content { file, segments, .. } =
-        faults::of_part(|faults| read(bytes, path, faults, None, Wanted::Anything))?;
+        mesh_diagnostics::of_part(|faults| read(bytes, path, faults, None, Wanted::Anything))?;
     Ok(PointsFile::new(file, segments, path).points)
 }
 
@@ -96,7 +98,7 @@ struct Content {
 fn read(
     bytes: &[u8],
     path: &Path,
-    faults: &mut Faults,
+    faults: &mut MeshDiagnostics,
     shown: Option<&Shown>,
     wanted: Wanted,
 ) -> Result<Content, LoadError> {
@@ -155,7 +157,7 @@ fn read(
     }
     // Strips have no colours.
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
-    mesh.parts = single_part(mesh.triangles.len());
+    mesh.submeshes = single_part(mesh.triangles.len());
     Ok(Content { file: MeshFile { mesh, levels, warnings }, painted, segments })
 }
 
@@ -233,7 +235,7 @@ fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Ver
     };
     let origin = Row::default();
     let path = body.path;
-    let read = |chunk: &Chunk, faults: &mut Faults| {
+    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
         let (mut vertices, mut without_color) = (empty(chunk.count), Vec::new());
         chunk.rows(faults, |i, row| {
             let row = row.and_then(|row| {
@@ -336,7 +338,7 @@ fn any_faces(
         uvs: layout.has_coordinates().then(Vec::new),
         images: layout.has(&[IMAGE_NAME]).then(Vec::new),
     };
-    let read = |chunk: &Chunk, faults: &mut Faults| {
+    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
         let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);
         let mut polygons = Polygons::default();
         chunk.rows(faults, |i, row| {
@@ -409,7 +411,7 @@ fn read_strips(
     mesh: &mut Mesh,
 ) -> Result<(), LoadError> {
     check_corners(body, layout)?;
-    let read = |chunk: &Chunk, faults: &mut Faults| {
+    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
         let mut triangles = Vec::new();
         chunk.rows(faults, |i, row| {
             let row = row?;

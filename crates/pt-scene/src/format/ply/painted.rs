@@ -9,12 +9,12 @@ use ply_rs_bw::ply::Comment;
 
 use super::super::context::Context;
 use super::super::mesh_file::{self, folder_of, locate, place};
-use super::super::substitute;
+use super::super::placeholder;
 use super::super::xml::quote;
-use crate::image::{Numbers, Transfer};
+use crate::image::{PixelEncoding, Transfer};
 use crate::material::Matte;
 use crate::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
-use crate::{Attribute, Material, Mesh, Part, Scene, Surface, Warning};
+use crate::{Attribute, Material, Mesh, Scene, Submesh, Surface, Warning};
 
 /// What a file says of images.
 #[derive(Default)]
@@ -48,7 +48,7 @@ impl Painted {
         let images = self.images.take().filter(|images| images.len() == count);
         let Some(images) = images.filter(|_| !self.files.is_empty()) else { return vec![0] };
         let (mut slots, mut numbers) = (Vec::new(), HashMap::new());
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<Submesh> = Vec::new();
         for (image, end) in images.into_iter().zip(1_u32..) {
             let slot = *numbers.entry(image).or_insert_with(|| {
                 slots.push(image);
@@ -56,10 +56,10 @@ impl Painted {
             });
             match parts.last_mut() {
                 Some(part) if part.slot == slot => part.triangles.end = end,
-                _ => parts.push(Part { triangles: end - 1..end, slot }),
+                _ => parts.push(Submesh { triangles: end - 1..end, slot }),
             }
         }
-        mesh.parts = parts;
+        mesh.submeshes = parts;
         slots
     }
 
@@ -89,7 +89,8 @@ impl Painted {
 
 /// A matte material that shows an image.
 fn shown(file: &str, path: &Path, context: &Context) -> Material {
-    let image = context.picture(&locate(&folder_of(path), file), Numbers::Light(Transfer::Srgb));
+    let image =
+        context.picture(&locate(&folder_of(path), file), PixelEncoding::Light(Transfer::Srgb));
     let surface: Surface = match image {
         Ok(decoded) => {
             let image = Arc::new(decoded.image);
@@ -98,9 +99,9 @@ fn shown(file: &str, path: &Path, context: &Context) -> Material {
             Matte { reflectance: Input::Texture(texture), two_sided: true }.into()
         }
         Err(why) => {
-            let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+            let message = format!("the image is not shown: {why}; {}", placeholder::INSTEAD);
             context.missing(place(path, 0), message);
-            substitute::surface()
+            placeholder::surface()
         }
     };
     Material {

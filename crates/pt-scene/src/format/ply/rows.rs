@@ -10,7 +10,7 @@ use std::path::Path;
 use ply_rs_bw::ply::{ElementDef, Encoding};
 use rayon::prelude::*;
 
-use super::super::faults::Faults;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::super::mesh_file;
 use super::layout::{Field, Kind, Layout, Number};
 use super::words::{Binary, Row, Text, Words};
@@ -32,7 +32,7 @@ pub(super) struct Body<'a> {
     /// Bytes not yet read.
     pub(super) rest: &'a [u8],
     /// What is wrong with rows.
-    pub(super) faults: &'a mut Faults,
+    pub(super) faults: &'a mut MeshDiagnostics,
 }
 
 /// Some rows.
@@ -58,7 +58,7 @@ impl<'a> Body<'a> {
     pub(super) fn read<P: Send>(
         &mut self,
         layout: &Layout,
-        read: impl Fn(&Chunk, &mut Faults) -> P + Sync,
+        read: impl Fn(&Chunk, &mut MeshDiagnostics) -> P + Sync,
         mut take: impl FnMut(P),
     ) -> Result<(), LoadError> {
         let mut done = 0;
@@ -71,7 +71,7 @@ impl<'a> Body<'a> {
                 )));
             }
             let noting = |chunk: &Chunk| {
-                let mut faults = Faults::default();
+                let mut faults = MeshDiagnostics::default();
                 (read(chunk, &mut faults), faults)
             };
             for (part, faults) in side_by_side(&chunks, noting) {
@@ -79,7 +79,7 @@ impl<'a> Body<'a> {
                 self.faults.append(faults);
             }
             if self.faults.is_full() {
-                return Err(LoadError::Told);
+                return Err(LoadError::AlreadyReported);
             }
             done += chunks.iter().map(|chunk| chunk.count).sum::<usize>();
             end.map_or(Ok(()), Err)?;
@@ -246,7 +246,7 @@ impl Chunk<'_> {
     /// Gives each row with its number, or what is wrong with it; notes what is, and what is found to be by `each`.
     pub(super) fn rows(
         &self,
-        faults: &mut Faults,
+        faults: &mut MeshDiagnostics,
         each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
     ) {
         match self.encoding {
@@ -262,7 +262,7 @@ impl Chunk<'_> {
 
     fn text_rows(
         &self,
-        faults: &mut Faults,
+        faults: &mut MeshDiagnostics,
         mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
     ) {
         let (mut row, mut number) = (Row::default(), self.first);
@@ -278,7 +278,7 @@ impl Chunk<'_> {
     fn binary_rows(
         &self,
         mut words: impl Words,
-        faults: &mut Faults,
+        faults: &mut MeshDiagnostics,
         mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
     ) {
         let mut row = Row::default();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::faults::Faults;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::super::mesh_file;
 use super::weld::{Welded, Welder, join};
 use super::{HEADER, PIECE, TRIANGLE};
@@ -24,7 +24,7 @@ pub(super) fn read(
     bytes: &[u8],
     count: usize,
     path: &Path,
-    faults: &mut Faults,
+    faults: &mut MeshDiagnostics,
 ) -> Result<Welded, LoadError> {
     let rows = bytes[HEADER..].as_chunks::<TRIANGLE>().0;
     let rows = &rows[..count.min(rows.len())];
@@ -47,10 +47,10 @@ pub(super) fn read(
 }
 
 /// Notes the triangles with a value that is not finite.
-fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut Faults) {
+fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut MeshDiagnostics) {
     let is_bad = |row: &[u8; TRIANGLE]| !corners(row).as_flattened().iter().all(|x| x.is_finite());
     let bad = rows.iter().enumerate().filter(|(_, row)| is_bad(row));
-    for (i, _) in bad.take(Faults::MAX) {
+    for (i, _) in bad.take(MeshDiagnostics::MAX) {
         let message = format!("triangle {i} has a value that is not finite");
         faults.add(mesh_file::error(path, 0, message));
     }

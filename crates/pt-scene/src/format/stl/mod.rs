@@ -25,7 +25,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::context::Context;
-use super::faults::{self, Faults};
+use super::mesh_diagnostics::{self, MeshDiagnostics};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use crate::shapes::single_part;
 use crate::{Attributes, LoadError, Mesh, Scene};
@@ -47,7 +47,7 @@ pub(super) const IN_PIECES: Option<super::PieceReader> = None;
 
 /// A scene of one object, with z up.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    Ok(scene_of(faults::of_scene(context, |faults| read(bytes, path, faults))?, path))
+    Ok(scene_of(mesh_diagnostics::of_scene(context, |faults| read(bytes, path, faults))?, path))
 }
 
 /// The mesh of a file, in its own coordinates.
@@ -55,7 +55,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If the file is no STL, ends too early, has numbers that are not finite, or no triangles.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
-    faults::of_part(|faults| read(bytes, path, faults))
+    mesh_diagnostics::of_part(|faults| read(bytes, path, faults))
 }
 
 fn scene_of(mesh: Mesh, path: &Path) -> Scene {
@@ -70,7 +70,7 @@ fn scene_of(mesh: Mesh, path: &Path) -> Scene {
 ///
 /// # Errors
 /// If nothing more can be read.
-fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Mesh, LoadError> {
+fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Mesh, LoadError> {
     let welded = match count(bytes) {
         Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
             binary::read(bytes, count, path, faults)?
@@ -97,7 +97,7 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Mesh, LoadErro
 fn mesh_of(Welded { positions, triangles }: Welded, path: &Path) -> Mesh {
     Mesh {
         name: mesh_file::name_of(path),
-        parts: single_part(triangles.len()),
+        submeshes: single_part(triangles.len()),
         positions,
         triangles,
         normals: None,

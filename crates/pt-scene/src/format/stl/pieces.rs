@@ -15,7 +15,7 @@ use super::binary::{ROWS, piece};
 use super::weld::{Welder, join};
 use super::{HEADER, PIECE, TRIANGLE, count, mesh_of, scene_of};
 use crate::source::{Large, PART, PartHash};
-use crate::{Mesh, Scene, Source};
+use crate::{Mesh, Scene, SourceFile};
 
 // Pieces are cut where parts are.
 const _: () = assert!(PIECE.is_multiple_of(PART));
@@ -43,7 +43,7 @@ pub(super) fn parse(path: &Path, context: &Context) -> Option<Scene> {
 }
 
 /// Reads so many triangles; `None` if a value is not finite, or anything else is wrong.
-fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, Source)> {
+fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
     let mut triangles = pt_memory::zeros(count);
     let last = count.div_ceil(ROWS) - 1;
     let spare = Mutex::new(Vec::new());

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::faults::Faults;
 use super::super::line::Line;
+use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::super::mesh_file;
 use super::super::xml::{meant, quote};
 use super::PIECE;
@@ -27,10 +27,14 @@ struct Piece<'a> {
 ///
 /// # Errors
 /// If the file ends in a loop, or there are too many vertices.
-pub(super) fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Welded, LoadError> {
+pub(super) fn read(
+    bytes: &[u8],
+    path: &Path,
+    faults: &mut MeshDiagnostics,
+) -> Result<Welded, LoadError> {
     let pieces = cut(bytes, PIECE);
     let work = |welder: &mut Welder, piece: &Piece| {
-        let (mut loops, mut faults) = (Loops::new(welder), Faults::default());
+        let (mut loops, mut faults) = (Loops::new(welder), MeshDiagnostics::default());
         let mut last = piece.line;
         for (number, line) in (piece.line..).zip(piece.bytes.split(|b| *b == b'\n')) {
             let text = String::from_utf8_lossy(line);
@@ -230,7 +234,7 @@ mod tests {
         for line in ["", "  vertex 0 0 0", "solid vertex cover of a facet", "facet normal 0 0 1 "] {
             assert_eq!(statements(line).collect::<Vec<_>>(), [line]);
         }
-        let mut faults = Faults::default();
+        let mut faults = MeshDiagnostics::default();
         let read = read(line.as_bytes(), Path::new("a.stl"), &mut faults).expect("a good file");
         assert_eq!(read.triangles.len(), 1);
     }

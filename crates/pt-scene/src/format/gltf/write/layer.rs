@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3};
 use serde_json::{Map, Value, json};
 
-use super::super::super::gloss;
+use super::super::super::legacy_specular;
 use crate::image::Image;
 use crate::texture::{
     Bitmap, Blend, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap,
@@ -309,7 +309,7 @@ pub(super) fn power_of_two(number: f32) -> f32 {
 
 /// The luminance of a colour; of greys, their number to the bit.
 fn grey([r, g, b]: [f32; 3]) -> f32 {
-    if r == g && g == b { r } else { gloss::luminance([r, g, b]) }
+    if r == g && g == b { r } else { legacy_specular::luminance([r, g, b]) }
 }
 
 fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

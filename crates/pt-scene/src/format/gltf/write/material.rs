@@ -8,11 +8,11 @@ use serde_json::{Map, Value, json};
 use super::super::super::xml::quote;
 use super::super::texture::Content;
 use super::Writer;
-use super::closest::{Body, Closest, closest};
+use super::approximate::{ApproximateMaterial, BaseMaterial, approximate};
 use super::exact::near_f32;
 use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
 use crate::material::MetallicRoughness;
-use crate::medium::Matter;
+use crate::medium::MediumProperties;
 use crate::texture::{Pattern, Relief, Scalar};
 use crate::{Color, Material, Medium, Surface};
 
@@ -76,8 +76,8 @@ impl Writer<'_> {
             extensions: Vec::new(),
         };
         let cx = &mut writing;
-        let Closest { look, body, relief } =
-            closest(&material.surface, &mut |note| self.notes.tell(&cx.place, note));
+        let ApproximateMaterial { look, body, relief } =
+            approximate(&material.surface, &mut |note| self.notes.tell(&cx.place, note));
         let opacity = match material.opacity {
             Scalar::Value(0.0) if material.emission != [0.0; 3].into() => {
                 self.notes
@@ -93,11 +93,11 @@ impl Writer<'_> {
         cx.fields = fields;
         let has_relief = done? | self.layers(&look, relief.as_ref(), cx)?;
         let emits = self.emission(material, &opacity, cx)?;
-        if body == Body::Opaque && !look.two_sided {
+        if body == BaseMaterial::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
         // Here what emits does so on its front alone, and light goes through both sides of a body anyway.
-        if !emits && (look.two_sided || body == Body::Sheet) {
+        if !emits && (look.two_sided || body == BaseMaterial::Sheet) {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
         let Writing { has_textures, mut fields, extensions, .. } = writing;
@@ -222,7 +222,7 @@ impl Writer<'_> {
     fn refraction(
         &mut self,
         look: &MetallicRoughness,
-        body: Body,
+        body: BaseMaterial,
         medium: Option<&Medium>,
         cx: &mut Writing,
     ) -> Result<(), String> {
@@ -233,7 +233,7 @@ impl Writer<'_> {
             self.put_number(&mut fields, names, &number, "transmission", cx)?;
             cx.extensions.push(("KHR_materials_transmission", fields.into()));
         }
-        if body == Body::Solid {
+        if body == BaseMaterial::Solid {
             let mut fields = Map::from_iter([("thicknessFactor".to_owned(), 1.0.into())]);
             if let Some(medium) = medium {
                 self.absorption(medium, &mut fields);
@@ -250,7 +250,7 @@ impl Writer<'_> {
 
     /// What a medium leaves of light behind a distance: c = exp(−σt d).
     fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
-        let Matter::Homogeneous { extinction, albedo, .. } = &medium.matter else {
+        let MediumProperties::Homogeneous { extinction, albedo, .. } = &medium.matter else {
             self.notes.tell(&medium.at, "it is left out: media of glTF are the same everywhere");
             return;
         };

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Writer;
 use super::layer::MeshColors;
 use super::material::Worn;
-use crate::{Attribute, Mesh, Part};
+use crate::{Attribute, Mesh, Submesh};
 
 /// By how much the length of a normal may differ from 1: that is what numbers of 8 bits leave, ½ √3 / 127.
 const UNIT: f32 = 6.8e-3;
@@ -47,7 +47,7 @@ impl Writer<'_> {
     pub(super) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,
-        parts: &[(Part, Worn)],
+        parts: &[(Submesh, Worn)],
     ) -> Result<Option<usize>, String> {
         let materials = parts.iter().map(|(part, worn)| (part.triangles.start, worn.index));
         let key = (Arc::as_ptr(mesh).addr(), materials.collect());
@@ -75,7 +75,7 @@ impl Writer<'_> {
     }
 
     /// A primitive without its material.
-    fn primitive(&mut self, mesh: &Arc<Mesh>, part: &Part, needs: Needs) -> Value {
+    fn primitive(&mut self, mesh: &Arc<Mesh>, part: &Submesh, needs: Needs) -> Value {
         let range = &part.triangles;
         let key = (Arc::as_ptr(mesh).addr(), range.start, range.end, needs);
         if let Some((known, _)) = self.primitives.get(&key) {
@@ -119,7 +119,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     let count = mesh.triangles.len();
     let is_whole =
         mesh.triangles.as_flattened().iter().all(|i| (*i as usize) < mesh.positions.len())
-            && mesh.parts.iter().all(|part| part.triangles.end as usize <= count)
+            && mesh.submeshes.iter().all(|part| part.triangles.end as usize <= count)
             && fits(mesh.normals.as_ref(), mesh)
             && fits(mesh.uvs.as_ref(), mesh)
             && fits(mesh.colors.as_ref(), mesh)
@@ -134,7 +134,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
 }
 
 /// The triangles of a part. Vertices stay as they are where all values have the indices of the positions.
-fn welded(mesh: &Mesh, part: &Part, needs: Needs) -> Welded {
+fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
     fn own<T>(attribute: Option<&Attribute<T>>) -> bool {
         attribute.is_some_and(|attribute| attribute.indices.is_some())
     }
@@ -217,7 +217,7 @@ fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32
 }
 
 /// Whether texture coordinates lie mirrored on some triangle of a part.
-pub(super) fn is_mirrored_somewhere(mesh: &Mesh, part: &Part) -> bool {
+pub(super) fn is_mirrored_somewhere(mesh: &Mesh, part: &Submesh) -> bool {
     let Some(uvs) = &mesh.uvs else { return false };
     part.triangles.clone().any(|i| {
         let corners = uvs.corners(i as usize, mesh.triangles[i as usize]);
@@ -233,8 +233,8 @@ mod tests {
 
     const PLAIN: Needs = Needs { colors: None, has_textures: false };
 
-    fn whole(mesh: &Mesh) -> Part {
-        Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }
+    fn whole(mesh: &Mesh) -> Submesh {
+        Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }
     }
 
     #[test]
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn a_part_takes_the_vertices_that_it_has() {
         let mesh = Mesh { uvs: None, normals: None, ..shapes::cube() };
-        let part = Part { triangles: 0..2, slot: 0 };
+        let part = Submesh { triangles: 0..2, slot: 0 };
         assert_eq!(welded(&mesh, &part, PLAIN).positions.len(), 4);
         assert_eq!(welded(&mesh, &whole(&mesh), PLAIN).positions, mesh.positions);
         let painted = welded(&mesh, &part, Needs { has_textures: true, ..PLAIN });

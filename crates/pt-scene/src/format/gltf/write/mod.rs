@@ -9,8 +9,8 @@
 //! What our reader makes of a file is written so that it makes the same of it again. What glTF cannot say becomes what
 //! is nearest to it, or is left out; both have notes.
 
+mod approximate;
 mod binary;
-mod closest;
 mod exact;
 mod extension;
 mod image;
@@ -36,7 +36,7 @@ use pt_math::{DAffine3, DVec3};
 use serde_json::{Map, Value, json};
 
 use super::super::save::Encoded;
-use crate::{FileSettings, Geometry, Hidden, Mesh, Object, Part, Scene, shapes};
+use crate::{Geometry, Hidden, Mesh, Object, RenderHints, Scene, Submesh, shapes};
 
 /// Turns a scene into a file.
 ///
@@ -112,7 +112,7 @@ impl<'a> Writer<'a> {
         }
         let used: Vec<usize> = match &object.geometry {
             Geometry::Sphere { .. } | Geometry::Points { .. } => vec![0],
-            Geometry::Mesh(mesh) => mesh.parts.iter().map(|part| part.slot as usize).collect(),
+            Geometry::Mesh(mesh) => mesh.submeshes.iter().map(|part| part.slot as usize).collect(),
         };
         let slots = used.iter().max().map_or(0, |last| last + 1);
         let mut worn: Vec<Option<Worn>> = vec![None; slots];
@@ -165,15 +165,15 @@ impl<'a> Writer<'a> {
                 sphere
             }
         };
-        let parts: Vec<(Part, Worn)> = match worn {
+        let parts: Vec<(Submesh, Worn)> = match worn {
             // Readers find the mirrored part themselves.
             [first, second] if first.index == second.index => {
-                vec![(Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }, *first)]
+                vec![(Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }, *first)]
             }
             _ => {
-                let dress = |part: &Part| (part.clone(), worn[part.slot as usize]);
-                let parts: Vec<_> = mesh.parts.iter().map(dress).collect();
-                let leans = |(part, worn): &(Part, Worn)| {
+                let dress = |part: &Submesh| (part.clone(), worn[part.slot as usize]);
+                let parts: Vec<_> = mesh.submeshes.iter().map(dress).collect();
+                let leans = |(part, worn): &(Submesh, Worn)| {
                     worn.has_relief && mesh::is_mirrored_somewhere(&mesh, part)
                 };
                 if parts.iter().any(leans) {
@@ -224,7 +224,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Tells what is asked for of the image.
-    fn settings(&mut self, settings: &FileSettings) {
+    fn settings(&mut self, settings: &RenderHints) {
         let asked = [
             (settings.resolution.is_some(), "the size of the image"),
             (settings.crop.is_some(), "the part of it that is wanted"),

@@ -246,7 +246,7 @@ fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
     let p = light.to_world.translation.as_vec3();
     scene.objects.iter().any(|object| {
         let Geometry::Mesh(mesh) = &object.geometry else { return false };
-        let parts = mesh.parts.iter().filter(|part| glows(object, part.slot));
+        let parts = mesh.submeshes.iter().filter(|part| glows(object, part.slot));
         let numbers = parts.flat_map(|part| part.triangles.clone());
         let corner = |v: u32| {
             let position = DVec3::from(mesh.positions[v as usize].map(f64::from));

@@ -1,7 +1,7 @@
 //! `measured`: what is in files of measured materials.
 
 use super::super::super::context::Unusable;
-use super::super::super::substitute;
+use super::super::super::placeholder;
 use super::super::object::error;
 use super::inputs::Inputs;
 use crate::material::Measured;
@@ -19,9 +19,9 @@ pub(super) fn measured(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
         Ok(measurements) => Ok(Measured { measurements, two_sided: false }.into()),
         Err(Unusable::Broken(why)) => Err(parameters.refuse("filename", why)),
         Err(Unusable::Missing(why)) => {
-            tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
-            tree.context.be_loud();
-            Ok(substitute::surface())
+            tree.miss(parameters.place("filename"), &why, placeholder::INSTEAD)?;
+            tree.context.set_placeholder_used();
+            Ok(placeholder::surface())
         }
     }
 }

@@ -8,7 +8,7 @@ use super::color::{Role, color};
 use super::entity::Entity;
 use super::medium::{Media, check_count, resolution};
 use crate::LoadError;
-use crate::medium::{BlackBody, Emission, Grid, GridFilter, Matter, PlacedGrid};
+use crate::medium::{BlackBody, Grid, GridFilter, MediumEmission, MediumProperties, PlacedGrid};
 
 /// The sum of ȳ over the wavelengths in nanometres. The light of heat, which has radiance 1 at its strongest wavelength there, and that of grids
 /// of colours, whose white has this luminance, are not divided by it as other light is. [CIE 1931, at each nanometre]
@@ -16,18 +16,18 @@ const EQUAL_ENERGY: f64 = 106.856_895;
 
 impl Media {
     /// What a homogeneous medium emits.
-    pub(super) fn even_glow(&self, entity: &Entity) -> Result<[f32; 3], LoadError> {
+    pub(super) fn constant_emission(&self, entity: &Entity) -> Result<[f32; 3], LoadError> {
         let light = color(entity, "Le", Role::Light, &self.folder)?.unwrap_or_default();
         let scale = scale(entity)? as f32;
         Ok(light.map(|c| c * scale))
     }
 
     /// What a grid of densities emits, which lies in the same place.
-    pub(super) fn glow_of_grid(
+    pub(super) fn grid_emission(
         &self,
         entity: &Entity,
         to_world: DAffine3,
-    ) -> Result<Emission, LoadError> {
+    ) -> Result<MediumEmission, LoadError> {
         let light = color(entity, "Le", Role::Light, &self.folder)?;
         let resolution = resolution(entity)?;
         let scales = list_of_scales(entity)?;
@@ -55,7 +55,7 @@ impl Media {
                     let scale = (scale * EQUAL_ENERGY) as f32;
                     let kelvins = kelvins.iter().map(|t| hot(*t, offset, scale_of_kelvins));
                     let temperature = place(1, kelvins.collect());
-                    Ok(Emission::BlackBody(BlackBody { temperature, scale }))
+                    Ok(MediumEmission::BlackBody(BlackBody { temperature, scale }))
                 }
                 _ => {
                     let message = "a Lescale that differs from cell to cell is not supported where there are temperatures; give the same number for all";
@@ -64,23 +64,23 @@ impl Media {
             },
             (None, Some(light)) if scales.len() > 1 => {
                 let of_cell = |scale: &f64| light.map(|c| (f64::from(c) * scale) as f32);
-                Ok(Emission::Grid(place(3, scales.iter().flat_map(of_cell).collect())))
+                Ok(MediumEmission::Grid(place(3, scales.iter().flat_map(of_cell).collect())))
             }
             (None, light) => {
                 let scale = scales[0];
                 let light = light.unwrap_or_default();
-                Ok(Emission::Constant(light.map(|c| (f64::from(c) * scale) as f32)))
+                Ok(MediumEmission::Constant(light.map(|c| (f64::from(c) * scale) as f32)))
             }
         }
     }
 }
 
 /// What the cells of a grid of colours emit.
-pub(super) fn glow_of_colors(
+pub(super) fn color_emission(
     entity: &Entity,
     resolution: [u32; 3],
     to_world: DAffine3,
-) -> Result<Emission, LoadError> {
+) -> Result<MediumEmission, LoadError> {
     let scale = scale(entity)?;
     let Some(cells) = entity.rgbs("Le")? else { return Ok(DARK) };
     check_count(entity, "Le", "colours", resolution, cells.len())?;
@@ -95,22 +95,22 @@ pub(super) fn glow_of_colors(
         |cell| entity.color_space.to_rec709(cell).map(|c| (c * scale * EQUAL_ENERGY) as f32);
     let values = cells.into_iter().flat_map(light).collect();
     let grid = Arc::new(Grid { resolution, channels: 3, values });
-    Ok(Emission::Grid(PlacedGrid { grid, to_world, filter: GridFilter::Trilinear }))
+    Ok(MediumEmission::Grid(PlacedGrid { grid, to_world, filter: GridFilter::Trilinear }))
 }
 
 /// What a grid of temperatures in kelvins emits.
-pub(super) fn glow_of_heat(
+pub(super) fn blackbody_emission(
     entity: &Entity,
     grid: Arc<Grid>,
     to_world: DAffine3,
-) -> Result<Emission, LoadError> {
+) -> Result<MediumEmission, LoadError> {
     let temperature = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
     let scale = (scale(entity)? * EQUAL_ENERGY) as f32;
-    Ok(Emission::BlackBody(BlackBody { temperature, scale }))
+    Ok(MediumEmission::BlackBody(BlackBody { temperature, scale }))
 }
 
 /// No light.
-pub(super) const DARK: Emission = Emission::Constant([0.0; 3]);
+pub(super) const DARK: MediumEmission = MediumEmission::Constant([0.0; 3]);
 
 /// Names of what there is to tell of temperatures.
 pub(super) const TEMPERATURES: [&str; 3] =
@@ -151,19 +151,19 @@ fn list_of_scales(entity: &Entity) -> Result<Option<(&'static str, &[f64])>, Loa
 }
 
 /// Makes the light of a medium so many times as bright.
-pub(super) fn expose(matter: &mut Matter, exposure: f32) {
+pub(super) fn expose(matter: &mut MediumProperties, exposure: f32) {
     let bright = |light: &mut [f32; 3]| *light = light.map(|c| c * exposure);
     match matter {
-        Matter::Homogeneous { emission, .. } => bright(emission),
-        Matter::Cloud(_) => {}
-        Matter::Heterogeneous(matter) => match &mut matter.emission {
-            Emission::Constant(light) => bright(light),
-            Emission::Grid(placed) => {
+        MediumProperties::Homogeneous { emission, .. } => bright(emission),
+        MediumProperties::Cloud(_) => {}
+        MediumProperties::Heterogeneous(matter) => match &mut matter.emission {
+            MediumEmission::Constant(light) => bright(light),
+            MediumEmission::Grid(placed) => {
                 for value in &mut Arc::make_mut(&mut placed.grid).values {
                     *value *= exposure;
                 }
             }
-            Emission::BlackBody(heat) => heat.scale *= exposure,
+            MediumEmission::BlackBody(heat) => heat.scale *= exposure,
         },
     }
 }

@@ -6,7 +6,7 @@ use pt_math::{DMat3, DVec3, cie};
 
 use super::color_space::{D65, xyz_of};
 use crate::image::Image;
-use crate::medium::{Emission, Matter};
+use crate::medium::{MediumEmission, MediumProperties};
 use crate::texture::{Color, Input, Pattern, Texture};
 use crate::{LightKind, Scene};
 
@@ -54,18 +54,18 @@ pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
     }
     for medium in &mut scene.media {
         match &mut medium.matter {
-            Matter::Homogeneous { emission, .. } => *emission = seen(matrix, *emission),
-            Matter::Heterogeneous(matter) => match &mut matter.emission {
-                Emission::Constant(light) => *light = seen(matrix, *light),
-                Emission::Grid(placed) if placed.grid.channels == 3 => {
+            MediumProperties::Homogeneous { emission, .. } => *emission = seen(matrix, *emission),
+            MediumProperties::Heterogeneous(matter) => match &mut matter.emission {
+                MediumEmission::Constant(light) => *light = seen(matrix, *light),
+                MediumEmission::Grid(placed) if placed.grid.channels == 3 => {
                     let cells = Arc::make_mut(&mut placed.grid).values.as_chunks_mut::<3>().0;
                     for cell in cells {
                         *cell = seen(matrix, *cell);
                     }
                 }
-                Emission::Grid(_) | Emission::BlackBody(_) => {}
+                MediumEmission::Grid(_) | MediumEmission::BlackBody(_) => {}
             },
-            Matter::Cloud(_) => {}
+            MediumProperties::Cloud(_) => {}
         }
     }
 }

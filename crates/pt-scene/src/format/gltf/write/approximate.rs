@@ -1,6 +1,6 @@
 //! The nearest of what glTF can say to any surface.
 
-use super::super::super::gloss;
+use super::super::super::legacy_specular;
 use super::layer::mapped;
 use crate::material::{
     CoatedConductor, DiffuseTransmission, Matte, MetallicRoughness, Mix, Principled,
@@ -11,7 +11,7 @@ use crate::{Color, Surface};
 
 /// What is inside of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Body {
+pub(super) enum BaseMaterial {
     /// Nothing that is seen.
     Opaque,
     /// What light goes through.
@@ -22,9 +22,9 @@ pub(super) enum Body {
 
 /// A surface of metallic and roughness.
 #[derive(Debug)]
-pub(super) struct Closest {
+pub(super) struct ApproximateMaterial {
     pub(super) look: MetallicRoughness,
-    pub(super) body: Body,
+    pub(super) body: BaseMaterial,
     pub(super) relief: Option<Relief>,
 }
 
@@ -32,10 +32,10 @@ pub(super) struct Closest {
 const SHEEN_ROUGHNESS: f32 = 0.5;
 
 /// The surface that looks most like another one. `tell` is given what is different.
-pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest {
+pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     match surface {
         Surface::Embossed(embossed) => {
-            let inner = closest(&embossed.surface, tell);
+            let inner = approximate(&embossed.surface, tell);
             if inner.relief.is_some() {
                 tell("of two reliefs, the outer one alone is written");
             }
@@ -45,24 +45,24 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
             if embossed.mirrored {
                 tell("what is raised on its front becomes a dent on its back");
             }
-            Closest { relief: Some(embossed.relief.clone()), ..inner }
+            ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
         }
         Surface::Sided(sided) => {
             tell("its back becomes like its front");
-            let inner = closest(&sided.front, tell);
+            let inner = approximate(&sided.front, tell);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
-            Closest { look, ..inner }
+            ApproximateMaterial { look, ..inner }
         }
         Surface::Mix(mix) => mixed(mix, tell),
         Surface::MetallicRoughness(look) => {
-            Closest { look: look.clone(), body: body(look), relief: None }
+            ApproximateMaterial { look: look.clone(), body: body(look), relief: None }
         }
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
             tell("its fibres become matte, of the colour that many of them have together");
             let matte = Matte { reflectance: hair.color(), two_sided: true };
-            closest(&matte.into(), tell)
+            approximate(&matte.into(), tell)
         }
         Surface::Measured(measured) => {
             tell("what was measured of it becomes a metal of about the same colour and roughness");
@@ -73,33 +73,33 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
                 two_sided: measured.two_sided,
                 ..MetallicRoughness::default()
             };
-            closest(&metal.into(), tell)
+            approximate(&metal.into(), tell)
         }
         _ => {
             let look = plain(surface, tell);
-            Closest { body: body(&look), look, relief: None }
+            ApproximateMaterial { body: body(&look), look, relief: None }
         }
     }
 }
 
 /// Of two surfaces the one with the larger share.
-fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> Closest {
+fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     tell("of the surfaces that it mixes, the one with the larger share is written");
     let is_second = matches!(mix.share, Input::Value(share) if share > 0.5);
-    closest(if is_second { &mix.second } else { &mix.first }, tell)
+    approximate(if is_second { &mix.second } else { &mix.first }, tell)
 }
 
 /// What is inside of a material of glTF.
-fn body(look: &MetallicRoughness) -> Body {
+fn body(look: &MetallicRoughness) -> BaseMaterial {
     match (look.transmits(), look.thin) {
-        (false, _) => Body::Opaque,
-        (true, false) => Body::Solid,
-        (true, true) => Body::Sheet,
+        (false, _) => BaseMaterial::Opaque,
+        (true, false) => BaseMaterial::Solid,
+        (true, true) => BaseMaterial::Sheet,
     }
 }
 
 /// Where light goes through, the tints of Burley's are left out, and his sheen has the width of [`SHEEN_ROUGHNESS`].
-fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
+fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
@@ -107,7 +107,7 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
     }
     let clearcoat_roughness = match &principled.clearcoat_gloss {
         _ if principled.clearcoat == zero => zero.clone(),
-        Scalar::Value(gloss) => gloss::roughness_of_coat(*gloss).into(),
+        Scalar::Value(gloss) => legacy_specular::roughness_of_coat(*gloss).into(),
         Scalar::Texture(_) => {
             tell("the gloss of its coat is left out, as it has a texture");
             zero.clone()
@@ -130,10 +130,10 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
         ..brushed(&principled.roughness, &principled.anisotropic, tell)
     };
     let look = if look.transmits() { look } else { without_gloss(look, principled.ior) };
-    Closest { body: body(&look), look, relief: None }
+    ApproximateMaterial { body: body(&look), look, relief: None }
 }
 
-fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> Closest {
+fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     let zero = Scalar::Value(0.0);
     let left = [&thin.spec_tint, &thin.sheen_tint, &thin.flatness];
     if left.iter().any(|number| **number != zero) {
@@ -151,7 +151,7 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> Closest {
         two_sided: true,
         ..brushed(&thin.roughness, &thin.anisotropic, tell)
     };
-    Closest { body: body(&look), look, relief: None }
+    ApproximateMaterial { body: body(&look), look, relief: None }
 }
 
 /// As much grey sheen as there is.
@@ -340,7 +340,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
         }
         Surface::Plastic(m) => {
             tell("its gloss becomes a grey one of GGX facets");
-            let root = gloss::amount(&m.specular).clamp(0.0, 0.96).sqrt();
+            let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
             let ior = (1.0 + root) / (1.0 - root);
             coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
         }
@@ -443,7 +443,7 @@ mod tests {
         };
         for (share, metallic) in [(0.2, 0.0), (0.8, 1.0)] {
             let mut notes = 0;
-            let found = closest(&mix(share), &mut |_| notes += 1);
+            let found = approximate(&mix(share), &mut |_| notes += 1);
             assert_eq!((found.look.metallic, notes), (metallic.into(), 1));
         }
     }

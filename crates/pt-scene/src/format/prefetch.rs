@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 /// Things by their keys. When one is asked for, those that are likely asked for next are made beside it.
 #[derive(Debug)]
-pub(super) struct Ahead<K, T> {
-    state: Mutex<State<K, T>>,
+pub(super) struct Prefetcher<K, T> {
+    state: Mutex<PrefetchState<K, T>>,
 }
 
 #[derive(Debug)]
-struct State<K, T> {
+struct PrefetchState<K, T> {
     /// What is likely asked for, in this order.
     expected: Vec<K>,
     /// Where in that list those are that are not made yet.
@@ -23,14 +23,15 @@ struct State<K, T> {
     made: HashMap<K, T>,
 }
 
-impl<K, T> Default for Ahead<K, T> {
+impl<K, T> Default for Prefetcher<K, T> {
     fn default() -> Self {
-        let state = State { expected: Vec::new(), places: HashMap::new(), made: HashMap::new() };
+        let state =
+            PrefetchState { expected: Vec::new(), places: HashMap::new(), made: HashMap::new() };
         Self { state: Mutex::new(state) }
     }
 }
 
-impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Ahead<K, T> {
+impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
     /// Adds what is likely asked for, after what was added before.
     pub(super) fn expect(&self, keys: impl IntoIterator<Item = K>) {
         let mut state = self.state();
@@ -66,12 +67,12 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Ahead<K, T> {
         wanted
     }
 
-    fn state(&self) -> MutexGuard<'_, State<K, T>> {
+    fn state(&self) -> MutexGuard<'_, PrefetchState<K, T>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl<K: Clone + Eq + Hash, T> State<K, T> {
+impl<K: Clone + Eq + Hash, T> PrefetchState<K, T> {
     /// Those of the next `count` after a key that are not made yet, which are to be made now, as the key itself.
     fn after(&mut self, key: &K, count: usize) -> Vec<K> {
         let Some(place) = self.places.remove(key) else { return Vec::new() };
@@ -87,7 +88,7 @@ mod tests {
 
     #[test]
     fn each_thing_is_made_once_and_the_next_ones_beside_it() {
-        let ahead = Ahead::default();
+        let ahead = Prefetcher::default();
         ahead.expect([3, 1, 4, 1, 5, 9, 2, 6].into_iter().chain(10..100));
         let made = AtomicUsize::new(0);
         let square = |key: u32| {
@@ -106,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_nobody_expects_is_made_alone() {
-        let ahead = Ahead::default();
+        let ahead = Prefetcher::default();
         ahead.expect([1, 2]);
         let made = AtomicUsize::new(0);
         let make = |key: u32| made.fetch_add(1, Ordering::Relaxed) as u32 + key;

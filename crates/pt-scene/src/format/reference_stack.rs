@@ -3,7 +3,7 @@
 //!
 //! What is entered is bounded before it is read: how deep it lies, and how many there are, each as often as it is referred
 //! to, so that what doubles at each step ends as soon as what does not; and nothing leads to itself. What it takes in memory
-//! is asked of the ledger ([`super::context::Context::take`]).
+//! is asked of the ledger ([`super::context::Context::reserve`]).
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::xml::quote;
 
 /// How deep, and how many.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub(super) struct ReferenceLimits {
     /// Most things on the way at once.
     pub(super) deep: usize,
     /// Most things that are entered in all.
@@ -21,7 +21,7 @@ pub(super) struct Bounds {
 
 /// Why something is not entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Barred {
+pub(super) enum ReferenceError {
     /// It is on the way: it refers to itself, directly or by others.
     Circle,
     /// It would be deeper than that.
@@ -32,14 +32,14 @@ pub(super) enum Barred {
 
 /// What is being read, each referred to by the one before.
 #[derive(Debug)]
-pub(super) struct Way<K> {
+pub(super) struct ReferenceStack<K> {
     open: Vec<K>,
     entered: usize,
-    bounds: Bounds,
+    bounds: ReferenceLimits,
 }
 
-impl<K: PartialEq> Way<K> {
-    pub(super) fn new(bounds: Bounds) -> Self {
+impl<K: PartialEq> ReferenceStack<K> {
+    pub(super) fn new(bounds: ReferenceLimits) -> Self {
         Self { open: Vec::new(), entered: 0, bounds }
     }
 
@@ -52,16 +52,16 @@ impl<K: PartialEq> Way<K> {
     ///
     /// # Errors
     /// If it is on the way, or beyond a bound.
-    pub(super) fn enter(&mut self, key: K) -> Result<(), Barred> {
-        let Bounds { deep, many } = self.bounds;
+    pub(super) fn enter(&mut self, key: K) -> Result<(), ReferenceError> {
+        let ReferenceLimits { deep, many } = self.bounds;
         if self.open.contains(&key) {
-            return Err(Barred::Circle);
+            return Err(ReferenceError::Circle);
         }
         if self.open.len() >= deep {
-            return Err(Barred::Deep(deep));
+            return Err(ReferenceError::Deep(deep));
         }
         if self.entered >= many {
-            return Err(Barred::Many(many));
+            return Err(ReferenceError::Many(many));
         }
         self.entered += 1;
         self.open.push(key);
@@ -74,23 +74,24 @@ impl<K: PartialEq> Way<K> {
     }
 }
 
-impl Way<PathBuf> {
+impl ReferenceStack<PathBuf> {
     /// The files of a scene, of which the first one is its own, with the bounds of a format or of the user.
     pub(super) fn of_files(limits: &Limits, deep: usize, many: usize) -> Self {
-        let included = Bounds { deep: limits.include_depth(deep), many: limits.files(many) };
-        Self::new(Bounds { deep: included.deep + 1, many: included.many + 1 })
+        let included =
+            ReferenceLimits { deep: limits.include_depth(deep), many: limits.files(many) };
+        Self::new(ReferenceLimits { deep: included.deep + 1, many: included.many + 1 })
     }
 
     /// Goes on to a file; a link is what it leads to.
     ///
     /// # Errors
     /// As [`Self::enter`].
-    pub(super) fn enter_file(&mut self, path: &Path) -> Result<(), Barred> {
+    pub(super) fn enter_file(&mut self, path: &Path) -> Result<(), ReferenceError> {
         self.enter(path.canonicalize().unwrap_or_else(|_| path.to_owned()))
     }
 }
 
-impl Barred {
+impl ReferenceError {
     /// The message about a file of this name that is not included.
     pub(super) fn of_file(self, name: &str) -> String {
         match self {
@@ -107,10 +108,10 @@ mod tests {
 
     #[test]
     fn ways_end_at_circles_depths_and_numbers() {
-        let mut way = Way::new(Bounds { deep: 3, many: 6 });
+        let mut way = ReferenceStack::new(ReferenceLimits { deep: 3, many: 6 });
         assert_eq!([1, 2, 3].map(|key| way.enter(key)), [Ok(()); 3]);
-        assert_eq!(way.enter(1), Err(Barred::Circle));
-        assert_eq!(way.enter(4), Err(Barred::Deep(3)));
+        assert_eq!(way.enter(1), Err(ReferenceError::Circle));
+        assert_eq!(way.enter(4), Err(ReferenceError::Deep(3)));
         way.leave();
         // Twice is no circle.
         assert_eq!(way.enter(3), Ok(()));
@@ -119,13 +120,17 @@ mod tests {
         assert_eq!(way.len(), 1);
         assert_eq!([2, 3].map(|key| way.enter(key)), [Ok(()); 2]);
         way.leave();
-        assert_eq!(way.enter(3), Err(Barred::Many(6)));
+        assert_eq!(way.enter(3), Err(ReferenceError::Many(6)));
     }
 
     /// Things that each refer twice to the next one are entered as often as they are bounded, and not 2⁴⁰ times.
     #[test]
     fn doublings_end() {
-        fn all(way: &mut Way<u32>, key: u32, entered: &mut usize) -> Result<(), Barred> {
+        fn all(
+            way: &mut ReferenceStack<u32>,
+            key: u32,
+            entered: &mut usize,
+        ) -> Result<(), ReferenceError> {
             way.enter(key)?;
             *entered += 1;
             for _ in 0..2 {
@@ -137,8 +142,8 @@ mod tests {
             Ok(())
         }
         let mut entered = 0;
-        let mut way = Way::new(Bounds { deep: 100, many: 1000 });
-        assert_eq!(all(&mut way, 0, &mut entered), Err(Barred::Many(1000)));
+        let mut way = ReferenceStack::new(ReferenceLimits { deep: 100, many: 1000 });
+        assert_eq!(all(&mut way, 0, &mut entered), Err(ReferenceError::Many(1000)));
         assert_eq!(entered, 1000);
     }
 }

@@ -9,13 +9,13 @@ use crate::LoadError;
 
 /// What is wrong with a file, or with a piece of one, in the order of the file: the first ones.
 #[derive(Debug, Default)]
-pub(super) struct Faults {
+pub(super) struct MeshDiagnostics {
     list: Vec<LoadError>,
     /// What costs nothing but itself in a file that is a scene by itself, and what is done instead.
     pardoned: Vec<(LoadError, &'static str)>,
 }
 
-impl Faults {
+impl MeshDiagnostics {
     /// Most that are kept: no list of errors holds more.
     pub(super) const MAX: usize = Context::MAX_NOTED;
 
@@ -69,7 +69,7 @@ impl Faults {
 
     /// The error that ends the reading with a message that is worth nothing where faults were told that may be why.
     pub(super) fn because_of(&self, error: LoadError) -> LoadError {
-        if self.is_empty() { error } else { LoadError::Told }
+        if self.is_empty() { error } else { LoadError::AlreadyReported }
     }
 }
 
@@ -84,16 +84,16 @@ fn place(error: &LoadError) -> Option<(u32, u32)> {
 /// If nothing more can be read.
 pub(super) fn of_scene<T>(
     context: &Context,
-    read: impl FnOnce(&mut Faults) -> Result<T, LoadError>,
+    read: impl FnOnce(&mut MeshDiagnostics) -> Result<T, LoadError>,
 ) -> Result<T, LoadError> {
-    let mut faults = Faults::default();
+    let mut faults = MeshDiagnostics::default();
     let done = read(&mut faults);
     for fault in faults.list {
-        context.keep(Err::<(), _>(fault))?;
+        context.ok_or_report(Err::<(), _>(fault))?;
     }
     for (fault, instead) in faults.pardoned {
         let forgiven = context.forgive(Err::<(), _>(fault), instead);
-        context.keep(forgiven)?;
+        context.ok_or_report(forgiven)?;
     }
     done
 }
@@ -103,20 +103,20 @@ pub(super) fn of_scene<T>(
 /// # Errors
 /// The first thing that is wrong, and how many others there are.
 pub(super) fn of_part<T>(
-    read: impl FnOnce(&mut Faults) -> Result<T, LoadError>,
+    read: impl FnOnce(&mut MeshDiagnostics) -> Result<T, LoadError>,
 ) -> Result<T, LoadError> {
-    let mut faults = Faults::default();
+    let mut faults = MeshDiagnostics::default();
     let done = read(&mut faults);
     let (value, last) = match done {
         Ok(value) => (Some(value), None),
-        Err(LoadError::Told) => (None, None),
+        Err(LoadError::AlreadyReported) => (None, None),
         Err(error) => (None, Some(error)),
     };
     let is_all = !faults.is_full();
     let mut all = faults.into_errors().into_iter().chain(last);
     let first = match (all.next(), value) {
         (None, Some(value)) => return Ok(value),
-        (first, _) => first.unwrap_or(LoadError::Told),
+        (first, _) => first.unwrap_or(LoadError::AlreadyReported),
     };
     Err(match (all.count(), first) {
         (more @ 1.., LoadError::Content { at, message }) => {
@@ -142,26 +142,26 @@ mod tests {
         error(Path::new("a.obj"), line, "bad")
     }
 
-    fn lines(faults: &Faults) -> Vec<u32> {
+    fn lines(faults: &MeshDiagnostics) -> Vec<u32> {
         faults.list.iter().map(|fault| fault.place().map_or(0, |at| at.line)).collect()
     }
 
     #[test]
     fn lists_hold_the_first_faults_in_the_order_of_lines() {
-        let mut faults = Faults::default();
+        let mut faults = MeshDiagnostics::default();
         (1..=3).for_each(|i| faults.add(fault(10 * i)));
-        let mut others = Faults::default();
+        let mut others = MeshDiagnostics::default();
         (0..4000).for_each(|i| others.add(fault(2 * i + 1)));
         assert!(others.is_full() && !faults.is_full());
         faults.merge(others);
         assert_eq!(lines(&faults)[..8], [1, 3, 5, 7, 9, 10, 11, 13]);
-        assert_eq!(lines(&faults).len(), Faults::MAX);
+        assert_eq!(lines(&faults).len(), MeshDiagnostics::MAX);
     }
 
     #[test]
     fn a_part_of_a_scene_tells_its_first_fault_and_how_many_there_are() {
         let told = |count: u32, end: Result<(), LoadError>| {
-            let read = |faults: &mut Faults| {
+            let read = |faults: &mut MeshDiagnostics| {
                 (1..=count).for_each(|line| faults.add(fault(line)));
                 end
             };
@@ -172,7 +172,7 @@ mod tests {
         };
         assert_eq!(told(0, Ok(())), None);
         assert_eq!(told(1, Ok(())), Some("a.obj:1: bad".to_owned()));
-        assert_eq!(told(1, Err(LoadError::Told)), Some("a.obj:1: bad".to_owned()));
+        assert_eq!(told(1, Err(LoadError::AlreadyReported)), Some("a.obj:1: bad".to_owned()));
         assert_eq!(told(0, Err(fault(7))), Some("a.obj:7: bad".to_owned()));
         assert_eq!(told(1, Err(fault(7))), Some(more("1 more error")));
         assert_eq!(told(3, Ok(())), Some(more("2 more errors")));

@@ -1,52 +1,52 @@
 //! How types are described once, so that they can be read, written, and told in a schema.
 //!
-//! A struct is a `record!` of its fields, an enum is `tagged!` (an object whose "type" says which variant it is) or
-//! made of `words!`. Each field has a [`Kind`] and perhaps a default; what has its default is not written.
+//! A struct is a `json_struct!` of its fields, an enum is `json_enum!` (an object whose "type" says which variant it is) or
+//! made of `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a default; what has its default is not written.
 
 use super::node::{Keys, Node};
-use super::out::{Entries, Out};
+use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Reading, Writing};
+use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
 
 /// How a field is read and written.
-pub(super) trait Kind<T> {
+pub(super) trait FieldCodec<T> {
     /// Whether it stands in files.
     const IS_WRITTEN: bool = true;
     /// Whether it has to be there if the field has no default.
     const IS_NEEDED: bool = true;
 
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<T, LoadError>;
-    fn write(&self, value: &T, cx: &mut Writing<'_>) -> Result<Out, String>;
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError>;
+    fn write(&self, value: &T, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(&self, schemas: &mut Schemas) -> serde_json::Value;
 
     /// What it is in an object that does not say, if the field has no default.
-    fn missing(&self, _object: &Node<'_>, _cx: &Reading<'_>) -> Option<T> {
+    fn missing(&self, _object: &Node<'_>, _cx: &JsonReader<'_>) -> Option<T> {
         None
     }
 
     /// Whether it would be the same if it were missing.
-    fn is_understood(&self, _value: &T, _cx: &Writing<'_>) -> bool {
+    fn is_understood(&self, _value: &T, _cx: &JsonWriter<'_>) -> bool {
         false
     }
 }
 
 /// Types that are read and written in one way only.
-pub(super) trait Described: Sized {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError>;
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String>;
+pub(super) trait JsonCodec: Sized {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(schemas: &mut Schemas) -> serde_json::Value;
 }
 
 /// The kind of fields whose type says it all.
 pub(super) struct Plain;
 
-impl<T: Described> Kind<T> for Plain {
-    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<T, LoadError> {
+impl<T: JsonCodec> FieldCodec<T> for Plain {
+    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError> {
         T::read(node, cx)
     }
 
-    fn write(&self, value: &T, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, value: &T, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         value.write(cx)
     }
 
@@ -56,18 +56,18 @@ impl<T: Described> Kind<T> for Plain {
 }
 
 /// What is an object, or some keys of one.
-pub(super) trait Fields: Sized {
+pub(super) trait StructCodec: Sized {
     /// Whether a text stands for an object with nothing but that as its "type".
     const IS_TAGGED: bool = false;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError>;
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String>;
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String>;
     /// The keys that it may have: one set of them, or several of which one is chosen.
     fn properties(schemas: &mut Schemas) -> Vec<Properties>;
 }
 
-impl<T: Fields> Described for T {
-    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+impl<T: StructCodec> JsonCodec for T {
+    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let is_word = T::IS_TAGGED && node.text().is_some();
         let mut keys = if is_word { node.word() } else { node.keys()? };
         let read = T::read_fields(&mut keys, cx)?;
@@ -75,7 +75,7 @@ impl<T: Fields> Described for T {
         Ok(read)
     }
 
-    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
         let mut out = Entries::new();
         self.write_fields(&mut out, cx)?;
         Ok(match out.as_mut_slice() {
@@ -92,14 +92,14 @@ impl<T: Fields> Described for T {
     }
 }
 
-impl<T: Fields> Fields for Box<T> {
+impl<T: StructCodec> StructCodec for Box<T> {
     const IS_TAGGED: bool = T::IS_TAGGED;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         T::read_fields(keys, cx).map(Box::new)
     }
 
-    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
         T::write_fields(self, out, cx)
     }
 
@@ -109,13 +109,13 @@ impl<T: Fields> Fields for Box<T> {
 }
 
 /// Writes a field, unless it has its default.
-pub(super) fn put<T, K: Kind<T>>(
+pub(super) fn put<T, K: FieldCodec<T>>(
     out: &mut Entries,
     name: &str,
     kind: &K,
     value: &T,
     default: Option<T>,
-    cx: &mut Writing<'_>,
+    cx: &mut JsonWriter<'_>,
 ) -> Result<(), String> {
     if !K::IS_WRITTEN || kind.is_understood(value, cx) {
         return Ok(());
@@ -151,16 +151,16 @@ macro_rules! default_of {
 }
 pub(super) use default_of;
 
-/// `record! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where `+` says that the keys of a
+/// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where `+` says that the keys of a
 /// field stand among those of the record, and `check` refuses what does not fit together.
-macro_rules! record {
+macro_rules! json_struct {
     ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)? $(; $check:ident)?) => {
-        impl $crate::format::json::describe::Fields for $type {
-            const IS_TAGGED: bool = false $(|| <$flat_type as $crate::format::json::describe::Fields>::IS_TAGGED)?;
+        impl $crate::format::json::codec::StructCodec for $type {
+            const IS_TAGGED: bool = false $(|| <$flat_type as $crate::format::json::codec::StructCodec>::IS_TAGGED)?;
 
             fn read_fields(
                 keys: &mut $crate::format::json::node::Keys<'_>,
-                cx: &mut $crate::format::json::shared::Reading<'_>,
+                cx: &mut $crate::format::json::shared::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 let _ = (&keys, &cx);
                 let made = Self {
@@ -168,7 +168,7 @@ macro_rules! record {
                     $($field: keys.read(
                         stringify!($field),
                         &$kind,
-                        $crate::format::json::describe::default_of!($($default)?),
+                        $crate::format::json::codec::default_of!($($default)?),
                         cx,
                     )?),*
                 };
@@ -178,17 +178,17 @@ macro_rules! record {
 
             fn write_fields(
                 &self,
-                out: &mut $crate::format::json::out::Entries,
-                cx: &mut $crate::format::json::shared::Writing<'_>,
+                out: &mut $crate::format::json::printer::Entries,
+                cx: &mut $crate::format::json::shared::JsonWriter<'_>,
             ) -> Result<(), String> {
                 let _ = (&out, &cx);
                 $(self.$flat.write_fields(out, cx)?;)?
-                $($crate::format::json::describe::put(
+                $($crate::format::json::codec::put(
                     out,
                     stringify!($field),
                     &$kind,
                     &self.$field,
-                    $crate::format::json::describe::default_of!($($default)?),
+                    $crate::format::json::codec::default_of!($($default)?),
                     cx,
                 )?;)*
                 Ok(())
@@ -202,7 +202,7 @@ macro_rules! record {
                     stringify!($field),
                     &$kind,
                     |made| &made.$field,
-                    $crate::format::json::describe::default_of!($($default)?),
+                    $crate::format::json::codec::default_of!($($default)?),
                     schemas,
                 );)*
                 let _ = &schemas;
@@ -214,20 +214,20 @@ macro_rules! record {
         }
     };
 }
-pub(super) use record;
+pub(super) use json_struct;
 
 /// The variants of an enum: `Variant { field: kind = default }`, `Variant(Record)`, `Variant[key: kind]` for
 /// a single field without a name, and `Variant()`.
-macro_rules! tagged {
+macro_rules! json_enum {
     ($type:ident { $($variant:ident $body:tt),* $(,)? }) => {
-        impl $crate::format::json::describe::Fields for $type {
+        impl $crate::format::json::codec::StructCodec for $type {
             const IS_TAGGED: bool = true;
 
             fn read_fields(
                 keys: &mut $crate::format::json::node::Keys<'_>,
-                cx: &mut $crate::format::json::shared::Reading<'_>,
+                cx: &mut $crate::format::json::shared::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::describe::{read_variant, snake};
+                use $crate::format::json::codec::{read_variant, snake};
                 let _ = &cx;
                 let tag = keys.tag()?;
                 let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
@@ -240,11 +240,11 @@ macro_rules! tagged {
 
             fn write_fields(
                 &self,
-                out: &mut $crate::format::json::out::Entries,
-                cx: &mut $crate::format::json::shared::Writing<'_>,
+                out: &mut $crate::format::json::printer::Entries,
+                cx: &mut $crate::format::json::shared::JsonWriter<'_>,
             ) -> Result<(), String> {
-                use $crate::format::json::describe::{variant_pattern, write_variant, snake};
-                use $crate::format::json::{node::TYPE, out::Out};
+                use $crate::format::json::codec::{variant_pattern, write_variant, snake};
+                use $crate::format::json::{node::TYPE, printer::Out};
                 let _ = &cx;
                 match self {
                     $(variant_pattern!(inner, $type, $variant, $body) => {
@@ -258,7 +258,7 @@ macro_rules! tagged {
             fn properties(
                 schemas: &mut $crate::format::json::schema::Schemas,
             ) -> Vec<$crate::format::json::schema::Properties> {
-                use $crate::format::json::describe::{describe_variant, snake};
+                use $crate::format::json::codec::{describe_variant, snake};
                 use $crate::format::json::schema::Properties;
                 let _ = &schemas;
                 let mut all = Vec::new();
@@ -269,14 +269,14 @@ macro_rules! tagged {
         }
     };
 }
-pub(super) use tagged;
+pub(super) use json_enum;
 
 macro_rules! read_variant {
     ($type:ident, $variant:ident, (), $keys:ident, $cx:ident) => {
         $type::$variant
     };
     ($type:ident, $variant:ident, ($record:ty), $keys:ident, $cx:ident) => {
-        $type::$variant(<$record as $crate::format::json::describe::Fields>::read_fields($keys, $cx)?)
+        $type::$variant(<$record as $crate::format::json::codec::StructCodec>::read_fields($keys, $cx)?)
     };
     ($type:ident, $variant:ident, [$key:ident: $kind:expr], $keys:ident, $cx:ident) => {
         $type::$variant($keys.read(stringify!($key), &$kind, None, $cx)?)
@@ -286,7 +286,7 @@ macro_rules! read_variant {
             $($field: $keys.read(
                 stringify!($field),
                 &$kind,
-                $crate::format::json::describe::default_of!($($default)?),
+                $crate::format::json::codec::default_of!($($default)?),
                 $cx,
             )?),*
         }
@@ -313,18 +313,18 @@ pub(super) use variant_pattern;
 macro_rules! write_variant {
     ($inner:ident, (), $out:ident, $cx:ident) => {};
     ($inner:ident, ($record:ty), $out:ident, $cx:ident) => {
-        $crate::format::json::describe::Fields::write_fields($inner, $out, $cx)?
+        $crate::format::json::codec::StructCodec::write_fields($inner, $out, $cx)?
     };
     ($inner:ident, [$key:ident: $kind:expr], $out:ident, $cx:ident) => {
-        $crate::format::json::describe::put($out, stringify!($key), &$kind, $inner, None, $cx)?
+        $crate::format::json::codec::put($out, stringify!($key), &$kind, $inner, None, $cx)?
     };
     ($inner:ident, { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? }, $out:ident, $cx:ident) => {
-        $($crate::format::json::describe::put(
+        $($crate::format::json::codec::put(
             $out,
             stringify!($field),
             &$kind,
             $field,
-            $crate::format::json::describe::default_of!($($default)?),
+            $crate::format::json::codec::default_of!($($default)?),
             $cx,
         )?;)*
     };
@@ -337,7 +337,7 @@ macro_rules! describe_variant {
     };
     ($type:ident, $variant:ident, ($record:ty), $tag:ident, $schemas:ident) => {
         Properties::each_with(
-            <$record as $crate::format::json::describe::Fields>::properties($schemas),
+            <$record as $crate::format::json::codec::StructCodec>::properties($schemas),
             &$tag,
         )
     };
@@ -361,7 +361,7 @@ macro_rules! describe_variant {
                 $type::$variant { $field, .. } => $field,
                 _ => unreachable!("it is of this variant"),
             },
-            $crate::format::json::describe::default_of!($($default)?),
+            $crate::format::json::codec::default_of!($($default)?),
             $schemas,
         );)*
         vec![$tag]
@@ -370,14 +370,14 @@ macro_rules! describe_variant {
 pub(super) use describe_variant;
 
 /// An enum of names.
-macro_rules! words {
+macro_rules! json_unit_enum {
     ($type:ident { $($variant:ident),* $(,)? }) => {
-        impl $crate::format::json::describe::Described for $type {
+        impl $crate::format::json::codec::JsonCodec for $type {
             fn read(
                 node: &$crate::format::json::node::Node<'_>,
-                _: &mut $crate::format::json::shared::Reading<'_>,
+                _: &mut $crate::format::json::shared::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::describe::snake;
+                use $crate::format::json::codec::snake;
                 let name = node.text().ok_or_else(|| node.unexpected("a name"))?;
                 $(if name == snake(stringify!($variant)) {
                     return Ok(Self::$variant);
@@ -388,20 +388,20 @@ macro_rules! words {
 
             fn write(
                 &self,
-                _: &mut $crate::format::json::shared::Writing<'_>,
-            ) -> Result<$crate::format::json::out::Out, String> {
-                use $crate::format::json::describe::snake;
-                use $crate::format::json::out::Out;
+                _: &mut $crate::format::json::shared::JsonWriter<'_>,
+            ) -> Result<$crate::format::json::printer::Out, String> {
+                use $crate::format::json::codec::snake;
+                use $crate::format::json::printer::Out;
                 Ok(match self {
                     $(Self::$variant => Out::text(snake(stringify!($variant)))),*
                 })
             }
 
             fn schema(_: &mut $crate::format::json::schema::Schemas) -> serde_json::Value {
-                use $crate::format::json::describe::snake;
+                use $crate::format::json::codec::snake;
                 serde_json::json!({"enum": [$(snake(stringify!($variant))),*]})
             }
         }
     };
 }
-pub(super) use words;
+pub(super) use json_unit_enum;

@@ -11,14 +11,14 @@ use super::material::Maker;
 use super::mtl;
 use super::notes::Notes;
 use super::slots::Named;
-use crate::spelling::alike;
+use crate::spelling::suggestions;
 use crate::{Geometry, LoadError, Object, Scene};
 
 /// Most materials that are not found, of which each has a note.
 const MAX_NOT_FOUND: usize = 20;
 
 /// What a file says of materials.
-pub(super) struct Wardrobe<'a> {
+pub(super) struct MaterialAssigner<'a> {
     /// The file.
     pub(super) path: &'a Path,
     /// What is named for each slot.
@@ -30,13 +30,13 @@ pub(super) struct Wardrobe<'a> {
     pub(super) folder: &'a Folder,
 }
 
-impl Wardrobe<'_> {
+impl MaterialAssigner<'_> {
     /// Gives the materials to the slots of the objects, which have default ones: slots without a name, or with one that is
     /// not found, keep them.
     ///
     /// # Errors
     /// If nothing more can be read.
-    pub(super) fn dress(&self, scene: &mut Scene) -> Result<(), LoadError> {
+    pub(super) fn assign(&self, scene: &mut Scene) -> Result<(), LoadError> {
         let mut notes = Notes::default();
         let library = self.library(&mut notes)?;
         let default = |object: &Object| object.materials.first().copied().flatten();
@@ -99,7 +99,7 @@ impl Wardrobe<'_> {
             return notes.add(place(self.path, first.line), message.to_owned());
         }
         for Named { name, line } in not_found.iter().take(MAX_NOT_FOUND) {
-            let near = alike(name, library.names.iter().map(String::as_str));
+            let near = suggestions(name, library.names.iter().map(String::as_str));
             let hint = near.first().map(|near| format!(" (did you mean {}?)", quote(near)));
             let message = format!(
                 "the material {} is in no file{}; the default material is taken",
