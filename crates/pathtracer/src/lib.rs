@@ -57,9 +57,9 @@ pub use pt_scene::format::{
 };
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
-    Aperture, Camera, DaySpan, Daylight, Filter, Fit, IesProfile, Light, LightKind, LoadError,
-    Meter, Moment, Place, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
-    SourceFile, Span, Warning,
+    Aperture, Camera, DateTime, Daylight, Filter, Fit, GeoLocation, IesProfile, Light, LightKind,
+    LoadError, Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
+    SourceFile, Span, TimeRange, Warning,
 };
 pub use pt_scene::{camera_file, file};
 pub use session::Session;

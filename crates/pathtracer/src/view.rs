@@ -215,7 +215,7 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
     let is_opaque = materials.all(|material| {
         let scatters_back = matches!(
             material.surface,
-            Surface::Matte(_)
+            Surface::Diffuse(_)
                 | Surface::RoughDiffuse(_)
                 | Surface::Mirror(_)
                 | Surface::Conductor(_)

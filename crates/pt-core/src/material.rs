@@ -34,23 +34,23 @@ pub enum Material {
         share: FloatTexture,
     },
     /// One for each side of the true surface.
-    Sided {
+    TwoSided {
         /// Seen from its front.
         front: Id<Material>,
         /// Seen from behind.
         back: Id<Material>,
     },
     /// One with other normals.
-    Embossed {
+    SurfaceDetail {
         /// What it is made of.
         surface: Id<Material>,
         /// Its normals.
         relief: NormalOrBumpRecord,
-        /// See [`pt_scene::material::Embossed`].
+        /// See [`pt_scene::material::SurfaceDetail`].
         shadowing: bool,
-        /// See [`pt_scene::material::Embossed`].
+        /// See [`pt_scene::material::SurfaceDetail`].
         averted: Averted,
-        /// See [`pt_scene::material::Embossed`].
+        /// See [`pt_scene::material::SurfaceDetail`].
         mirrored: bool,
     },
 }
@@ -96,7 +96,7 @@ pub struct Slot {
 #[derive(Clone, Copy, Debug)]
 pub enum SlotKind {
     /// Three parameters: its colour, with channels from 0 to 1.
-    Share,
+    Weight,
     /// Three parameters: its colour, with channels from 0 up.
     Color,
     /// Three parameters: what fibres absorb that have its colour together.
@@ -113,7 +113,7 @@ pub enum SlotKind {
     },
 }
 
-/// How normals differ from those of the shape; see [`pt_scene::texture::Relief`].
+/// How normals differ from those of the shape; see [`pt_scene::texture::NormalOrBump`].
 #[derive(Clone, Copy, Debug)]
 pub enum NormalOrBumpRecord {
     /// By colours, and the direction of (u, v) that is +x of their frame.
@@ -209,10 +209,10 @@ impl Materials {
                         (first, (choice - share) / (1.0 - share))
                     };
                 }
-                Material::Sided { front, back } => {
+                Material::TwoSided { front, back } => {
                     id = if at.wo.dot(side) < 0.0 { back } else { front };
                 }
-                Material::Embossed { surface, relief, shadowing, averted, mirrored } => {
+                Material::SurfaceDetail { surface, relief, shadowing, averted, mirrored } => {
                     if mirrored {
                         view.mirror();
                     }
@@ -244,7 +244,7 @@ impl Materials {
             let color = self.textures.color(slot.texture, at);
             let first = slot.first as usize;
             match slot.kind {
-                SlotKind::Share => {
+                SlotKind::Weight => {
                     let share = color.0.clamp(Vec3::ZERO, Vec3::ONE).to_array();
                     lobe.parameters_mut()[first..first + 3].copy_from_slice(&share);
                 }

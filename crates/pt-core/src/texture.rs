@@ -11,7 +11,7 @@ use crate::image_texture::Texels;
 use crate::medium::Field;
 use crate::shapes::FLAT;
 use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
-use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMapping};
+use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMappingRecord};
 
 /// What a texture shows, and how the surface is laid out on it.
 #[derive(Clone, Copy, Debug)]
@@ -192,14 +192,14 @@ impl Textures {
     /// transform, which is the same all over a triangle.
     fn laid_at(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> MappedTexture {
         let laid = self.laid[id];
-        let TextureMapping::Values(values) = laid.layout else { return laid };
+        let TextureMappingRecord::Values(values) = laid.layout else { return laid };
         let Some(triangle) = &at.on_triangle else { return laid };
         let values = &self.mesh_colors[values as usize];
         let [u, v] = values.gradient(triangle).map(|value| value.0.truncate());
         let there = values.at_vertices(triangle).0.truncate();
         let to_values = Affine2::from_cols(u, v, there - u * at.uv.x - v * at.uv.y);
         let to_pattern = laid.to_pattern * to_values;
-        MappedTexture { layout: TextureMapping::Surface, to_pattern, ..laid }
+        MappedTexture { layout: TextureMappingRecord::Surface, to_pattern, ..laid }
     }
 
     #[inline(never)]
@@ -363,7 +363,7 @@ impl Textures {
         match self.records[id].pattern {
             PatternRecord::Laid(laid) => {
                 let layout = self.laid[laid].layout;
-                !matches!(layout, TextureMapping::Surface | TextureMapping::Values(_))
+                !matches!(layout, TextureMappingRecord::Surface | TextureMappingRecord::Values(_))
             }
             PatternRecord::Facing(_) => true,
             PatternRecord::Product(factors) => factors.into_iter().all(factor),

@@ -14,7 +14,7 @@ use crate::texture_eval_context::TextureEvalContext;
 #[derive(Clone, Copy, Debug)]
 pub struct MappedTexture {
     /// What gives points their coordinates.
-    pub layout: TextureMapping,
+    pub layout: TextureMappingRecord,
     /// From the first two of these to those of the pattern.
     pub to_pattern: Affine2,
     /// What it shows.
@@ -32,9 +32,9 @@ pub enum MappedPattern {
     Grid(u32),
 }
 
-/// See [`pt_scene::texture::Layout`]; transforms go from the world in metres.
+/// See [`pt_scene::texture::TextureMapping`]; transforms go from the world in metres.
 #[derive(Clone, Copy, Debug)]
-pub enum TextureMapping {
+pub enum TextureMappingRecord {
     /// The texture coordinates of the surface.
     Surface,
     /// The point itself.
@@ -47,7 +47,7 @@ pub enum TextureMapping {
     Cylinder(DAffine3),
 }
 
-impl TextureMapping {
+impl TextureMappingRecord {
     /// The coordinates of a point.
     fn coordinates(&self, place: &TextureEvalContext) -> Vec3 {
         let p = |map: &DAffine3| map.transform_point3(place.point.as_dvec3());
@@ -161,7 +161,7 @@ mod tests {
         TextureEvalContext { point, ..TextureEvalContext::of(Vec2::new(0.3, 0.7)) }
     }
 
-    fn laid(layout: TextureMapping) -> MappedTexture {
+    fn laid(layout: TextureMappingRecord) -> MappedTexture {
         let to_pattern =
             Affine2::from_cols(Vec2::new(0.4, 0.3), Vec2::new(-0.2, 0.5), Vec2::new(0.1, 0.2));
         let pattern = MappedPattern::Procedural(Procedural::Windy);
@@ -173,12 +173,12 @@ mod tests {
         DAffine3::from_mat3_translation(turn * 1.7, DVec3::new(0.3, -0.2, 0.9))
     }
 
-    fn layouts() -> [TextureMapping; 4] {
+    fn layouts() -> [TextureMappingRecord; 4] {
         [
-            TextureMapping::Surface,
-            TextureMapping::Space(tilted()),
-            TextureMapping::Sphere(tilted()),
-            TextureMapping::Cylinder(tilted()),
+            TextureMappingRecord::Surface,
+            TextureMappingRecord::Space(tilted()),
+            TextureMappingRecord::Sphere(tilted()),
+            TextureMappingRecord::Cylinder(tilted()),
         ]
     }
 
@@ -190,10 +190,10 @@ mod tests {
             let phi = (0.37 * f32::from(i)) % std::f32::consts::TAU;
             let ((st, ct), (sp, cp)) = (trig::sin_cos(theta), trig::sin_cos(phi));
             let p = Vec3::new(st * cp, st * sp, ct) * (0.5 + f32::from(i));
-            let there = TextureMapping::Sphere(DAffine3::IDENTITY).coordinates(&place(p));
+            let there = TextureMappingRecord::Sphere(DAffine3::IDENTITY).coordinates(&place(p));
             let want = Vec3::new(theta / std::f32::consts::PI, phi / std::f32::consts::TAU, 0.0);
             assert!((there - want).abs().max_element() < 1e-5, "{there} for {want}");
-            let there = TextureMapping::Cylinder(DAffine3::IDENTITY).coordinates(&place(p));
+            let there = TextureMappingRecord::Cylinder(DAffine3::IDENTITY).coordinates(&place(p));
             let around = (want.y + 0.5) % 1.0;
             assert!((there - Vec3::new(around, p.z, 0.0)).abs().max_element() < 1e-5, "{there}");
         }

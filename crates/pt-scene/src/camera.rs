@@ -32,9 +32,9 @@ pub struct Camera {
     /// Distance of the plane in focus, along the viewing axis.
     pub focal_distance: f64,
     /// How far the film is moved, as shares of its width and height: what without it is shown at
-    /// (x, y), counted from the upper left corner, is then shown at (x − `film_offset[0]` · width,
-    /// y − `film_offset[1]` · height).
-    pub film_offset: [f64; 2],
+    /// (x, y), counted from the upper left corner, is then shown at (x − `principal_point_offset[0]` · width,
+    /// y − `principal_point_offset[1]` · height).
+    pub principal_point_offset: [f64; 2],
     /// The medium that it is in, as an index into [`crate::Scene::media`]; `None` is empty space.
     pub medium: Option<u32>,
     /// Where it stands.

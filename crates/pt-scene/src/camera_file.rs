@@ -80,7 +80,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
         lens_radius: n[29],
         aperture: None,
         focal_distance: n[28],
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: None,
         placement: Placement::Node,

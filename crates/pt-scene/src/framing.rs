@@ -149,7 +149,7 @@ pub fn place(camera: &mut Camera, half: [f64; 2], extent: Option<Extent>) -> [f6
     camera.to_world = node;
     (camera.near, camera.far) = (1e-3 * distance, f64::INFINITY);
     (camera.lens_radius, camera.focal_distance) = (0.0, distance);
-    camera.film_offset = [0.0; 2];
+    camera.principal_point_offset = [0.0; 2];
     (camera.motion, camera.medium) = (None, None);
     half
 }
@@ -239,7 +239,7 @@ mod tests {
             lens_radius: 0.5,
             aperture: None,
             focal_distance: 1.0,
-            film_offset: [0.1; 2],
+            principal_point_offset: [0.1; 2],
             fit: crate::Fit::Whole,
             medium: Some(0),
             placement,

@@ -36,7 +36,9 @@ pub mod texture;
 pub use camera::{Aperture, Camera, Fit, Meter, Placement, Projection, Quantity};
 pub use error::{LoadError, Warning};
 pub use filter::Filter;
-pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};
+pub use light::{
+    DateTime, Daylight, GeoLocation, IesProfile, Light, LightKind, Portal, Rows, TimeRange,
+};
 pub use material::{Material, Surface};
 pub use medium::{Medium, Sides};
 pub use mesh::{Attribute, Attributes, Mesh, Submesh};

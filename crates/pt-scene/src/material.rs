@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::hair;
 use crate::measured::Measurements;
-use crate::texture::{Color, Relief, Scalar};
+use crate::texture::{Color, NormalOrBump, Scalar};
 pub use metallic_roughness::{CoatNormals, MetallicRoughness};
 
 /// A named material: how a surface scatters, and whether it glows.
@@ -35,8 +35,8 @@ pub struct Material {
 macro_rules! surfaces {
     ($then:ident) => {
         $then! {
-            Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse, FresnelPlastic,
-            CoatedConductor, Plastic, Principled, PrincipledThin, MetallicRoughness, DiffuseTransmission, Hair, Measured, Black, Mix, Sided, Embossed
+            Diffuse, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse, FresnelPlastic,
+            CoatedConductor, Plastic, Principled, PrincipledThin, MetallicRoughness, DiffuseTransmission, Hair, Measured, Black, Mix, TwoSided, SurfaceDetail
         }
     };
 }
@@ -110,7 +110,7 @@ impl Roughness {
 
 /// Lambertian reflection.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Matte {
+pub struct Diffuse {
     /// Albedo, each channel in [0, 1].
     pub reflectance: Color,
     /// Whether the back side reflects too; otherwise it is black.
@@ -195,7 +195,7 @@ pub struct CoatedDiffuse {
     pub ior: f32,
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
-    pub saturates: bool,
+    pub nonlinear: bool,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
@@ -215,7 +215,7 @@ pub struct RoughCoatedDiffuse {
     pub distribution: Distribution,
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
-    pub saturates: bool,
+    pub nonlinear: bool,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
@@ -479,7 +479,7 @@ impl Surface {
         match self {
             Self::Hair(hair) => !hair.two_sided,
             Self::Mix(mix) => mix.first.has_no_back() || mix.second.has_no_back(),
-            Self::Embossed(embossed) => embossed.surface.has_no_back(),
+            Self::SurfaceDetail(embossed) => embossed.surface.has_no_back(),
             _ => false,
         }
     }
@@ -487,7 +487,7 @@ impl Surface {
 
 /// Two surfaces, of which each shows on one side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sided {
+pub struct TwoSided {
     /// Seen from the front, the side of the normal.
     pub front: Box<Surface>,
     /// Seen from behind, where it is what its own front would be.
@@ -496,11 +496,11 @@ pub struct Sided {
 
 /// A surface with a relief that is finer than its shape.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Embossed {
+pub struct SurfaceDetail {
     /// What it is made of.
     pub surface: Box<Surface>,
     /// How its normals differ from those of the shape.
-    pub relief: Relief,
+    pub relief: NormalOrBump,
     /// Whether less light arrives where the relief is steep and the light low, as facets would shadow it;
     /// so light fades before it ends where the shape turns away from it. Of reliefs in reliefs, the outermost that
     /// shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based Shadowing Function to Solve the
@@ -513,9 +513,9 @@ pub struct Embossed {
     pub mirrored: bool,
 }
 
-impl Embossed {
+impl SurfaceDetail {
     /// A surface with a relief that shadows nothing, bends normals to the viewer and goes through to the back.
-    pub fn new(surface: impl Into<Box<Surface>>, relief: Relief) -> Self {
+    pub fn new(surface: impl Into<Box<Surface>>, relief: NormalOrBump) -> Self {
         let surface = surface.into();
         Self { surface, relief, shadowing: false, averted: Averted::Bent, mirrored: false }
     }

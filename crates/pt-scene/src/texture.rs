@@ -41,7 +41,7 @@ impl<T> From<T> for Input<T> {
 impl From<Pattern> for Texture {
     /// A pattern that lies on the texture coordinates of the surface as they are.
     fn from(pattern: Pattern) -> Self {
-        Self { pattern, layout: Layout::Surface, to_pattern: DMat3::IDENTITY }
+        Self { pattern, layout: TextureMapping::Surface, to_pattern: DMat3::IDENTITY }
     }
 }
 
@@ -52,7 +52,7 @@ pub struct Texture {
     /// What it shows.
     pub pattern: Pattern,
     /// What gives the surface its coordinates.
-    pub layout: Layout,
+    pub layout: TextureMapping,
     /// From the (u, v, 1) of the surface to those of the pattern.
     pub to_pattern: DMat3,
 }
@@ -60,7 +60,7 @@ pub struct Texture {
 /// What gives points of a surface their coordinates (u, v, w) on a texture. Transforms go from the world, in the unit of the
 /// scene, to where the texture is; points of what moves are taken where they are at the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Layout {
+pub enum TextureMapping {
     /// The texture coordinates of the surface; w is 0.
     #[default]
     Surface,
@@ -75,7 +75,7 @@ pub enum Layout {
         to_texture: DAffine3,
     },
     /// Other texture coordinates of the mesh: the first two numbers of the [values](crate::Attributes::vertices) of the name
-    /// [`Layout::set_name`]; w is 0.
+    /// [`TextureMapping::set_name`]; w is 0.
     Coordinates {
         /// Which ones, from 1.
         set: u32,
@@ -87,7 +87,7 @@ pub enum Layout {
     },
 }
 
-impl Layout {
+impl TextureMapping {
     /// The name of other texture coordinates among the values of a mesh.
     pub fn set_name(set: u32) -> String {
         format!("uv_{set}")
@@ -102,7 +102,7 @@ impl Layout {
 impl Texture {
     /// The same on the texture coordinates of the surface, after a transform of them.
     pub fn on_surface(pattern: Pattern, to_pattern: DMat3) -> Self {
-        Self { pattern, layout: Layout::Surface, to_pattern }
+        Self { pattern, layout: TextureMapping::Surface, to_pattern }
     }
 
     /// Whether it shows colours or values of a mesh, or lies by them, which surfaces without these do not have.
@@ -112,7 +112,9 @@ impl Texture {
             | Pattern::FaceColors
             | Pattern::VertexAttribute(_)
             | Pattern::FaceAttribute(_) => true,
-            pattern if pattern.has_layout() => matches!(self.layout, Layout::Coordinates { .. }),
+            pattern if pattern.has_layout() => {
+                matches!(self.layout, TextureMapping::Coordinates { .. })
+            }
             pattern => pattern.parts().any(|t| t.shows_colors_of_mesh()),
         }
     }
@@ -126,7 +128,7 @@ impl Texture {
     /// Whether any part of it lies in space, or is by where in space the surface looks to.
     pub fn is_in_space(&self) -> bool {
         let is_laid = self.pattern.has_layout() && !self.layout.is_on_surface();
-        let own = is_laid || matches!(self.pattern, Pattern::Facing(_));
+        let own = is_laid || matches!(self.pattern, Pattern::AbsNormalDot(_));
         own || self.pattern.parts().any(|t| t.is_in_space())
     }
 }
@@ -142,8 +144,8 @@ impl Pattern {
                 | Self::FaceAttribute(_)
                 | Self::Product(_)
                 | Self::Blend(_)
-                | Self::Root(_)
-                | Self::Facing(_)
+                | Self::Sqrt(_)
+                | Self::AbsNormalDot(_)
         )
     }
 
@@ -154,7 +156,7 @@ impl Pattern {
             Self::Blend(blend) => {
                 ([Some(&blend.first), Some(&blend.second)], blend.share.texture())
             }
-            Self::Root(square) => ([Some(square), None], None),
+            Self::Sqrt(square) => ([Some(square), None], None),
             _ => ([None; 2], None),
         };
         colors.into_iter().flatten().filter_map(Color::texture).chain(share)
@@ -198,7 +200,7 @@ impl Pattern {
                 let sum = pixels.iter().fold([0.0; 3], add);
                 sum.map(|sum| (sum / pixels.len().max(1) as f64) as f32)
             }
-            Self::Checkerboard([a, b]) | Self::Cubes([a, b]) => {
+            Self::Checkerboard([a, b]) | Self::Checkerboard3d([a, b]) => {
                 [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
             }
             Self::Dots([inside, outside]) => {
@@ -217,7 +219,7 @@ impl Pattern {
             }
             Self::Marble(_) => MARBLE,
             Self::Grid { grid, .. } => grid.mean(),
-            Self::Facing(_) => [0.5; 3],
+            Self::AbsNormalDot(_) => [0.5; 3],
             Self::Product(factors) => {
                 let [a, b] = factors.each_ref().map(Color::mean);
                 [0, 1, 2].map(|c| a[c] * b[c])
@@ -227,7 +229,7 @@ impl Pattern {
                 let share = blend.share.mean().clamp(0.0, 1.0);
                 [0, 1, 2].map(|c| first[c] + (second[c] - first[c]) * share)
             }
-            Self::Root(square) => square.mean().map(|c| c.max(0.0).sqrt()),
+            Self::Sqrt(square) => square.mean().map(|c| c.max(0.0).sqrt()),
         }
     }
 }
@@ -264,7 +266,7 @@ pub enum Pattern {
     /// The values of this name of [`Attributes::faces`](crate::Attributes::faces).
     FaceAttribute(String),
     /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is above ½, the second elsewhere.
-    Cubes([[f32; 3]; 2]),
+    Checkerboard3d([[f32; 3]; 2]),
     /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of side 1 around whole numbers
     /// have one, not quite in the middle. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5.2]
     Dots([[f32; 3]; 2]),
@@ -287,13 +289,13 @@ pub enum Pattern {
     },
     /// How much the surface looks along a line in the world: the magnitude of the cosine between this direction, of any
     /// length but 0, and the normal of its shape.
-    Facing([f32; 3]),
+    AbsNormalDot([f32; 3]),
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
     /// Something between two colours.
     Blend(Box<Blend>),
     /// The square root of a colour, channel by channel; 0 of what is below 0.
-    Root(Color),
+    Sqrt(Color),
 }
 
 /// Of how many octaves of noise a pattern is the sum: at most [`Self::MAX_OCTAVES`].
@@ -417,7 +419,7 @@ pub enum Filter {
 
 /// How the normal of a surface differs from that of its shape.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Relief {
+pub enum NormalOrBump {
     /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z is
     /// the normal of the shape, and +x the direction in which u grows.
     Normals(Arc<Texture>),

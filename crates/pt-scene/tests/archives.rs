@@ -34,7 +34,7 @@ fn the_scene_of_an_archive_is_read_with_what_it_names() {
     let scene = parse(&bytes, Path::new("a.zip")).expect("a scene");
     let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
     assert_eq!(mesh.triangles.len(), 1);
-    assert!(matches!(&scene.materials[0].surface, Surface::Matte(_)), "{:?}", scene.materials[0]);
+    assert!(matches!(&scene.materials[0].surface, Surface::Diffuse(_)), "{:?}", scene.materials[0]);
     assert!(scene.missing.is_empty());
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pt_scene::format::{Limits, LoadOptions, load_with, parse_with, read_with};
 use pt_scene::image::{Image, SaveOptions, save};
-use pt_scene::material::Matte;
+use pt_scene::material::Diffuse;
 use pt_scene::texture::Pattern;
 use pt_scene::{Color, LoadError, Scene, Surface};
 
@@ -40,7 +40,7 @@ fn picture(path: &Path) {
 
 /// Whether the only material shows squares in magenta and black, and nothing else.
 fn is_loud(scene: &Scene) -> bool {
-    let Surface::Matte(Matte { reflectance: Color::Texture(texture), .. }) =
+    let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =
         &scene.materials[0].surface
     else {
         return false;

@@ -124,7 +124,7 @@ fn boxes_stand_in_for_meshes_whose_buffer_is_missing() {
     assert_eq!(object.to_world.translation.x, 5.0);
     let surface = &scene.materials[0].surface;
     assert!(
-        matches!(surface, Surface::Matte(m) if m.reflectance.texture().is_some()),
+        matches!(surface, Surface::Diffuse(m) if m.reflectance.texture().is_some()),
         "{surface:?}"
     );
     assert!(read("").objects.is_empty());

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::Vec3;
 use pt_math::color::linear_from_srgb;
-use pt_scene::material::Matte;
+use pt_scene::material::Diffuse;
 use pt_scene::texture::{Color, Pattern};
 use pt_scene::{Geometry, Mesh, Surface, shapes};
 use stl::{sheet, stl_files};
@@ -484,7 +484,7 @@ fn meshes_by_themselves_are_seen_in_their_colours() {
         let scene = parse(text.as_bytes(), Path::new(name)).expect("a mesh");
         let material = scene.objects[0].materials[0].map(|m| &scene.materials[m as usize]);
         material.map(|material| match &material.surface {
-            Surface::Matte(Matte { reflectance: Color::Texture(texture), two_sided: true }) => {
+            Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), two_sided: true }) => {
                 texture.pattern.clone()
             }
             other => panic!("{other:?}"),

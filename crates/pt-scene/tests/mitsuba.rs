@@ -29,7 +29,7 @@ use common::{check_bad_files, check_good_files, check_robustness, folder, parse}
 use materials::ROUGH;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::format::{LoadOptions, load_with};
-use pt_scene::material::{Black, Conductor, Glass, Matte, Roughness};
+use pt_scene::material::{Black, Conductor, Diffuse, Glass, Roughness};
 use pt_scene::{Color, Filter, Geometry, Hidden, Material, Mesh, RenderHints, Scene, Surface};
 
 /// A scene with some content, whose folder is that of the good files.
@@ -139,7 +139,7 @@ fn rows_of_references_are_as_deep_as_nested_objects_may_be() {
     let scene = read(&row_of_bumps(62));
     let mut surface = &scene.materials[0].surface;
     let mut depth = 0;
-    while let Surface::Embossed(embossed) = surface {
+    while let Surface::SurfaceDetail(embossed) = surface {
         surface = &embossed.surface;
         depth += 1;
     }
@@ -218,7 +218,7 @@ fn a_spectrum_is_white_where_it_is_emitted_and_grey_elsewhere() {
     assert!((0.4124 * r + 0.3576 * g + 0.1805 * b - 2.0).abs() < 1e-3, "X");
     assert!((0.0193 * r + 0.1192 * g + 0.9505 * b - 2.0).abs() < 1e-3, "Z");
     let grey = "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"0.25\"/></bsdf>";
-    assert_eq!(surface(grey), Matte { reflectance: [0.25; 3].into(), two_sided: false }.into());
+    assert_eq!(surface(grey), Diffuse { reflectance: [0.25; 3].into(), two_sided: false }.into());
 }
 
 // ---- files -------------------------------------------------------------------------------------
@@ -252,7 +252,7 @@ fn one_of_each_kind_of_object() {
         roughness: None,
     };
     assert_eq!(surfaces[0].surface, clear.into());
-    let cloth = Matte { reflectance: [0.8, 0.4, 0.2].into(), two_sided: false };
+    let cloth = Diffuse { reflectance: [0.8, 0.4, 0.2].into(), two_sided: false };
     assert_eq!(surfaces[1].surface, cloth.into());
     assert_eq!(scene.objects[1].materials, scene.objects[2].materials, "one by two names");
     let copper = Conductor {

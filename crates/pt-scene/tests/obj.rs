@@ -12,8 +12,8 @@ use common::{
 use pt_math::DVec3;
 use pt_scene::format::{LoadOptions, load, parse_with};
 use pt_scene::image::{Image, SaveOptions, save};
-use pt_scene::material::{Glass, Matte, MetallicRoughness, Mirror, Plastic, ThinGlass};
-use pt_scene::texture::{Bitmap, Pattern, Relief, Wrap};
+use pt_scene::material::{Diffuse, Glass, MetallicRoughness, Mirror, Plastic, ThinGlass};
+use pt_scene::texture::{Bitmap, NormalOrBump, Pattern, Wrap};
 use pt_scene::{Color, Geometry, LoadError, Material, Mesh, Scalar, Scene, Surface, Texture};
 
 fn good(name: &str) -> Scene {
@@ -74,7 +74,7 @@ fn damaged_files_do_no_harm() {
 #[test]
 fn plain_materials_become_the_nearest_physical_ones() {
     let scene = good("phong.obj");
-    let matte = |rgb: [f32; 3]| Matte { reflectance: rgb.into(), two_sided: true }.into();
+    let matte = |rgb: [f32; 3]| Diffuse { reflectance: rgb.into(), two_sided: true }.into();
     let white = || Color::from([1.0; 3]);
     let expected: [(&str, Surface); 9] = [
         ("matte", matte([0.2, 0.4, 0.6])),
@@ -195,10 +195,10 @@ fn images_paint_what_their_statements_say() {
     let opacities = &bitmap(leaf).image.pixels;
     assert_eq!((opacities[0], opacities[3]), ([1.0; 3], [64.0 / 255.0; 3]));
 
-    let Surface::Embossed(normal) = surface("normal") else { panic!("no relief") };
-    assert!(matches!(normal.relief, Relief::Normals(_)));
-    let Surface::Embossed(bumpy) = surface("bumpy") else { panic!("no relief") };
-    assert!(matches!(bumpy.relief, Relief::Heights(_, 0.25)));
+    let Surface::SurfaceDetail(normal) = surface("normal") else { panic!("no relief") };
+    assert!(matches!(normal.relief, NormalOrBump::Normals(_)));
+    let Surface::SurfaceDetail(bumpy) = surface("bumpy") else { panic!("no relief") };
+    assert!(matches!(bumpy.relief, NormalOrBump::Heights(_, 0.25)));
 
     let lit = material(&scene, "lit").emission.texture().expect("a texture");
     assert_eq!(bitmap(lit).image.pixels[0][0], light);
@@ -215,7 +215,7 @@ fn images_paint_what_their_statements_say() {
 #[test]
 fn images_are_scaled_and_moved() {
     let scene = good("maps.obj");
-    let Surface::Matte(Matte { reflectance, .. }) = &material(&scene, "moved").surface else {
+    let Surface::Diffuse(Diffuse { reflectance, .. }) = &material(&scene, "moved").surface else {
         panic!("not matte")
     };
     let texture = reflectance.texture().expect("a texture");
@@ -227,7 +227,7 @@ fn images_are_scaled_and_moved() {
 fn missing_images_are_loud_and_missing_materials_are_not() {
     let loud = |scene: &Scene, name: &str| {
         let Material { surface, opacity, .. } = material(scene, name);
-        let Surface::Matte(Matte { reflectance, .. }) = surface else { return false };
+        let Surface::Diffuse(Diffuse { reflectance, .. }) = surface else { return false };
         let texture = reflectance.texture();
         *opacity == Scalar::Value(1.0)
             && texture.is_some_and(|t| matches!(t.pattern, Pattern::Checkerboard(_)))
@@ -250,7 +250,8 @@ fn materials_that_are_not_found_leave_the_default_one() {
 fn vertices_keep_their_colours_where_faces_have_no_material() {
     let scene = good("some_coordinates.obj");
     let of_vertices = scene.objects[0].materials[0].expect("colours");
-    let Surface::Matte(Matte { reflectance, .. }) = &scene.materials[of_vertices as usize].surface
+    let Surface::Diffuse(Diffuse { reflectance, .. }) =
+        &scene.materials[of_vertices as usize].surface
     else {
         panic!("not matte")
     };

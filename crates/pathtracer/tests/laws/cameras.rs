@@ -92,7 +92,7 @@ fn a_moved_film_shows_a_part_of_a_wider_one() {
     let scene = |camera: Camera| pathtracer::Scene { cameras: vec![camera], ..cornell() };
     let narrow = camera(eye, DVec3::ZERO, [fov(half); 2]);
     // One width to the right, one height up.
-    let moved = Camera { film_offset: [1.0, -1.0], ..narrow };
+    let moved = Camera { principal_point_offset: [1.0, -1.0], ..narrow };
     let moved = render(&scene(moved), size([SMALL; 2]), settings(256));
     let wide = camera(eye, DVec3::ZERO, [fov(3.0 * half); 2]);
     let region = Region { x: 2 * SMALL, y: 0, width: SMALL, height: SMALL };
@@ -125,7 +125,7 @@ fn what_makes_no_sense_is_refused() {
         (flat(0.0, 1.0), none(), "width and height of the view must be positive"),
         (flat(1.0, f64::INFINITY), none(), "width and height of the view"),
         (flat(1.0, 1.0), lens, "only perspective cameras have one"),
-        (Camera { film_offset: [f64::NAN, 0.0], ..view() }, none(), "film offset"),
+        (Camera { principal_point_offset: [f64::NAN, 0.0], ..view() }, none(), "film offset"),
     ] {
         let scene = Builder::default()
             .glowing_quad(facing(DVec3::ZERO, DVec3::Z, 1.0), 1.0)

@@ -7,7 +7,7 @@ use pt_core::footprint::Footprint;
 use pt_core::texture_eval_context::TextureEvalContext;
 use pt_math::{DAffine3, DMat3, DVec3, Ray, Spectrum, Vec2, Vec3};
 use pt_scene::image::Image;
-use pt_scene::material::{Matte, Mirror};
+use pt_scene::material::{Diffuse, Mirror};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 use pt_scene::{Geometry, Surface, shapes};
 
@@ -25,7 +25,7 @@ fn fine(filter: Filter, times: f64) -> Surface {
     let pattern = Pattern::Bitmap(Bitmap { image, wrap: Wrap::REPEAT, filter });
     let to_pattern = DMat3::from_diagonal(DVec3::new(times, times, 1.0));
     let reflectance = Color::Texture(Arc::new(Texture::on_surface(pattern, to_pattern)));
-    Matte { reflectance, two_sided: true }.into()
+    Diffuse { reflectance, two_sided: true }.into()
 }
 
 /// A tilted plane before a camera of each kind.
@@ -200,7 +200,7 @@ fn memory_of_pyramids_is_counted_and_shared() {
     let texture = |filter| {
         let bitmap = Bitmap { image: Arc::clone(&image), wrap: Wrap::REPEAT, filter };
         let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
-        Surface::from(Matte { reflectance: Color::Texture(texture), two_sided: true })
+        Surface::from(Diffuse { reflectance: Color::Texture(texture), two_sided: true })
     };
     let scene = |filters: &[Filter]| {
         let quad = || (shapes::rectangle(), looking(DVec3::Z, DVec3::ZERO));

@@ -7,11 +7,13 @@ use pathtracer::{Film, Scene, Settings};
 use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Hair,
-    Masking, MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Glass, Hair, Masking,
+    MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, SurfaceDetail, ThinGlass, TwoSided,
 };
-use pt_scene::texture::{Bitmap, Color, Filter, Layout, Pattern, Relief, Scalar, Texture, Wrap};
+use pt_scene::texture::{
+    Bitmap, Color, Filter, NormalOrBump, Pattern, Scalar, Texture, TextureMapping, Wrap,
+};
 use pt_scene::{LightKind, Surface};
 
 use crate::furnace::ESTIMATORS;
@@ -93,7 +95,7 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
         Glass { reflectance, transmittance, ior: 1.5, roughness }.into()
     };
     vec![
-        pt_scene::material::Matte { reflectance: color(COLOR), two_sided: true }.into(),
+        pt_scene::material::Diffuse { reflectance: color(COLOR), two_sided: true }.into(),
         RoughDiffuse { reflectance: color(COLOR), roughness: number(textured), two_sided: true }
             .into(),
         Mirror { reflectance: color(COLOR) }.into(),
@@ -109,7 +111,7 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
             diffuse: color(COLOR),
             specular: color(OTHER),
             ior: 1.5,
-            saturates: true,
+            nonlinear: true,
             two_sided: true,
         }
         .into(),
@@ -119,7 +121,7 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
             ior: 1.5,
             alpha: 0.2,
             distribution: Distribution::Ggx,
-            saturates: true,
+            nonlinear: true,
             two_sided: true,
         }
         .into(),
@@ -175,7 +177,7 @@ fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
             Bitmap { image: Arc::clone(&image), wrap: Wrap::REPEAT, filter: Filter::Bilinear };
         let pattern = Pattern::Bitmap(bitmap);
         let texture = Arc::new(if is_value {
-            let layout = Layout::Coordinates { set: 1 };
+            let layout = TextureMapping::Coordinates { set: 1 };
             Texture { pattern, layout, to_pattern: DMat3::IDENTITY }
         } else {
             Texture::on_surface(pattern, to_pattern)
@@ -184,7 +186,7 @@ fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
         let uvs = square.uvs.as_ref().expect("coordinates").values.clone();
         let moved = |[u, v]: [f32; 2]| [2.0 * u + 0.25, 0.5 * v + 0.25 * u, 0.0];
         square.attributes.vertices.insert("uv_1".into(), uvs.into_iter().map(moved).collect());
-        let painted = pt_scene::material::Matte {
+        let painted = pt_scene::material::Diffuse {
             reflectance: Color::Texture(Arc::clone(&texture)),
             two_sided: true,
         };
@@ -258,7 +260,7 @@ fn mixtures_scatter_what_their_parts_do() {
 /// Each side is its own, and is lit from its side.
 #[test]
 fn sides_may_differ() {
-    let sided = || Surface::from(Sided { front: boxed(0.2), back: boxed(0.8) });
+    let sided = || Surface::from(TwoSided { front: boxed(0.2), back: boxed(0.8) });
     for (normal, want) in [(DVec3::Z, 0.2), (DVec3::NEG_Z, 0.8)] {
         assert_uniform(&film(&wall(sided(), normal), 1024, 2), want, 1e-4, "a side");
     }
@@ -316,8 +318,8 @@ fn shadows_have_the_holes_of_what_casts_them() {
 fn reliefs_turn_the_surface_to_the_light() {
     const SLOPE: f32 = 0.5;
     let down = DAffine3::from_translation(DVec3::ZERO); // shines along −z
-    let context = |relief: Relief| {
-        let surface = Embossed::new(matte([1.0; 3]), relief);
+    let context = |relief: NormalOrBump| {
+        let surface = SurfaceDetail::new(matte([1.0; 3]), relief);
         let scene = Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), surface.into())
             .light(LightKind::Directional { irradiance: [PI; 3] }, down)
@@ -328,7 +330,9 @@ fn reliefs_turn_the_surface_to_the_light() {
     let heights = row(&[[-SLOPE; 3], [SLOPE; 3]], Filter::Bilinear);
     let n = [-SLOPE, 0.0, 1.0].map(|x| 0.5 * (x / (1.0 + SLOPE * SLOPE).sqrt() + 1.0));
     let want = 1.0 / (1.0 + f64::from(SLOPE * SLOPE)).sqrt();
-    for relief in [Relief::Normals(row(&[n], Filter::Nearest)), Relief::Heights(heights, 0.5)] {
+    for relief in
+        [NormalOrBump::Normals(row(&[n], Filter::Nearest)), NormalOrBump::Heights(heights, 0.5)]
+    {
         let film = context(relief);
         for pixel in film.pixels() {
             let got = pixel.luminance().0;
@@ -357,8 +361,8 @@ fn room() -> Scene {
     };
     let share = Scalar::Texture(chess([[0.2; 3], [0.9; 3]]));
     let mix = Mix { first: Box::new(gold.into()), second: boxed(0.5), share };
-    let relief = Relief::Normals(row(&[[0.7, 0.4, 0.9], [0.4, 0.6, 0.9]], Filter::Bilinear));
-    let floor = Embossed::new(matte([0.6; 3]), relief);
+    let relief = NormalOrBump::Normals(row(&[[0.7, 0.4, 0.9], [0.4, 0.6, 0.9]], Filter::Bilinear));
+    let floor = SurfaceDetail::new(matte([0.6; 3]), relief);
     let mut scene = Builder(cornell())
         .sphere(DVec3::new(-0.3, 0.3, 0.2), 0.3, mix.into())
         .quad(facing(DVec3::NEG_Y * 0.9, DVec3::Y, 0.9), floor.into())
@@ -370,7 +374,7 @@ fn room() -> Scene {
 }
 
 fn boxed_sided() -> Surface {
-    Sided { front: boxed(0.3), back: boxed(0.7) }.into()
+    TwoSided { front: boxed(0.3), back: boxed(0.7) }.into()
 }
 
 /// All estimators of direct light agree where materials vary, pixel by pixel.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pathtracer::{DirectLight, Film, Outcome, Roulette, Scene, Session, Settings, Silent};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::material::{Black, Glass, Matte};
+use pt_scene::material::{Black, Diffuse, Glass};
 use pt_scene::medium::{
     Cloud, Grid, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase, PhaseBlend,
     PlacedGrid, Volume,
@@ -542,7 +542,7 @@ fn depths_in_media_add_up() {
 #[test]
 fn without_media_it_is_the_path_tracer() {
     let mut holes = cornell();
-    let veil = Matte { reflectance: [0.8, 0.5, 0.3].into(), two_sided: true };
+    let veil = Diffuse { reflectance: [0.8, 0.5, 0.3].into(), two_sided: true };
     holes = Builder(holes).quad(facing(DVec3::Z * 0.8, DVec3::Z, 0.8), veil.into()).0;
     holes.materials.last_mut().expect("the veil").opacity = 0.4.into();
     for (name, scene) in [("room", cornell()), ("sky", under_a_sky()), ("veil", holes)] {

@@ -108,7 +108,7 @@ fn hide_as_in_pbrt(surface: &mut Surface) {
         | Surface::Glass(Glass { roughness: Some(r), .. }) => {
             r.masking = Masking::Correlated;
         }
-        Surface::Sided(sided) => {
+        Surface::TwoSided(sided) => {
             hide_as_in_pbrt(&mut sided.front);
             hide_as_in_pbrt(&mut sided.back);
         }
@@ -298,7 +298,7 @@ fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
         sky(turn.transpose() * DVec3::new(-sin * along, cos, sin * across))
     });
     let image = Arc::new(Image { width, height, pixels: pixels.collect() });
-    let kind = LightKind::Environment { image, scale: 2.0, rows: Rows::Between, portal: None };
+    let kind = LightKind::Environment { image, scale: 2.0, rows: Rows::PixelCenters, portal: None };
     let light =
         Light { name: String::new(), to_world: DAffine3::IDENTITY, kind, at: Span::default() };
     let twin = Scene { lights: vec![light], ..scene.clone() };

@@ -53,7 +53,7 @@ fn scene() -> Scene {
         .sky(0.3);
     let texture: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
     let surface =
-        pt_scene::material::Matte { reflectance: texture_color(&texture), two_sided: true };
+        pt_scene::material::Diffuse { reflectance: texture_color(&texture), two_sided: true };
     scene.materials.push(Material {
         name: String::new(),
         surface: surface.into(),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pathtracer::{CompileOptions, Film, Scene, Session, Settings};
 use pt_math::{DAffine3, DMat3, DQuat, DVec3};
-use pt_scene::material::Matte;
+use pt_scene::material::Diffuse;
 use pt_scene::texture::{Color, Pattern, Texture};
 use pt_scene::{Geometry, Material, Object, Points, Span, Surface};
 
@@ -27,7 +27,7 @@ fn cloud() -> Points {
 
 fn showing(pattern: Pattern) -> Surface {
     let reflectance = Color::Texture(Arc::new(Texture::from(pattern)));
-    Matte { reflectance, two_sided: true }.into()
+    Diffuse { reflectance, two_sided: true }.into()
 }
 
 fn with_points(

@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use pathtracer::Film;
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::material::{Averted, CoatNormals, Embossed, Matte, MetallicRoughness, Mix, Sided};
-use pt_scene::texture::{Filter, Pattern, Relief, Texture};
+use pt_scene::material::{
+    Averted, CoatNormals, Diffuse, MetallicRoughness, Mix, SurfaceDetail, TwoSided,
+};
+use pt_scene::texture::{Filter, NormalOrBump, Pattern, Texture};
 use pt_scene::{LightKind, Surface, shapes};
 
 use crate::materials::row;
@@ -14,22 +16,22 @@ use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, looking, matte, size};
 
 /// A white wall in the plane z = 0, of which u grows along x, with a relief.
-fn wall(relief: Relief) -> Embossed {
-    let white = Matte { reflectance: [1.0; 3].into(), two_sided: true };
-    Embossed::new(Surface::from(white), relief)
+fn wall(relief: NormalOrBump) -> SurfaceDetail {
+    let white = Diffuse { reflectance: [1.0; 3].into(), two_sided: true };
+    SurfaceDetail::new(Surface::from(white), relief)
 }
 
 /// A normal in the frame of the surface.
-fn normals(n: DVec3) -> Relief {
+fn normals(n: DVec3) -> NormalOrBump {
     let color = n.to_array().map(|x| 0.5 * (x as f32 + 1.0));
-    Relief::Normals(row(&[color], Filter::Nearest))
+    NormalOrBump::Normals(row(&[color], Filter::Nearest))
 }
 
 /// Heights that rise along u by `slope`, and what their normal is. The side of the wall is 2 for 1 of u.
-fn ramp(slope: f64) -> (Relief, DVec3) {
+fn ramp(slope: f64) -> (NormalOrBump, DVec3) {
     let s = slope as f32;
     let heights = row(&[[-s; 3], [s; 3]], Filter::Bilinear);
-    (Relief::Heights(heights, 0.5), DVec3::new(-slope, 0.0, 1.0).normalize())
+    (NormalOrBump::Heights(heights, 0.5), DVec3::new(-slope, 0.0, 1.0).normalize())
 }
 
 /// The wall seen from far, in light that comes from a unit direction and makes what faces it 1.
@@ -53,7 +55,7 @@ fn assert_is(film: &Film, want: f64, what: &str) {
 #[test]
 fn normals_turn_with_their_image() {
     let lean = DVec3::new(0.6, 0.0, 0.8);
-    let Relief::Normals(image) = normals(lean) else { panic!("normals") };
+    let NormalOrBump::Normals(image) = normals(lean) else { panic!("normals") };
     let backwards = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     for (to_pattern, toward) in [
         (DMat3::IDENTITY, DVec3::X),
@@ -64,10 +66,10 @@ fn normals_turn_with_their_image() {
         let texture = Arc::new(Texture { to_pattern, ..(*image).clone() });
         let n = 0.6 * toward + 0.8 * DVec3::Z;
         for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(0.6, 0.0, 0.8)] {
-            let wall = wall(Relief::TurnedNormals(Arc::clone(&texture)));
+            let wall = wall(NormalOrBump::TurnedNormals(Arc::clone(&texture)));
             assert_is(&film(wall, DVec3::Z, light), n.dot(light), &format!("{toward} {light}"));
         }
-        let fixed = wall(Relief::Normals(Arc::clone(&texture)));
+        let fixed = wall(NormalOrBump::Normals(Arc::clone(&texture)));
         assert_is(&film(fixed, DVec3::Z, lean), 1.0, "not turned");
     }
 }
@@ -92,10 +94,10 @@ fn coats_have_normals_of_their_own() {
     for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(0.8, 0.0, 0.6)] {
         let of = |surface: Surface| level(surface, light).luminance().0;
         let smooth = of(coated(CoatNormals::Base));
-        let both = of(Embossed::new(coated(CoatNormals::Base), lean()).into());
-        let base = of(Embossed::new(coated(CoatNormals::Shape), lean()).into());
+        let both = of(SurfaceDetail::new(coated(CoatNormals::Base), lean()).into());
+        let base = of(SurfaceDetail::new(coated(CoatNormals::Shape), lean()).into());
         let coat = of(coated(CoatNormals::Relief(lean())));
-        let other = Embossed::new(
+        let other = SurfaceDetail::new(
             coated(CoatNormals::Relief(lean())),
             normals(DVec3::new(-0.28, 0.0, 0.96)),
         );
@@ -111,9 +113,9 @@ fn coats_have_normals_of_their_own() {
 #[test]
 fn mirrored_walls_have_mirrored_heights() {
     let along_v = |relief| {
-        let Relief::Heights(image, height) = relief else { panic!("heights") };
+        let NormalOrBump::Heights(image, height) = relief else { panic!("heights") };
         let to_pattern = DMat3::from_cols(DVec3::Y, DVec3::X, DVec3::Z);
-        Relief::Heights(Arc::new(Texture { to_pattern, ..(*image).clone() }), height)
+        NormalOrBump::Heights(Arc::new(Texture { to_pattern, ..(*image).clone() }), height)
     };
     let [across, upwards] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8)];
     let [mirrored_x, mirrored_y] = [DVec3::new(-1.0, 1.0, 1.0), DVec3::new(1.0, -1.0, 1.0)];
@@ -142,14 +144,14 @@ fn mirrored_walls_have_mirrored_heights() {
 #[test]
 fn normals_lie_along_directions_of_the_mesh() {
     let lean = DVec3::new(0.6, 0.0, 0.8);
-    let Relief::Normals(image) = normals(lean) else { panic!("normals") };
+    let NormalOrBump::Normals(image) = normals(lean) else { panic!("normals") };
     for (along, toward) in [
         ([1.0, 0.0, 0.0], DVec3::X),
         ([0.0, 1.0, 0.0], DVec3::Y),
         ([-3.0, -3.0, 0.0], DVec3::new(-1.0, -1.0, 0.0).normalize()),
     ] {
         let directions = Arc::new(Pattern::FaceAttribute("along".into()).into());
-        let surface = wall(Relief::NormalsAlong(Arc::clone(&image), directions));
+        let surface = wall(NormalOrBump::NormalsAlong(Arc::clone(&image), directions));
         let mut mesh = shapes::rectangle();
         mesh.attributes.faces.insert("along".into(), vec![along; mesh.triangles.len()]);
         let n = 0.6 * toward + 0.8 * DVec3::Z;
@@ -173,7 +175,7 @@ fn low_light_is_shadowed() {
     for (relief, n) in [ramp(0.5), (normals(ramp(0.5).1), ramp(0.5).1)] {
         let embossed = wall(relief);
         assert_is(&film(embossed.clone(), DVec3::Z, low), n.dot(low), "not shadowed");
-        let shadowed = Embossed { shadowing: true, ..embossed };
+        let shadowed = SurfaceDetail { shadowing: true, ..embossed };
         let share = 2.0 / (1.0 + (1.0 + 16.0 / 9.0 / 32.0_f64).sqrt());
         assert_is(&film(shadowed.clone(), DVec3::Z, low), n.dot(low) * share, "low");
         assert_is(&film(shadowed, DVec3::Z, high), n.dot(high), "high");
@@ -188,18 +190,18 @@ fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
     for (relief, n) in [ramp(0.5), (normals(ramp(0.5).1), ramp(0.5).1)] {
         let through = wall(relief);
         assert_is(&film(through.clone(), DVec3::NEG_Z, light), (-n).dot(light), "through");
-        let mirrored = Embossed { mirrored: true, ..through.clone() };
+        let mirrored = SurfaceDetail { mirrored: true, ..through.clone() };
         let mirror_image = DVec3::new(n.x, n.y, -n.z).dot(light);
         assert_is(&film(mirrored.clone(), DVec3::NEG_Z, light), mirror_image, "mirrored");
         let front = DVec3::new(0.6, 0.0, 0.8);
         assert_is(&film(mirrored.clone(), DVec3::Z, front), n.dot(front), "in front");
         let boxed = || Box::new(Surface::from(mirrored.clone()));
-        let sided = Sided { front: matte([0.0; 3]).into(), back: boxed() };
+        let sided = TwoSided { front: matte([0.0; 3]).into(), back: boxed() };
         assert_is(&film(sided, DVec3::NEG_Z, light), mirror_image, "sided");
         let mix = Mix { first: boxed(), second: boxed(), share: 0.5.into() };
         assert_is(&film(mix, DVec3::NEG_Z, light), mirror_image, "mixed");
         // Half of a relief in another is its mirror image, too: about the plane of the shape.
-        let outer = Embossed { surface: boxed(), ..mirrored.clone() };
+        let outer = SurfaceDetail { surface: boxed(), ..mirrored.clone() };
         let inside = film(outer.clone(), DVec3::Z, front).pixel(5, 4).luminance().0;
         assert_is(&film(outer, DVec3::NEG_Z, light), inside, "nested");
     }
@@ -216,7 +218,7 @@ fn averted_normals_are_turned_or_black() {
         let from = DVec3::new(-sin, 0.0, cos) * side;
         let light = DVec3::new(-0.6, 0.0, 0.8) * side;
         let turned = DVec3::new(-n.x, 0.0, n.z) * side;
-        let of = |averted| Embossed { averted, ..wall(normals(n)) };
+        let of = |averted| SurfaceDetail { averted, ..wall(normals(n)) };
         assert_is(&film(of(Averted::Turned), from, light), turned.dot(light), "turned");
         assert_is(&film(of(Averted::Black), from, light), 0.0, "black");
         // What is seen is as it is.

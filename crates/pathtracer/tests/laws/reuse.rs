@@ -2,9 +2,9 @@
 
 use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Settings};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::material::{Embossed, Mix};
+use pt_scene::material::{Mix, SurfaceDetail};
 use pt_scene::shapes;
-use pt_scene::texture::{Filter, Relief};
+use pt_scene::texture::{Filter, NormalOrBump};
 
 use crate::furnace::ESTIMATORS;
 use crate::materials::{row, surfaces};
@@ -52,9 +52,9 @@ fn all_estimators_of_direct_light_share_it() {
 pub(crate) fn everything() -> Scene {
     let mut all = surfaces(true);
     let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), share: 0.4.into() };
-    let relief = Relief::Normals(row(&[[0.6, 0.45, 0.9], [0.4, 0.55, 0.9]], Filter::Nearest));
+    let relief = NormalOrBump::Normals(row(&[[0.6, 0.45, 0.9], [0.4, 0.55, 0.9]], Filter::Nearest));
     all.push(mix.into());
-    all.push(Embossed::new(gloss(), relief).into());
+    all.push(SurfaceDetail::new(gloss(), relief).into());
     let at = |i: usize| DVec3::new((i % 6) as f64 - 2.5, 0.45, 1.0 - (i / 6) as f64);
     let floor = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), metal())

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use pathtracer::{Camera, CompileOptions, Image, Placement, Projection, Scene};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
+use pt_scene::material::{Black, Conductor, Diffuse, Plastic, Roughness};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, Texture, shapes,
 };
 
 /// A diffuse surface.
 pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {
-    Matte { reflectance: reflectance.into(), two_sided: true }.into()
+    Diffuse { reflectance: reflectance.into(), two_sided: true }.into()
 }
 
 /// A rough metal.
@@ -58,7 +58,7 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
         lens_radius: 0.0,
         aperture: None,
         focal_distance: 1.0,
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit: pathtracer::Fit::Whole,
         medium: None,
         placement: Placement::Node,

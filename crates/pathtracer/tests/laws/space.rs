@@ -6,9 +6,10 @@ use std::sync::Arc;
 use pathtracer::{CompileOptions, Film, Scene, Session, Settings};
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Image;
-use pt_scene::material::{Black, Embossed};
+use pt_scene::material::{Black, SurfaceDetail};
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Filter, Input, Layout, Noise, Pattern, Relief, Texture, Wrap,
+    Bitmap, Blend, Color, Filter, Input, Noise, NormalOrBump, Pattern, Texture, TextureMapping,
+    Wrap,
 };
 use pt_scene::{Key, LightKind, Mesh, Motion, Surface, shapes};
 
@@ -26,11 +27,11 @@ fn linear() -> Pattern {
 }
 
 fn in_space(pattern: Pattern, to_texture: DAffine3) -> Arc<Texture> {
-    Arc::new(Texture { layout: Layout::Space { to_texture }, ..pattern.into() })
+    Arc::new(Texture { layout: TextureMapping::Space { to_texture }, ..pattern.into() })
 }
 
 fn showing(texture: Arc<Texture>) -> Surface {
-    pt_scene::material::Matte { reflectance: Color::Texture(texture), two_sided: true }.into()
+    pt_scene::material::Diffuse { reflectance: Color::Texture(texture), two_sided: true }.into()
 }
 
 fn seen(mesh: Mesh, surface: Surface, to_world: DAffine3) -> Scene {
@@ -132,8 +133,8 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     }
     let bare = Mesh { uvs: None, ..shapes::rectangle() };
     for mesh in [shapes::rectangle(), skewed, bare] {
-        let relief = Relief::Heights(Arc::clone(&heights), height as f32);
-        let surface = Embossed::new(matte([1.0; 3]), relief);
+        let relief = NormalOrBump::Heights(Arc::clone(&heights), height as f32);
+        let surface = SurfaceDetail::new(matte([1.0; 3]), relief);
         let scene = Builder::default()
             .mesh(mesh, DAffine3::IDENTITY, surface.into())
             .light(LightKind::Directional { irradiance: [PI; 3] }, looking(to_light, DVec3::ZERO))
@@ -162,7 +163,7 @@ fn what_faces_a_direction_shows_its_cosine() {
             .mesh(
                 shapes::rectangle(),
                 to_world,
-                showing(Arc::new(Pattern::Facing(direction).into())),
+                showing(Arc::new(Pattern::AbsNormalDot(direction).into())),
             )
             .light(LightKind::Directional { irradiance: [PI; 3] }, looking(to_light, DVec3::ZERO))
             .seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0]));
@@ -193,7 +194,7 @@ fn what_faces_a_direction_shows_its_cosine() {
 fn glowing_by_noise() -> Scene {
     let noise = Pattern::Fbm(Noise { octaves: 3, roughness: 0.5 });
     let noise = in_space(noise, DAffine3::from_scale(DVec3::splat(2.3)));
-    let facing_up: Arc<Texture> = Arc::new(Pattern::Facing([0.5, 1.0, -0.3]).into());
+    let facing_up: Arc<Texture> = Arc::new(Pattern::AbsNormalDot([0.5, 1.0, -0.3]).into());
     let less = Blend {
         first: [0.5, 1.0, 2.0].into(),
         second: [9.0, 7.0, 5.0].into(),
@@ -201,7 +202,7 @@ fn glowing_by_noise() -> Scene {
     };
     let less = Color::Texture(Arc::new(Pattern::Blend(Box::new(less)).into()));
     let bright = Pattern::Product(Box::new([Color::Texture(noise), less]));
-    let cubes = Pattern::Cubes([[0.0; 3], [2.0, 3.0, 4.0]]);
+    let cubes = Pattern::Checkerboard3d([[0.0; 3], [2.0, 3.0, 4.0]]);
     let cubes = in_space(cubes, DAffine3::from_scale(DVec3::splat(1.7)));
     let turning = Blend {
         first: Color::Texture(cubes),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pathtracer::{CompileOptions, Film, Scene, Session};
 use pt_math::{Affine2, DAffine3, DMat3, DVec3, Vec2};
 use pt_scene::image::Image;
-use pt_scene::material::Matte;
+use pt_scene::material::Diffuse;
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 use pt_scene::{Attribute, Attributes, Mesh, Surface, shapes};
 
@@ -16,7 +16,7 @@ use crate::scenes::{Builder, camera, facing, matte, size};
 const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 
 fn textured(texture: Arc<Texture>) -> Surface {
-    Matte { reflectance: Color::Texture(texture), two_sided: true }.into()
+    Diffuse { reflectance: Color::Texture(texture), two_sided: true }.into()
 }
 
 fn showing(pattern: Pattern) -> Surface {

@@ -25,7 +25,7 @@ pub struct CoatedDiffuse {
     /// Fᵢ.
     inside: f32,
     /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
-    saturates: bool,
+    nonlinear: bool,
 }
 
 impl CoatedDiffuse {
@@ -34,18 +34,18 @@ impl CoatedDiffuse {
     /// Where the tint of the coat is.
     pub(crate) const SPECULAR: usize = 3;
 
-    /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without `saturates`,
+    /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without `nonlinear`,
     /// light that the coat throws back is not coloured again by the base: ρ Fᵢ is Fᵢ.
-    pub fn new(rho: Spectrum, specular: Spectrum, eta: f32, saturates: bool) -> Self {
+    pub fn new(rho: Spectrum, specular: Spectrum, eta: f32, nonlinear: bool) -> Self {
         // (1 − Fᵢ) η² is what gets in of diffuse light from outside.
         let inside = 1.0 - (1.0 - diffuse_reflectance(eta)) / (eta * eta);
-        Self { rho, specular, eta, inside, saturates }
+        Self { rho, specular, eta, inside, nonlinear }
     }
 
     /// ρ / (η² (1 − ρ Fᵢ)).
     #[inline]
     fn base(&self) -> Spectrum {
-        let again = if self.saturates { self.rho } else { Spectrum::ONE } * self.inside;
+        let again = if self.nonlinear { self.rho } else { Spectrum::ONE } * self.inside;
         Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (self.eta * self.eta)))
     }
 
@@ -90,7 +90,7 @@ impl Lobe<'_> for CoatedDiffuse {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
-        padded([a, b, c, d, e, f, self.eta, self.inside, f32::from(u8::from(self.saturates))])
+        padded([a, b, c, d, e, f, self.eta, self.inside, f32::from(u8::from(self.nonlinear))])
     }
 
     #[inline]
@@ -100,7 +100,7 @@ impl Lobe<'_> for CoatedDiffuse {
             specular: color(p, Self::SPECULAR),
             eta: p[6],
             inside: p[7],
-            saturates: p[8] != 0.0,
+            nonlinear: p[8] != 0.0,
         }
     }
 

@@ -28,7 +28,7 @@ pub struct RoughCoatedDiffuse {
     /// Fᵢ.
     inside: f32,
     /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
-    saturates: bool,
+    nonlinear: bool,
     through: Transmittance,
 }
 
@@ -39,26 +39,26 @@ impl RoughCoatedDiffuse {
     pub(crate) const SPECULAR: usize = 3;
 
     /// A base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and roughness `alpha`.
-    /// Without `saturates`, light that the coat throws back is not coloured again by the base.
+    /// Without `nonlinear`, light that the coat throws back is not coloured again by the base.
     pub fn new(
         rho: Spectrum,
         specular: Spectrum,
         eta: f32,
         distribution: Distribution,
         alpha: f32,
-        saturates: bool,
+        nonlinear: bool,
     ) -> Self {
         let distribution = isotropic_distribution(distribution, alpha);
         let inside = diffuse_reflectance(&distribution, 1.0 / eta);
         let through = Transmittance::new(&distribution, eta);
-        Self { rho, specular, distribution, inside, saturates, through }
+        Self { rho, specular, distribution, inside, nonlinear, through }
     }
 
     /// The same with another roughness.
     #[cfg(test)]
     pub(super) fn with_alpha(&self, alpha: f32) -> Self {
         let distribution = self.distribution.distribution;
-        Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.saturates)
+        Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.nonlinear)
     }
 
     /// The probability with which the map that `choice` takes is followed.
@@ -71,7 +71,7 @@ impl RoughCoatedDiffuse {
     /// ρ / (η² (1 − ρ Fᵢ)).
     #[inline]
     fn base(&self) -> Spectrum {
-        let again = if self.saturates { self.rho } else { Spectrum::ONE } * self.inside;
+        let again = if self.nonlinear { self.rho } else { Spectrum::ONE } * self.inside;
         let eta = self.through.eta;
         Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (eta * eta)))
     }
@@ -189,7 +189,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
         let [alpha, _, kind] = self.distribution.pack();
-        let kind = if self.saturates { -1.0 - kind } else { kind };
+        let kind = if self.nonlinear { -1.0 - kind } else { kind };
         let [g, h, i, j, k] = self.through.series;
         padded([a, b, c, d, e, f, self.through.eta, alpha, kind, self.inside, g, h, i, j, k])
     }
@@ -197,14 +197,14 @@ impl Lobe<'_> for RoughCoatedDiffuse {
     #[inline]
     fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         let [_, _, _, _, _, _, eta, alpha, kind, inside, g, h, i, j, k, ..] = *p;
-        let saturates = kind < 0.0;
-        let kind = if saturates { -1.0 - kind } else { kind };
+        let nonlinear = kind < 0.0;
+        let kind = if nonlinear { -1.0 - kind } else { kind };
         Self {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),
             distribution: MicrofacetDistribution::unpack([alpha, alpha, kind]),
             inside,
-            saturates,
+            nonlinear,
             through: Transmittance { eta, alpha, series: [g, h, i, j, k] },
         }
     }
@@ -290,10 +290,10 @@ mod tests {
             (beckmann, 0.5, true, [(0.3, 0.076_225_8), (0.6, 0.081_001_7), (1.0, 0.084_461_8)]),
             (ggx, 0.3, false, [(0.3, 0.094_843), (0.6, 0.105_508), (1.0, 0.110_539)]),
         ];
-        for (distribution, alpha, saturates, seen) in cases {
+        for (distribution, alpha, nonlinear, seen) in cases {
             let (rho, black) = (Spectrum::splat(0.5), Spectrum::ZERO);
             let eta = 1.49 / 1.000_277;
-            let lobe = RoughCoatedDiffuse::new(rho, black, eta, distribution, alpha, saturates);
+            let lobe = RoughCoatedDiffuse::new(rho, black, eta, distribution, alpha, nonlinear);
             for (cos, want) in seen {
                 let wo = Vec3::new(((1.0f32 - cos) * (1.0 + cos)).sqrt(), 0.0, cos);
                 let got = lobe.eval(wo, Vec3::Z).0.x;

@@ -74,7 +74,8 @@ pub(super) fn compile(
         None => (placed(&default_camera(surfaces(), options, notes), metres), half),
     };
     camera.resolution = resolution;
-    let offset = author.as_ref().filter(|_| !options.course).map_or([0.0; 2], |c| c.film_offset);
+    let offset =
+        author.as_ref().filter(|_| !options.course).map_or([0.0; 2], |c| c.principal_point_offset);
     camera.principal_point = [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
     camera.half_extent = half.map(|e| e as f32);
     if options.course {
@@ -176,7 +177,7 @@ fn default_camera(
         lens_radius: 0.0,
         aperture: None,
         focal_distance: distance,
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: None,
         placement: Placement::Node,
@@ -371,7 +372,7 @@ fn check(camera: &pt_scene::Camera) -> Result<(), CompileError> {
         "the focal distance must be positive"
     } else if !camera.to_world.is_finite() {
         "the transformation has entries that are not finite numbers"
-    } else if !camera.film_offset.iter().all(|x| x.is_finite()) {
+    } else if !camera.principal_point_offset.iter().all(|x| x.is_finite()) {
         "the film offset must be two finite numbers"
     } else {
         return Ok(());

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pt_math::{DVec3, Mat3, Spectrum, Vec3};
 use pt_scene::image::Image;
-use pt_scene::{DaySpan, Daylight, Rows};
+use pt_scene::{Daylight, Rows, TimeRange};
 
 use super::lights::Lights;
 use crate::light::{
@@ -63,9 +63,9 @@ impl Lights {
     }
 
     /// The mean of the sky over a time, and that of the sun.
-    fn add_mean_daylight(&mut self, light: &Daylight, span: &DaySpan, turn: Mat3) {
+    fn add_mean_daylight(&mut self, light: &Daylight, span: &TimeRange, turn: Mat3) {
         let add = |lights: &mut Self, image: Image| {
-            let map = EnvironmentMap::of_image(Arc::new(image), Rows::Between);
+            let map = EnvironmentMap::of_image(Arc::new(image), Rows::PixelCenters);
             lights.add_map(map, Spectrum::ONE, turn);
         };
         if light.sky > 0.0 {

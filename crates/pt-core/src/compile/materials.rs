@@ -6,12 +6,12 @@
 use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::material::{
-    Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
-    Distribution, Embossed, FresnelPlastic, Glass, Hair, Matte, Measured, MetallicRoughness,
-    Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
-    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, DiffuseTransmission,
+    Distribution, FresnelPlastic, Glass, Hair, Measured, MetallicRoughness, Mirror, Mix, Pigment,
+    Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
+    Surface, SurfaceDetail, ThinGlass, TwoSided,
 };
-use pt_scene::texture::{Relief, Scalar};
+use pt_scene::texture::{NormalOrBump, Scalar};
 
 use super::textures::{Lowering, MIN_ALPHA};
 use crate::bsdf::microfacet::MicrofacetDistribution;
@@ -41,7 +41,7 @@ pt_scene::surfaces!(lower_surface);
 
 /// What a shape without a material is made of.
 pub(super) fn default_material(cx: &mut Lowering) -> Material {
-    Matte { reflectance: [0.5; 3].into(), two_sided: true }.lower(cx)
+    Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.lower(cx)
 }
 
 /// A part of a material.
@@ -62,7 +62,7 @@ fn microfacets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Microf
 
 /// The course's program does not know sides: a surface seen from behind is lit from its front.
 /// No closed scene shows it; a back side is black here, as light from below the front is there.
-impl Lower for Matte {
+impl Lower for Diffuse {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
         let two_sided = self.two_sided && !cx.course;
@@ -161,7 +161,7 @@ impl Lower for CoatedDiffuse {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.diffuse, Coated::RHO);
         let specular = cx.share(&self.specular, Coated::SPECULAR);
-        cx.lobe(Coated::new(rho, specular, self.ior, self.saturates), self.two_sided)
+        cx.lobe(Coated::new(rho, specular, self.ior, self.nonlinear), self.two_sided)
     }
 }
 
@@ -170,8 +170,8 @@ impl Lower for RoughCoatedDiffuse {
         let rho = cx.share(&self.diffuse, RoughCoated::RHO);
         let specular = cx.share(&self.specular, RoughCoated::SPECULAR);
         let (eta, alpha) = (self.ior.max(1.0), self.alpha.max(MIN_ALPHA));
-        let Self { distribution, saturates, two_sided, .. } = *self;
-        let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, saturates);
+        let Self { distribution, nonlinear, two_sided, .. } = *self;
+        let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, nonlinear);
         cx.lobe(lobe, two_sided)
     }
 }
@@ -366,11 +366,11 @@ impl Lower for Mix {
 }
 
 /// The back is seen as a surface that is turned around, with its front to the viewer.
-impl Lower for Sided {
+impl Lower for TwoSided {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let (front, back) = (part(&self.front, cx), part(&self.back, cx));
         cx.show_both_sides(back);
-        Material::Sided { front, back }
+        Material::TwoSided { front, back }
     }
 }
 
@@ -382,27 +382,27 @@ fn growth_of_u(to_pattern: DMat3) -> Vec2 {
     along.try_normalize().unwrap_or(DVec2::X).as_vec2()
 }
 
-fn relief(relief: &Relief, cx: &mut Lowering) -> NormalOrBumpRecord {
+fn relief(relief: &NormalOrBump, cx: &mut Lowering) -> NormalOrBumpRecord {
     match relief {
-        Relief::Normals(texture) => NormalOrBumpRecord::Normals(cx.texture(texture), Vec2::X),
-        Relief::TurnedNormals(texture) => {
+        NormalOrBump::Normals(texture) => NormalOrBumpRecord::Normals(cx.texture(texture), Vec2::X),
+        NormalOrBump::TurnedNormals(texture) => {
             let along_u = growth_of_u(texture.to_pattern);
             NormalOrBumpRecord::Normals(cx.texture(texture), along_u)
         }
-        Relief::NormalsAlong(texture, along) => {
+        NormalOrBump::NormalsAlong(texture, along) => {
             NormalOrBumpRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
         }
-        Relief::Heights(texture, scale) => {
+        NormalOrBump::Heights(texture, scale) => {
             NormalOrBumpRecord::Heights(cx.texture(texture), scale * cx.metres)
         }
     }
 }
 
-impl Lower for Embossed {
+impl Lower for SurfaceDetail {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let surface = part(&self.surface, cx);
         let relief = relief(&self.relief, cx);
         let Self { shadowing, averted, mirrored, .. } = *self;
-        Material::Embossed { surface, relief, shadowing, averted, mirrored }
+        Material::SurfaceDetail { surface, relief, shadowing, averted, mirrored }
     }
 }

@@ -92,8 +92,8 @@ fn coat_of(surface: &Surface) -> f32 {
             Scalar::Value(coat) => *coat,
             Scalar::Texture(_) => 0.0,
         },
-        Surface::Embossed(embossed) => coat_of(&embossed.surface),
-        Surface::Sided(sided) => coat_of(&sided.front),
+        Surface::SurfaceDetail(embossed) => coat_of(&embossed.surface),
+        Surface::TwoSided(sided) => coat_of(&sided.front),
         _ => 0.0,
     }
 }

@@ -9,7 +9,7 @@ use pt_scene::hair;
 use pt_scene::image::Image;
 use pt_scene::measured::Measurements;
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Scalar, Texture,
+    Bitmap, Blend, Color, Filter, Marble, Noise, Pattern, Scalar, Texture, TextureMapping,
 };
 
 use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
@@ -19,7 +19,7 @@ use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotK
 use crate::medium::Field;
 use crate::procedural::Procedural;
 use crate::texture::{Factor, FloatTexture, MeshColors, PatternRecord, TextureRecord, Textures};
-use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMapping};
+use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMappingRecord};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
 pub(super) const MIN_ALPHA: f32 = 1e-3;
@@ -125,7 +125,7 @@ impl Lowering {
         }
         let [front, back] = [front, back].map(&mut side);
         let [front, back] = [front, back].map(|side| self.materials.table.push(side));
-        Material::Sided { front, back }
+        Material::TwoSided { front, back }
     }
 
     fn stored(&mut self, lobe: LobeRecord, two_sided: bool) -> Material {
@@ -162,7 +162,7 @@ impl Lowering {
         match color {
             Color::Value(value) => (*value).into(),
             Color::Texture(texture) => {
-                self.slot(texture, first, SlotKind::Share);
+                self.slot(texture, first, SlotKind::Weight);
                 Spectrum::ONE
             }
         }
@@ -251,12 +251,12 @@ impl Lowering {
                 let parts = [first, second].map(|color| self.factor(color));
                 PatternRecord::Blend(parts, self.varying(share))
             }
-            Pattern::Root(square) => PatternRecord::Root(self.factor(square)),
-            Pattern::Facing(direction) => {
+            Pattern::Sqrt(square) => PatternRecord::Root(self.factor(square)),
+            Pattern::AbsNormalDot(direction) => {
                 let along = DVec3::from(direction.map(f64::from)).try_normalize();
                 PatternRecord::Facing(along.unwrap_or_default().as_vec3())
             }
-            Pattern::Cubes(colors) => {
+            Pattern::Checkerboard3d(colors) => {
                 self.laid(texture, Procedural::Cubes(colors.map(Spectrum::from)))
             }
             Pattern::Dots(colors) => {
@@ -282,7 +282,7 @@ impl Lowering {
         };
         let pattern = match pattern {
             PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_)
-                if texture.layout != Layout::Surface =>
+                if texture.layout != TextureMapping::Surface =>
             {
                 let layout = self.layout(texture);
                 let pattern = MappedPattern::Flat(pattern);
@@ -310,17 +310,23 @@ impl Lowering {
     }
 
     /// What gives points in metres their coordinates.
-    fn layout(&mut self, texture: &Texture) -> TextureMapping {
+    fn layout(&mut self, texture: &Texture) -> TextureMappingRecord {
         let to_units = DAffine3::from_scale(DVec3::splat(1.0 / f64::from(self.metres)));
         match texture.layout {
-            Layout::Surface => TextureMapping::Surface,
-            Layout::Coordinates { set } => {
-                let values = Pattern::VertexAttribute(Layout::set_name(set));
-                TextureMapping::Values(self.mesh_value(&values))
+            TextureMapping::Surface => TextureMappingRecord::Surface,
+            TextureMapping::Coordinates { set } => {
+                let values = Pattern::VertexAttribute(TextureMapping::set_name(set));
+                TextureMappingRecord::Values(self.mesh_value(&values))
             }
-            Layout::Space { to_texture } => TextureMapping::Space(to_texture * to_units),
-            Layout::Sphere { to_texture } => TextureMapping::Sphere(to_texture * to_units),
-            Layout::Cylinder { to_texture } => TextureMapping::Cylinder(to_texture * to_units),
+            TextureMapping::Space { to_texture } => {
+                TextureMappingRecord::Space(to_texture * to_units)
+            }
+            TextureMapping::Sphere { to_texture } => {
+                TextureMappingRecord::Sphere(to_texture * to_units)
+            }
+            TextureMapping::Cylinder { to_texture } => {
+                TextureMappingRecord::Cylinder(to_texture * to_units)
+            }
         }
     }
 
@@ -355,7 +361,7 @@ impl Lowering {
             }
             PatternRecord::Root(square) => self.show_factors(&[square]),
             PatternRecord::Laid(laid) => {
-                if let TextureMapping::Values(value) = self.textures.laid[laid].layout {
+                if let TextureMappingRecord::Values(value) = self.textures.laid[laid].layout {
                     self.shown.insert(value);
                 }
             }
@@ -390,9 +396,9 @@ impl Lowering {
     pub(super) fn show_both_sides(&mut self, id: Id<Material>) {
         match &mut self.materials.table[id] {
             Material::Lobe(lobe) => lobe.two_sided = true,
-            &mut Material::Embossed { surface, .. } => self.show_both_sides(surface),
+            &mut Material::SurfaceDetail { surface, .. } => self.show_both_sides(surface),
             &mut (Material::Mix { first, second, .. }
-            | Material::Sided { front: first, back: second }) => {
+            | Material::TwoSided { front: first, back: second }) => {
                 self.show_both_sides(first);
                 self.show_both_sides(second);
             }

@@ -55,7 +55,7 @@ pub struct EnvironmentMap {
 impl EnvironmentMap {
     /// From `width` × `height` texels, the upper row first. A map without light is black.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
-        Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::Between)
+        Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::PixelCenters)
     }
 
     /// The image.
@@ -70,14 +70,14 @@ impl EnvironmentMap {
 
     /// Whether it is of this very image, whose rows lie so.
     pub(crate) fn is_of(&self, image: &Arc<Image>, rows: Rows) -> bool {
-        let rows = if image.height == 1 { Rows::Between } else { rows };
+        let rows = if image.height == 1 { Rows::PixelCenters } else { rows };
         Arc::ptr_eq(&self.image, image) && self.rows == rows
     }
 
     /// From an image whose rows lie as told.
     pub fn of_image(image: Arc<Image>, rows: Rows) -> Self {
         // One row is the same everywhere.
-        let rows = if image.height == 1 { Rows::Between } else { rows };
+        let rows = if image.height == 1 { Rows::PixelCenters } else { rows };
         let mut map = Self { image, rows, density: None };
         let [w, h] = map.cells();
         map.density = Piecewise2D::new(&map.weights(), w, h);
@@ -87,7 +87,7 @@ impl EnvironmentMap {
     /// Columns and rows of the cells over which the density is constant: around each texel, or
     /// between one row and the next where these begin at the poles.
     fn cells(&self) -> [usize; 2] {
-        let between_rows = usize::from(self.rows == Rows::FromPoleToPole);
+        let between_rows = usize::from(self.rows == Rows::EndpointsAtPoles);
         [self.image.width as usize, self.image.height as usize - between_rows]
     }
 
@@ -98,7 +98,7 @@ impl EnvironmentMap {
     fn weights(&self) -> Vec<f32> {
         const AROUND: [(i64, f32); 3] = [(-1, 0.125), (0, 0.75), (1, 0.125)];
         const BETWEEN: [(i64, f32); 2] = [(0, 0.5), (1, 0.5)];
-        let down: &[_] = if self.rows == Rows::Between { &AROUND } else { &BETWEEN };
+        let down: &[_] = if self.rows == Rows::PixelCenters { &AROUND } else { &BETWEEN };
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         let texel = |x: i64, y: i64| {
             let (x, y) = (x.rem_euclid(w), y.clamp(0, h - 1));
@@ -144,8 +144,8 @@ impl EnvironmentMap {
         let (w, h) = (self.image.width as i32, self.image.height as i32);
         let fx = x * w as f32 - 0.5;
         let fy = match self.rows {
-            Rows::Between => y * h as f32 - 0.5,
-            Rows::FromPoleToPole => y * (h - 1) as f32,
+            Rows::PixelCenters => y * h as f32 - 0.5,
+            Rows::EndpointsAtPoles => y * (h - 1) as f32,
         };
         let (ix, iy) = (fx.floor(), fy.floor());
         let (ax, ay) = (fx - ix, fy - iy);
@@ -278,7 +278,7 @@ impl Light for Environment {
         let image = Arc::new(Image { width, height, pixels });
         let (s, t) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.48, 0.36, 0.8));
         let turned = Mat3::from_cols(s, t, t.cross(s));
-        let maps = [(Mat3::IDENTITY, Rows::Between), (turned, Rows::FromPoleToPole)];
+        let maps = [(Mat3::IDENTITY, Rows::PixelCenters), (turned, Rows::EndpointsAtPoles)];
         let of_map = |(to_world, rows)| {
             let mut tables = LightTables::default();
             tables.environments.push(EnvironmentMap::of_image(Arc::clone(&image), rows));

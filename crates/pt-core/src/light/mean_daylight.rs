@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use pt_math::{DVec3, Frame, Spectrum, Vec3, trig};
 use pt_scene::image::Image;
-use pt_scene::{DaySpan, Daylight};
+use pt_scene::{Daylight, TimeRange};
 
 use super::environment::{to_direction, to_image};
 use super::hosek_sky::HosekWilkieModel;
@@ -25,7 +25,7 @@ const POINTS: u32 = 12;
 const GOLDEN: f32 = 0.618_034;
 
 /// The mean of the sky over the times at which the sun is up, and of darkness at all others.
-pub(crate) fn sky(light: &Daylight, span: &DaySpan) -> Image {
+pub(crate) fn sky(light: &Daylight, span: &TimeRange) -> Image {
     let models: Vec<_> = (0..SKIES)
         .filter_map(|i| {
             let to_sun = span.to_sun((f64::from(i) + 0.5) / f64::from(SKIES));
@@ -51,7 +51,7 @@ pub(crate) fn sky(light: &Daylight, span: &DaySpan) -> Image {
 }
 
 /// The mean radiance of the sun, where it is at one time or another. `sun_at` is the sun in a unit direction.
-pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -> Sun) -> Image {
+pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3) -> Sun) -> Image {
     let [width, height] = SUN;
     let mut pixels = vec![[0.0; 3]; (width * height) as usize];
     let mut add = |d: Vec3, irradiance: Spectrum| {
@@ -86,13 +86,13 @@ pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -
 
 #[cfg(test)]
 mod tests {
-    use pt_scene::{Moment, Place};
+    use pt_scene::{DateTime, GeoLocation};
 
     use super::*;
 
-    fn span(hours: [f64; 2]) -> DaySpan {
-        DaySpan {
-            place: Place { latitude: 35.0, longitude: 139.0 },
+    fn span(hours: [f64; 2]) -> TimeRange {
+        TimeRange {
+            place: GeoLocation { latitude: 35.0, longitude: 139.0 },
             timezone: 9.0,
             first: [2025, 6, 1],
             days: 3,
@@ -176,9 +176,9 @@ mod tests {
             irradiance(&sky(&light, &span(hours)))
         });
         assert!(day > 0.0 && (with_night / (0.5 * day) - 1.0).abs() < 0.1, "{day} {with_night}");
-        let moment = Moment { year: 2025, month: 6, day: 1, hours: 3.0 };
+        let moment = DateTime { year: 2025, month: 6, day: 1, hours: 3.0 };
         let [zenith, _] = span([0.0, 1.0]).place.sun(&moment);
-        let still = DaySpan { part: [0.5; 2], days: 1, ..span([12.0, 12.0]) };
+        let still = TimeRange { part: [0.5; 2], days: 1, ..span([12.0, 12.0]) };
         assert!((libm::cos(zenith) - still.to_sun(0.0).y).abs() < 1e-12);
         // One sky for all times is the sky of the model.
         let image = sky(&light, &still);

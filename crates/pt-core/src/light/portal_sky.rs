@@ -224,7 +224,7 @@ impl Light for PortalSky {
         };
         vec![
             of(even, ceiling, Vec::new()),
-            of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::Between)]),
+            of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::PixelCenters)]),
         ]
     }
 }

@@ -1,6 +1,6 @@
 //! Glosses that other descriptions give by other numbers than ours.
 
-use crate::material::{Matte, Plastic};
+use crate::material::{Diffuse, Plastic};
 use crate::{Color, Surface};
 
 /// Luminance from which a specular colour or a reflectivity makes a second lobe. Water, the
@@ -14,7 +14,7 @@ pub(super) const DEFAULT_EXPONENT: f32 = 50.0;
 /// colour is as good as black. It is the same from both sides.
 pub(super) fn phong(diffuse: Color, specular: Color, exponent: f32) -> Surface {
     if amount(&specular) <= MIN {
-        return Matte { reflectance: diffuse, two_sided: true }.into();
+        return Diffuse { reflectance: diffuse, two_sided: true }.into();
     }
     Plastic { diffuse, specular, alpha: alpha(exponent), two_sided: true }.into()
 }

@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DVec3};
 
 use super::triangulate::Triangulator;
 pub(super) use crate::image::folder_of;
-use crate::material::Matte;
+use crate::material::Diffuse;
 use crate::texture::{Input, Pattern, Texture};
 use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Points, Scene, Span, Warning};
 
@@ -138,7 +138,7 @@ fn showing(name: &str, pattern: Pattern) -> Material {
     let reflectance = Input::Texture(Arc::new(Texture::from(pattern)));
     Material {
         name: name.to_owned(),
-        surface: Matte { reflectance, two_sided: true }.into(),
+        surface: Diffuse { reflectance, two_sided: true }.into(),
         emission: [0.0; 3].into(),
         hidden_emission: false,
         opacity: 1.0.into(),

@@ -6,7 +6,7 @@ use pt_math::{DMat3, DVec3};
 
 use crate::Surface;
 use crate::image::Image;
-use crate::material::Matte;
+use crate::material::Diffuse;
 use crate::measured::Measurements;
 use crate::texture::{Input, Pattern, Texture};
 
@@ -26,7 +26,7 @@ pub(super) const INSTEAD: &str = "squares in magenta and black stand in for it";
 
 /// The surface in place of one that shows such a texture, whatever it does with it.
 pub(super) fn surface() -> Surface {
-    Matte { reflectance: Input::Texture(texture()), two_sided: true }.into()
+    Diffuse { reflectance: Input::Texture(texture()), two_sided: true }.into()
 }
 
 /// The picture in place of the one that a light throws, or a map of the sky, that is missing.

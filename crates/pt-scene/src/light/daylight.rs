@@ -26,14 +26,14 @@ pub struct Daylight {
     /// Whether the sun is darker at its rim, and below than above.
     pub limb_darkening: bool,
     /// The time over which the light is the mean, in place of [`Self::to_sun`].
-    pub span: Option<DaySpan>,
+    pub span: Option<TimeRange>,
 }
 
 /// A span of days, and of hours of each day, by the clock of a place. In the axes of the light, north is −x, and east is +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DaySpan {
+pub struct TimeRange {
     /// Where.
-    pub place: Place,
+    pub place: GeoLocation,
     /// Hours by which the clock is ahead of universal time.
     pub timezone: f64,
     /// Year, month and day of the first day.
@@ -46,7 +46,7 @@ pub struct DaySpan {
     pub part: [f64; 2],
 }
 
-impl DaySpan {
+impl TimeRange {
     /// The most days.
     pub const MAX_DAYS: u32 = 1_000_000;
 
@@ -83,7 +83,7 @@ impl DaySpan {
         let [begin, end] = self.hours;
         let hour = begin + (end - begin) * (time - whole);
         let [year, month, day] = self.first.map(|n| n as i32);
-        let moment = Moment { year, month, day: day + whole as i32, hours: hour - self.timezone };
+        let moment = DateTime { year, month, day: day + whole as i32, hours: hour - self.timezone };
         let [zenith, azimuth] = self.place.sun(&moment);
         let ((sin, cos), (east, north)) = (libm::sincos(zenith), libm::sincos(azimuth));
         DVec3::new(-sin * north, cos, sin * east)
@@ -134,7 +134,7 @@ impl Daylight {
         if self.albedo.iter().any(|a| !(0.0..=1.0).contains(a)) {
             return Err(format!("the ground has the albedo {:?}; expected 0 to 1", self.albedo));
         }
-        self.span.as_ref().map_or(Ok(()), DaySpan::check)?;
+        self.span.as_ref().map_or(Ok(()), TimeRange::check)?;
         let unit = DVec3::from(self.to_sun).try_normalize();
         unit.ok_or_else(|| "the direction of the sun is zero or infinite".into())
     }
@@ -142,7 +142,7 @@ impl Daylight {
 
 /// A place on Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct GeoLocation {
     /// Degrees north of the equator.
     pub latitude: f64,
     /// Degrees east of Greenwich.
@@ -151,7 +151,7 @@ pub struct Place {
 
 /// A time of the Gregorian calendar.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct DateTime {
     /// Year.
     pub year: i32,
     /// Month, from 1.
@@ -162,7 +162,7 @@ pub struct Moment {
     pub hours: f64,
 }
 
-impl Moment {
+impl DateTime {
     /// Days from one day of the calendar to another, each by year, month and day.
     pub fn days_between(first: [u32; 3], last: [u32; 3]) -> i64 {
         let noon = |date: [u32; 3]| {
@@ -185,11 +185,11 @@ impl Moment {
     }
 }
 
-impl Place {
+impl GeoLocation {
     /// The angle of the sun to the zenith, and its azimuth from north over east, both in radians; within
     /// 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al. 2001, "Computing the Solar
     /// Vector"]
-    pub fn sun(&self, moment: &Moment) -> [f64; 2] {
+    pub fn sun(&self, moment: &DateTime) -> [f64; 2] {
         const EARTH_RADIUS_KM: f64 = 6371.01;
         const ASTRONOMICAL_UNIT_KM: f64 = 149_597_890.0;
         let days = moment.days_since_2000();
@@ -231,8 +231,8 @@ mod tests {
     /// Andreas 2004, "Solar Position Algorithm for Solar Radiation Applications", table A5.1]
     #[test]
     fn the_sun_stands_where_the_ephemeris_says() {
-        let place = Place { latitude: 39.742_476, longitude: -105.1786 };
-        let moment = Moment { year: 2003, month: 10, day: 17, hours: 19.0 + 30.5 / 60.0 };
+        let place = GeoLocation { latitude: 39.742_476, longitude: -105.1786 };
+        let moment = DateTime { year: 2003, month: 10, day: 17, hours: 19.0 + 30.5 / 60.0 };
         let [zenith, azimuth] = place.sun(&moment).map(f64::to_degrees);
         let half_a_minute = 0.5 / 60.0;
         assert!((zenith - (50.111_62 + 0.016_332)).abs() < half_a_minute, "{zenith}");
@@ -245,8 +245,8 @@ mod tests {
     /// In Tokyo on 10 July 2010 the sun rises in the north-east and culminates in the south; days follow one another.
     #[test]
     fn spans_of_days_go_from_morning_to_evening() {
-        let span = DaySpan {
-            place: Place { latitude: 35.6894, longitude: 139.6917 },
+        let span = TimeRange {
+            place: GeoLocation { latitude: 35.6894, longitude: 139.6917 },
             timezone: 9.0,
             first: [2010, 7, 10],
             days: 2,
@@ -261,16 +261,16 @@ mod tests {
         let [evening, next] = [0.4999, 0.5001].map(|share| span.to_sun(share));
         assert!(evening.z < -0.8 && next.z > 0.8, "{evening} {next}");
         assert!((next - morning).length() < 0.01);
-        let still = DaySpan { part: [0.5; 2], ..span };
+        let still = TimeRange { part: [0.5; 2], ..span };
         assert_eq!(still.to_sun(0.0), still.to_sun(1.0));
         let last = span.to_sun(1.0);
         assert!((last - evening).length() < 0.01, "{last}");
         for bad in [
-            DaySpan { days: 0, ..span },
-            DaySpan { hours: [7.0, 6.0], ..span },
-            DaySpan { part: [0.0, f64::NAN], ..span },
-            DaySpan { first: [2010, 13, 1], ..span },
-            DaySpan { timezone: 25.0, ..span },
+            TimeRange { days: 0, ..span },
+            TimeRange { hours: [7.0, 6.0], ..span },
+            TimeRange { part: [0.0, f64::NAN], ..span },
+            TimeRange { first: [2010, 13, 1], ..span },
+            TimeRange { timezone: 25.0, ..span },
         ] {
             assert!(bad.check().is_err_and(|message| message.contains("expected")), "{bad:?}");
         }
@@ -278,12 +278,12 @@ mod tests {
 
     #[test]
     fn days_are_counted_from_noon_of_the_year_2000() {
-        let days = |year, month, day, hours| Moment { year, month, day, hours }.days_since_2000();
+        let days = |year, month, day, hours| DateTime { year, month, day, hours }.days_since_2000();
         assert_eq!(days(2000, 1, 1, 12.0), 0.0);
         assert_eq!(days(2000, 3, 1, 12.0), 60.0);
         assert_eq!(days(2001, 1, 1, 0.0), 365.5);
         assert_eq!(days(1999, 12, 31, 0.0), -1.5);
-        assert_eq!(Moment::days_between([2024, 2, 28], [2024, 3, 1]), 2);
-        assert_eq!(Moment::days_between([2025, 1, 1], [2024, 1, 1]), -366);
+        assert_eq!(DateTime::days_between([2024, 2, 28], [2024, 3, 1]), 2);
+        assert_eq!(DateTime::days_between([2025, 1, 1], [2024, 1, 1]), -366);
     }
 }

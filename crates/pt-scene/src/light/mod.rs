@@ -10,7 +10,7 @@ use pt_math::DAffine3;
 
 use crate::image::Image;
 use crate::{Span, Texture};
-pub use daylight::{DaySpan, Daylight, Moment, Place};
+pub use daylight::{DateTime, Daylight, GeoLocation, TimeRange};
 pub use ies::IesProfile;
 pub use portal::Portal;
 
@@ -162,7 +162,7 @@ impl LightKind {
 pub enum Rows {
     /// The middle of row j of n is at the polar angle π(j + ½)/n: the rows share the sky.
     #[default]
-    Between,
+    PixelCenters,
     /// It is at πj/(n − 1): the first and the last row are the poles, as in Mitsuba.
-    FromPoleToPole,
+    EndpointsAtPoles,
 }

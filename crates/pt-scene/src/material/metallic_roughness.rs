@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::texture::{Color, Relief, Scalar, Texture};
+use crate::texture::{Color, NormalOrBump, Scalar, Texture};
 
 /// The normals of a clear coat.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,7 +13,7 @@ pub enum CoatNormals {
     /// Those of the shape, whatever relief is below it.
     Shape,
     /// Those of the shape with a relief of its own.
-    Relief(Relief),
+    Relief(NormalOrBump),
 }
 
 /// The material of glTF, with its extensions: a mixture of a metal and of a dielectric with a diffuse base, or with one that light

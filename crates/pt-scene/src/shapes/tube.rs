@@ -41,7 +41,7 @@ pub(crate) struct Spline {
 
 /// A place on a curve: its segment, where on that, and where on the whole curve, from 0 to 1.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct TubePoint {
     pub(crate) segment: usize,
     pub(crate) t: f64,
     pub(crate) u: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Place {
 
 /// A place on a curve: its middle, its direction, and a direction across it.
 struct Station {
-    place: Place,
+    place: TubePoint,
     middle: DVec3,
     along: DVec3,
     across: DVec3,
@@ -92,7 +92,7 @@ impl Spline {
 
     /// What the curve has at a place of something that is known at its control points: sums by Bernstein polynomials, or by
     /// uniform B-splines, which are convolutions of boxes with each other.
-    pub(crate) fn between<T>(&self, values: &[T], Place { segment, t, .. }: Place) -> T
+    pub(crate) fn between<T>(&self, values: &[T], TubePoint { segment, t, .. }: TubePoint) -> T
     where
         T: Copy + Mul<f64, Output = T> + Sum,
     {
@@ -113,7 +113,7 @@ impl Spline {
 
     /// A tube of a radius that varies, with the texture coordinate u along it, open at its ends. Its outline is as wide on average
     /// as that of a round one: the mean width of what is convex is the length of its outline over π.
-    pub(crate) fn tube(&self, detail: Detail, radius: impl Fn(Place) -> f64) -> Mesh {
+    pub(crate) fn tube(&self, detail: Detail, radius: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(detail, None);
         let half_a_side = PI / f64::from(detail.sides);
         let wider = half_a_side / libm::sin(half_a_side);
@@ -126,7 +126,7 @@ impl Spline {
     }
 
     /// A ribbon of a width that varies, which lies across normals that are given where segments meet.
-    pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(Place) -> f64) -> Mesh {
+    pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(Detail::MIN, Some(normals));
         spanned(&stations, 1, |station, v| {
             let Station { place, middle, along, across } = *station;
@@ -142,7 +142,7 @@ impl Spline {
         let place = |i: usize| {
             let segment = (i / pieces).min(self.segments() - 1);
             let t = (i - segment * pieces) as f64 / pieces as f64;
-            Place { segment, t, u: i as f64 / count as f64 }
+            TubePoint { segment, t, u: i as f64 / count as f64 }
         };
         let middles: Vec<_> = (0..=count).map(|i| self.between(&self.points, place(i))).collect();
         let mut along = DVec3::Z;
@@ -154,7 +154,7 @@ impl Spline {
             let place = place(i);
             let wanted = match normals {
                 Some(normals) => {
-                    let Place { segment, t, .. } = place;
+                    let TubePoint { segment, t, .. } = place;
                     normals[segment] * (1.0 - t) + normals[segment + 1] * t
                 }
                 None => across.unwrap_or_else(|| along.any_orthonormal_vector()),
@@ -195,7 +195,7 @@ mod tests {
         for (degree, is_bspline) in [(1, false), (2, false), (2, true), (3, false), (3, true)] {
             let spline = spline(degree, is_bspline);
             let at = |spline: &Spline, segment, t| {
-                spline.between(&spline.points, Place { segment, t, u: 0.0 })
+                spline.between(&spline.points, TubePoint { segment, t, u: 0.0 })
             };
             assert!(spline.is_whole());
             for segment in 1..spline.segments() {

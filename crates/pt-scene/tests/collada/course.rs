@@ -97,7 +97,7 @@ fn course_material(scene: &Scene, material: Option<u32>) -> String {
         return "none".into();
     };
     match &material.surface {
-        Surface::Matte(m) => rgb(value(&m.reflectance)),
+        Surface::Diffuse(m) => rgb(value(&m.reflectance)),
         Surface::Plastic(m) => rgb(value(&m.diffuse)),
         Surface::Mirror(m) => format!("mirror {}", rgb(value(&m.reflectance))),
         Surface::Glass(m) => {

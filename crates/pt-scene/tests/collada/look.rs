@@ -18,8 +18,8 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
         let Some(index) = object.materials[0] else { return "default".to_owned() };
         let material = &scene.materials[index as usize];
         let surface = match &material.surface {
-            Surface::Matte(m) if m.reflectance.texture().is_some() => "matte texture".to_owned(),
-            Surface::Matte(m) => format!("matte {:?}", value(&m.reflectance)),
+            Surface::Diffuse(m) if m.reflectance.texture().is_some() => "matte texture".to_owned(),
+            Surface::Diffuse(m) => format!("matte {:?}", value(&m.reflectance)),
             Surface::Mirror(m) => format!("mirror {:?}", value(&m.reflectance)),
             Surface::Glass(m) => {
                 format!("glass {:?} {:?} {}", value(&m.reflectance), value(&m.transmittance), m.ior)
@@ -189,7 +189,7 @@ fn materials(scene: &Scene) -> BTreeMap<&str, &Material> {
 
 fn diffuse(material: &Material) -> &Color {
     match &material.surface {
-        Surface::Matte(m) => &m.reflectance,
+        Surface::Diffuse(m) => &m.reflectance,
         Surface::Plastic(m) => &m.diffuse,
         other => panic!("{other:?} is not diffuse"),
     }

@@ -165,7 +165,7 @@ fn images_are_found_by_the_paths_of_other_machines() {
         let effect = format!("<diffuse><texture texture=\"{written}\" texcoord=\"t\"/></diffuse>");
         let scene = read(&text("<perspective/>", "", &effect), &folder.path().join("a.dae"));
         assert!(scene.missing.is_empty(), "{written}: {:?}", scene.missing);
-        let Surface::Matte(matte) = &scene.materials[0].surface else { panic!("not matte") };
+        let Surface::Diffuse(matte) = &scene.materials[0].surface else { panic!("not matte") };
         let Color::Texture(texture) = &matte.reflectance else { panic!("{written}: no texture") };
         let pt_scene::texture::Pattern::Bitmap(bitmap) = &texture.pattern else {
             panic!("{written}")

@@ -1,9 +1,9 @@
 //! Materials and textures.
 
 use pt_math::color::linear_from_srgb;
-use pt_scene::material::{Black, Embossed, MetallicRoughness};
+use pt_scene::material::{Black, MetallicRoughness, SurfaceDetail};
 use pt_scene::medium::MediumProperties;
-use pt_scene::texture::{Bitmap, Edge, Filter, Layout, Pattern, Relief, Wrap};
+use pt_scene::texture::{Bitmap, Edge, Filter, NormalOrBump, Pattern, TextureMapping, Wrap};
 use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
 use serde_json::{Value, json};
 
@@ -220,7 +220,8 @@ fn double_sided_surfaces_emit_on_both_sides() {
 #[test]
 fn normals_keep_the_numbers_of_their_image() {
     let surface = made(&json!({"normalTexture": {"index": 0}})).surface;
-    let Surface::Embossed(Embossed { relief: Relief::Normals(map), .. }) = surface else {
+    let Surface::SurfaceDetail(SurfaceDetail { relief: NormalOrBump::Normals(map), .. }) = surface
+    else {
         panic!("{surface:?}")
     };
     let found = bitmap(&Color::Texture(map)).image.pixels[1];
@@ -238,15 +239,15 @@ fn normals_turn_with_the_transform_of_their_image() {
     let relief = |transform: Value| {
         let extensions = json!({"KHR_texture_transform": transform});
         match made(&json!({"normalTexture": {"index": 0, "extensions": extensions}})).surface {
-            Surface::Embossed(embossed) => embossed.relief,
+            Surface::SurfaceDetail(embossed) => embossed.relief,
             other => panic!("{other:?}"),
         }
     };
-    let y_of = |relief: &Relief| match relief {
-        Relief::Normals(map) | Relief::TurnedNormals(map) => {
+    let y_of = |relief: &NormalOrBump| match relief {
+        NormalOrBump::Normals(map) | NormalOrBump::TurnedNormals(map) => {
             2.0 * bitmap(&Color::Texture(map.clone())).image.pixels[1][1] - 1.0
         }
-        Relief::NormalsAlong(..) | Relief::Heights(..) => panic!("{relief:?}"),
+        NormalOrBump::NormalsAlong(..) | NormalOrBump::Heights(..) => panic!("{relief:?}"),
     };
     let upright = y_of(&relief(json!({})));
     assert!(upright < 0.0, "100 of 255 is below the middle");
@@ -258,7 +259,7 @@ fn normals_turn_with_the_transform_of_their_image() {
         (json!({"scale": [-1, -1]}), true, false),
     ] {
         let found = relief(transform.clone());
-        assert_eq!(matches!(found, Relief::TurnedNormals(_)), is_turned, "{transform}");
+        assert_eq!(matches!(found, NormalOrBump::TurnedNormals(_)), is_turned, "{transform}");
         let wanted = if is_mirrored { -upright } else { upright };
         assert!((y_of(&found) - wanted).abs() < 1e-6, "{transform}");
     }
@@ -320,8 +321,10 @@ fn normals_lie_along_tangents() {
         let slot = mesh.submeshes[0].slot as usize;
         assert_eq!(slot, usize::from(w < 0.0));
         let material = scene.objects[0].materials[slot].expect("a material") as usize;
-        let Surface::Embossed(Embossed { relief: Relief::NormalsAlong(map, along), .. }) =
-            &scene.materials[material].surface
+        let Surface::SurfaceDetail(SurfaceDetail {
+            relief: NormalOrBump::NormalsAlong(map, along),
+            ..
+        }) = &scene.materials[material].surface
         else {
             panic!("{:?}", scene.materials[material].surface)
         };
@@ -425,7 +428,11 @@ fn textures_lie_on_several_sets_of_coordinates() {
         let [u, v] = sets[other];
         assert_eq!(mesh.attributes.vertices[&format!("uv_{other}")][0], [u, v, 0.0]);
         let Material { surface, emission, .. } = &scene.materials[0];
-        let Surface::Embossed(Embossed { surface, relief: Relief::Normals(map), .. }) = surface
+        let Surface::SurfaceDetail(SurfaceDetail {
+            surface,
+            relief: NormalOrBump::Normals(map),
+            ..
+        }) = surface
         else {
             panic!("{surface:?}")
         };
@@ -433,12 +440,12 @@ fn textures_lie_on_several_sets_of_coordinates() {
         let layout = |color: &Color| color.texture().expect("a texture").layout;
         let of_set = |set: usize| {
             if set == normal_set {
-                Layout::Surface
+                TextureMapping::Surface
             } else {
-                Layout::Coordinates { set: set as u32 }
+                TextureMapping::Coordinates { set: set as u32 }
             }
         };
-        assert_eq!(map.layout, Layout::Surface);
+        assert_eq!(map.layout, TextureMapping::Surface);
         assert_eq!(layout(&look.base_color), of_set(0));
         assert_eq!(layout(emission), of_set(1));
     }
@@ -471,7 +478,7 @@ fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {
     assert_eq!(mesh.triangles, [[4, 5, 6], [0, 1, 2]]);
     assert_eq!(scene.objects[0].materials, [Some(0), Some(1)]);
     let [upright, mirrored] = [0, 1].map(|slot: usize| match &scene.materials[slot].surface {
-        Surface::Embossed(Embossed { relief: Relief::Normals(map), .. }) => {
+        Surface::SurfaceDetail(SurfaceDetail { relief: NormalOrBump::Normals(map), .. }) => {
             bitmap(&Color::Texture(map.clone())).image.pixels[0].map(|x| 2.0 * x - 1.0)
         }
         other => panic!("{other:?}"),

@@ -8,8 +8,8 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::image::Image;
-use pt_scene::material::{Glass, Matte, MetallicRoughness};
-use pt_scene::texture::{Bitmap, Blend, Edge, Filter, Pattern, Relief, Wrap};
+use pt_scene::material::{Diffuse, Glass, MetallicRoughness};
+use pt_scene::texture::{Bitmap, Blend, Edge, Filter, NormalOrBump, Pattern, Wrap};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
 };
@@ -45,8 +45,8 @@ fn bare(mut scene: Scene) -> Scene {
 fn take_normals(scene: &mut Scene) -> Vec<f32> {
     let mut normals = Vec::new();
     for material in &mut scene.materials {
-        let Surface::Embossed(embossed) = &mut material.surface else { continue };
-        let Relief::Normals(texture) = &mut embossed.relief else { continue };
+        let Surface::SurfaceDetail(embossed) = &mut material.surface else { continue };
+        let NormalOrBump::Normals(texture) = &mut embossed.relief else { continue };
         let Pattern::Bitmap(bitmap) = &mut Arc::make_mut(texture).pattern else { continue };
         let image = Arc::make_mut(&mut bitmap.image);
         normals.extend(std::mem::take(&mut image.pixels).into_flattened());
@@ -286,7 +286,7 @@ fn scenes_of_all_formats_can_be_written() {
 /// In files of Blender for the course, a square light and the surface that glows are the same lamp, which lights once.
 #[test]
 fn a_light_on_what_glows_is_not_written_beside_it() {
-    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     let lamp = Material { emission: [3.0; 3].into(), ..material("lamp", matte) };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
     let square = |z: f64| Light {
@@ -336,7 +336,7 @@ fn material(name: &str, surface: impl Into<Surface>) -> Material {
 
 #[test]
 fn what_gltf_cannot_say_is_told_once() {
-    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+    let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: false };
     let light = |kind| Light {
         name: "lamp".to_owned(),
         to_world: DAffine3::IDENTITY,
@@ -399,7 +399,7 @@ fn lengths_become_metres() {
 fn what_is_sheared_keeps_its_shape() {
     let sheared =
         DAffine3::from_cols_array(&[1.0, 0.0, 0.0, 0.7, 1.0, 0.0, -0.3, 0.2, 2.0, 5.0, 6.0, 7.0]);
-    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
     let scene = Scene {
         materials: vec![material("paint", matte)],
@@ -481,9 +481,10 @@ fn textures_are_read_as_they_were() {
 /// What glTF cannot compute is written as its mean, and told.
 #[test]
 fn computed_textures_become_their_mean() {
-    let reflectance =
-        Color::Texture(Arc::new(Pattern::Cubes([[0.25, 0.5, 0.75], [0.75, 0.5, 0.0]]).into()));
-    let matte = Matte { reflectance, two_sided: true };
+    let reflectance = Color::Texture(Arc::new(
+        Pattern::Checkerboard3d([[0.25, 0.5, 0.75], [0.75, 0.5, 0.0]]).into(),
+    ));
+    let matte = Diffuse { reflectance, two_sided: true };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
     let scene = Scene {
         materials: vec![material("paint", matte)],

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pt_scene::format::{load, parse, save};
-use pt_scene::material::{Hair, Matte, Mirror, Pigment};
+use pt_scene::material::{Diffuse, Hair, Mirror, Pigment};
 use pt_scene::{Geometry, Material, Object, Projection, Scene, Surface};
 
 /// Where a point of an object is.
@@ -73,13 +73,43 @@ fn what_is_named_once_is_shared_and_so_are_shapes() {
 
 #[test]
 fn a_material_of_defaults_is_a_word() {
-    let scene =
-        read(r#""materials": {"a": "matte", "b": {"name": "c", "type": "mirror", "emission": 2}}"#);
+    let scene = read(
+        r#""materials": {"a": "diffuse", "b": {"name": "c", "type": "mirror", "emission": 2}}"#,
+    );
     let [a, b] = scene.materials.as_slice() else { panic!("there are two") };
-    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     assert_eq!((a.name.as_str(), &a.surface), ("a", &Surface::from(matte)));
     let mirror = Mirror { reflectance: [1.0; 3].into() };
     assert_eq!((b.name.as_str(), &b.surface, &b.emission), ("c", &mirror.into(), &[2.0; 3].into()));
+}
+
+#[test]
+fn former_names_are_still_read() {
+    let pairs = [
+        (r#""matte""#, r#""diffuse""#),
+        (
+            r#"{"type": "sided", "front": "matte", "back": "mirror"}"#,
+            r#"{"type": "two_sided", "front": "diffuse", "back": "mirror"}"#,
+        ),
+        (
+            r#"{"type": "embossed", "surface": "matte", "height_map": {"type": "cubes"}}"#,
+            r#"{"type": "surface_detail", "surface": "diffuse", "height_map": {"type": "checkerboard3d"}}"#,
+        ),
+        (
+            r#"{"type": "mix", "first": "matte", "second": "mirror", "amount": {"type": "root", "square": 0.5}}"#,
+            r#"{"type": "mix", "first": "diffuse", "second": "mirror", "amount": {"type": "sqrt", "square": 0.5}}"#,
+        ),
+        (
+            r#"{"type": "coated_diffuse", "saturates": true}"#,
+            r#"{"type": "coated_diffuse", "nonlinear": true}"#,
+        ),
+    ];
+    for (former, current) in pairs {
+        let scene = |material: &str| read(&format!("\"materials\": {{\"a\": {material}}}"));
+        assert_eq!(scene(former), scene(current), "{former}");
+    }
+    let camera = |key| read(&format!("\"cameras\": {{\"c\": {{\"{key}\": [0.25, 0.5]}}}}"));
+    assert_eq!(camera("film_offset"), camera("principal_point_offset"));
 }
 
 #[test]
@@ -101,7 +131,7 @@ fn hair_has_one_of_three_pigments() {
 fn names_that_are_not_unique_are_kept() {
     let material = |name: &str| Material {
         name: name.to_owned(),
-        surface: Matte { reflectance: [0.25; 3].into(), two_sided: false }.into(),
+        surface: Diffuse { reflectance: [0.25; 3].into(), two_sided: false }.into(),
         emission: [0.0; 3].into(),
         hidden_emission: false,
         opacity: 1.0.into(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_scene::format::{Limits, LoadOptions, load, parse_with, save};
-use pt_scene::material::{Embossed, Matte, Measured, Mix};
+use pt_scene::material::{Diffuse, Measured, Mix, SurfaceDetail};
 use pt_scene::texture::{Color, Pattern};
 use pt_scene::{LoadError, Scene, Surface};
 use tempfile::TempDir;
@@ -101,7 +101,7 @@ fn mitsuba_puts_them_into_other_bsdfs() {
     assert!(Arc::ptr_eq(&first.measurements, &second.measurements), "the file is read once");
     let heights = "<texture type=\"checkerboard\" name=\"arbitrary\"/>";
     let bumpy = surface(&format!("<bsdf type=\"bumpmap\">{heights}{inner}</bsdf>"));
-    let Surface::Embossed(Embossed { surface, .. }) = bumpy else { panic!("no relief") };
+    let Surface::SurfaceDetail(SurfaceDetail { surface, .. }) = bumpy else { panic!("no relief") };
     measured(&surface);
 }
 
@@ -130,7 +130,7 @@ fn what_is_written_is_read() {
 /// Whether the only material is in magenta.
 fn is_loud(scene: &Scene) -> bool {
     match &scene.materials[0].surface {
-        Surface::Matte(Matte { reflectance: Color::Texture(texture), .. }) => {
+        Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) => {
             texture.pattern == Pattern::Checkerboard([[1.0, 0.0, 1.0], [0.0; 3]])
         }
         Surface::Measured(measured) => {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DVec3};
 use pt_scene::format::{LoadOptions, load, parse_with, save};
-use pt_scene::material::Matte;
+use pt_scene::material::Diffuse;
 use pt_scene::texture::{Color, Pattern};
 use pt_scene::{Geometry, Object, Points, Scene, Surface};
 use serde_json::json;
@@ -37,7 +37,7 @@ fn only(scene: &Scene) -> &Arc<Points> {
 /// Whether the material of an object shows the colours of points.
 fn shows_colors(scene: &Scene, object: usize) -> bool {
     let material = scene.objects[object].materials[0].expect("a material");
-    let Surface::Matte(Matte { reflectance: Color::Texture(texture), .. }) =
+    let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =
         &scene.materials[material as usize].surface
     else {
         return false;

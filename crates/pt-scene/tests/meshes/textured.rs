@@ -41,7 +41,7 @@ fn shown(scene: &Scene) -> Vec<([f32; 3], [[f32; 2]; 3])> {
         let part =
             mesh.submeshes.iter().find(|p| p.triangles.contains(&(i as u32))).expect("a part");
         let material = scene.objects[0].materials[part.slot as usize].expect("a material");
-        let Surface::Matte(matte) = &scene.materials[material as usize].surface else {
+        let Surface::Diffuse(matte) = &scene.materials[material as usize].surface else {
             panic!("not matte")
         };
         let Color::Texture(texture) = &matte.reflectance else { panic!("no texture") };

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Mix, Principled,
-    PrincipledThin, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Diffuse, Distribution, Glass, Masking, Mirror, Mix,
+    Principled, PrincipledThin, RoughCoatedDiffuse, RoughDiffuse, Roughness, ThinGlass, TwoSided,
 };
 use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Wrap};
@@ -24,7 +24,7 @@ pub(crate) const ROUGH: Roughness = Roughness {
 
 #[test]
 fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
-    let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+    let grey = Diffuse { reflectance: [0.5; 3].into(), two_sided: false };
     assert_eq!(material("").surface, grey.into());
     assert_eq!(material("").emission, [0.0; 3].into());
     let lamp = material("<emitter type=\"area\"/>");
@@ -35,8 +35,8 @@ fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
 fn both_sides_reflect_if_the_author_says_so() {
     let twosided = |bsdf: &str| surface(&format!("<bsdf type=\"twosided\">{bsdf}</bsdf>"));
     let diffuse = "<bsdf type=\"diffuse\"/>";
-    assert_eq!(surface(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: false }.into());
-    assert_eq!(twosided(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: true }.into());
+    assert_eq!(surface(diffuse), Diffuse { reflectance: [0.5; 3].into(), two_sided: false }.into());
+    assert_eq!(twosided(diffuse), Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.into());
     let mirror = "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/></bsdf>";
     assert_eq!(twosided(mirror), Mirror { reflectance: [1.0; 3].into() }.into());
     let one_sided = Conductor {
@@ -93,7 +93,7 @@ fn plastic_is_a_base_under_a_coat() {
         diffuse: [0.5; 3].into(),
         specular: [1.0; 3].into(),
         ior: (1.49 / 1.000_277) as f32,
-        saturates: false,
+        nonlinear: false,
         two_sided: false,
     };
     assert_eq!(surface("<bsdf type=\"plastic\"/>"), plain.clone().into());
@@ -101,7 +101,7 @@ fn plastic_is_a_base_under_a_coat() {
         "<bsdf type=\"twosided\"><bsdf type=\"plastic\">\
          <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
     );
-    assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
+    assert_eq!(both, CoatedDiffuse { nonlinear: true, two_sided: true, ..plain }.into());
 }
 
 /// Indices of transition metals, n and k, at these wavelengths in nanometres.
@@ -234,7 +234,7 @@ fn rough_plastic_has_one_roughness() {
         ior: (1.49 / 1.000_277) as f32,
         alpha: 0.1,
         distribution: Distribution::Beckmann,
-        saturates: false,
+        nonlinear: false,
         two_sided: false,
     };
     assert_eq!(surface("<bsdf type=\"roughplastic\"/>"), plain.clone().into());
@@ -246,7 +246,7 @@ fn rough_plastic_has_one_roughness() {
     let want = RoughCoatedDiffuse {
         alpha: 0.3,
         distribution: Distribution::Ggx,
-        saturates: true,
+        nonlinear: true,
         two_sided: true,
         ..plain
     };
@@ -373,7 +373,7 @@ fn spheres_turned_inside_out() {
         (format!("{flip}{mirror}"), false),
         (format!("{flip}{mirror}{negative}"), true),
     ] {
-        let matte: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: false }.into();
+        let matte: Surface = Diffuse { reflectance: [0.5; 3].into(), two_sided: false }.into();
         let radius = if inverted { -1.0 } else { 1.0 };
         assert_eq!(sphere(&parameters, "diffuse"), (radius, matte, 0), "{parameters}");
     }
@@ -393,7 +393,7 @@ pub(crate) fn bitmap(name: &str, more: &str) -> String {
 }
 
 fn texture_of(surface: Surface) -> Arc<Texture> {
-    let Surface::Matte(Matte { reflectance: Color::Texture(texture), .. }) = surface else {
+    let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) = surface else {
         panic!("{surface:?}")
     };
     texture
@@ -565,18 +565,18 @@ fn roughness_may_depend_on_the_direction_and_the_place() {
 #[test]
 fn surfaces_are_made_of_others() {
     let (grey, red) = (
-        Matte { reflectance: [0.5; 3].into(), two_sided: false },
-        Matte { reflectance: [1.0, 0.0, 0.0].into(), two_sided: false },
+        Diffuse { reflectance: [0.5; 3].into(), two_sided: false },
+        Diffuse { reflectance: [1.0, 0.0, 0.0].into(), two_sided: false },
     );
-    let boxed = |matte: &Matte| Box::new(Surface::from(matte.clone()));
+    let boxed = |matte: &Diffuse| Box::new(Surface::from(matte.clone()));
     let inner = "<bsdf type=\"diffuse\"/><bsdf type=\"diffuse\">\
                  <rgb name=\"reflectance\" value=\"1, 0, 0\"/></bsdf>";
     let blend =
         format!("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>{inner}</bsdf>");
     let mix = Mix { first: boxed(&grey), second: boxed(&red), share: 0.25.into() };
     assert_eq!(surface(&blend), mix.into());
-    let behind = Matte { two_sided: true, ..red.clone() };
-    let sides = Sided { front: boxed(&grey), back: boxed(&behind) };
+    let behind = Diffuse { two_sided: true, ..red.clone() };
+    let sides = TwoSided { front: boxed(&grey), back: boxed(&behind) };
     assert_eq!(surface(&format!("<bsdf type=\"twosided\">{inner}</bsdf>")), sides.into());
     let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
                 <bsdf type=\"diffuse\"/></bsdf>";

@@ -1,8 +1,8 @@
 //! Reliefs and holes: what they are by the options of their bsdfs, and by the integrator.
 
 use pt_scene::Surface;
-use pt_scene::material::{Averted, Embossed, Mix, Sided, ThinGlass};
-use pt_scene::texture::{Relief, Scalar};
+use pt_scene::material::{Averted, Mix, SurfaceDetail, ThinGlass, TwoSided};
+use pt_scene::texture::{NormalOrBump, Scalar};
 
 use super::materials::bitmap;
 use super::{read, surface};
@@ -10,17 +10,19 @@ use super::{read, surface};
 #[test]
 fn reliefs_are_normals_or_heights() {
     let embossed = |bsdf: String| {
-        let Surface::Embossed(Embossed { relief, .. }) = surface(&bsdf) else { panic!("{bsdf}") };
+        let Surface::SurfaceDetail(SurfaceDetail { relief, .. }) = surface(&bsdf) else {
+            panic!("{bsdf}")
+        };
         relief
     };
     let inner = "<bsdf type=\"diffuse\"/>";
     let normals = bitmap("normalmap", "<boolean name=\"raw\" value=\"true\"/>");
     let normals = embossed(format!("<bsdf type=\"normalmap\">{normals}{inner}</bsdf>"));
-    assert!(matches!(normals, Relief::Normals(_)));
+    assert!(matches!(normals, NormalOrBump::Normals(_)));
     let scale = "<float name=\"scale\" value=\"0.5\"/>";
     let heights =
         embossed(format!("<bsdf type=\"bumpmap\">{}{scale}{inner}</bsdf>", bitmap("", "")));
-    assert!(matches!(heights, Relief::Heights(_, 0.5)));
+    assert!(matches!(heights, NormalOrBump::Heights(_, 0.5)));
 }
 
 /// Shadowing and the turning of normals are on unless they are switched off, in both kinds; the back of what is
@@ -28,7 +30,7 @@ fn reliefs_are_normals_or_heights() {
 #[test]
 fn reliefs_shade_as_they_are_told() {
     let embossed = |bsdf: &str| {
-        let Surface::Embossed(embossed) = surface(bsdf) else { panic!("{bsdf}") };
+        let Surface::SurfaceDetail(embossed) = surface(bsdf) else { panic!("{bsdf}") };
         embossed
     };
     let relief = |kind: &str, options: &str, inner: &str| {
@@ -49,8 +51,8 @@ fn reliefs_shade_as_they_are_told() {
         assert!(outside.mirrored && !inside.mirrored);
         assert_eq!(outside.surface, inside.surface);
         let both = two_sided(&format!("{diffuse}{}", relief(kind, "", diffuse)));
-        let Surface::Sided(Sided { back, .. }) = surface(&both) else { panic!("{both}") };
-        assert!(matches!(*back, Surface::Embossed(Embossed { mirrored: true, .. })));
+        let Surface::TwoSided(TwoSided { back, .. }) = surface(&both) else { panic!("{both}") };
+        assert!(matches!(*back, Surface::SurfaceDetail(SurfaceDetail { mirrored: true, .. })));
     }
 }
 
@@ -80,13 +82,16 @@ fn holes_are_counted_where_mitsuba_counts_them() {
     for content in [String::new(), path(-1), media.clone(), sky, format!("{media}{spot}")] {
         let (opacities, surface) = holes(&content);
         assert_eq!(opacities, open, "{content}");
-        assert!(matches!(surface, Surface::Matte(_)), "{content}");
+        assert!(matches!(surface, Surface::Diffuse(_)), "{content}");
     }
     for content in [path(4), spot] {
         let (opacities, surface) = holes(&content);
         assert_eq!(opacities, [1.0; 2].map(Scalar::Value), "{content}");
         let Surface::Mix(Mix { first, second, share }) = surface else { panic!("{content}") };
         assert!(matches!(*first, Surface::ThinGlass(ThinGlass { ior: 1.0, .. })), "{content}");
-        assert!(matches!(*second, Surface::Matte(_)) && share == Scalar::Value(0.25), "{content}");
+        assert!(
+            matches!(*second, Surface::Diffuse(_)) && share == Scalar::Value(0.25),
+            "{content}"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use pt_math::DVec3;
 use pt_scene::medium::GridFilter;
-use pt_scene::texture::{Layout, Pattern};
+use pt_scene::texture::{Pattern, TextureMapping};
 use pt_scene::{Camera, Geometry, LightKind, Projection, Quantity};
 
 use crate::materials::bitmap;
@@ -172,7 +172,7 @@ fn volumes_are_textures_in_space() {
             "<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\">{volume}</texture></bsdf>"
         ))
         .surface;
-        let pt_scene::Surface::Matte(matte) = surface else { panic!() };
+        let pt_scene::Surface::Diffuse(matte) = surface else { panic!() };
         matte.reflectance.texture().expect("a texture").as_ref().clone()
     };
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/smoke.vol");
@@ -184,7 +184,7 @@ fn volumes_are_textures_in_space() {
     let Pattern::Grid { filter: GridFilter::Nearest, .. } = grid.pattern else {
         panic!("{grid:?}")
     };
-    let Layout::Space { to_texture } = grid.layout else { panic!("{grid:?}") };
+    let TextureMapping::Space { to_texture } = grid.layout else { panic!("{grid:?}") };
     let middle = to_texture.transform_point3(DVec3::new(2.0, 1.0, 1.0));
     assert!((middle - DVec3::splat(0.5)).length() < 1e-12, "{middle}");
     let plain = texture(

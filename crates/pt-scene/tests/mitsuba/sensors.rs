@@ -98,7 +98,7 @@ fn images_of_the_sky_are_turned_to_our_convention() {
         let kind = LightKind::Environment {
             image: std::sync::Arc::new(image.clone()),
             scale,
-            rows: pt_scene::Rows::FromPoleToPole,
+            rows: pt_scene::Rows::EndpointsAtPoles,
             portal: None,
         };
         assert_eq!(light.kind, kind);
@@ -225,8 +225,8 @@ fn films_are_cropped_and_moved() {
     assert_eq!(sensor(&number("crop_width", 8), "").settings.crop, Some([0, 0, 8, 50]));
     let offset = "<float name=\"principal_point_offset_x\" value=\"0.1\"/><float \
                   name=\"principal_point_offset_y\" value=\"-0.2\"/>";
-    assert_eq!(sensor("", offset).cameras[0].film_offset, [0.1, -0.2]);
-    assert_eq!(sensor("", "").cameras[0].film_offset, [0.0; 2]);
+    assert_eq!(sensor("", offset).cameras[0].principal_point_offset, [0.1, -0.2]);
+    assert_eq!(sensor("", "").cameras[0].principal_point_offset, [0.0; 2]);
 }
 
 #[test]

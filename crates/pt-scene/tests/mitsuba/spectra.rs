@@ -59,7 +59,7 @@ fn assert_near(found: [f32; 3], expected: [f32; 3], what: &str) {
 }
 
 fn reflectance(surface: Surface) -> [f32; 3] {
-    let Surface::Matte(matte) = surface else { panic!("{surface:?}") };
+    let Surface::Diffuse(matte) = surface else { panic!("{surface:?}") };
     let Color::Value(color) = matte.reflectance else { panic!("a texture") };
     color
 }

@@ -2,7 +2,7 @@
 
 use pt_math::DMat3;
 use pt_scene::material::{
-    CoatedConductor, Conductor, Glass, Hair, Matte, Mix, Pigment, RoughCoatedDiffuse,
+    CoatedConductor, Conductor, Diffuse, Glass, Hair, Mix, Pigment, RoughCoatedDiffuse,
 };
 use pt_scene::medium::{MediumProperties, Phase, Volume};
 use pt_scene::texture::{Input, Pattern, Texture};
@@ -16,7 +16,7 @@ fn surface(material: &str) -> Surface {
 }
 
 fn reflectance(material: &str) -> Color {
-    let Surface::Matte(Matte { reflectance, two_sided: true }) = surface(material) else {
+    let Surface::Diffuse(Diffuse { reflectance, two_sided: true }) = surface(material) else {
         panic!("not diffuse")
     };
     reflectance
@@ -81,7 +81,7 @@ fn mixtures_find_materials_that_come_later() {
     );
     let Surface::Mix(Mix { first, second, share }) = mixed else { panic!("no mix") };
     assert_eq!(share, Scalar::Value(0.3));
-    let grey: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: true }.into();
+    let grey: Surface = Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.into();
     assert!(*first != grey && *second == grey);
 }
 
@@ -89,7 +89,7 @@ fn mixtures_find_materials_that_come_later() {
 fn a_coat_is_rough_if_it_is_said_to_be() {
     assert!(matches!(surface("Material \"coateddiffuse\""), Surface::CoatedDiffuse(_)));
     let coat = surface("Material \"coateddiffuse\" \"float roughness\" .04");
-    let Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { alpha, saturates: true, .. }) = coat
+    let Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { alpha, nonlinear: true, .. }) = coat
     else {
         panic!("no rough coat")
     };
@@ -180,7 +180,7 @@ fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
     let seen = |material: &str| {
         let world = format!("LightSource \"point\" \"rgb I\" [17 12 6] {material} Shape \"disk\"");
         match read("", &world).materials.swap_remove(0).surface {
-            Surface::Matte(matte) => matte.reflectance,
+            Surface::Diffuse(matte) => matte.reflectance,
             _ => panic!("not diffuse"),
         }
     };

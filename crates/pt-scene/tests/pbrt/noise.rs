@@ -1,8 +1,8 @@
 //! Textures that are computed, and how textures lie in space.
 
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::material::{Conductor, Matte};
-use pt_scene::texture::{Input, Layout, Marble, Noise, Pattern, Texture};
+use pt_scene::material::{Conductor, Diffuse};
+use pt_scene::texture::{Input, Marble, Noise, Pattern, Texture, TextureMapping};
 use pt_scene::{Geometry, Scene, Surface};
 
 use super::read;
@@ -16,7 +16,7 @@ fn scene(textures: &str) -> Scene {
 /// The texture `t` of the diffuse surface.
 fn texture(textures: &str) -> Texture {
     let mut scene = scene(textures);
-    let Surface::Matte(Matte { reflectance: Input::Texture(texture), .. }) =
+    let Surface::Diffuse(Diffuse { reflectance: Input::Texture(texture), .. }) =
         scene.materials.swap_remove(0).surface
     else {
         panic!("not textured")
@@ -26,9 +26,9 @@ fn texture(textures: &str) -> Texture {
 
 /// Where a point of the world is on a texture.
 fn at(texture: &Texture, p: DVec3) -> DVec3 {
-    let (Layout::Space { to_texture }
-    | Layout::Sphere { to_texture }
-    | Layout::Cylinder { to_texture }) = texture.layout
+    let (TextureMapping::Space { to_texture }
+    | TextureMapping::Sphere { to_texture }
+    | TextureMapping::Cylinder { to_texture }) = texture.layout
     else {
         panic!("it is not in space")
     };
@@ -50,7 +50,7 @@ fn noise_is_where_its_directive_stands() {
     let cubes = texture(&format!(
         "{PLACED} Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex2\" [.1 .2 .3] Identity"
     ));
-    assert_eq!(cubes.pattern, Pattern::Cubes([[1.0; 3], [0.1, 0.2, 0.3]]));
+    assert_eq!(cubes.pattern, Pattern::Checkerboard3d([[1.0; 3], [0.1, 0.2, 0.3]]));
     assert_eq!(at(&cubes, POINT), DVec3::splat(0.5));
     for (kind, want) in [
         ("fbm", Pattern::Fbm(Noise::default())),
@@ -79,9 +79,12 @@ fn mappings_are_those_of_their_names() {
     assert_eq!(at(&planar, POINT), DVec3::new(3.25, 3.0, 0.0));
     assert_eq!(at(&of("\"planar\""), POINT).truncate().to_array(), [1.0, 1.0]);
     let (sphere, cylinder) = (of("\"spherical\""), of("\"cylindrical\""));
-    assert!(matches!(sphere.layout, Layout::Sphere { .. }) && at(&sphere, POINT) == DVec3::ONE);
     assert!(
-        matches!(cylinder.layout, Layout::Cylinder { .. }) && at(&cylinder, POINT) == DVec3::ONE
+        matches!(sphere.layout, TextureMapping::Sphere { .. }) && at(&sphere, POINT) == DVec3::ONE
+    );
+    assert!(
+        matches!(cylinder.layout, TextureMapping::Cylinder { .. })
+            && at(&cylinder, POINT) == DVec3::ONE
     );
     assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
 }
@@ -98,12 +101,12 @@ fn textures_are_mixed_by_where_surfaces_look_to() {
     let Pattern::Blend(blend) = mixed.pattern else { panic!("no blend") };
     assert_eq!([blend.first, blend.second], [[1.0; 3].into(), [0.1, 0.2, 0.3].into()]);
     let share = blend.share.texture().expect("a texture");
-    let Pattern::Facing(direction) = share.pattern else { panic!("no normal") };
+    let Pattern::AbsNormalDot(direction) = share.pattern else { panic!("no normal") };
     assert!((DVec3::from(direction.map(f64::from)) - DVec3::Y).length() < 1e-6, "{direction:?}");
     let Pattern::Blend(by_default) = of("").pattern else { panic!("no blend") };
     assert_eq!([by_default.first, by_default.second], [[1.0; 3].into(), [0.0; 3].into()]);
     let share = by_default.share.texture().expect("a texture");
-    let Pattern::Facing(direction) = share.pattern else { panic!("no normal") };
+    let Pattern::AbsNormalDot(direction) = share.pattern else { panic!("no normal") };
     assert!((DVec3::from(direction.map(f64::from)) - DVec3::Z).length() < 1e-6, "{direction:?}");
 }
 
@@ -130,12 +133,12 @@ fn roughness_by_noise_has_its_root() {
     else {
         panic!("no rough metal")
     };
-    let Pattern::Root(square) = &r.alpha[0].texture().expect("a texture").pattern else {
+    let Pattern::Sqrt(square) = &r.alpha[0].texture().expect("a texture").pattern else {
         panic!("no root")
     };
     let square = square.texture().expect("a texture");
     assert_eq!(square.pattern, Pattern::Wrinkled(Noise::default()));
-    assert_eq!(square.layout, Layout::Space { to_texture: DAffine3::IDENTITY });
+    assert_eq!(square.layout, TextureMapping::Space { to_texture: DAffine3::IDENTITY });
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn the_field_of_view_is_that_of_the_shorter_side() {
 fn a_window_moves_the_picture() {
     let text = "Film \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 100 \
                 Camera \"perspective\" \"float screenwindow\" [-1 3 -1 3]";
-    let [x, y] = seen(text).cameras[0].film_offset;
+    let [x, y] = seen(text).cameras[0].principal_point_offset;
     assert!((0.5 - x - 0.25).abs() < 1e-12);
     // y runs down the film, and up the window.
     assert!((0.5 - y - 0.75).abs() < 1e-12);

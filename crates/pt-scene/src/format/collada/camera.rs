@@ -64,7 +64,7 @@ pub(super) fn read<'a>(
         lens_radius: 0.0,
         aperture: None,
         focal_distance: DEFAULT_FOCAL_DISTANCE,
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit,
         medium: None,
         placement: Placement::Node,

@@ -6,7 +6,7 @@ use super::texture;
 use crate::format::legacy_specular::{self, amount, luminance};
 use crate::format::placeholder;
 use crate::format::xml::{Node, quote};
-use crate::material::{Black, Glass, Matte, Mirror};
+use crate::material::{Black, Diffuse, Glass, Mirror};
 use crate::texture::Wrap;
 use crate::{Color, LoadError, Surface};
 
@@ -46,7 +46,7 @@ struct Painting {
 /// | reflective, and not diffuse | [`Mirror`] |
 /// | phong or blinn, with a specular colour, in a file without the course's profile | [`Plastic`](crate::material::Plastic) |
 /// | constant | [`Black`], with its emission |
-/// | others | [`Matte`] |
+/// | others | [`Diffuse`] |
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
@@ -57,7 +57,7 @@ pub(super) fn read<'a>(
                        grey (0.5) is taken";
         reader.warn(effect, message);
         return Ok((
-            Matte { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
+            Diffuse { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
             [0.0; 3].into(),
         ));
     };
@@ -102,7 +102,7 @@ fn opaque<'a>(
         reader.warn(scope.shader, message);
     }
     if kind == "lambert" || reader.of_course {
-        return Ok(Matte { reflectance: diffuse, two_sided: true }.into());
+        return Ok(Diffuse { reflectance: diffuse, two_sided: true }.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;
     let shininess = float_or(reader, scope, "shininess", legacy_specular::DEFAULT_EXPONENT)?;

@@ -6,7 +6,7 @@ use super::effect;
 use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
 use crate::format::placeholder;
 use crate::format::xml::{Node, quote};
-use crate::material::{Black, Conductor, Glass, Matte, Mirror, Refraction, Roughness};
+use crate::material::{Black, Conductor, Diffuse, Glass, Mirror, Refraction, Roughness};
 use crate::{LoadError, Material, Surface};
 
 /// The materials, by index, that an instance of a geometry gives to the slots with the given
@@ -138,7 +138,7 @@ fn course_surface<'a>(
             let names = ["reflectance", "albedo", "color"];
             let tag = names.into_iter().find(|tag| child(element, tag).is_some());
             let reflectance = tint(reader, element, tag.unwrap_or(names[0]))?;
-            Matte { reflectance: reflectance.into(), two_sided: true }.into()
+            Diffuse { reflectance: reflectance.into(), two_sided: true }.into()
         }
         "mirror" => Mirror { reflectance: tint(reader, element, "reflectance")?.into() }.into(),
         "glass" => Glass {

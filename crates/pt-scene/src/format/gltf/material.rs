@@ -8,9 +8,9 @@ use super::super::placeholder;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted, placement};
-use crate::material::{Black, CoatNormals, Embossed, MetallicRoughness};
+use crate::material::{Black, CoatNormals, MetallicRoughness, SurfaceDetail};
 use crate::medium::{Medium, MediumProperties, Phase};
-use crate::texture::{Blend, Color, Input, Pattern, Relief, Scalar, Texture};
+use crate::texture::{Blend, Color, Input, NormalOrBump, Pattern, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
 
 /// The highest number that is a channel or an intensity.
@@ -407,7 +407,7 @@ impl<'a> Reader<'a> {
         has_tangents: bool,
     ) -> Result<Surface, LoadError> {
         Ok(match self.relief(item, "normalTexture", (false, has_tangents))? {
-            Some(relief) => Embossed::new(surface, relief).into(),
+            Some(relief) => SurfaceDetail::new(surface, relief).into(),
             None => surface,
         })
     }
@@ -418,19 +418,19 @@ impl<'a> Reader<'a> {
         item: &Item<'a>,
         field: &'static str,
         (is_mirrored, has_tangents): (bool, bool),
-    ) -> Result<Option<Relief>, LoadError> {
+    ) -> Result<Option<NormalOrBump>, LoadError> {
         let Some(info) = item.child(field)? else { return Ok(None) };
         let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
         if has_tangents {
             let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
             let normals = self.texture(item, field, content)?;
-            return Ok(normals.map(|map| Relief::NormalsAlong(map, tangents())));
+            return Ok(normals.map(|map| NormalOrBump::NormalsAlong(map, tangents())));
         }
         let to_pattern = placement(&info)?;
         let is_mirrored = is_mirrored != (to_pattern.determinant() < 0.0);
         let is_turned = to_pattern.x_axis.y != 0.0 || to_pattern.x_axis.x < 0.0;
         let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
-        let made = if is_turned { Relief::TurnedNormals } else { Relief::Normals };
+        let made = if is_turned { NormalOrBump::TurnedNormals } else { NormalOrBump::Normals };
         Ok(self.texture(item, field, content)?.map(made))
     }
 

@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
         for set in &form.layout.other_sets {
             let uvs = self.set_of_coordinates(primitive, &attributes, *set, vertices)?;
             let values = uvs.into_iter().map(|[u, v]| [u, v, 0.0]).collect();
-            named.vertices.insert(crate::texture::Layout::set_name(*set), values);
+            named.vertices.insert(crate::texture::TextureMapping::set_name(*set), values);
         }
         let mirrored = match &uvs {
             Some(uvs) if form.layout.has_frame => match &tangents {

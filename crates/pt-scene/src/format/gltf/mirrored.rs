@@ -6,7 +6,7 @@ use super::item::Item;
 use super::material::Made;
 use super::texture::Content;
 use crate::material::{CoatNormals, MetallicRoughness};
-use crate::texture::{Input, Relief, Scalar};
+use crate::texture::{Input, NormalOrBump, Scalar};
 use crate::{LoadError, Surface};
 
 impl<'a> Reader<'a> {
@@ -17,10 +17,10 @@ impl<'a> Reader<'a> {
             return Ok(*known);
         }
         let mut material = self.scene.materials[made.material as usize].clone();
-        let has_tangents = |relief: &Relief| matches!(relief, Relief::NormalsAlong(..));
+        let has_tangents = |relief: &NormalOrBump| matches!(relief, NormalOrBump::NormalsAlong(..));
         let mut surface = &mut material.surface;
         let mut is_other = false;
-        if let Surface::Embossed(embossed) = surface {
+        if let Surface::SurfaceDetail(embossed) = surface {
             let lie = (true, has_tangents(&embossed.relief));
             if let Some(relief) = self.relief(item, "normalTexture", lie)? {
                 (embossed.relief, is_other) = (relief, true);

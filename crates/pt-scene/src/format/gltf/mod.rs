@@ -22,6 +22,7 @@
 mod accessor;
 mod animation;
 mod buffer;
+mod camera;
 mod compressed;
 mod container;
 mod deform;
@@ -32,7 +33,6 @@ mod mesh;
 mod mirrored;
 mod nodes;
 mod points;
-mod sight;
 mod texture;
 mod write;
 

@@ -16,7 +16,9 @@ use super::buffer;
 use super::item::Item;
 use crate::LoadError;
 use crate::image::{self, Decoded, Image, ImageError, PixelEncoding, Room};
-use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{
+    Bitmap, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
+};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
 const MAX_TEXELS: usize = 1 << 28;
@@ -133,8 +135,8 @@ impl<'a> Reader<'a> {
         let set = Self::uv_set_of(from, field)?
             .filter(|set| !NORMALS.contains(&field) && Some(*set) != self.uv_set);
         let layout = match set.map(u32::try_from) {
-            Some(Ok(set)) => Layout::Coordinates { set },
-            _ => Layout::Surface,
+            Some(Ok(set)) => TextureMapping::Coordinates { set },
+            _ => TextureMapping::Surface,
         };
         Ok(Some(Arc::new(Texture { pattern, layout, to_pattern })))
     }

@@ -28,7 +28,7 @@ json_struct! {
         lens_radius: FROM_0 => 0.0,
         aperture: Plain => None,
         focal_distance: ABOVE_0 => 1.0,
-        film_offset: Each(ANY) => [0.0; 2],
+        principal_point_offset: Each(ANY) => [0.0; 2],
         fit: Plain => Fit::default(),
         medium: Numbered::Medium => None,
         placement: Plain => Placement::Node,

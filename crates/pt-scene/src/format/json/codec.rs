@@ -140,6 +140,33 @@ pub(super) fn snake(name: &str) -> String {
     snake
 }
 
+/// Former names of types and of enum values, each with its current name.
+const FORMER_TYPES: [(&str, &str); 8] = [
+    ("matte", "diffuse"),
+    ("sided", "two_sided"),
+    ("embossed", "surface_detail"),
+    ("cubes", "checkerboard3d"),
+    ("facing", "abs_normal_dot"),
+    ("root", "sqrt"),
+    ("between", "pixel_centers"),
+    ("from_pole_to_pole", "endpoints_at_poles"),
+];
+
+/// Former keys, each with its current name.
+const FORMER_KEYS: [(&str, &str); 2] =
+    [("saturates", "nonlinear"), ("film_offset", "principal_point_offset")];
+
+/// Returns the former name of a key, if it had one.
+pub(super) fn former_key(name: &str) -> Option<&'static str> {
+    FORMER_KEYS.iter().find(|(_, current)| *current == name).map(|(former, _)| *former)
+}
+
+/// Returns the current name of a type or enum value; files may have its former one.
+pub(super) fn current_type(name: &str) -> &str {
+    let renamed = FORMER_TYPES.iter().find(|(former, _)| *former == name);
+    renamed.map_or(name, |(_, current)| current)
+}
+
 /// A default, or none.
 macro_rules! default_of {
     () => {
@@ -227,10 +254,11 @@ macro_rules! json_enum {
                 keys: &mut $crate::format::json::node::Keys<'_>,
                 cx: &mut $crate::format::json::shared::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::codec::{read_variant, snake};
+                use $crate::format::json::codec::{current_type, read_variant, snake};
                 let _ = &cx;
                 let tag = keys.tag()?;
                 let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
+                let name = current_type(name);
                 $(if name == snake(stringify!($variant)) {
                     return Ok(read_variant!($type, $variant, $body, keys, cx));
                 })*
@@ -377,8 +405,9 @@ macro_rules! json_unit_enum {
                 node: &$crate::format::json::node::Node<'_>,
                 _: &mut $crate::format::json::shared::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::codec::snake;
+                use $crate::format::json::codec::{current_type, snake};
                 let name = node.text().ok_or_else(|| node.unexpected("a name"))?;
+                let name = current_type(name);
                 $(if name == snake(stringify!($variant)) {
                     return Ok(Self::$variant);
                 })*

@@ -11,7 +11,7 @@ use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE, numbers, vector
 use super::printer::Out;
 use super::schema::Schemas;
 use super::shared::{JsonReader, JsonWriter};
-use crate::light::{DaySpan, Daylight, Place, Portal, Rows};
+use crate::light::{Daylight, GeoLocation, Portal, Rows, TimeRange};
 use crate::{Light, LightKind, LoadError};
 
 json_struct! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
@@ -35,7 +35,7 @@ json_enum! {
         Area { radiance: FROM_0 },
     }
 }
-json_unit_enum! { Rows { Between, FromPoleToPole } }
+json_unit_enum! { Rows { PixelCenters, EndpointsAtPoles } }
 
 /// The corners of a portal; left out where there is none.
 struct Corners;
@@ -85,9 +85,9 @@ json_struct! {
     }
 }
 json_struct! {
-    DaySpan {
+    TimeRange {
         place: Plain, timezone: ANY => 0.0, first: Plain, days: Plain => 1, hours: Each(FROM_0) => [0.0, 24.0],
         part: Each(SHARE) => [0.0, 1.0],
     }
 }
-json_struct! { Place { latitude: ANY, longitude: ANY } }
+json_struct! { GeoLocation { latitude: ANY, longitude: ANY } }

@@ -16,15 +16,15 @@ use super::schema::{Properties, Schemas};
 use super::shared::{JsonReader, JsonWriter, Name, Shared, Tables};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
-    Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
-    Distribution, Embossed, FresnelPlastic, Glass, Hair, Masking, Matte, Measured,
+    Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, Diffuse,
+    DiffuseTransmission, Distribution, FresnelPlastic, Glass, Hair, Masking, Measured,
     MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
-    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, Surface, SurfaceDetail, ThinGlass, TwoSided,
 };
 use crate::medium::GridFilter;
 use crate::texture::{
-    Bitmap, Blend, Color, Edge, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture,
-    Wrap,
+    Bitmap, Blend, Color, Edge, Filter, Marble, Noise, NormalOrBump, Pattern, Scalar, Texture,
+    TextureMapping, Wrap,
 };
 use crate::{LoadError, Material};
 
@@ -48,7 +48,7 @@ macro_rules! surface_fields {
 }
 crate::surfaces!(surface_fields);
 
-json_struct! { Matte { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
+json_struct! { Diffuse { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
 json_struct! {
     RoughDiffuse {
         reflectance: FROM_0 => [0.5; 3].into(),
@@ -87,7 +87,7 @@ json_struct! {
         diffuse: FROM_0 => [0.5; 3].into(),
         specular: FROM_0 => [1.0; 3].into(),
         ior: ABOVE_0 => 1.5,
-        saturates: Plain => false,
+        nonlinear: Plain => false,
         two_sided: Plain => true,
     }
 }
@@ -98,7 +98,7 @@ json_struct! {
         ior: ABOVE_0 => 1.5,
         alpha: ABOVE_0 => 0.1,
         distribution: Plain => Distribution::Ggx,
-        saturates: Plain => false,
+        nonlinear: Plain => false,
         two_sided: Plain => true,
     }
 }
@@ -188,7 +188,7 @@ json_struct! {
         two_sided: Plain => false,
     }
 }
-json_enum! { CoatNormals { Base(), Shape(), Relief(Relief) } }
+json_enum! { CoatNormals { Base(), Shape(), Relief(NormalOrBump) } }
 json_struct! {
     DiffuseTransmission {
         reflectance: FROM_0 => [0.5; 3].into(),
@@ -206,14 +206,14 @@ json_struct! {
 }
 json_struct! { Measured { measurements: Plain, two_sided: Plain => true } }
 json_struct! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
-json_struct! { Sided { front: Plain, back: Plain } }
+json_struct! { TwoSided { front: Plain, back: Plain } }
 json_struct! {
-    Embossed {
+    SurfaceDetail {
         surface: Plain,
         shadowing: Plain => false,
         averted: Plain => Averted::Bent,
         mirrored: Plain => false,
-    } + relief: Relief
+    } + relief: NormalOrBump
 }
 json_unit_enum! { Averted { Bent, Turned, Black } }
 
@@ -346,7 +346,7 @@ impl StructCodec for Pigment {
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
 /// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or `turned_normal_map`, or as a `height_map` with its `height`.
-impl StructCodec for Relief {
+impl StructCodec for NormalOrBump {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {
             let normals = Arc::read(&normals, cx)?;
@@ -394,11 +394,11 @@ impl StructCodec for Relief {
 }
 
 json_struct! {
-    Texture { layout: Plain => Layout::default(), to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern
+    Texture { layout: Plain => TextureMapping::default(), to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern
 }
 
 json_enum! {
-    Layout {
+    TextureMapping {
         Surface(),
         Space { to_texture: ToTexture => DAffine3::IDENTITY },
         Sphere { to_texture: ToTexture => DAffine3::IDENTITY },
@@ -415,17 +415,17 @@ json_enum! {
         FaceColors(),
         VertexAttribute[name: Plain],
         FaceAttribute[name: Plain],
-        Cubes[colors: Pair(FROM_0)],
+        Checkerboard3d[colors: Pair(FROM_0)],
         Dots[colors: Pair(FROM_0)],
         Fbm(Noise),
         Wrinkled(Noise),
         Windy(),
         Marble(Marble),
         Grid { grid: Plain, filter: Plain => GridFilter::default() },
-        Facing[direction: Each(ANY)],
+        AbsNormalDot[direction: Each(ANY)],
         Product[factors: Pair(FROM_0)],
         Blend(Box<Blend>),
-        Root[square: FROM_0],
+        Sqrt[square: FROM_0],
     }
 }
 

@@ -8,7 +8,7 @@ use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::super::xml::quote;
-use super::codec::FieldCodec;
+use super::codec::{FieldCodec, former_key};
 use super::shared::JsonReader;
 use crate::spelling::suggestions;
 use crate::{LoadError, Span};
@@ -197,10 +197,17 @@ pub(super) struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    /// The value of a key, if it is there.
+    /// Returns the value of a key, which may have its former name, if it is there.
     pub(super) fn take(&mut self, name: &'static str) -> Option<Node<'a>> {
         self.known.push(name);
-        self.entries.iter().find(|(key, _)| *key == name).map(|(_, node)| node.clone())
+        let value = |name| self.entries.iter().find(|(key, _)| *key == name).map(|(_, node)| node);
+        if let Some(node) = value(name) {
+            return Some(node.clone());
+        }
+        let former = former_key(name)?;
+        let node = value(former)?.clone();
+        self.known.push(former);
+        Some(node)
     }
 
     /// The value of a key, or a default; without one, the key has to be there.

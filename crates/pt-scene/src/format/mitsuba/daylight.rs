@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::emitter::turn;
 use super::object::{Parameters, Role};
-use crate::{DaySpan, Daylight, Light, LightKind, LoadError, Moment, Place};
+use crate::{DateTime, Daylight, GeoLocation, Light, LightKind, LoadError, TimeRange};
 
 /// Parameters that say when and where, and what is meant without them: Tokyo, in the afternoon.
 const TIME_AND_PLACE: [(&str, f64, RangeInclusive<f64>); 9] = [
@@ -73,7 +73,7 @@ pub(super) fn timed_sunsky(
 ) -> Result<(DAffine3, LightKind), LoadError> {
     let node = turn(parameters)?;
     let mut number = |name, default, range| within(parameters, name, default, range);
-    let place = Place {
+    let place = GeoLocation {
         latitude: number("latitude", 35.6894, -90.0..=90.0)?,
         longitude: number("longitude", 139.6917, -360.0..=360.0)?,
     };
@@ -89,7 +89,7 @@ pub(super) fn timed_sunsky(
     let first = date(parameters, ["start_year", "start_month", "start_day"], [2025, 1, 1])?;
     let after = [first[0] + 1, first[1], first[2]];
     let last = date(parameters, ["end_year", "end_month", "end_day"], after)?;
-    let days = Moment::days_between(first, last);
+    let days = DateTime::days_between(first, last);
     if days < 1 {
         let message = "the last day is not after the first one";
         return Err(parameters.refuse("end_year", message));
@@ -102,8 +102,8 @@ pub(super) fn timed_sunsky(
     if shutter[0] >= shutter[1] {
         return Err(parameters.refuse("shutter_close", "the shutter does not close after it opens"));
     }
-    let days = u32::try_from(days).unwrap_or(u32::MAX).min(DaySpan::MAX_DAYS);
-    let span = DaySpan { place, timezone, first, days, hours, part: shutter };
+    let days = u32::try_from(days).unwrap_or(u32::MAX).min(TimeRange::MAX_DAYS);
+    let span = TimeRange { place, timezone, first, days, hours, part: shutter };
     let daylight = Daylight { span: Some(span), ..air(parameters)? };
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
 }
@@ -148,13 +148,13 @@ fn of_time_and_place(parameters: &mut Parameters<'_>) -> Result<DVec3, LoadError
         };
     }
     let [latitude, longitude, timezone, year, month, day, hour, minute, second] = values;
-    let moment = Moment {
+    let moment = DateTime {
         year: year as i32,
         month: month as i32,
         day: day as i32,
         hours: hour - timezone + (minute + second / 60.0) / 60.0,
     };
-    let [zenith, azimuth] = Place { latitude, longitude }.sun(&moment);
+    let [zenith, azimuth] = GeoLocation { latitude, longitude }.sun(&moment);
     let (sin, cos) = libm::sincos(zenith);
     let (sin_azimuth, cos_azimuth) = libm::sincos(azimuth);
     Ok(DVec3::new(-sin * cos_azimuth, -sin * sin_azimuth, cos))

@@ -198,7 +198,7 @@ fn envmap(
     let kind = LightKind::Environment {
         image: Arc::new(image),
         scale: scale as f32,
-        rows: Rows::FromPoleToPole,
+        rows: Rows::EndpointsAtPoles,
         portal: None,
     };
     Ok((DAffine3::from_mat3(node * swap), kind))

@@ -61,7 +61,7 @@ pub(super) fn meter(
         lens_radius: 0.0,
         aperture: None,
         focal_distance: 1.0,
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: media.around(object)?,
         placement: Placement::Node,

@@ -13,7 +13,7 @@ use super::sensor::Seat;
 use super::shape::{Meshes, Shape, shape};
 use super::texture::{self, Textures};
 use super::{ellipsoids, emitter, integrator, sensor};
-use crate::material::{Black, Matte};
+use crate::material::{Black, Diffuse};
 use crate::{Color, LoadError, Material, Scene, framing};
 
 /// The scene that a tree describes.
@@ -237,7 +237,7 @@ impl Builder<'_> {
             Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),
             None if emission.is_some() => (shape.name(), opaque(Black.into())),
             None => {
-                let matte = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+                let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: false };
                 ("default", opaque(matte.into()))
             }
         };

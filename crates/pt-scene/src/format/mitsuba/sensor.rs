@@ -128,7 +128,7 @@ pub(super) fn camera(
         lens_radius: 0.0,
         aperture: None,
         focal_distance: parameters.positive("focus_distance", far)?,
-        film_offset: [0.0; 2],
+        principal_point_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: media.around(object)?,
         placement: Placement::Node,
@@ -136,7 +136,7 @@ pub(super) fn camera(
     };
     match object.kind.as_str() {
         "orthographic" => take_scale(&mut camera),
-        "perspective" => camera.film_offset = principal_point(&mut parameters)?,
+        "perspective" => camera.principal_point_offset = principal_point(&mut parameters)?,
         _ => camera.lens_radius = parameters.positive("aperture_radius", 0.0)?,
     }
     if object.kind != "orthographic" {

@@ -15,7 +15,7 @@ use super::volume::{Field, Grids};
 use crate::LoadError;
 use crate::image::{Image, PixelEncoding};
 use crate::medium::PlacedGrid;
-use crate::texture::{Bitmap, Color, Filter, Layout, Pattern, Texture, Wrap};
+use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, TextureMapping, Wrap};
 
 const KINDS: [&str; 5] = ["bitmap", "checkerboard", "mesh_attribute", "rawconstant", "volume"];
 
@@ -111,7 +111,7 @@ impl<'t> Textures<'t> {
                 self.note_levels_above_1(object, grid.values.iter().copied());
                 Texture {
                     pattern: Pattern::Grid { grid, filter },
-                    layout: Layout::Space { to_texture: to_world.inverse() },
+                    layout: TextureMapping::Space { to_texture: to_world.inverse() },
                     to_pattern: DMat3::IDENTITY,
                 }
             }

@@ -6,7 +6,7 @@
 //! | `illum` 6 or 7, without `map_d` | [`Glass`] |
 //! | `illum` 4 or 9, without `map_d`, and `d` missing or 0 | [`ThinGlass`] |
 //! | `illum` 3 or 5, `Kd` black and `Ks` not | [`Mirror`] |
-//! | `illum` 0 or 1, or `Ks` missing or black | [`Matte`](crate::material::Matte) |
+//! | `illum` 0 or 1, or `Ks` missing or black | [`Diffuse`](crate::material::Diffuse) |
 //! | others | [`Plastic`](crate::material::Plastic) |
 
 use std::sync::Arc;
@@ -19,8 +19,8 @@ use super::map::{Content, Images, Map};
 use super::mtl::{self, Values};
 use super::notes::Notes;
 use crate::image::Image;
-use crate::material::{Embossed, Glass, MetallicRoughness, Mirror, ThinGlass};
-use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
+use crate::material::{Glass, MetallicRoughness, Mirror, SurfaceDetail, ThinGlass};
+use crate::texture::{Color, Input, NormalOrBump, Pattern, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
 
 /// √α of the sheen, of which files say nothing.
@@ -285,11 +285,11 @@ impl Made<'_, '_, '_, '_> {
             );
         }
         let relief = if has_normals {
-            Relief::Normals(texture)
+            NormalOrBump::Normals(texture)
         } else {
-            Relief::Heights(texture, map.height)
+            NormalOrBump::Heights(texture, map.height)
         };
-        Embossed::new(surface, relief).into()
+        SurfaceDetail::new(surface, relief).into()
     }
 
     /// Whether an image that should have heights has normals, as some tools write it.

@@ -1,11 +1,11 @@
 //! What directives without a list of parameters take: texts and numbers, in brackets or not.
 
 use super::entity::number;
-use super::token::{Kind, Place, Token, Tokens};
+use super::token::{Kind, Token, TokenPosition, Tokens};
 use crate::LoadError;
 
 /// A text in quotes.
-pub(super) fn text(tokens: &mut Tokens<'_>, at: &Place) -> Result<String, LoadError> {
+pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String, LoadError> {
     let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
     if has_bracket {
         tokens.take()?;
@@ -27,7 +27,7 @@ pub(super) fn text(tokens: &mut Tokens<'_>, at: &Place) -> Result<String, LoadEr
 /// So many numbers, in brackets or not.
 pub(super) fn numbers<const N: usize>(
     tokens: &mut Tokens<'_>,
-    at: &Place,
+    at: &TokenPosition,
 ) -> Result<[f64; N], LoadError> {
     let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
     if has_bracket {
@@ -57,7 +57,7 @@ pub(super) fn numbers<const N: usize>(
     Ok(numbers)
 }
 
-fn close(tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
+fn close(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
     match tokens.take()? {
         Some(Token { kind: Kind::Close, .. }) => Ok(()),
         Some(token) => {
@@ -69,7 +69,7 @@ fn close(tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
 }
 
 /// Which of the two transforms directives change.
-pub(super) fn active(tokens: &mut Tokens<'_>, at: &Place) -> Result<[bool; 2], LoadError> {
+pub(super) fn active(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<[bool; 2], LoadError> {
     match tokens.take()? {
         Some(Token { kind: Kind::Word("All"), .. }) => Ok([true; 2]),
         Some(Token { kind: Kind::Word("StartTime"), .. }) => Ok([true, false]),

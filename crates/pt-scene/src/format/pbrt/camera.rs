@@ -87,7 +87,7 @@ pub(super) fn camera(
         lens_radius,
         aperture: None,
         focal_distance,
-        film_offset,
+        principal_point_offset: film_offset,
         fit: Fit::Whole,
         medium,
         placement: Placement::Node,

@@ -4,7 +4,7 @@ use pt_math::DVec3;
 
 use super::super::xml::quote;
 use super::entity::Entity;
-use crate::shapes::tube::{Detail, Place, Spline};
+use crate::shapes::tube::{Detail, Spline, TubePoint};
 use crate::{LoadError, Mesh};
 
 /// Most segments of one curve.
@@ -18,7 +18,7 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     let width = entity.not_negative("width", 1.0)?;
     let [start, end] =
         [entity.not_negative("width0", width)?, entity.not_negative("width1", width)?];
-    let width = |place: Place| start * (1.0 - place.u) + end * place.u;
+    let width = |place: TubePoint| start * (1.0 - place.u) + end * place.u;
     Ok(match normals {
         Some(normals) => spline.ribbon(&normals, width),
         None => spline.tube(Detail::MIN, |place| 0.5 * width(place)),

@@ -7,7 +7,7 @@ use pt_math::{DAffine3, DVec3};
 
 use crate::image::Image;
 use crate::shapes::{single_part, smooth_normals};
-use crate::texture::{Bitmap, Filter, Input, Layout, Pattern, Scalar, Texture};
+use crate::texture::{Bitmap, Filter, Input, Pattern, Scalar, Texture, TextureMapping};
 use crate::{Attribute, Mesh};
 
 /// Most triangles of one displaced mesh.
@@ -128,7 +128,7 @@ fn number_at(number: &Scalar, uv: [f32; 2]) -> Result<f32, String> {
 /// A texture whose channels are equal.
 fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
     const EXPECTED: &str = "meshes are displaced by images, chess boards, and what is made of these, on their texture coordinates";
-    if texture.layout != Layout::Surface {
+    if texture.layout != TextureMapping::Surface {
         return Err(EXPECTED.to_owned());
     }
     let p = texture.to_pattern * DVec3::new(f64::from(u), f64::from(v), 1.0);

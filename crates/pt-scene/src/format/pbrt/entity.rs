@@ -6,7 +6,7 @@ use pt_math::DVec3;
 
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
-use super::token::{Kind, Place, Tokens};
+use super::token::{Kind, TokenPosition, Tokens};
 use crate::{LoadError, Warning};
 
 /// Largest magnitude of a number; more than that would be infinite in single precision.
@@ -42,7 +42,7 @@ pub(super) struct Parameter {
     pub(super) kind: &'static str,
     pub(super) name: String,
     pub(super) values: Values,
-    pub(super) at: Place,
+    pub(super) at: TokenPosition,
     /// Whether it comes from an `Attribute` and so need not be known to all that it is given to.
     is_default: bool,
     was_read: Cell<bool>,
@@ -63,7 +63,7 @@ pub(super) struct Entity {
     pub(super) directive: &'static str,
     /// `sphere`.
     pub(super) kind: String,
-    pub(super) at: Place,
+    pub(super) at: TokenPosition,
     /// What its colours mean.
     pub(super) color_space: ColorSpace,
     parameters: Vec<Parameter>,
@@ -136,7 +136,12 @@ impl Parameter {
 
 impl Values {
     /// One value, or several in brackets.
-    fn read(tokens: &mut Tokens<'_>, at: &Place, of: &str, name: &str) -> Result<Self, LoadError> {
+    fn read(
+        tokens: &mut Tokens<'_>,
+        at: &TokenPosition,
+        of: &str,
+        name: &str,
+    ) -> Result<Self, LoadError> {
         let missing = || at.error(format!("the value of the parameter {} is missing", quote(name)));
         let first = tokens.take()?.ok_or_else(missing)?;
         let mut values = None;
@@ -219,7 +224,7 @@ impl Entity {
     pub(super) fn new(
         directive: &'static str,
         kind: String,
-        at: Place,
+        at: TokenPosition,
         mut parameters: Vec<Parameter>,
         defaults: &[Parameter],
         color_space: ColorSpace,
@@ -244,7 +249,7 @@ impl Entity {
     }
 
     /// Where a parameter stands, or the directive if the author did not write it.
-    pub(super) fn place(&self, name: &str) -> &Place {
+    pub(super) fn place(&self, name: &str) -> &TokenPosition {
         self.parameters.iter().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
     }
 

@@ -2,7 +2,7 @@
 
 use super::super::xml::quote;
 use super::entity::Entity;
-use super::scene::Sight;
+use super::scene::CameraSetup;
 use crate::{Filter, LoadError, RenderHints, Warning};
 
 const FILMS: [&str; 3] = ["rgb", "gbuffer", "spectral"];
@@ -14,7 +14,7 @@ const MAX_SIZE: u32 = 65_536;
 
 /// How to render, and by what the sensor multiplies light that it sees for one second.
 pub(super) fn settings(
-    sight: &Sight,
+    sight: &CameraSetup,
     warnings: &mut Vec<Warning>,
 ) -> Result<(RenderHints, f64), LoadError> {
     let mut settings = RenderHints { resolution: Some([1280, 720]), ..RenderHints::default() };

@@ -2,7 +2,7 @@
 
 use super::entity::Entity;
 use super::scene::World;
-use crate::material::{Embossed, Hair, Mix, Pigment};
+use crate::material::{Hair, Mix, Pigment, SurfaceDetail};
 use crate::{LoadError, Surface};
 
 impl World {
@@ -82,9 +82,9 @@ pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
             let second = b.map_or_else(|| second.clone(), Box::new);
             Some(Mix { first, second, share: share.clone() }.into())
         }
-        Surface::Embossed(embossed) => {
+        Surface::SurfaceDetail(embossed) => {
             let surface = Box::new(of_tube(&embossed.surface)?);
-            Some(Embossed { surface, ..embossed.clone() }.into())
+            Some(SurfaceDetail { surface, ..embossed.clone() }.into())
         }
         _ => None,
     }

@@ -236,7 +236,7 @@ impl World {
         // The map has +y up there; the axes y and z change places.
         let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
         let to_world = DAffine3::from_mat3(turned(entity, node.matrix3)? * swap);
-        Ok((to_world, LightKind::Environment { image, scale, rows: Rows::Between, portal }))
+        Ok((to_world, LightKind::Environment { image, scale, rows: Rows::PixelCenters, portal }))
     }
 
     /// The map of a sky in latitude and longitude, if it has one; that of a file is made once.

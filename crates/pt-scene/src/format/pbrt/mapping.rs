@@ -5,16 +5,19 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use super::super::xml::quote;
 use super::entity::Entity;
 use crate::LoadError;
-use crate::texture::{Layout, Marble, Noise, Pattern, Texture};
+use crate::texture::{Marble, Noise, Pattern, Texture, TextureMapping};
 
 /// What gives a surface the coordinates of a texture, and a transform of these.
-pub(super) fn read(entity: &Entity, to_world: DAffine3) -> Result<(Layout, DMat3), LoadError> {
+pub(super) fn read(
+    entity: &Entity,
+    to_world: DAffine3,
+) -> Result<(TextureMapping, DMat3), LoadError> {
     let layout = match entity.text("mapping")? {
         None | Some("uv") => {
             let [u, v] = [entity.float("uscale", 1.0)?, entity.float("vscale", 1.0)?];
             let moved = DVec3::new(entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?, 1.0);
             let to_pattern = DMat3::from_cols(DVec3::X * u, DVec3::Y * v, moved);
-            return Ok((Layout::Surface, to_pattern));
+            return Ok((TextureMapping::Surface, to_pattern));
         }
         Some("planar") => {
             let u = entity.vector("v1")?.unwrap_or(DVec3::X);
@@ -22,10 +25,12 @@ pub(super) fn read(entity: &Entity, to_world: DAffine3) -> Result<(Layout, DMat3
             let moved = DVec3::new(entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?, 0.0);
             let rows = DMat3::from_cols(u, v, DVec3::ZERO).transpose();
             let to_plane = DAffine3::from_mat3_translation(rows, moved);
-            Layout::Space { to_texture: to_plane * to_texture(entity, to_world)? }
+            TextureMapping::Space { to_texture: to_plane * to_texture(entity, to_world)? }
         }
-        Some("spherical") => Layout::Sphere { to_texture: to_texture(entity, to_world)? },
-        Some("cylindrical") => Layout::Cylinder { to_texture: to_texture(entity, to_world)? },
+        Some("spherical") => TextureMapping::Sphere { to_texture: to_texture(entity, to_world)? },
+        Some("cylindrical") => {
+            TextureMapping::Cylinder { to_texture: to_texture(entity, to_world)? }
+        }
         Some(other) => {
             let message = format!(
                 "the mapping {} is unknown; there are uv, planar, spherical, cylindrical",
@@ -35,7 +40,7 @@ pub(super) fn read(entity: &Entity, to_world: DAffine3) -> Result<(Layout, DMat3
         }
     };
     match layout {
-        Layout::Space { to_texture } if !to_texture.is_finite() => {
+        TextureMapping::Space { to_texture } if !to_texture.is_finite() => {
             Err(entity.refuse("v1", "with v1 and v2, the numbers of the mapping are too large"))
         }
         layout => Ok((layout, DMat3::IDENTITY)),
@@ -71,7 +76,7 @@ pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, L
             Pattern::Marble(Marble { noise: noise(entity)?, variation })
         }
     };
-    Ok(Texture { layout: Layout::Space { to_texture }, ..pattern.into() })
+    Ok(Texture { layout: TextureMapping::Space { to_texture }, ..pattern.into() })
 }
 
 fn noise(entity: &Entity) -> Result<Noise, LoadError> {

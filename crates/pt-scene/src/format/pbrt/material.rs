@@ -11,12 +11,12 @@ use super::entity::Entity;
 use super::scene::{MaterialName, World, key_of};
 use super::texture::{product, square_root};
 use crate::material::{
-    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Masking, Matte, Measured, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness,
-    ThinGlass,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, DiffuseTransmission, Distribution,
+    Glass, Masking, Measured, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness,
+    SurfaceDetail, ThinGlass,
 };
 use crate::metals::Metal;
-use crate::texture::{Color, Relief, Scalar};
+use crate::texture::{Color, NormalOrBump, Scalar};
 use crate::{LoadError, Surface, Warning};
 
 const KINDS: [&str; 12] = [
@@ -82,7 +82,7 @@ impl World {
         let surface = match entity.kind.as_str() {
             "diffuse" => {
                 let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
-                Matte { reflectance, two_sided: true }.into()
+                Diffuse { reflectance, two_sided: true }.into()
             }
             "conductor" => self.metal(entity)?,
             "dielectric" => Glass {
@@ -229,14 +229,14 @@ impl World {
         self.leave_haze_out(entity)?;
         let diffuse = self.textures.share(entity, "reflectance", 0.5)?;
         let ior = index(entity, "eta", 1.5, &self.textures.folder)?;
-        let (specular, saturates, two_sided) = ([1.0; 3].into(), true, true);
+        let (specular, nonlinear, two_sided) = ([1.0; 3].into(), true, true);
         let Some(Roughness { alpha: [u, v], distribution, .. }) =
             self.roughness(entity, &ROUGHNESS, 0.0)?
         else {
-            return Ok(CoatedDiffuse { diffuse, specular, ior, saturates, two_sided }.into());
+            return Ok(CoatedDiffuse { diffuse, specular, ior, nonlinear, two_sided }.into());
         };
         let alpha = self.one_alpha(entity, "coat", [&u, &v]);
-        Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided }
+        Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, nonlinear, two_sided }
             .into())
     }
 
@@ -363,7 +363,7 @@ impl World {
         if let Some(Scalar::Texture(heights)) =
             self.textures.number(entity, "displacement", HEIGHTS)?
         {
-            relief = Some(Relief::Heights(heights, 1.0));
+            relief = Some(NormalOrBump::Heights(heights, 1.0));
         }
         if let Some(name) = entity.text("normalmap")? {
             if relief.is_some() {
@@ -373,12 +373,12 @@ impl World {
                 ));
             }
             match self.textures.raw(name) {
-                Ok(map) => relief = Some(Relief::Normals(map)),
+                Ok(map) => relief = Some(NormalOrBump::Normals(map)),
                 Err(why) => self.textures.miss(entity.place("normalmap"), &why),
             }
         }
         Ok(match relief {
-            Some(relief) => Embossed::new(surface, relief).into(),
+            Some(relief) => SurfaceDetail::new(surface, relief).into(),
             None => surface,
         })
     }

@@ -15,7 +15,7 @@ use super::medium_emission::{
 };
 use super::sparse::{DENSITY, HEAT, SparseGrids};
 use super::state::State;
-use super::token::Place;
+use super::token::TokenPosition;
 use crate::medium::{
     Cloud, Grid, GridFilter, Heterogeneous, MediumProperties, Phase, PlacedGrid, Volume,
 };
@@ -31,7 +31,7 @@ pub(super) struct Interface {
     pub(super) inside: String,
     pub(super) outside: String,
     /// Where it was written, if it was.
-    pub(super) at: Option<Place>,
+    pub(super) at: Option<TokenPosition>,
 }
 
 /// The media of a scene.
@@ -242,7 +242,11 @@ impl Media {
     }
 
     /// The number of a medium; `None` is empty space.
-    pub(super) fn number(&self, name: &str, at: Option<&Place>) -> Result<Option<u32>, LoadError> {
+    pub(super) fn number(
+        &self,
+        name: &str,
+        at: Option<&TokenPosition>,
+    ) -> Result<Option<u32>, LoadError> {
         let (false, Some(at)) = (name.is_empty(), at) else { return Ok(None) };
         let known = self.numbers.get(name).copied();
         if known.is_none() && self.lost.contains(name) {

@@ -20,10 +20,10 @@ use super::arguments::text;
 use super::color_space::ColorSpace;
 use super::entity::{Entity, MAX_PARAMETERS, Parameter};
 use super::medium::Interface;
-use super::scene::{MaterialName, Placed, Sight, World};
+use super::scene::{CameraSetup, MaterialName, Placed, World};
 use super::state::{Moving, State, TARGETS};
 use super::texture;
-use super::token::{Kind, Place, Token, Tokens};
+use super::token::{Kind, Token, TokenPosition, Tokens};
 use crate::{LoadError, Warning};
 
 /// Deepest nesting of included files.
@@ -83,7 +83,7 @@ const DIRECTIVES: [&str; 40] = [
 struct Saved {
     /// The directive that began it, and where.
     by: &'static str,
-    at: Place,
+    at: TokenPosition,
     state: State,
 }
 
@@ -181,7 +181,7 @@ impl Reader {
         &mut self,
         word: &str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<(), LoadError> {
         match word {
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform"
@@ -211,7 +211,7 @@ impl Reader {
         &mut self,
         word: &str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<(), LoadError> {
         match word {
             "Attribute" => {
@@ -311,7 +311,7 @@ impl Reader {
         &self,
         directive: &'static str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<Entity, LoadError> {
         let kind = text(tokens, &at)?;
         let parameters = Parameter::list(tokens)?;
@@ -330,7 +330,7 @@ impl Reader {
         &mut self,
         directive: &'static str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<(String, Entity), LoadError> {
         let name = text(tokens, &at)?;
         let entity = self.typed(directive, tokens, at).inspect_err(|_| {
@@ -348,7 +348,7 @@ impl Reader {
         &self,
         directive: &'static str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<Entity, LoadError> {
         let parameters = Parameter::list(tokens)?;
         let defaults = &self.state.defaults;
@@ -363,7 +363,7 @@ impl Reader {
         Ok(entity)
     }
 
-    fn texture(&mut self, tokens: &mut Tokens<'_>, at: Place) -> Result<(), LoadError> {
+    fn texture(&mut self, tokens: &mut Tokens<'_>, at: TokenPosition) -> Result<(), LoadError> {
         let name = text(tokens, &at)?;
         let what = text(tokens, &at)?;
         let defined = self.defined(&name, &what, tokens, at);
@@ -376,7 +376,7 @@ impl Reader {
         name: &str,
         what: &str,
         tokens: &mut Tokens<'_>,
-        at: Place,
+        at: TokenPosition,
     ) -> Result<(), LoadError> {
         let kind = text(tokens, &at)?;
         let parameters = Parameter::list(tokens)?;
@@ -401,7 +401,12 @@ impl Reader {
     }
 
     /// What belongs before the world.
-    fn option(&mut self, word: &str, tokens: &mut Tokens<'_>, at: Place) -> Result<(), LoadError> {
+    fn option(
+        &mut self,
+        word: &str,
+        tokens: &mut Tokens<'_>,
+        at: TokenPosition,
+    ) -> Result<(), LoadError> {
         if self.in_world {
             return Err(at.error(format!("{word} belongs before WorldBegin")));
         }
@@ -425,7 +430,7 @@ impl Reader {
                 Ok(())
             }
             _ => {
-                let Sight { film, sampler, integrator, filter, .. } = &mut self.world.sight;
+                let CameraSetup { film, sampler, integrator, filter, .. } = &mut self.world.sight;
                 let (slot, directive) = match word {
                     "Film" => (Some(film), "Film"),
                     "Sampler" => (Some(sampler), "Sampler"),
@@ -445,7 +450,7 @@ impl Reader {
         }
     }
 
-    fn world_begin(&mut self, at: &Place) -> Result<(), LoadError> {
+    fn world_begin(&mut self, at: &TokenPosition) -> Result<(), LoadError> {
         if self.in_world {
             return Err(at.error("the world has begun already; expected one WorldBegin"));
         }
@@ -456,7 +461,7 @@ impl Reader {
         Ok(())
     }
 
-    fn require_world(&self, at: &Place, what: &str) -> Result<(), LoadError> {
+    fn require_world(&self, at: &TokenPosition, what: &str) -> Result<(), LoadError> {
         if self.in_world {
             Ok(())
         } else {
@@ -464,7 +469,7 @@ impl Reader {
         }
     }
 
-    fn save(&mut self, by: &'static str, at: Place) -> Result<(), LoadError> {
+    fn save(&mut self, by: &'static str, at: TokenPosition) -> Result<(), LoadError> {
         let most = self.folder.context.limits().depth(MAX_DEPTH);
         if self.saved.len() >= most {
             let message = format!("attributes are nested deeper than {most}");
@@ -475,7 +480,7 @@ impl Reader {
     }
 
     /// Goes back to what was saved by a directive, and gives it.
-    fn restore(&mut self, by: &str, at: &Place) -> Result<State, LoadError> {
+    fn restore(&mut self, by: &str, at: &TokenPosition) -> Result<State, LoadError> {
         let end = by.replace("Begin", "End");
         match self.saved.pop() {
             Some(saved) if saved.by == by => {
@@ -490,7 +495,11 @@ impl Reader {
         }
     }
 
-    fn object_begin(&mut self, tokens: &mut Tokens<'_>, at: Place) -> Result<(), LoadError> {
+    fn object_begin(
+        &mut self,
+        tokens: &mut Tokens<'_>,
+        at: TokenPosition,
+    ) -> Result<(), LoadError> {
         let name = text(tokens, &at)?;
         self.require_world(&at, "ObjectBegin")?;
         if self.object.is_some() {
@@ -503,7 +512,7 @@ impl Reader {
         self.save("ObjectBegin", at)
     }
 
-    fn object_end(&mut self, at: &Place) -> Result<(), LoadError> {
+    fn object_end(&mut self, at: &TokenPosition) -> Result<(), LoadError> {
         self.restore("ObjectBegin", at)?;
         if let Some((name, shapes)) = self.object.take() {
             self.world.objects.insert(name, shapes.into());
@@ -511,7 +520,7 @@ impl Reader {
         Ok(())
     }
 
-    fn instance(&mut self, tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
+    fn instance(&mut self, tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
         self.require_world(at, "ObjectInstance")?;
         if self.object.is_some() {
@@ -524,7 +533,7 @@ impl Reader {
         &mut self,
         word: &str,
         tokens: &mut Tokens<'_>,
-        at: &Place,
+        at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
         let tail = Parameter::list(tokens)?;
@@ -545,7 +554,7 @@ impl Reader {
         word: &str,
         (name, path): (&str, &Path),
         tail: Vec<Parameter>,
-        at: &Place,
+        at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let bytes = match content(&self.folder.context, path) {
             Ok(bytes) => bytes,

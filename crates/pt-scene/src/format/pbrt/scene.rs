@@ -18,11 +18,11 @@ use super::medium::{Interface, Media};
 use super::shape::{Meshes, shape, sphere_mesh};
 use super::state::{Moving, State};
 use super::texture::Textures;
-use super::token::{Place, Tokens};
+use super::token::{TokenPosition, Tokens};
 use super::upsample::Illuminant;
 use super::{camera, displace, film, hair, medium_emission, subsurface, white_balance};
 use crate::image::Image;
-use crate::material::Embossed;
+use crate::material::SurfaceDetail;
 use crate::shapes::flip;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -39,7 +39,7 @@ pub(super) enum MaterialName {
     /// By its number among those without a name; 0 is the default.
     Anonymous(usize),
     /// By a name, which may be given later; and where it is asked for.
-    Named(Rc<str>, Place),
+    Named(Rc<str>, TokenPosition),
 }
 
 /// A material by its number or its name.
@@ -47,7 +47,7 @@ pub(super) type MaterialKey = (usize, Option<Rc<str>>);
 
 /// What is looked through, and how.
 #[derive(Default)]
-pub(super) struct Sight {
+pub(super) struct CameraSetup {
     /// With its transform to the world, and the media around it.
     pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
     pub(super) film: Option<Entity>,
@@ -68,7 +68,7 @@ pub(super) struct Placed {
     light: Option<Rc<Entity>>,
     media: Rc<Interface>,
     tube: Option<Tube>,
-    at: Place,
+    at: TokenPosition,
 }
 
 /// Most triangles that curves which stand one behind the other are joined to.
@@ -104,7 +104,7 @@ struct Tube {
 /// All that was read.
 pub(super) struct World {
     pub(super) scene: Scene,
-    pub(super) sight: Sight,
+    pub(super) sight: CameraSetup,
     pub(super) textures: Textures,
     pub(super) media: Media,
     pub(super) materials: Vec<Rc<Entity>>,
@@ -144,7 +144,7 @@ impl World {
         );
         Self {
             scene: Scene::default(),
-            sight: Sight::default(),
+            sight: CameraSetup::default(),
             textures: Textures::new(folder.clone()),
             media: Media::new(folder.clone()),
             materials: vec![Rc::new(default)],
@@ -261,7 +261,7 @@ impl World {
         &mut self,
         name: &str,
         to_world: Moving,
-        at: &Place,
+        at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let Some(shapes) = self.objects.get(name).cloned() else {
             let hint = did_you_mean(name, self.objects.keys().map(String::as_str));
@@ -551,14 +551,14 @@ fn is_laid<T>(input: &Input<T>) -> bool {
 fn shows_texture(surface: &Surface) -> bool {
     let varies = is_laid::<[f32; 3]>;
     match surface {
-        Surface::Matte(s) => varies(&s.reflectance),
+        Surface::Diffuse(s) => varies(&s.reflectance),
         Surface::DiffuseTransmission(s) => varies(&s.reflectance) || varies(&s.transmittance),
         Surface::CoatedDiffuse(s) => varies(&s.diffuse),
         Surface::RoughCoatedDiffuse(s) => varies(&s.diffuse),
         Surface::Conductor(s) => s.roughness.as_ref().is_some_and(is_laid_out),
         Surface::Glass(s) => s.roughness.as_ref().is_some_and(is_laid_out),
         Surface::Mix(s) => is_laid(&s.share) || shows_texture(&s.first) || shows_texture(&s.second),
-        Surface::Embossed(Embossed { .. }) | Surface::Hair(_) => true,
+        Surface::SurfaceDetail(SurfaceDetail { .. }) | Surface::Hair(_) => true,
         _ => false,
     }
 }

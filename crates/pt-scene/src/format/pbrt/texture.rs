@@ -13,10 +13,12 @@ use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
 use super::mapping;
-use super::token::Place;
+use super::token::TokenPosition;
 use crate::LoadError;
 use crate::image::{Decoded, Image, PixelEncoding};
-use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{
+    Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
+};
 
 /// Those of colours.
 const COLORS: [&str; 9] = [
@@ -138,7 +140,7 @@ impl Textures {
     }
 
     /// Notes an image that is missing, and tells what shows it.
-    pub(super) fn miss(&self, at: &Place, why: &str) {
+    pub(super) fn miss(&self, at: &TokenPosition, why: &str) {
         self.folder.context.missing(at.span(""), format!("{why}; {}", placeholder::INSTEAD));
         self.folder.context.set_placeholder_used();
     }
@@ -277,11 +279,11 @@ impl Textures {
                 entity.refuse("dir", "expected a direction, but the transform of it has no length")
             );
         };
-        let facing = Pattern::Facing(direction.as_vec3().to_array());
+        let facing = Pattern::AbsNormalDot(direction.as_vec3().to_array());
         Ok(between(across, along, Input::Texture(Arc::new(facing.into()))))
     }
 
-    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and [`Pattern::Cubes`].
+    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and [`Pattern::Checkerboard3d`].
     fn checkerboard(
         &self,
         entity: &Entity,
@@ -296,8 +298,8 @@ impl Textures {
         if fills_space {
             let to_texture = mapping::to_texture(entity, to_world)?;
             let to_texture = DAffine3::from_scale(DVec3::splat(0.5)) * to_texture;
-            let layout = Layout::Space { to_texture };
-            let cubes = |colors| Texture { layout, ..Pattern::Cubes(colors).into() };
+            let layout = TextureMapping::Space { to_texture };
+            let cubes = |colors| Texture { layout, ..Pattern::Checkerboard3d(colors).into() };
             return Ok(one_or_other(inputs, cubes));
         }
         let (layout, to_pattern) = mapping::read(entity, to_world)?;
@@ -465,7 +467,7 @@ fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
     }
 }
 
-fn textured(pattern: Pattern, layout: Layout, to_pattern: DMat3) -> Color {
+fn textured(pattern: Pattern, layout: TextureMapping, to_pattern: DMat3) -> Color {
     Input::Texture(Arc::new(Texture { pattern, layout, to_pattern }))
 }
 
@@ -509,7 +511,7 @@ fn leaves(color: &Color) -> usize {
         match input.texture().map(|texture| &texture.pattern) {
             Some(Pattern::Product(factors)) => of(&factors[0]) + of(&factors[1]),
             Some(Pattern::Blend(blend)) => of(&blend.first) + of(&blend.second) + of(&blend.share),
-            Some(Pattern::Root(square)) => of(square),
+            Some(Pattern::Sqrt(square)) => of(square),
             _ => 1,
         }
     }
@@ -540,7 +542,7 @@ fn root_of(texture: &Texture) -> Texture {
             Pattern::Bitmap(Bitmap { image, ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(root)),
-        Pattern::Cubes(colors) => Pattern::Cubes(colors.map(root)),
+        Pattern::Checkerboard3d(colors) => Pattern::Checkerboard3d(colors.map(root)),
         Pattern::Dots(colors) => Pattern::Dots(colors.map(root)),
         Pattern::Product(factors) => Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])])),
         Pattern::Blend(blend) => Pattern::Blend(Box::new(Blend {
@@ -548,7 +550,7 @@ fn root_of(texture: &Texture) -> Texture {
             second: of(&blend.second),
             share: blend.share.clone(),
         })),
-        _ => return Pattern::Root(Input::Texture(Arc::new(texture.clone()))).into(),
+        _ => return Pattern::Sqrt(Input::Texture(Arc::new(texture.clone()))).into(),
     };
     Texture { pattern, ..texture.clone() }
 }

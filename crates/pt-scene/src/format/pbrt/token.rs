@@ -10,13 +10,13 @@ use crate::{LoadError, Span, Warning};
 
 /// A place in a file.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct TokenPosition {
     file: Arc<Path>,
     line: u32,
     column: u32,
 }
 
-impl Place {
+impl TokenPosition {
     /// The place of an element, as its author knows it; the element may be empty.
     pub(super) fn span(&self, element: &str) -> Span {
         let Self { file, line, column } = self;
@@ -94,20 +94,20 @@ impl<'a> Tokens<'a> {
     }
 
     /// The place of a token.
-    pub(super) fn place(&self, token: &Token<'_>) -> Place {
+    pub(super) fn place(&self, token: &Token<'_>) -> TokenPosition {
         self.place_of(token.offset, token.line)
     }
 
     /// Where the last line ends.
-    pub(super) fn end(&self) -> Place {
+    pub(super) fn end(&self) -> TokenPosition {
         self.place_of(self.text.len(), self.line)
     }
 
-    fn place_of(&self, offset: usize, line: u32) -> Place {
+    fn place_of(&self, offset: usize, line: u32) -> TokenPosition {
         let before = &self.text[..offset];
         let start = before.rfind('\n').map_or(0, |i| i + 1);
         let column = before[start..].chars().count() as u32 + 1;
-        Place { file: Arc::clone(&self.file), line, column }
+        TokenPosition { file: Arc::clone(&self.file), line, column }
     }
 
     /// The next token, which stays the next one.

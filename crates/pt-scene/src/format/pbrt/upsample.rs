@@ -6,7 +6,7 @@
 
 use pt_math::{DMat3, DVec3, cie};
 
-use crate::material::{Embossed, Hair, Mix, Pigment};
+use crate::material::{Hair, Mix, Pigment, SurfaceDetail};
 use crate::texture::{Color, Input, Pattern, Texture};
 use crate::{Light, LightKind, Material, Surface};
 use std::sync::Arc;
@@ -157,7 +157,7 @@ impl Illuminant {
     /// Changes all reflectances of a surface but those of images.
     pub(super) fn light_up(&self, surface: &mut Surface) {
         match surface {
-            Surface::Matte(s) => self.color(&mut s.reflectance),
+            Surface::Diffuse(s) => self.color(&mut s.reflectance),
             Surface::DiffuseTransmission(s) => {
                 self.color(&mut s.reflectance);
                 self.color(&mut s.transmittance);
@@ -169,7 +169,7 @@ impl Illuminant {
                 self.light_up(first);
                 self.light_up(second);
             }
-            Surface::Embossed(Embossed { surface, .. }) => self.light_up(surface),
+            Surface::SurfaceDetail(SurfaceDetail { surface, .. }) => self.light_up(surface),
             _ => {}
         }
     }
@@ -182,8 +182,8 @@ impl Illuminant {
                     Pattern::Checkerboard(colors) => {
                         Pattern::Checkerboard(colors.map(|color| self.reflected(color)))
                     }
-                    Pattern::Cubes(colors) => {
-                        Pattern::Cubes(colors.map(|color| self.reflected(color)))
+                    Pattern::Checkerboard3d(colors) => {
+                        Pattern::Checkerboard3d(colors.map(|color| self.reflected(color)))
                     }
                     Pattern::Dots(colors) => {
                         Pattern::Dots(colors.map(|color| self.reflected(color)))

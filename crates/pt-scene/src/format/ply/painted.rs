@@ -12,7 +12,7 @@ use super::super::mesh_file::{self, folder_of, locate, place};
 use super::super::placeholder;
 use super::super::xml::quote;
 use crate::image::{PixelEncoding, Transfer};
-use crate::material::Matte;
+use crate::material::Diffuse;
 use crate::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
 use crate::{Attribute, Material, Mesh, Scene, Submesh, Surface, Warning};
 
@@ -96,7 +96,7 @@ fn shown(file: &str, path: &Path, context: &Context) -> Material {
             let image = Arc::new(decoded.image);
             let bitmap = Bitmap { image, wrap: Wrap::REPEAT, filter: Filter::Trilinear };
             let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
-            Matte { reflectance: Input::Texture(texture), two_sided: true }.into()
+            Diffuse { reflectance: Input::Texture(texture), two_sided: true }.into()
         }
         Err(why) => {
             let message = format!("the image is not shown: {why}; {}", placeholder::INSTEAD);

@@ -3,10 +3,10 @@
 use super::super::super::legacy_specular;
 use super::layer::mapped;
 use crate::material::{
-    CoatedConductor, DiffuseTransmission, Matte, MetallicRoughness, Mix, Principled,
+    CoatedConductor, Diffuse, DiffuseTransmission, MetallicRoughness, Mix, Principled,
     PrincipledThin, Roughness,
 };
-use crate::texture::{Input, Pattern, Relief, Scalar};
+use crate::texture::{Input, NormalOrBump, Pattern, Scalar};
 use crate::{Color, Surface};
 
 /// What is inside of a surface.
@@ -25,7 +25,7 @@ pub(super) enum BaseMaterial {
 pub(super) struct ApproximateMaterial {
     pub(super) look: MetallicRoughness,
     pub(super) body: BaseMaterial,
-    pub(super) relief: Option<Relief>,
+    pub(super) relief: Option<NormalOrBump>,
 }
 
 /// √α of the sheen that is about as wide as Burley's, which has no roughness.
@@ -34,7 +34,7 @@ const SHEEN_ROUGHNESS: f32 = 0.5;
 /// The surface that looks most like another one. `tell` is given what is different.
 pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     match surface {
-        Surface::Embossed(embossed) => {
+        Surface::SurfaceDetail(embossed) => {
             let inner = approximate(&embossed.surface, tell);
             if inner.relief.is_some() {
                 tell("of two reliefs, the outer one alone is written");
@@ -47,7 +47,7 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
             }
             ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
         }
-        Surface::Sided(sided) => {
+        Surface::TwoSided(sided) => {
             tell("its back becomes like its front");
             let inner = approximate(&sided.front, tell);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
@@ -61,7 +61,7 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
             tell("its fibres become matte, of the colour that many of them have together");
-            let matte = Matte { reflectance: hair.color(), two_sided: true };
+            let matte = Diffuse { reflectance: hair.color(), two_sided: true };
             approximate(&matte.into(), tell)
         }
         Surface::Measured(measured) => {
@@ -283,7 +283,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
         ..bare(false)
     };
     match surface {
-        Surface::Matte(m) => matte(&m.reflectance, m.two_sided),
+        Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
         Surface::RoughDiffuse(m) => {
             tell("it becomes Lambertian");
             matte(&m.reflectance, m.two_sided)
@@ -350,8 +350,8 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
         | Surface::Hair(_)
         | Surface::Measured(_)
         | Surface::Mix(_)
-        | Surface::Sided(_)
-        | Surface::Embossed(_) => unreachable!("they are made of others"),
+        | Surface::TwoSided(_)
+        | Surface::SurfaceDetail(_) => unreachable!("they are made of others"),
     }
 }
 
@@ -436,7 +436,7 @@ mod tests {
     fn of_a_mix_the_larger_share_is_kept_with_a_note() {
         let mix = |share: f32| {
             Surface::from(Mix {
-                first: Box::new(Matte { reflectance: [0.3; 3].into(), two_sided: true }.into()),
+                first: Box::new(Diffuse { reflectance: [0.3; 3].into(), two_sided: true }.into()),
                 second: Box::new(Mirror { reflectance: [0.9; 3].into() }.into()),
                 share: share.into(),
             })

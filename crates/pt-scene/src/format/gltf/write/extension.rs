@@ -10,7 +10,7 @@ use super::layer::Parameter;
 use super::material::Writing;
 use crate::Color;
 use crate::material::{CoatNormals, MetallicRoughness};
-use crate::texture::{Blend, Input, Pattern, Relief, Scalar};
+use crate::texture::{Blend, Input, NormalOrBump, Pattern, Scalar};
 
 const NONE: Scalar = Scalar::Value(0.0);
 
@@ -19,7 +19,7 @@ impl Writer<'_> {
     pub(super) fn layers(
         &mut self,
         look: &MetallicRoughness,
-        relief: Option<&Relief>,
+        relief: Option<&NormalOrBump>,
         cx: &mut Writing,
     ) -> Result<bool, String> {
         self.specular(look, cx)?;
@@ -171,7 +171,7 @@ impl Writer<'_> {
     fn coat(
         &mut self,
         look: &MetallicRoughness,
-        base: Option<&Relief>,
+        base: Option<&NormalOrBump>,
         cx: &mut Writing,
     ) -> Result<bool, String> {
         if look.clearcoat == NONE {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use super::super::super::legacy_specular;
 use crate::image::Image;
 use crate::texture::{
-    Bitmap, Blend, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap,
+    Bitmap, Blend, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
 
 /// Which colours of a mesh a material shows.
@@ -82,7 +82,9 @@ impl Parameter {
             Pattern::Product(factors) => factors.iter().for_each(|factor| self.add(factor)),
             Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
             Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
-            Pattern::Bitmap(_) | Pattern::Checkerboard(_) if texture.layout == Layout::Surface => {
+            Pattern::Bitmap(_) | Pattern::Checkerboard(_)
+                if texture.layout == TextureMapping::Surface =>
+            {
                 let layer = layer(texture);
                 // There is no black beyond the edges; what is at them is there instead.
                 self.lost |= layer
@@ -203,7 +205,7 @@ pub(super) struct Sheared;
 
 /// What a texture shows of itself, as an image.
 fn layer(texture: &Texture) -> Option<Layer> {
-    if texture.layout != Layout::Surface {
+    if texture.layout != TextureMapping::Surface {
         return None;
     }
     let to_pattern = texture.to_pattern;
@@ -276,7 +278,7 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
             Pattern::Bitmap(Bitmap { image: changed(&bitmap.image, color), ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(color)),
-        Pattern::Cubes(colors) => Pattern::Cubes(colors.map(color)),
+        Pattern::Checkerboard3d(colors) => Pattern::Checkerboard3d(colors.map(color)),
         Pattern::Dots(colors) => Pattern::Dots(colors.map(color)),
         Pattern::Product(factors) => Pattern::Product(Box::new(factors.each_ref().map(each))),
         Pattern::Blend(blend) => {
@@ -286,7 +288,7 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
         }
         Pattern::VertexColors | Pattern::FaceColors => texture.pattern.clone(),
         // Of these, the mean is written.
-        other => Pattern::Cubes([color(other.mean()); 2]),
+        other => Pattern::Checkerboard3d([color(other.mean()); 2]),
     };
     Texture { pattern, ..texture.clone() }
 }

@@ -13,7 +13,7 @@ use super::exact::near_f32;
 use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
 use crate::material::MetallicRoughness;
 use crate::medium::MediumProperties;
-use crate::texture::{Pattern, Relief, Scalar};
+use crate::texture::{NormalOrBump, Pattern, Scalar};
 use crate::{Color, Material, Medium, Surface};
 
 /// Extensions of a material, by their names.
@@ -270,18 +270,20 @@ impl Writer<'_> {
         &mut self,
         fields: &mut Map<String, Value>,
         name: &str,
-        relief: Option<&Relief>,
+        relief: Option<&NormalOrBump>,
         cx: &mut Writing,
     ) -> Result<bool, String> {
         let normals = match relief {
             None => return Ok(false),
-            Some(Relief::Normals(texture) | Relief::TurnedNormals(texture)) => normals(texture),
-            Some(Relief::NormalsAlong(texture, _)) => {
+            Some(NormalOrBump::Normals(texture) | NormalOrBump::TurnedNormals(texture)) => {
+                normals(texture)
+            }
+            Some(NormalOrBump::NormalsAlong(texture, _)) => {
                 self.notes
                     .tell(&cx.place, "its normals lie along u, as its tangents are not written");
                 normals(texture)
             }
-            Some(Relief::Heights(..)) => None,
+            Some(NormalOrBump::Heights(..)) => None,
         };
         let Some(layer) = normals else {
             self.notes.tell(&cx.place, "its relief by heights is left out: glTF has normals alone");
@@ -381,7 +383,7 @@ fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
 
 /// What objects without a material wear.
 fn default_material() -> Material {
-    let matte = crate::material::Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let matte = crate::material::Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     Material {
         name: "default".to_owned(),
         surface: Surface::from(matte),
@@ -399,12 +401,14 @@ fn is_mask(layer: &Layer) -> bool {
 /// Whether a material is another one whose normals lean to the other side along v, as readers of glTF make it for
 /// triangles on which coordinates lie mirrored.
 pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
-    let (Surface::Embossed(one), Surface::Embossed(other)) = (&material.surface, &of.surface)
+    let (Surface::SurfaceDetail(one), Surface::SurfaceDetail(other)) =
+        (&material.surface, &of.surface)
     else {
         return false;
     };
-    let ((Relief::Normals(a), Relief::Normals(b))
-    | (Relief::TurnedNormals(a), Relief::TurnedNormals(b))) = (&one.relief, &other.relief)
+    let ((NormalOrBump::Normals(a), NormalOrBump::Normals(b))
+    | (NormalOrBump::TurnedNormals(a), NormalOrBump::TurnedNormals(b))) =
+        (&one.relief, &other.relief)
     else {
         return false;
     };

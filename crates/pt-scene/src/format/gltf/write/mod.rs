@@ -11,6 +11,7 @@
 
 mod approximate;
 mod binary;
+mod camera;
 mod exact;
 mod extension;
 mod image;
@@ -18,9 +19,8 @@ mod layer;
 mod material;
 mod mesh;
 mod notes;
-mod place;
 mod points;
-mod sight;
+mod trs;
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
@@ -202,7 +202,7 @@ impl<'a> Writer<'a> {
         if !to_world.is_finite() {
             return Err(format!("{place}: its transform is not finite"));
         }
-        let place::Place { parent, mut node } = place::place(to_world);
+        let trs::Place { parent, mut node } = trs::place(to_world);
         node.extend(shown);
         if !name.is_empty() {
             node.insert("name".to_owned(), name.into());

@@ -11,7 +11,7 @@ use super::super::xml::quote;
 use super::object::{Object, Role, unsupported};
 use super::texture::Textures;
 use crate::material::{
-    CoatedDiffuse, Conductor, Distribution, FresnelPlastic, Glass, Masking, Matte,
+    CoatedDiffuse, Conductor, Diffuse, Distribution, FresnelPlastic, Glass, Masking,
     RoughCoatedDiffuse, RoughDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::{METALS, Metal};
@@ -70,7 +70,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
     let surface = match object.kind.as_str() {
         "diffuse" => {
             let reflectance = inputs.color("reflectance", 0.5)?;
-            Matte { reflectance, two_sided: false }.into()
+            Diffuse { reflectance, two_sided: false }.into()
         }
         "roughdiffuse" => RoughDiffuse {
             reflectance: inputs.color("reflectance", 0.5)?,
@@ -182,14 +182,14 @@ fn plastic(inputs: &mut Inputs<'_, '_>) -> Result<CoatedDiffuse, LoadError> {
         diffuse: inputs.color("diffuse_reflectance", 0.5)?,
         specular: inputs.color("specular_reflectance", 1.0)?,
         ior: relative_index(&mut inputs.parameters, "polypropylene")?,
-        saturates: inputs.parameters.boolean("nonlinear")?,
+        nonlinear: inputs.parameters.boolean("nonlinear")?,
         two_sided: false,
     })
 }
 
 /// A diffuse base under a rough coat, whose roughness is the same everywhere and in all directions.
 fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, LoadError> {
-    let CoatedDiffuse { diffuse, specular, ior, saturates, two_sided } = plastic(inputs)?;
+    let CoatedDiffuse { diffuse, specular, ior, nonlinear, two_sided } = plastic(inputs)?;
     if ior <= 1.0 {
         let message = format!(
             "the index of the coat is {ior} of that above it; expected int_ior greater than ext_ior"
@@ -198,7 +198,7 @@ fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, Load
     }
     let distribution = distribution(inputs)?;
     let alpha = inputs.parameters.positive("alpha", 0.1)? as f32;
-    Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided })
+    Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, nonlinear, two_sided })
 }
 
 /// A "pplastic", without its polarization.

@@ -6,10 +6,10 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, FresnelPlastic, Matte,
-    Measured, Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, FresnelPlastic, Measured,
+    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, SurfaceDetail, TwoSided,
 };
-use crate::texture::Relief;
+use crate::texture::NormalOrBump;
 use crate::{LoadError, Surface};
 
 /// A surface with holes.
@@ -45,7 +45,9 @@ pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErro
         sides.push(surface);
     }
     Ok(match <[Surface; 2]>::try_from(sides) {
-        Ok([front, back]) => Sided { front: front.into(), back: on_both_sides(back).into() }.into(),
+        Ok([front, back]) => {
+            TwoSided { front: front.into(), back: on_both_sides(back).into() }.into()
+        }
         Err(mut one) => on_both_sides(one.remove(0)),
     })
 }
@@ -60,7 +62,7 @@ pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
 
 /// Normals by an image.
 pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
-    let relief = Relief::Normals(inputs.only_texture("normalmap")?);
+    let relief = NormalOrBump::Normals(inputs.only_texture("normalmap")?);
     embossed(inputs, relief)
 }
 
@@ -73,18 +75,18 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
         return Err(error(&inputs.object.at, message));
     }
     let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
-    embossed(inputs, Relief::Heights(texture, scale))
+    embossed(inputs, NormalOrBump::Heights(texture, scale))
 }
 
 /// The bsdf inside with a relief. Mitsuba 3.9 shadows, and turns normals that look away from the viewer,
 /// unless it is told not to.
-fn embossed(inputs: &mut Inputs<'_, '_>, relief: Relief) -> Result<Surface, LoadError> {
+fn embossed(inputs: &mut Inputs<'_, '_>, relief: NormalOrBump) -> Result<Surface, LoadError> {
     let shadowing = inputs.parameters.boolean_or("use_shadowing_function", true)?;
     let turns = inputs.parameters.boolean_or("flip_invalid_normals", true)?;
     let averted = if turns { Averted::Turned } else { Averted::Black };
     let inner = inputs.bsdfs(1, 1)?;
     let surface = surface(inputs.textures, inner[0])?;
-    Ok(Embossed { shadowing, averted, ..Embossed::new(surface, relief) }.into())
+    Ok(SurfaceDetail { shadowing, averted, ..SurfaceDetail::new(surface, relief) }.into())
 }
 
 fn transmits(surface: &Surface) -> bool {
@@ -97,10 +99,10 @@ fn transmits(surface: &Surface) -> bool {
         | Surface::Hair(_) => true,
         Surface::Principled(principled) => principled.transmits(),
         Surface::Mix(Mix { first, second, .. })
-        | Surface::Sided(Sided { front: first, back: second }) => {
+        | Surface::TwoSided(TwoSided { front: first, back: second }) => {
             transmits(first) || transmits(second)
         }
-        Surface::Embossed(Embossed { surface, .. }) => transmits(surface),
+        Surface::SurfaceDetail(SurfaceDetail { surface, .. }) => transmits(surface),
         _ => false,
     }
 }
@@ -109,7 +111,7 @@ fn transmits(surface: &Surface) -> bool {
 fn on_both_sides(surface: Surface) -> Surface {
     let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
     match surface {
-        Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
+        Surface::Diffuse(matte) => Diffuse { two_sided: true, ..matte }.into(),
         Surface::RoughDiffuse(rough) => RoughDiffuse { two_sided: true, ..rough }.into(),
         // Without a real part of the index of refraction, all light is reflected at every angle.
         Surface::Conductor(Conductor {
@@ -131,9 +133,9 @@ fn on_both_sides(surface: Surface) -> Surface {
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: both(first), second: both(second), share }.into()
         }
-        Surface::Embossed(Embossed { surface, relief, shadowing, averted, .. }) => {
+        Surface::SurfaceDetail(SurfaceDetail { surface, relief, shadowing, averted, .. }) => {
             let surface = both(surface);
-            Embossed { surface, relief, shadowing, averted, mirrored: true }.into()
+            SurfaceDetail { surface, relief, shadowing, averted, mirrored: true }.into()
         }
         other => other,
     }

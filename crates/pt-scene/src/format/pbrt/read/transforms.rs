@@ -6,7 +6,7 @@ use super::super::super::transform::{look_at, rotate};
 use super::super::super::xml::{did_you_mean, quote};
 use super::super::arguments::{active, numbers, text};
 use super::super::state::matrix;
-use super::super::token::{Place, Tokens};
+use super::super::token::{TokenPosition, Tokens};
 use super::Reader;
 use crate::LoadError;
 
@@ -16,7 +16,7 @@ impl Reader {
         &mut self,
         word: &str,
         tokens: &mut Tokens<'_>,
-        at: &Place,
+        at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let finite = |map: DAffine3| {
             if map.is_finite() {
@@ -80,7 +80,7 @@ impl Reader {
         self.state.ctm.into_iter().try_for_each(|ctm| finite(ctm).map(drop))
     }
 
-    fn times(&mut self, tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
+    fn times(&mut self, tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
         let times: [f64; 2] = numbers(tokens, at)?;
         if self.in_world {
             return Err(at.error("TransformTimes belongs before WorldBegin"));

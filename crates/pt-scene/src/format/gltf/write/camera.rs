@@ -4,7 +4,7 @@ use pt_math::{DAffine3, DMat3, DVec3, point_mesh};
 use serde_json::{Map, Value, json};
 
 use super::super::super::xml::quote;
-use super::super::sight::unscaled;
+use super::super::camera::unscaled;
 use super::Writer;
 use super::exact::near_f64;
 use super::layer::power_of_two;
@@ -36,7 +36,7 @@ impl Writer<'_> {
         if camera.lens_radius > 0.0 {
             self.notes.tell(&place, "its lens is left out: all is in focus");
         }
-        if camera.film_offset != [0.0; 2] {
+        if camera.principal_point_offset != [0.0; 2] {
             self.notes.tell(&place, "the offset of its film is left out");
         }
         if camera.medium.is_some() {

@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
             lens_radius: 0.0,
             aperture: None,
             focal_distance: 1.0,
-            film_offset: [0.0; 2],
+            principal_point_offset: [0.0; 2],
             fit,
             medium: None,
             placement: Placement::Node,
