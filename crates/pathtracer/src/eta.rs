@@ -2,7 +2,7 @@
 
 /// Seconds that are left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left {
+pub struct TimeRemaining {
     /// Hardly less.
     pub least: f64,
     /// The best guess.
@@ -102,7 +102,7 @@ impl Eta {
     }
 
     /// What is left, as of the last mark; `None` as long as nothing can be said.
-    pub fn left(&self) -> Option<Left> {
+    pub fn left(&self) -> Option<TimeRemaining> {
         let (&(_, first), &(now, done)) = (self.marks.first()?, self.marks.last()?);
         if self.marks.len() <= PARTS as usize || done == first {
             return None;
@@ -130,7 +130,7 @@ impl Eta {
             return None;
         }
         let least = (least / (1.0 + width) - MIN_WIDTH.1).max(0.0);
-        Some(Left { least, likely, most: most * (1.0 + width) + MIN_WIDTH.1 })
+        Some(TimeRemaining { least, likely, most: most * (1.0 + width) + MIN_WIDTH.1 })
     }
 }
 
@@ -184,8 +184,9 @@ mod tests {
                 }
             }
             all += told.len();
-            let is_inside =
-                |(at, left): &&(f64, Left)| (left.least..=left.most).contains(&(time - at));
+            let is_inside = |(at, left): &&(f64, TimeRemaining)| {
+                (left.least..=left.most).contains(&(time - at))
+            };
             inside += told.iter().filter(is_inside).count();
         }
         assert!(inside as f64 >= 0.9 * all as f64, "{inside} of {all}");

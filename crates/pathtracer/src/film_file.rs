@@ -1,7 +1,7 @@
 //! Films in files: what a render has so far, from which it can go on, and which can be added up.
 //!
 //! A file is the line `pathtracer film 7`, the length of what it says about itself (u64, little endian), that
-//! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
+//! as JSON ([`FilmHeader`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
 //! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
 //! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
 //! two is whole.
@@ -17,7 +17,7 @@ use pt_scene::image::{folder_of, sync_folder};
 use serde::{Deserialize, Serialize};
 
 use crate::cryptomatte::Names;
-use crate::identity::Entry;
+use crate::fingerprint::Entry;
 
 /// The first line of a file.
 const MAGIC: &[u8] = b"pathtracer film 7\n";
@@ -36,7 +36,7 @@ const HASH: usize = blake3::OUT_LEN;
 
 /// What a film says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct About {
+pub struct FilmHeader {
     /// Version of the program.
     pub version: String,
     /// The files of which the scene was read, each with the hash of what it held.
@@ -72,7 +72,7 @@ pub struct About {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFile {
     /// What it says.
-    pub about: About,
+    pub about: FilmHeader,
     /// The film.
     pub film: Film,
 }
@@ -171,7 +171,7 @@ pub struct Written {
 ///
 /// # Errors
 /// If that cannot be done; what was there stays.
-pub fn write(path: &Path, about: &About, film: &Film) -> Result<Written, FilmFileError> {
+pub fn write(path: &Path, about: &FilmHeader, film: &Film) -> Result<Written, FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
     let part = part_of(path);
     // What has this name is no link or pipe that would be followed.
@@ -188,7 +188,7 @@ pub fn write(path: &Path, about: &About, film: &Film) -> Result<Written, FilmFil
     Ok(Written { file, path: path.to_owned() })
 }
 
-fn write_to(file: &File, about: &About, film: &Film) -> io::Result<()> {
+fn write_to(file: &File, about: &FilmHeader, film: &Film) -> io::Result<()> {
     let mut out = Hashing { out: BufWriter::new(file), hash: blake3::Hasher::new() };
     let text = serde_json::to_vec(about)?;
     out.write_all(MAGIC)?;
@@ -330,9 +330,9 @@ mod tests {
     use super::*;
     use pt_core::Region;
 
-    fn about(seconds: f64) -> About {
+    fn about(seconds: f64) -> FilmHeader {
         let settings = vec![("max depth".into(), "5".into())];
-        About { version: "1".into(), settings, seconds, ..About::default() }
+        FilmHeader { version: "1".into(), settings, seconds, ..FilmHeader::default() }
     }
 
     fn film() -> Film {

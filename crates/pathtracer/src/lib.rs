@@ -20,18 +20,18 @@
 //! a pure function of the compiled scene, the settings, the pixel and the number of the sample,
 //! and sums of samples are exact: the image is the same, bit for bit, for any number of threads.
 
+pub mod checkpoint;
 pub mod course;
 pub mod cryptomatte;
 pub mod denoise;
 pub mod eta;
 pub mod explain;
 pub mod film_file;
-pub mod identity;
-pub mod inventory;
-pub mod keep;
+pub mod fingerprint;
 pub mod light_groups;
 pub mod memory;
-pub mod receipt;
+pub mod provenance;
+pub mod scene_stats;
 mod session;
 mod unlit;
 mod view;

@@ -13,7 +13,7 @@ use pt_scene::image::{Channel, Image};
 use pt_scene::{Placement, Scene};
 
 use crate::cryptomatte::{self, Names};
-use crate::identity::{self, Entry};
+use crate::fingerprint::{self, Entry};
 use crate::{light_groups, unlit, view};
 
 /// A scene, how to render it, and what is rendered of it.
@@ -44,7 +44,7 @@ impl Session {
     ) -> Result<Self, CompileError> {
         options.compensated = pt_cpu::uses_mis_compensation(&settings);
         options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
-        let entries = identity::entries(&options, &settings);
+        let entries = fingerprint::entries(&options, &settings);
         let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
         let placed = options.placement.or(scene.camera().map(|camera| camera.placement));
         let names = Names::of(scene, &settings.aovs);
@@ -68,7 +68,7 @@ impl Session {
             light_groups,
             settings,
         };
-        session.tell_unseen_media();
+        session.warn_ignored_media();
         session.notes.extend(unlit);
         if placed != Some(Placement::Fit) {
             session.notes.extend(view::note(scene, &session.scene));
@@ -80,7 +80,7 @@ impl Session {
     }
 
     /// Notes that there are media which the integrator does not see.
-    fn tell_unseen_media(&mut self) {
+    fn warn_ignored_media(&mut self) {
         let name = &self.settings.integrator;
         let sees = pt_cpu::integrator::by_name(name)
             .is_none_or(|integrator| integrator.supports(Feature::Media));
@@ -122,7 +122,7 @@ impl Session {
 
     /// All that the samples depend on besides the scene and the version of the program, in words.
     pub fn identity(&self) -> Vec<Entry> {
-        let of_pixels = identity::of_pixels(self.scene.camera.resolution, self.film.region());
+        let of_pixels = fingerprint::of_pixels(self.scene.camera.resolution, self.film.region());
         of_pixels.into_iter().chain(self.entries.iter().cloned()).collect()
     }
 

@@ -38,7 +38,7 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let rays = through_image(&camera);
     let seen = found(compiled, &rays);
     let up = nearest_axis(camera.up);
-    let is_void = |i: usize| matches!(seen[i], Seen::Nothing);
+    let is_void = |i: usize| matches!(seen[i], CameraRayResult::Nothing);
     let void = (0..seen.len()).filter(|i| is_void(*i)).count();
     let below: Vec<_> = (0..seen.len()).filter(|i| rays[*i].direction.dot(up) < 0.0).collect();
     let void_below = below.iter().filter(|i| is_void(**i)).count();
@@ -69,7 +69,7 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
 
 /// What a ray finds.
 #[derive(Clone, Copy, PartialEq)]
-enum Seen {
+enum CameraRayResult {
     /// Neither a surface nor light.
     Nothing,
     Sky,
@@ -85,11 +85,11 @@ fn through_image(camera: &Camera) -> Vec<Ray> {
     at.map(|[x, y]| camera.ray([x * cell[0], y * cell[1]], [0.0; 2])).collect()
 }
 
-fn found(scene: &RenderScene, rays: &[Ray]) -> Vec<Seen> {
+fn found(scene: &RenderScene, rays: &[Ray]) -> Vec<CameraRayResult> {
     let mut tracer = Tracer::new(scene, false);
     let mut rays = rays.to_vec();
     let mut hits = Vec::new();
-    let mut seen = vec![Seen::Nothing; rays.len()];
+    let mut seen = vec![CameraRayResult::Nothing; rays.len()];
     let mut open: Vec<usize> = (0..rays.len()).collect();
     for _ in 0..MAX_HOLES {
         let batch: Vec<_> = open.iter().map(|&i| rays[i]).collect();
@@ -115,17 +115,17 @@ fn look<'h>(
     scene: &RenderScene,
     ray: &Ray,
     hit: Option<&'h Hit>,
-    seen: &mut Seen,
+    seen: &mut CameraRayResult,
 ) -> Option<&'h Hit> {
     match hit {
         None => {
             let light = scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights);
-            *seen = if light.is_black() { Seen::Nothing } else { Seen::Sky };
+            *seen = if light.is_black() { CameraRayResult::Nothing } else { CameraRayResult::Sky };
             None
         }
         Some(hit) if scene.has_alpha && scene.opacity(ray, hit, 0.0) <= 0.0 => Some(hit),
         Some(hit) => {
-            *seen = Seen::Object(scene.object(hit.primitive));
+            *seen = CameraRayResult::Object(scene.object(hit.primitive));
             None
         }
     }
@@ -192,10 +192,11 @@ fn inside_of<'s>(
     scene: &'s Scene,
     compiled: &RenderScene,
     camera: &Camera,
-    seen: &[Seen],
+    seen: &[CameraRayResult],
 ) -> Option<&'s Object> {
-    let Some(Seen::Object(number)) = seen.first().copied() else { return None };
-    let is_same = |seen: &[Seen]| seen.iter().all(|seen| *seen == Seen::Object(number));
+    let Some(CameraRayResult::Object(number)) = seen.first().copied() else { return None };
+    let is_same =
+        |seen: &[CameraRayResult]| seen.iter().all(|seen| *seen == CameraRayResult::Object(number));
     let object = scene.objects.get(number as usize)?;
     let surrounds = || is_same(&found(compiled, &all_around(camera.position)));
     (is_same(seen) && is_dark(scene, object) && surrounds()).then_some(object)

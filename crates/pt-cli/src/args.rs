@@ -9,13 +9,13 @@ use bytesize::ByteSize;
 use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
 use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 
-use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::environment::EnvironmentLayout;
-use crate::formats::{self, Exposure, ExrCompression, ExrType, Tonemap};
+use crate::image_options::{self, Exposure, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
-use crate::target::Stop;
+use crate::resolve::{self, RenderJob};
+use crate::stop_options::StopOptions;
 use crate::{light_groups, message, sort};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
@@ -43,12 +43,12 @@ pub(crate) struct Cli {
     /// Width and height in pixels [default: the file's, or 600 rows; 800 600
     /// with --cs184]
     #[arg(short, long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
-    #[arg(value_parser = check::pixels, help_heading = "Image")]
+    #[arg(value_parser = resolve::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
 
     /// Render only this cell: X, Y of its lower left corner from the lower left, and its size
     #[arg(short = 'p', long, value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
-    #[arg(value_parser = check::count, help_heading = "Image")]
+    #[arg(value_parser = resolve::count, help_heading = "Image")]
     pub(crate) cell: Option<Vec<u32>>,
 
     /// Bits per channel of a PNG file
@@ -58,7 +58,7 @@ pub(crate) struct Cli {
     /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the curve. auto
     /// takes those with which it fits a screen [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
-    #[arg(value_parser = formats::exposure, help_heading = "Image")]
+    #[arg(value_parser = image_options::exposure, help_heading = "Image")]
     pub(crate) exposure: Option<Exposure>,
 
     /// Curve that brings light beyond the screen's white into a PNG image [default: linear]
@@ -82,33 +82,33 @@ pub(crate) struct Cli {
     pub(crate) denoise: bool,
 
     /// Show the image in the viewer tev while it is rendered; tev listens at 127.0.0.1:14158
-    #[arg(long, value_name = "HOST:PORT", value_parser = formats::address, help_heading = "Image")]
+    #[arg(long, value_name = "HOST:PORT", value_parser = image_options::address, help_heading = "Image")]
     pub(crate) tev: Option<String>,
 
     /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::positive)]
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
     /// Only the samples of these numbers, as 0..256, to be merged with others
-    #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = check::samples)]
+    #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = resolve::samples)]
     #[arg(conflicts_with_all = ["cs184", "adaptive"], help_heading = "Sampling")]
     pub(crate) samples: Option<(u32, u32)>,
 
     /// Samples of each area light at each surface point; of all together where they are many
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = check::light_samples, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::light_samples, help_heading = "Sampling")]
     pub(crate) light_samples: u32,
 
     /// Most surface interactions of a path: 0 shows lights only, 1 direct light [default: the
     /// file's, or 16; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::count)]
     #[arg(help_heading = "Sampling")]
     pub(crate) max_depth: Option<u32>,
 
     /// 0 shows only light of exactly --max-depth interactions; more than 0 all up to it
     #[arg(short = 'o', long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = check::count, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::count, help_heading = "Sampling")]
     pub(crate) accumulate: u32,
 
     /// Direct light by uniform directions of the hemisphere (same as --direct hemisphere)
@@ -126,28 +126,28 @@ pub(crate) struct Cli {
     pub(crate) adaptive: Option<Vec<String>>,
 
     #[command(flatten)]
-    pub(crate) stop: Stop,
+    pub(crate) stop: StopOptions,
 
     /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
     /// less noise, but less light; the summary says how much
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
-    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp: Option<f32>,
 
     /// Likewise, only those of light scattered at least twice, which have most of the noise
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
-    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp_indirect: Option<f32>,
 
     /// Let the paths of squares of N × N pixels (1, 2 or 4) bring their light to each other: less noise
     /// in each for 1.2 to 2.3 times the time, but the noise of neighbours is alike
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = check::reuse, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,
 
     /// Let each path go on N ways (a power of two up to 64) from the first surface where it scatters
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = check::split, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::split, help_heading = "Sampling")]
     pub(crate) split: u32,
 
     /// Where random numbers come from
@@ -161,7 +161,7 @@ pub(crate) struct Cli {
 
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
-    #[arg(value_parser = check::count, help_heading = "Sampling")]
+    #[arg(value_parser = resolve::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
     /// What to compute: path, volpath (with media), direct, ao, normals or cs184 [default: the
@@ -171,7 +171,7 @@ pub(crate) struct Cli {
 
     /// Distance beyond which nothing occludes, for --integrator ao; 0 is unlimited [default: 0]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = check::not_negative, help_heading = "What to show")]
+    #[arg(value_parser = resolve::not_negative, help_heading = "What to show")]
     pub(crate) ao_distance: Option<f32>,
 
     /// Show only light of some numbers of interactions: emission 0, direct 0 and 1, indirect 2 and
@@ -181,7 +181,7 @@ pub(crate) struct Cli {
 
     /// Also write these channels of the first surfaces into the image, an .exr file; those named
     /// cryptomatte are mattes of all objects or materials
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = check::aovs())]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = resolve::aovs())]
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,
 
@@ -220,18 +220,18 @@ pub(crate) struct Cli {
 
     /// Radius of the lens; 0 is a pinhole [default: the camera's, or 0]
     #[arg(short = 'b', long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = check::not_negative, help_heading = "Scene")]
+    #[arg(value_parser = resolve::not_negative, help_heading = "Scene")]
     pub(crate) lens_radius: Option<f32>,
 
     /// Blades of the lens, which leave a regular polygon open whose corners lie on its rim
     /// [default: the camera's, or a round opening]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = check::blades)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::blades)]
     #[arg(help_heading = "Scene")]
     pub(crate) aperture_blades: Option<u32>,
 
     /// Turn of that polygon in degrees, counter-clockwise; at 0 a corner is at the right
     #[arg(long, value_name = "DEGREES", default_value = "0", allow_negative_numbers = true)]
-    #[arg(value_parser = check::degrees, help_heading = "Scene")]
+    #[arg(value_parser = resolve::degrees, help_heading = "Scene")]
     pub(crate) aperture_rotation: f64,
 
     /// Show all directions around the camera, in latitude and longitude
@@ -245,11 +245,11 @@ pub(crate) struct Cli {
 
     /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = check::above_zero, help_heading = "Scene")]
+    #[arg(value_parser = resolve::above_zero, help_heading = "Scene")]
     pub(crate) focal_distance: Option<f32>,
 
     /// Threads; 0 is one per core [default: 0; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::threads)]
     #[arg(help_heading = "Machine")]
     pub(crate) threads: Option<usize>,
 
@@ -264,23 +264,23 @@ pub(crate) struct Cli {
 
     /// Most shapes in a leaf of the tree
     #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
-    #[arg(value_parser = check::leaf_size, help_heading = "Machine")]
+    #[arg(value_parser = resolve::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
 
     /// Refuse what needs more memory, by an estimate [default: what the system and control groups have
     /// left]
-    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = check::bytes)]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = resolve::bytes)]
     #[arg(help_heading = "Machine")]
     pub(crate) max_memory: Option<ByteSize>,
 
     /// Side of the tiles that threads share, in pixels
     #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]
-    #[arg(value_parser = check::positive, help_heading = "Machine")]
+    #[arg(value_parser = resolve::positive, help_heading = "Machine")]
     pub(crate) tile_size: u32,
 
     /// Seconds after which the samples so far are written beside the image, to go on from; 0 is never
     #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
-    #[arg(value_parser = check::seconds, help_heading = "Machine")]
+    #[arg(value_parser = resolve::seconds, help_heading = "Machine")]
     pub(crate) checkpoint_every: f64,
 
     /// Forget the samples that are there, instead of going on from them
@@ -510,7 +510,7 @@ pub(crate) enum Action {
     /// To print a text.
     Print(Vec<u8>),
     /// To render.
-    Render(Box<Checked>),
+    Render(Box<RenderJob>),
     /// To do something with samples.
     Command(Command),
 }
@@ -574,10 +574,10 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
 ///
 /// # Errors
 /// A message if they make no sense.
-pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<Checked, String> {
+pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<RenderJob, String> {
     sort::paths(&mut cli)?;
     sort::cameras(&mut cli)?;
-    check::check(cli, command)
+    resolve::check(cli, command)
 }
 
 fn completions(shell: clap_complete::Shell) -> Vec<u8> {

@@ -7,7 +7,7 @@ use std::sync::{Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use pathtracer::eta::{Eta, Left};
+use pathtracer::eta::{Eta, TimeRemaining};
 use pathtracer::{Observer, Outcome, ProgressUpdate};
 use serde_json::json;
 
@@ -158,7 +158,7 @@ fn message(state: &State, now: Duration) -> String {
         state.latest.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error));
     let human = |seconds: f64| HumanDuration(Duration::from_secs_f64(seconds)).to_string();
     let left = match state.eta.left() {
-        Some(Left { least, likely, most }) if most < MAX_SECONDS => {
+        Some(TimeRemaining { least, likely, most }) if most < MAX_SECONDS => {
             format!("{} left ({} to {})", human(likely), human(least), human(most))
         }
         _ => "how long is not known yet".into(),

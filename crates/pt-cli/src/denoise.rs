@@ -8,7 +8,7 @@ use pathtracer::Film;
 use pathtracer::denoise::{self, DenoiseError, Denoiser, NEEDED};
 use pathtracer::image::{Channel, Image, Samples, SaveOptions};
 
-use crate::check::Checked;
+use crate::resolve::RenderJob;
 
 /// The layer of an EXR image, and the end of the name of a PNG image, that holds what was rendered.
 const NOISY: &str = "noisy";
@@ -26,7 +26,7 @@ impl Denoising {
     ///
     /// # Errors
     /// If it is missing, with `--strict`.
-    pub(crate) fn begin(request: &Checked, threads: usize) -> Result<Self> {
+    pub(crate) fn begin(request: &RenderJob, threads: usize) -> Result<Self> {
         let is_wanted = request.cli.denoise;
         let denoiser = match is_wanted.then(|| Denoiser::open(threads)).transpose() {
             Ok(denoiser) => denoiser,

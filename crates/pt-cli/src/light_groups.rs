@@ -4,7 +4,7 @@ use pathtracer::light_groups::{REST, as_layer};
 use pathtracer::{INTEGRATORS, LightGroup, LightGroups, Registration, Scene, light_groups};
 
 use crate::args::{Cli, Direct};
-use crate::check::has_room_for_channels;
+use crate::resolve::has_room_for_channels;
 
 /// Groups of lights.
 ///

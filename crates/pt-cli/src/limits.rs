@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use bytesize::ByteSize;
 use pathtracer::{Scene, memory};
 
-use crate::check::{Checked, bytes_per_pixel};
+use crate::resolve::{RenderJob, bytes_per_pixel};
 use crate::{FAILURE, light_groups};
 
 /// Whether samples are taken: they are not given up for want of memory.
@@ -52,7 +52,7 @@ pub(crate) struct Limit {
 
 impl Limit {
     /// That of the command line, or what the system has left.
-    pub(crate) fn of(request: &Checked) -> Self {
+    pub(crate) fn of(request: &RenderJob) -> Self {
         if let Some(most) = request.cli.max_memory {
             memory::set_limit(most.as_u64());
             return Self { most: Some(most.as_u64()), source: "than --max-memory allows" };
@@ -66,7 +66,7 @@ impl Limit {
     ///
     /// # Errors
     /// If they need more.
-    pub(crate) fn check_files(&self, request: &Checked) -> Result<()> {
+    pub(crate) fn check_files(&self, request: &RenderJob) -> Result<()> {
         let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
         let files = request.scene().into_iter().chain(&request.cli.environment);
         let files = files.map(|path| size(path)).sum();
@@ -80,7 +80,7 @@ impl Limit {
     ///
     /// # Errors
     /// If it needs more.
-    pub(crate) fn check_scene(&self, request: &Checked, scene: &Scene) -> Result<()> {
+    pub(crate) fn check_scene(&self, request: &RenderJob, scene: &Scene) -> Result<()> {
         let resolution = request.resolution.or(scene.settings.resolution).unwrap_or_default();
         let groups = light_groups::most(&request.cli, scene);
         self.check(&[
@@ -110,7 +110,7 @@ impl Limit {
 }
 
 /// What the film of an image, with so many groups of lights, and its development take; a cell takes less.
-fn film_bytes(request: &Checked, [width, height]: [u32; 2], groups: usize) -> u64 {
+fn film_bytes(request: &RenderJob, [width, height]: [u32; 2], groups: usize) -> u64 {
     let [width, height] = match request.cli.cell.as_deref() {
         Some(&[_, _, dx, dy]) => [dx, dy],
         _ => [width, height],

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bytesize::ByteSize;
 use pathtracer::{Limits, LoadOptions, Placement};
 
-use crate::{check, config};
+use crate::{config, resolve};
 
 /// The folders of which a scene may name files.
 #[derive(clap::Args, Debug, Clone, Default, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub(crate) struct Folders {
 pub(crate) struct Loading {
     /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
     /// names
-    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = check::definition)]
+    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = resolve::definition)]
     #[arg(help_heading = "Scene")]
     pub(crate) define: Vec<(String, String)>,
 
@@ -37,7 +37,7 @@ pub(crate) struct Loading {
     limit: Vec<(String, u64)>,
 
     /// Show the animations of a glTF scene at this time [default: all stands where it does at rest]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = resolve::seconds)]
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
 
@@ -49,7 +49,7 @@ pub(crate) struct Loading {
 
     /// Radius of points and lines, which are shown as spheres and cylinders, in the unit of the scene [default: as the
     /// file says, or half of the mean distance between points; of lines, 1/250 of their extent]
-    #[arg(long, value_name = "RADIUS", value_parser = check::radius)]
+    #[arg(long, value_name = "RADIUS", value_parser = resolve::radius)]
     #[arg(help_heading = "Scene")]
     pub(crate) point_radius: Option<f64>,
 }

@@ -6,37 +6,28 @@
 mod message;
 
 mod args;
-mod check;
+mod checkpointing;
 mod commands;
 mod config;
 mod console;
-mod convert;
 mod course;
 mod cpu;
 mod denoise;
-mod describe;
 mod environment;
-mod examine;
-mod explain;
-mod fault;
-mod formats;
-mod info;
-mod keeping;
+mod image_options;
 mod light_groups;
 mod limits;
 mod loading;
 mod lock;
 mod machine;
-mod merge;
 mod opacity;
 mod output;
-mod render;
-mod rerender;
-mod resume;
+mod panic;
+mod resolve;
 mod seal;
 mod sort;
+mod stop_options;
 mod summary;
-mod target;
 mod tev;
 mod trust;
 
@@ -49,8 +40,8 @@ const FAILURE: u8 = 2;
 
 fn main() -> ExitCode {
     pathtracer::memory::return_large_arrays();
-    fault::silence();
-    fault::guarded(run)
+    panic::silence();
+    panic::guarded(run)
 }
 
 /// The program, but for its faults.
@@ -72,14 +63,14 @@ fn run() -> ExitCode {
     limits::watch();
     let done = match action {
         args::Action::Print(text) => output::print_as_is(&text),
-        args::Action::Render(request) => render::run(&request),
-        args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
-        args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
-        args::Action::Command(Command::Info(info)) => info::run(&info),
-        args::Action::Command(Command::Check(check)) => examine::run(&check),
-        args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
-        args::Action::Command(Command::Explain(explain)) => explain::run(*explain),
-        args::Action::Command(Command::Convert(convert)) => convert::run(&convert),
+        args::Action::Render(request) => commands::render::run(&request),
+        args::Action::Command(Command::Resume(resume)) => commands::resume::run(&resume),
+        args::Action::Command(Command::Merge(merge)) => commands::merge::run(&merge),
+        args::Action::Command(Command::Info(info)) => commands::info_image::run(&info),
+        args::Action::Command(Command::Check(check)) => commands::check::run(&check),
+        args::Action::Command(Command::Rerender(rerender)) => commands::rerender::run(&rerender),
+        args::Action::Command(Command::Explain(explain)) => commands::explain::run(*explain),
+        args::Action::Command(Command::Convert(convert)) => commands::convert::run(&convert),
     };
     done.unwrap_or_else(|error| {
         report!("pathtracer: {}", message::of_error(&error));

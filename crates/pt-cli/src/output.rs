@@ -7,13 +7,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use pathtracer::cryptomatte::{self, Names};
 use pathtracer::image::{self, Extreme, Image, SaveOptions};
-use pathtracer::receipt::Receipt;
+use pathtracer::provenance::Provenance;
 use pathtracer::{Film, Region, Session, aov, groups};
 
-use crate::check::Checked;
 use crate::denoise::Denoising;
-use crate::formats::{self, Exposure};
+use crate::image_options::{self, Exposure};
 use crate::message::printable;
+use crate::resolve::RenderJob;
 
 /// Prints a text, [printable]; a reader that has seen enough is no error.
 ///
@@ -94,7 +94,7 @@ pub(crate) fn write_image(
         let mut files = Vec::new();
         for (path, image, options) in denoising.images(film, path, rendered, options) {
             image::save(&image, &path, &options)?;
-            tell_beyond_half(&path, image::count_beyond_half(&image, &options));
+            warn_beyond_half(&path, image::count_beyond_half(&image, &options));
             files.push(path);
         }
         return Ok(files);
@@ -106,7 +106,7 @@ pub(crate) fn write_image(
     Ok(vec![path.to_owned()])
 }
 
-fn tell_beyond_half(path: &Path, count: usize) {
+fn warn_beyond_half(path: &Path, count: usize) {
     if count > 0 {
         report!(
             "warning: {}: {count} numbers are beyond 65504, the greatest of 16 bits, and are written as that; \
@@ -117,7 +117,7 @@ fn tell_beyond_half(path: &Path, count: usize) {
 }
 
 /// Options with which the image of a film is written.
-pub(crate) fn save_options(request: &Checked, receipt: &Receipt, film: &Film) -> SaveOptions {
+pub(crate) fn save_options(request: &RenderJob, receipt: &Provenance, film: &Film) -> SaveOptions {
     let mut options = request.save_options(receipt);
     if request.cli.exposure == Some(Exposure::Auto) {
         options.tone.exposure = image::auto_exposure(&rendered(film));
@@ -137,8 +137,8 @@ fn rendered(film: &Film) -> Image {
 /// If a file cannot be written; then it is as it was before.
 pub(crate) fn write(
     session: &Session,
-    request: &Checked,
-    receipt: &Receipt,
+    request: &RenderJob,
+    receipt: &Provenance,
     denoising: &Denoising,
 ) -> Result<Vec<PathBuf>> {
     let path = request.output();
@@ -155,13 +155,13 @@ pub(crate) fn write(
 }
 
 /// Says that a PNG image shows nearly nothing, why that is likely, and what helps.
-pub(crate) fn tell_extremes(session: &Session, request: &Checked) {
+pub(crate) fn report_extremes(session: &Session, request: &RenderJob) {
     let is_png = request.output().extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if !is_png || request.cli.cs184 || request.cli.exposure == Some(Exposure::Auto) {
         return;
     }
     let image = session.image();
-    let message = match image::extreme(&image, formats::tone(&request.cli).exposure) {
+    let message = match image::extreme(&image, image_options::tone(&request.cli).exposure) {
         None => return,
         Some(Extreme::Nothing) if session.scene().light_count == 0 => return, // which was said
         Some(Extreme::Nothing) => {

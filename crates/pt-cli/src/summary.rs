@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use pathtracer::{Clamp, Outcome, Session, Statistics, image};
 
-use crate::target;
+use crate::stop_options;
 
 /// What a render did.
 pub(crate) struct Summary<'a> {
@@ -55,7 +55,7 @@ impl Summary<'_> {
             count(s.rays as usize, "ray"),
             s.rays as f64 / seconds * 1e-6
         );
-        if let Some(error) = target::summary(self.session) {
+        if let Some(error) = stop_options::summary(self.session) {
             report!("error     {error}");
         }
         if self.session.settings().clamp != Clamp::NONE {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use pathtracer::file::resolved;
-use pathtracer::film_file::About;
+use pathtracer::film_file::FilmHeader;
 use pathtracer::image::folder_of;
 
 use crate::args::Cli;
@@ -39,7 +39,7 @@ pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
 ///
 /// # Errors
 /// If they lie elsewhere, or the folder cannot be entered.
-pub(crate) fn enter(output: &Path, about: &About, cli: &Cli) -> Result<()> {
+pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> {
     let folder = about.folder.as_path();
     if seal::is_ours(&about.seal, output, folder, &about.command) {
         return enter_folder(folder);

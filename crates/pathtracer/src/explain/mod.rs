@@ -6,7 +6,7 @@
 
 mod fireflies;
 mod names;
-mod types;
+mod path_expressions;
 
 use std::ops::Range;
 
@@ -19,16 +19,16 @@ use crate::{Session, Silent};
 
 pub use fireflies::{Cause, Fireflies, Firefly};
 pub(crate) use names::title;
-pub use names::{Names, Thing};
+pub use names::{Names, SceneItem};
+pub use path_expressions::{PathExpression, expression};
 pub use pt_core::light::tree::Chosen;
 pub use pt_cpu::trace::{
     Contribution, LightRef, LightSource, Sample, SampledLight, ScatterEvent, ScatterSample,
     ScatterSite, Trace, Vertex,
 };
-pub use types::{PathType, expression};
 
 use fireflies::Suspects;
-use types::Types;
+use path_expressions::PathExpressions;
 
 /// What a pixel is made of. Luminances are those of linear Rec. 709.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub struct Explanation {
     /// The samples that were refused; they count as black.
     pub rejected: InvalidSamples,
     /// Its light by the ways that it took, of which the first has most of the variance.
-    pub types: Vec<PathType>,
+    pub types: Vec<PathExpression>,
     /// What is left of the variance: the ways of light vary together, Σ 2 cov / variance.
     pub together: f64,
     /// The paths that bring most, of which the first brings most of all.
@@ -134,7 +134,7 @@ fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) 
 
 /// What was seen so far of the samples of a pixel.
 struct Observed {
-    types: Types,
+    types: PathExpressions,
     /// Luminances of samples.
     luminances: Vec<f64>,
     brightest: Brightest<LightPath>,
@@ -144,7 +144,7 @@ struct Observed {
 impl Observed {
     fn new(top: usize) -> Self {
         Self {
-            types: Types::default(),
+            types: PathExpressions::default(),
             luminances: Vec::new(),
             brightest: Brightest::new(top),
             suspects: Suspects::new(),

@@ -15,7 +15,7 @@ pub struct Names<'a> {
 
 /// Something in a scene, as people find it there.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Thing {
+pub struct SceneItem {
     /// What it is: `triangle`, `sphere`, or the kind of a light.
     pub kind: &'static str,
     /// Its object, by its name or by its line in the file, or the light's own name; `None` if it is none of the scene's.
@@ -31,10 +31,10 @@ impl<'a> Names<'a> {
     }
 
     /// What a primitive is.
-    pub fn primitive(&self, primitive: u32) -> Thing {
+    pub fn primitive(&self, primitive: u32) -> SceneItem {
         let place = self.compiled.locate_primitive(primitive);
         let object = self.scene.objects.get(place.object as usize);
-        Thing {
+        SceneItem {
             kind: if place.is_sphere { "sphere" } else { "triangle" },
             object: name_of(&self.scene.objects, place.object),
             material: object.and_then(|object| self.material(object, place.index)),
@@ -47,8 +47,8 @@ impl<'a> Names<'a> {
     }
 
     /// What a light is that was sampled.
-    pub fn light(&self, sampled: &SampledLight) -> Thing {
-        let unknown = Thing { kind: "moving light", object: None, material: None };
+    pub fn light(&self, sampled: &SampledLight) -> SceneItem {
+        let unknown = SceneItem { kind: "moving light", object: None, material: None };
         let LightRef::Static(number) = sampled.light else { return unknown };
         let Some(light) = self.compiled.lights.as_slice().get(number) else { return unknown };
         let chosen = sampled.chosen.map(|chosen| chosen.number);
@@ -68,7 +68,7 @@ impl<'a> Names<'a> {
             }
             LightSourceId::Sky(_) | LightSourceId::Medium(_) => None,
         });
-        Thing { kind: AnyLight::name(light), object, material: None }
+        SceneItem { kind: AnyLight::name(light), object, material: None }
     }
 
     /// What a light without a shape is, or the one of several that was chosen.

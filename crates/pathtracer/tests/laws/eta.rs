@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use pathtracer::eta::{Eta, Left};
+use pathtracer::eta::{Eta, TimeRemaining};
 use pathtracer::{
     Adaptive, CompileOptions, Observer, ProgressUpdate, Scene, Session, Settings, default_scene,
 };
@@ -13,7 +13,7 @@ use crate::scenes::{cornell, size, under_a_sky};
 const MILLION: f64 = 1e6;
 
 /// What was foretold, at which time, from a tenth of the samples on.
-struct Prophet(Mutex<(Eta, Vec<(f64, Left)>)>);
+struct Prophet(Mutex<(Eta, Vec<(f64, TimeRemaining)>)>);
 
 impl Observer for Prophet {
     fn progress(&self, advance: &ProgressUpdate) {
@@ -38,7 +38,8 @@ fn foresight(scene: &Scene, settings: &Settings) -> (usize, usize, f64) {
     let (_, statistics) = session.render(1, 12, &prophet).expect("it renders");
     let end = statistics.rays as f64 / MILLION;
     let (_, told) = prophet.0.into_inner().expect("no thread panics");
-    let inside = |&&(at, left): &&(f64, Left)| (at + left.least..=at + left.most).contains(&end);
+    let inside =
+        |&&(at, left): &&(f64, TimeRemaining)| (at + left.least..=at + left.most).contains(&end);
     let width: f64 = told.iter().map(|(_, left)| (left.most - left.least) / end).sum();
     (told.iter().filter(inside).count(), told.len(), width / told.len() as f64)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use bytesize::ByteSize;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
-use pathtracer::receipt::{self, Receipt};
+use pathtracer::provenance::{self, Provenance};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, Filter, HALF_B_OFFSET, INTEGRATORS,
     LoadOptions, MAX_REUSE, MAX_SPLIT, Region, RenderHints, Roulette, SamplerKind, Scene, Settings,
@@ -13,8 +13,8 @@ use pathtracer::{
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
-use crate::formats::{self, Exposure};
-use crate::{light_groups, target};
+use crate::image_options::{self, Exposure};
+use crate::{light_groups, stop_options};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MAX_PIXELS: u64 = 1 << 28;
@@ -24,7 +24,7 @@ const PIXEL_BYTES: u64 = 125;
 const COURSE_ROULETTE: f32 = 0.65;
 
 /// A command line that makes sense.
-pub(crate) struct Checked {
+pub(crate) struct RenderJob {
     pub(crate) cli: Cli,
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) resolution: Option<[u32; 2]>,
@@ -33,7 +33,7 @@ pub(crate) struct Checked {
     /// Samples for which random numbers are laid out, where an earlier run says so.
     pub(crate) layout: Option<u32>,
     /// The image that is made again, and must be the same.
-    pub(crate) of: Option<Box<Receipt>>,
+    pub(crate) of: Option<Box<Provenance>>,
     /// The samples that are there have to be of this image.
     pub(crate) goes_on: bool,
 }
@@ -196,7 +196,7 @@ pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
 ///
 /// # Errors
 /// A message that says what is wrong and what was expected.
-pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
+pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<RenderJob, String> {
     let adaptive = adaptive(&cli)?;
     let resolution = match cli.resolution.as_deref() {
         Some(&[w, h]) => Some([w, h]),
@@ -213,7 +213,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
     }
     check_aovs(&cli)?;
-    formats::check(&cli)?;
+    image_options::check(&cli)?;
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     if clamps
         && (cli.cs184
@@ -286,8 +286,8 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         );
     }
     light_groups::check(&cli)?;
-    target::check(&cli)?;
-    Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None, goes_on: false })
+    stop_options::check(&cli)?;
+    Ok(RenderJob { cli, adaptive, resolution, command, layout: None, of: None, goes_on: false })
 }
 
 /// What a plan of samples and what is reckoned for it take of a pixel.
@@ -365,7 +365,7 @@ fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
     Ok(Some(Adaptive { batch, tolerance }))
 }
 
-impl Checked {
+impl RenderJob {
     /// The scene's file, if one is given.
     pub(crate) fn scene(&self) -> Option<&PathBuf> {
         self.cli.paths.first()
@@ -388,21 +388,21 @@ impl Checked {
     }
 
     /// How to write images, with what they say about themselves.
-    pub(crate) fn save_options(&self, receipt: &Receipt) -> SaveOptions {
+    pub(crate) fn save_options(&self, receipt: &Provenance) -> SaveOptions {
         let receipt = match self.cli.receipt {
             ReceiptKind::Full => Some(receipt.to_text()),
-            ReceiptKind::Stable => Some(Receipt { run: None, ..receipt.clone() }.to_text()),
+            ReceiptKind::Stable => Some(Provenance { run: None, ..receipt.clone() }.to_text()),
             ReceiptKind::None => None,
         };
         let software = ("Software", concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned());
-        let metadata = std::iter::once(software).chain(receipt.map(|text| (receipt::KEY, text)));
+        let metadata = std::iter::once(software).chain(receipt.map(|text| (provenance::KEY, text)));
         SaveOptions {
             png_bits: match self.cli.png_bits {
                 PngBits::Eight => BitDepth::Eight,
                 PngBits::Sixteen => BitDepth::Sixteen,
             },
             transfer: if self.cli.cs184 { Transfer::Course } else { Transfer::Srgb },
-            tone: formats::tone(&self.cli),
+            tone: image_options::tone(&self.cli),
             exr_type: self.cli.exr_type.map(Into::into).unwrap_or_default(),
             exr_compression: self.cli.exr_compression.map(Into::into).unwrap_or_default(),
             metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),

@@ -7,7 +7,7 @@ use pathtracer::cryptomatte;
 use pathtracer::image::{Compression, Precision, Tone, ToneCurve};
 
 use crate::args::Cli;
-use crate::check::is_film;
+use crate::resolve::is_film;
 
 /// Curves to the light of screens.
 #[derive(ValueEnum, Clone, Copy, Debug)]

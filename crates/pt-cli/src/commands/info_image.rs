@@ -7,11 +7,12 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow};
 use pathtracer::film_file::{self, FilmFile, film_of_image};
 use pathtracer::image;
-use pathtracer::receipt::{Receipt, Run};
+use pathtracer::provenance::{Provenance, RunStatistics};
 
-use crate::check::is_film;
+use super::info_scene;
 use crate::commands::Info;
-use crate::{describe, output};
+use crate::output;
+use crate::resolve::is_film;
 
 /// Prints what an image or a film says about itself, or what a scene is made of.
 ///
@@ -19,7 +20,7 @@ use crate::{describe, output};
 /// If it cannot be read, or says nothing.
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     if pathtracer::is_scene(&info.file) {
-        return describe::run(info);
+        return info_scene::run(info);
     }
     let receipt = receipt_of(&info.file)?;
     let text = if info.json { receipt.to_text() + "\n" } else { text(&receipt) };
@@ -27,11 +28,11 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
 }
 
 /// That of a film, or of an image or else of the film beside it.
-fn receipt_of(path: &Path) -> Result<Receipt> {
+fn receipt_of(path: &Path) -> Result<Provenance> {
     if is_film(path) {
         return of_film(path);
     }
-    let found = Receipt::find(&image::metadata(path)?)
+    let found = Provenance::find(&image::metadata(path)?)
         .map_err(|message| anyhow!("{}: {message}", path.display()))?;
     let film = film_of_image(path);
     match found {
@@ -44,9 +45,9 @@ fn receipt_of(path: &Path) -> Result<Receipt> {
     }
 }
 
-fn of_film(path: &Path) -> Result<Receipt> {
+fn of_film(path: &Path) -> Result<Provenance> {
     let FilmFile { about, film } = film_file::read(path)?;
-    let run = Run {
+    let run = RunStatistics {
         command: about.command.clone(),
         folder: about.folder.clone(),
         seal: String::new(),
@@ -57,10 +58,10 @@ fn of_film(path: &Path) -> Result<Receipt> {
         machine: None,
         date: None,
     };
-    Ok(Receipt::new(&about, &film, Some(run)))
+    Ok(Provenance::new(&about, &film, Some(run)))
 }
 
-fn text(receipt: &Receipt) -> String {
+fn text(receipt: &Provenance) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
         // Strings take all.
@@ -68,7 +69,7 @@ fn text(receipt: &Receipt) -> String {
     };
     line("version", &receipt.version);
     line("state", if receipt.finished { "finished" } else { "not finished" });
-    let Receipt { first, spp, samples, .. } = receipt;
+    let Provenance { first, spp, samples, .. } = receipt;
     line(
         "samples",
         &format!("{first} to {spp}, {samples} in all, {:.1} per pixel", receipt.per_pixel()),

@@ -6,10 +6,11 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use bytesize::ByteSize;
-use pathtracer::inventory::{Inventory, Item};
+use pathtracer::scene_stats::{Item, SceneStats};
 
+use super::render;
 use crate::commands::Info;
-use crate::{output, render};
+use crate::output;
 
 /// Most names of each kind that are shown.
 const MAX_NAMES: usize = 20;
@@ -20,8 +21,8 @@ const MAX_NAMES: usize = 20;
 /// If it cannot be read or rendered.
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     let reading = pathtracer::read_with(&info.file, &info.loading.options(false));
-    render::tell_missing(&reading.missing);
-    let inventory = Inventory::of(&reading.scene?, &reading.sources)
+    render::warn_missing(&reading.missing);
+    let inventory = SceneStats::of(&reading.scene?, &reading.sources)
         .with_context(|| format!("{} cannot be rendered", info.file.display()))?;
     let text = if info.json {
         serde_json::to_string_pretty(&inventory).context("it cannot be written as JSON")? + "\n"
@@ -31,7 +32,7 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     output::print(&text)
 }
 
-fn text(inventory: &Inventory) -> String {
+fn text(inventory: &SceneStats) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
         // Strings take all.

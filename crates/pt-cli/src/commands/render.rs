@@ -6,21 +6,21 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
 use pathtracer::image::{self, Image, Transfer};
-use pathtracer::receipt::Receipt;
+use pathtracer::provenance::Provenance;
 use pathtracer::{
     CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Registration, Scene, Session,
     Settings, SourceFile, Warning, camera_file,
 };
 
-use crate::check::{Checked, check_estimator};
+use crate::checkpointing::Checkpointer;
 use crate::console::Console;
 use crate::denoise::Denoising;
-use crate::keeping::Keeping;
 use crate::limits::Limit;
 use crate::lock::Lock;
+use crate::resolve::{RenderJob, check_estimator};
 use crate::summary::{Summary, cpu_seconds};
 use crate::tev::Viewer;
-use crate::{course, limits, output, target};
+use crate::{course, limits, output, stop_options};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -39,14 +39,14 @@ pub(crate) struct Done {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
     /// What the image says about itself, if there is one.
-    pub(crate) receipt: Option<Receipt>,
+    pub(crate) receipt: Option<Provenance>,
 }
 
 /// Renders what the command line asks for, and writes it.
 ///
 /// # Errors
 /// As [`render`].
-pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
+pub(crate) fn run(request: &RenderJob) -> Result<ExitCode> {
     Ok(render(request)?.status)
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
 ///
 /// # Errors
 /// If a file cannot be read or written, or a scene makes no sense.
-pub(crate) fn render(request: &Checked) -> Result<Done> {
+pub(crate) fn render(request: &RenderJob) -> Result<Done> {
     let path = request.output();
     for file in std::iter::once(&path).chain(&request.cli.summary_json) {
         output::check_writable(file)?;
@@ -65,11 +65,11 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     limit.check_files(request)?;
     let denoising = Denoising::begin(request, threads(request))?;
     let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
-    tell_missing(&scene.missing);
-    tell_notes(request, &scene, &session);
+    warn_missing(&scene.missing);
+    report_notes(request, &scene, &session);
     let threads = threads(request);
-    let mut keeping =
-        Keeping::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;
+    let mut checkpointing =
+        Checkpointer::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
@@ -77,14 +77,15 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let console = Console::new(&request.cli, session.film().samples(), total(&session));
     let cpu = cpu_seconds();
     let mut viewer = connect(request);
-    let (progress, statistics) = keeping.render(&mut session, request, &console, &mut viewer)?;
+    let (progress, statistics) =
+        checkpointing.render(&mut session, request, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish(progress);
-    tell_rejections(request, &session);
+    report_invalid_samples(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
-    let (files, receipt) = keeping.finish(&session, request, progress, &denoising)?;
+    let (files, receipt) = checkpointing.finish(&session, request, progress, &denoising)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         report!("warning: {warning}");
     }
@@ -103,24 +104,24 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             next_steps();
         }
     }
-    tell_incomplete(&scene);
+    warn_incomplete(&scene);
     if !request.cli.quiet {
-        output::tell_extremes(&session, request);
+        output::report_extremes(&session, request);
     }
     let status = match progress {
         Outcome::Cancelled if console.cancelled() => {
             report!("stopped early: the image holds the samples taken so far");
-            if keeping.keeps() {
+            if checkpointing.keeps() {
                 report!("to go on: pathtracer resume {}", path.display());
             }
             ExitCode::from(INTERRUPTED)
         }
         ended => {
             let out_of_time = ended == Outcome::Cancelled;
-            let is_missed = tell_missed(&session, out_of_time);
+            let is_missed = report_missed_target(&session, out_of_time);
             if out_of_time && !request.cli.quiet {
                 report!("time is up: the image holds the samples taken so far");
-                if keeping.keeps() {
+                if checkpointing.keeps() {
                     report!("to go on: pathtracer resume {}", path.display());
                 }
             }
@@ -137,10 +138,11 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
 }
 
 /// Tells if an image is not as good as it was asked to be; returns whether.
-fn tell_missed(session: &Session, out_of_time: bool) -> bool {
-    let is_missed = target::is_missed(session);
+fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
+    let is_missed = stop_options::is_missed(session);
     if is_missed {
-        let found = target::summary(session).unwrap_or("it has not enough samples to tell".into());
+        let found =
+            stop_options::summary(session).unwrap_or("it has not enough samples to tell".into());
         let cause = if out_of_time {
             "time was up before".to_owned()
         } else {
@@ -152,7 +154,7 @@ fn tell_missed(session: &Session, out_of_time: bool) -> bool {
 }
 
 /// The viewer, if one is wanted and there.
-fn connect(request: &Checked) -> Option<Viewer> {
+fn connect(request: &RenderJob) -> Option<Viewer> {
     let address = request.cli.tev.as_deref()?;
     let connected = Viewer::connect(address, &request.output().display().to_string());
     connected.map_err(|warning| report!("warning: {warning}")).ok()
@@ -172,7 +174,7 @@ pub(crate) struct Prepared {
 ///
 /// # Errors
 /// If a file cannot be read, or a scene makes no sense.
-pub(crate) fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
+pub(crate) fn prepare(request: &RenderJob, limit: &Limit, start: Instant) -> Result<Prepared> {
     let mut sources = Vec::new();
     let environment = load_environment(request, &mut sources)?;
     let scene = load_scene(request, &mut sources)?;
@@ -182,7 +184,7 @@ pub(crate) fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Resul
     Ok(Prepared { scene, session, sources, load })
 }
 
-fn threads(request: &Checked) -> usize {
+fn threads(request: &RenderJob) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     match request.cli.threads {
         None if request.cli.cs184 => 1,
@@ -199,7 +201,7 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(request: &Checked, sources: &mut Vec<SourceFile>) -> Result<Scene> {
+fn load_scene(request: &RenderJob, sources: &mut Vec<SourceFile>) -> Result<Scene> {
     let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
     if request.cli.cs184 && !request.cli.quiet {
         course::input(path);
@@ -207,14 +209,14 @@ fn load_scene(request: &Checked, sources: &mut Vec<SourceFile>) -> Result<Scene>
     let reading = pathtracer::read_with(path, &request.load_options());
     sources.extend(reading.sources);
     if reading.scene.is_err() && !request.cli.strict {
-        tell_missing(&reading.missing);
+        warn_missing(&reading.missing);
     }
     Ok(reading.scene?)
 }
 
 /// The environment map, and under `--cs184` the picture of its probabilities.
 fn load_environment(
-    request: &Checked,
+    request: &RenderJob,
     sources: &mut Vec<SourceFile>,
 ) -> Result<Option<EnvironmentMap>> {
     let Some(path) = &request.cli.environment else { return Ok(None) };
@@ -251,7 +253,7 @@ fn load_environment(
 }
 
 fn compile(
-    request: &Checked,
+    request: &RenderJob,
     scene: &Scene,
     environment: Option<EnvironmentMap>,
     sources: &mut Vec<SourceFile>,
@@ -302,7 +304,7 @@ fn compile(
 }
 
 /// Names the files that could not be used, even with `-q`: the picture is another one without them.
-pub(crate) fn tell_missing(missing: &[Warning]) {
+pub(crate) fn warn_missing(missing: &[Warning]) {
     for file in missing.iter().take(MAX_NAMED) {
         report!("missing: {file}");
     }
@@ -312,7 +314,7 @@ pub(crate) fn tell_missing(missing: &[Warning]) {
 }
 
 /// Tells at the end, where it is seen, that the picture is not that of the whole scene.
-fn tell_incomplete(scene: &Scene) {
+fn warn_incomplete(scene: &Scene) {
     let files = match scene.missing.len() {
         0 => return,
         1 => "a file of the scene is".to_owned(),
@@ -324,7 +326,7 @@ fn tell_incomplete(scene: &Scene) {
 }
 
 /// Tells what the user should know about a scene.
-pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
+pub(crate) fn report_notes(request: &RenderJob, scene: &Scene, session: &Session) {
     if request.cli.quiet {
         return;
     }
@@ -341,7 +343,7 @@ pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
 }
 
 /// Samples that are no light are always reported, since they should not exist.
-fn tell_rejections(request: &Checked, session: &Session) {
+fn report_invalid_samples(request: &RenderJob, session: &Session) {
     let rejections = session.film().invalid_samples();
     let Some(first) = rejections.first.first() else { return };
     report!(
@@ -368,7 +370,7 @@ fn tell_rejections(request: &Checked, session: &Session) {
 }
 
 /// Whether `pathtracer explain` takes the command line of this render.
-fn can_be_explained(request: &Checked, session: &Session) -> bool {
+fn can_be_explained(request: &RenderJob, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
     let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();
     *reuse == 1 && *split == 1 && !request.cli.cs184 && INTEGRATORS.iter().any(records)

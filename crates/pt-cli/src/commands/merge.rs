@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Result, bail, ensure};
-use pathtracer::film_file::{self, About, FilmFile, Written};
+use pathtracer::checkpoint::{differences, in_lines};
+use pathtracer::film_file::{self, FilmFile, FilmHeader, Written};
 use pathtracer::image;
-use pathtracer::keep::{differences, in_lines};
-use pathtracer::receipt::Receipt;
+use pathtracer::provenance::Provenance;
 
-use crate::check::is_film;
+use super::resume;
+use crate::checkpointing::run_of;
 use crate::commands::Merge;
 use crate::denoise::Denoising;
-use crate::keeping::run_of;
 use crate::lock::Lock;
-use crate::{output, resume, seal};
+use crate::resolve::is_film;
+use crate::{output, seal};
 
 /// A film, its file, and its samples.
 struct Part {
@@ -42,14 +43,14 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     check(&parts, !is_film(path))?;
     let are_ours = parts.iter().all(is_ours);
     let (paths, mut whole) = sum(parts);
-    let About { folder, command, .. } = &whole.about;
+    let FilmHeader { folder, command, .. } = &whole.about;
     whole.about.seal = if are_ours { seal::of(path, folder, command) } else { String::new() };
     let samples = whole.film.first()..whole.about.spp;
     if is_film(path) {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
     } else {
         let request = resume::request_of(&paths[0], &whole.about)?;
-        let receipt = Receipt::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
+        let receipt = Provenance::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
         let denoising = Denoising::begin(&request, 0)?;
         let (film, names, options) = (
             &whole.film,
@@ -72,7 +73,7 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
 
 /// True of a film that the program made for this user in its place: a film, or that of an image beside it.
 fn is_ours(part: &Part) -> bool {
-    let About { seal, folder, command, .. } = &part.file.about;
+    let FilmHeader { seal, folder, command, .. } = &part.file.about;
     let outputs = [part.path.clone(), part.path.with_extension("")];
     outputs.iter().any(|output| seal::is_ours(seal, output, folder, command))
 }
@@ -147,7 +148,7 @@ fn sum(parts: Vec<Part>) -> (Vec<PathBuf>, FilmFile) {
         sum.film.merge(&next.film);
         let (seconds, rays) = (next.about.seconds, next.about.rays);
         let about = sum.about;
-        sum.about = About {
+        sum.about = FilmHeader {
             spp: next.about.spp,
             seconds: about.seconds + seconds,
             rays: about.rays + rays,

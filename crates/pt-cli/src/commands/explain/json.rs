@@ -3,7 +3,8 @@
 use pathtracer::Session;
 use pathtracer::explain::{
     Cause, Contribution, Explanation, Fireflies, Firefly, LightPath, LightRef, LightSource, Names,
-    PathType, Sample, SampledLight, ScatterEvent, ScatterSite, Thing, Trace, Vertex, expression,
+    PathExpression, Sample, SampledLight, ScatterEvent, ScatterSite, SceneItem, Trace, Vertex,
+    expression,
 };
 use serde_json::{Value, json};
 
@@ -55,7 +56,7 @@ fn print(value: &Value) -> String {
     format!("{value:#}\n")
 }
 
-fn type_value(of_type: &PathType) -> Value {
+fn type_value(of_type: &PathExpression) -> Value {
     json!({
         "expression": of_type.expression,
         "samples": of_type.samples,
@@ -93,7 +94,7 @@ fn trace_value(names: Names, trace: &Trace) -> Value {
     })
 }
 
-fn thing_value(thing: &Thing) -> Value {
+fn thing_value(thing: &SceneItem) -> Value {
     json!({ "kind": thing.kind, "object": thing.object, "material": thing.material })
 }
 

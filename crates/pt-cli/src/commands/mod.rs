@@ -1,6 +1,16 @@
 //! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain; and
 //! with scenes: write them in another format.
 
+pub(crate) mod check;
+pub(crate) mod convert;
+pub(crate) mod explain;
+pub(crate) mod info_image;
+pub(crate) mod info_scene;
+pub(crate) mod merge;
+pub(crate) mod render;
+pub(crate) mod rerender;
+pub(crate) mod resume;
+
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -8,7 +18,7 @@ use clap::Parser;
 
 use crate::args::Cli;
 use crate::loading::{Folders, Loading};
-use crate::{check, target};
+use crate::{resolve, stop_options};
 
 /// What the help of the program says about them.
 pub(crate) const HELP: &str = "\
@@ -73,19 +83,19 @@ pub(crate) struct Resume {
     pub(crate) file: PathBuf,
 
     /// Samples per pixel that the image will have [default: as many as were asked for]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::positive)]
     pub(crate) spp: Option<u32>,
 
     /// Threads; 0 is one per core [default: as before]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::threads)]
     pub(crate) threads: Option<usize>,
 
     /// Stop after this time, as in 90s, 10m or 1h30m [default: never]
-    #[arg(long, value_name = "TIME", value_parser = target::time)]
+    #[arg(long, value_name = "TIME", value_parser = stop_options::time)]
     pub(crate) time_limit: Option<Duration>,
 
     /// Seconds after which the samples so far are written; 0 is never [default: as before]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = resolve::seconds)]
     pub(crate) checkpoint_every: Option<f64>,
 
     #[command(flatten)]
@@ -165,7 +175,7 @@ pub(crate) struct Rerender {
     pub(crate) folders: Folders,
 
     /// Threads; 0 is one per core [default: as before]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::threads)]
     pub(crate) threads: Option<usize>,
 
     /// Print nothing but errors
@@ -209,23 +219,23 @@ pub(crate) struct Explain {
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct OfPixel {
     /// Column of the pixel, from the left; the first is 0
-    #[arg(short = 'x', value_name = "X", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(short = 'x', value_name = "X", allow_negative_numbers = true, value_parser = resolve::count)]
     #[arg(help_heading = "Explain")]
     pub(crate) column: u32,
 
     /// Row of the pixel, from the top; the first is 0
-    #[arg(short = 'y', value_name = "Y", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(short = 'y', value_name = "Y", allow_negative_numbers = true, value_parser = resolve::count)]
     #[arg(help_heading = "Explain")]
     pub(crate) row: u32,
 
     /// Tell all of the sample of this number, and nothing of the others; the first is 0
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::count)]
     #[arg(conflicts_with = "top", help_heading = "Explain")]
     pub(crate) sample: Option<u32>,
 
     /// How many of the brightest paths are shown
     #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
-    #[arg(value_parser = check::count, help_heading = "Explain")]
+    #[arg(value_parser = resolve::count, help_heading = "Explain")]
     pub(crate) top: u32,
 
     /// Print JSON, with all that is known

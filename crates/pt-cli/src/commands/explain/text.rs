@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use pathtracer::Session;
 use pathtracer::explain::{
-    Contribution, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, PathType, Sample,
-    SampledLight, ScatterEvent, ScatterSample, ScatterSite, Trace, Vertex, expression,
+    Contribution, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, PathExpression,
+    Sample, SampledLight, ScatterEvent, ScatterSample, ScatterSite, Trace, Vertex, expression,
 };
 
 use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
@@ -68,16 +68,17 @@ fn types(explanation: &Explanation) -> String {
     };
     let header = ["mean", "of mean", "of variance", "in samples"].map(str::to_owned);
     text += &row("way", header);
-    let is_shown = |t: &&PathType| t.share_of_mean.max(t.share_of_variance) >= MIN_SHARE;
+    let is_shown = |t: &&PathExpression| t.share_of_mean.max(t.share_of_variance) >= MIN_SHARE;
     let (shown, others): (Vec<_>, Vec<_>) = types.iter().partition(is_shown);
     for of_type in shown {
-        let PathType { expression, luminance, share_of_mean, share_of_variance, .. } = of_type;
+        let PathExpression { expression, luminance, share_of_mean, share_of_variance, .. } =
+            of_type;
         let found = format!("{} of {}", of_type.samples, samples.len());
         let [mean, variance] = [*share_of_mean, *share_of_variance].map(percent);
         text += &row(expression, [number(*luminance), mean, variance, found]);
     }
     if !others.is_empty() {
-        let sum = |of: fn(&PathType) -> f64| others.iter().map(|t| of(t)).sum::<f64>();
+        let sum = |of: fn(&PathExpression) -> f64| others.iter().map(|t| of(t)).sum::<f64>();
         let [mean, variance] =
             [sum(|t| t.share_of_mean), sum(|t| t.share_of_variance)].map(percent);
         let name =

@@ -11,9 +11,9 @@ use anyhow::{Result, bail, ensure};
 use pathtracer::explain::{self, Names};
 use pathtracer::{HALF_B_OFFSET, Region, Session};
 
+use crate::commands::render::{self, Prepared};
 use crate::commands::{Explain, OfPixel};
 use crate::limits::Limit;
-use crate::render::{self, Prepared};
 use crate::{args, output};
 
 /// Explains a pixel, or one of its samples, and prints that.
@@ -39,8 +39,8 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
         render::prepare(&request, &Limit::of(&request), Instant::now())?;
     let pixel = pixel(&of, &session)?;
     let first = request.cli.samples.map_or(0, |(from, _)| from);
-    render::tell_missing(&scene.missing);
-    render::tell_notes(&request, &scene, &session);
+    render::warn_missing(&scene.missing);
+    render::report_notes(&request, &scene, &session);
     if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
         report!(
             "note: the first of two halves of the samples; the other one begins with sample {HALF_B_OFFSET}"

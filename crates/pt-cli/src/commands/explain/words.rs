@@ -1,7 +1,7 @@
 //! Words and numbers.
 
 use pathtracer::explain::{
-    Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, Thing,
+    Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, SceneItem,
 };
 use pathtracer::{DirectLight, Session};
 
@@ -58,8 +58,8 @@ pub(super) fn paragraph(first: &str, text: &str) -> String {
 }
 
 /// What a thing is called.
-pub(super) fn thing(thing: &Thing) -> String {
-    let Thing { kind, object, material } = thing;
+pub(super) fn thing(thing: &SceneItem) -> String {
+    let SceneItem { kind, object, material } = thing;
     let object = object.as_ref().map_or("a light's own shape".into(), |name| format!("\"{name}\""));
     let material = material.as_ref().map_or(String::new(), |name| format!(" of \"{name}\""));
     format!("{object} ({kind}{material})")
@@ -75,7 +75,7 @@ pub(super) fn source(names: Names, source: &LightSource) -> String {
             name => format!("\"{name}\" (medium that glows)"),
         },
         LightSource::Light(light) => {
-            let Thing { kind, object, .. } = names.light(light);
+            let SceneItem { kind, object, .. } = names.light(light);
             let object = object.map_or(String::new(), |name| format!(" \"{name}\""));
             format!("{kind}{object}")
         }

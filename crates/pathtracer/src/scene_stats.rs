@@ -12,7 +12,7 @@ use crate::{BuildOptions, Builder, Session, memory};
 
 /// What a scene is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Inventory {
+pub struct SceneStats {
     /// Its name.
     pub name: String,
     /// Metres per unit of length.
@@ -88,7 +88,7 @@ pub struct Memory {
     pub tables: u64,
 }
 
-impl Inventory {
+impl SceneStats {
     /// That of a scene, which is compiled to know its textures, and was read from some files.
     ///
     /// # Errors
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn copies_are_counted_apart_from_what_is_copied() {
         let mut scene = crate::default_scene();
-        let once = Inventory::of(&scene, &[]).expect("it can be rendered");
+        let once = SceneStats::of(&scene, &[]).expect("it can be rendered");
         let spheres = once.counts.spheres;
         assert!(spheres > 0 && once.counts.instances == 0 && once.counts.meshes > 0);
         let mut copies = scene.objects.clone();
@@ -286,7 +286,7 @@ mod tests {
             copy.to_world = DAffine3::from_translation(DVec3::X * 100.0) * copy.to_world;
         }
         scene.objects.extend(copies);
-        let twice = Inventory::of(&scene, &[]).expect("it can be rendered");
+        let twice = SceneStats::of(&scene, &[]).expect("it can be rendered");
         assert_eq!(twice.counts.instances, once.counts.meshes);
         assert_eq!(twice.counts.triangles, once.counts.triangles);
         assert_eq!(twice.counts.triangles_placed, 2 * once.counts.triangles_placed);

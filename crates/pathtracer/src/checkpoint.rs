@@ -5,12 +5,12 @@ use std::thread::{self, JoinHandle};
 
 use pt_core::Film;
 
-use crate::film_file::{self, About, FilmFile, FilmFileError};
-use crate::identity::{self, Difference};
+use crate::film_file::{self, FilmFile, FilmFileError, FilmHeader};
+use crate::fingerprint::{self, Difference};
 
 /// What there was when a render began.
 #[derive(Debug)]
-pub enum Found {
+pub enum ExistingFilm {
     /// Nothing: it begins with its first sample.
     Nothing,
     /// Samples of the same image.
@@ -26,7 +26,7 @@ pub enum Found {
 
 /// Why a render cannot begin.
 #[derive(Debug, thiserror::Error)]
-pub enum KeepError {
+pub enum CheckpointError {
     /// There are samples of another image, which would be lost.
     #[error(
         "{}: holds the samples of a render that is not finished, and which this one cannot go on \
@@ -57,12 +57,12 @@ pub fn in_lines(differences: &[Difference]) -> String {
 
 /// What differs between two films: version, scene and settings. Of files that are missing, their number counts: how
 /// they are named depends on where the program runs.
-pub fn differences(before: &About, now: &About) -> Vec<Difference> {
+pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
     let version = (before.version != now.version)
         .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
-    let files = identity::differences(&before.files, &now.files);
-    let settings = identity::differences(&before.settings, &now.settings);
-    let count = |about: &About| Some(about.missing.len().to_string());
+    let files = fingerprint::differences(&before.files, &now.files);
+    let settings = fingerprint::differences(&before.settings, &now.settings);
+    let count = |about: &FilmHeader| Some(about.missing.len().to_string());
     let missing = (before.missing.len() != now.missing.len())
         .then(|| ("missing files".into(), count(before), count(now)));
     version.into_iter().chain(files).chain(settings).chain(missing).collect()
@@ -82,13 +82,13 @@ fn of_films(before: &Film, now: &Film) -> Option<Difference> {
 
 /// Keeps the film of a render in a file.
 #[derive(Debug)]
-pub struct Keeper {
+pub struct Checkpoint {
     path: PathBuf,
     /// The film that is on its way to the disk.
     placing: Option<JoinHandle<Result<(), FilmFileError>>>,
 }
 
-impl Keeper {
+impl Checkpoint {
     /// A keeper of this file.
     pub fn new(path: PathBuf) -> Self {
         Self { path, placing: None }
@@ -104,13 +104,14 @@ impl Keeper {
     ///
     /// # Errors
     /// If what is there is another image that is not finished, or cannot be read.
-    pub fn find(&self, about: &About, empty: &Film) -> Result<Found, KeepError> {
-        let Some((film, trouble)) = film_file::read_newest(&self.path).map_err(KeepError::Film)?
+    pub fn find(&self, about: &FilmHeader, empty: &Film) -> Result<ExistingFilm, CheckpointError> {
+        let Some((film, trouble)) =
+            film_file::read_newest(&self.path).map_err(CheckpointError::Film)?
         else {
-            return Ok(Found::Nothing);
+            return Ok(ExistingFilm::Nothing);
         };
         if trouble.is_some() {
-            film_file::restore(&self.path).map_err(KeepError::Film)?;
+            film_file::restore(&self.path).map_err(CheckpointError::Film)?;
         }
         let mut differences = differences(&film.about, about);
         differences.extend(of_films(&film.film, empty));
@@ -120,19 +121,19 @@ impl Keeper {
             differences.push(("samples per pixel".into(), samples(most), samples(wanted)));
         }
         if differences.is_empty() {
-            return Ok(Found::Samples { film: Box::new(film), trouble });
+            return Ok(ExistingFilm::Samples { film: Box::new(film), trouble });
         }
         if film.about.finished {
-            return Ok(Found::Another(differences));
+            return Ok(ExistingFilm::Another(differences));
         }
-        Err(KeepError::Changed { path: self.path.clone(), differences })
+        Err(CheckpointError::Changed { path: self.path.clone(), differences })
     }
 
     /// Writes the film; that the disk has it is waited for in the background.
     ///
     /// # Errors
     /// If it cannot be written, or the one before could not. What was there before is there still.
-    pub fn save(&mut self, about: &About, film: &Film) -> Result<(), FilmFileError> {
+    pub fn save(&mut self, about: &FilmHeader, film: &Film) -> Result<(), FilmFileError> {
         self.wait()?;
         let written = film_file::write(&self.path, about, film)?;
         self.placing = Some(thread::spawn(|| written.place()));

@@ -6,7 +6,7 @@ use super::{Contribution, Sample, ScatterEvent, Trace, luminance_of};
 
 /// Light of a pixel that took the same way.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PathType {
+pub struct PathExpression {
     /// See [`expression`].
     pub expression: String,
     /// How many samples have such light.
@@ -37,7 +37,7 @@ pub fn expression(trace: &Trace, contribution: &Contribution) -> String {
 
 /// Sums over the samples that have light of one way.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
+struct RunningMoments {
     samples: u32,
     sum: f64,
     squares: f64,
@@ -45,11 +45,11 @@ struct Moments {
 
 /// All ways so far.
 #[derive(Debug, Default)]
-pub(super) struct Types {
-    by_expression: BTreeMap<String, Moments>,
+pub(super) struct PathExpressions {
+    by_expression: BTreeMap<String, RunningMoments>,
 }
 
-impl Types {
+impl PathExpressions {
     /// Adds a sample, and tells its luminance.
     pub(super) fn add(&mut self, sample: &Sample) -> f64 {
         let mut of_sample = BTreeMap::<String, f64>::new();
@@ -70,12 +70,12 @@ impl Types {
     }
 
     /// What is known of all ways after `n` samples of this mean and this variance.
-    pub(super) fn finish(self, n: usize, mean: f64, variance: f64) -> Vec<PathType> {
+    pub(super) fn finish(self, n: usize, mean: f64, variance: f64) -> Vec<PathExpression> {
         let n = n as f64;
-        let of_type = |(expression, moments): (String, Moments)| {
-            let Moments { samples, sum, squares } = moments;
+        let of_type = |(expression, moments): (String, RunningMoments)| {
+            let RunningMoments { samples, sum, squares } = moments;
             let of_type = (squares - sum * sum / n).max(0.0) / (n - 1.0).max(1.0);
-            PathType {
+            PathExpression {
                 expression,
                 samples,
                 luminance: sum / n,
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn ways_that_make_up_for_each_other_have_variance_and_their_sum_has_none() {
         let vertices = [vertex(ScatterEvent::Diffuse, false)];
-        let mut types = Types::default();
+        let mut types = PathExpressions::default();
         let both = |a, b| sample(0, &vertices, &[(1, true, a), (0, false, b)]);
         assert_eq!([types.add(&both(1.0, 3.0)), types.add(&both(3.0, 1.0))], [4.0; 2]);
         let types = types.finish(2, 4.0, 0.0);

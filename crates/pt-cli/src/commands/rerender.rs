@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use pathtracer::receipt::{Receipt, Run};
+use pathtracer::provenance::{Provenance, RunStatistics};
 use pathtracer::{Outcome, image};
 
+use super::{render, resume};
 use crate::commands::Rerender;
-use crate::render::Done;
-use crate::{render, resume, trust};
+use crate::commands::render::Done;
+use crate::trust;
 
 /// Exit status if the image is another one.
 const ANOTHER: u8 = 1;
@@ -78,10 +79,10 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
 }
 
 /// The receipt of an image that can be made again.
-fn receipt_of(path: &Path) -> Result<(Receipt, Run)> {
+fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
     let shown = path.display();
-    let found =
-        Receipt::find(&image::metadata(path)?).map_err(|message| anyhow!("{shown}: {message}"))?;
+    let found = Provenance::find(&image::metadata(path)?)
+        .map_err(|message| anyhow!("{shown}: {message}"))?;
     let Some(receipt) = found else {
         bail!(
             "{shown}: has no receipt; images of pathtracer have one, unless --receipt none left it out"

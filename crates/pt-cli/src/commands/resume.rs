@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 use pathtracer::SamplerKind;
-use pathtracer::film_file::{self, About, FilmFile, film_of_image};
+use pathtracer::film_file::{self, FilmFile, FilmHeader, film_of_image};
 
+use super::render;
 use crate::args::{self, Action};
-use crate::check::{Checked, is_film};
 use crate::commands::Resume;
-use crate::{render, trust};
+use crate::resolve::{RenderJob, is_film};
+use crate::trust;
 
 /// Goes on with a render, as its film says.
 ///
@@ -95,7 +96,7 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
 ///
 /// # Errors
 /// If it is no command of this version.
-pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
+pub(crate) fn request_of(file: &Path, about: &FilmHeader) -> Result<RenderJob> {
     let name = std::iter::once("pathtracer".into());
     let args = name.chain(about.command.iter().map(Into::into));
     match args::parse(args) {

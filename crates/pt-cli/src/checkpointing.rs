@@ -4,25 +4,25 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, Result, bail, ensure};
-use pathtracer::film_file::{About, film_of_image};
-use pathtracer::keep::{Found, Keeper, differences, in_lines};
-use pathtracer::receipt::{Receipt, Run};
+use pathtracer::checkpoint::{Checkpoint, ExistingFilm, differences, in_lines};
+use pathtracer::film_file::{FilmHeader, film_of_image};
+use pathtracer::provenance::{Provenance, RunStatistics};
 use pathtracer::{
     Film, Observer, Outcome, ProgressUpdate, Session, SourceFile, Statistics, Warning,
 };
 
-use crate::check::{Checked, is_film};
 use crate::console::Console;
 use crate::denoise::Denoising;
+use crate::resolve::{RenderJob, is_film};
 use crate::tev::{self, Viewer};
 use crate::{machine, output, seal};
 
 /// A render and the film that it keeps.
-pub(crate) struct Keeping {
+pub(crate) struct Checkpointer {
     /// `None` if it keeps none.
-    keeper: Option<Keeper>,
+    keeper: Option<Checkpoint>,
     /// What the film and the image say about themselves.
-    about: About,
+    about: FilmHeader,
     threads: usize,
     /// Time between two films.
     every: Option<Duration>,
@@ -32,13 +32,13 @@ pub(crate) struct Keeping {
     earlier: Statistics,
 }
 
-impl Keeping {
+impl Checkpointer {
     /// Looks for samples that are there, from which the session goes on.
     ///
     /// # Errors
     /// If there are samples of another image that would be lost, or that cannot be read.
     pub(crate) fn begin(
-        request: &Checked,
+        request: &RenderJob,
         session: &mut Session,
         (sources, missing): (&[SourceFile], &[Warning]),
         (threads, start): (usize, Instant),
@@ -49,7 +49,7 @@ impl Keeping {
         }
         let mut this = Self {
             keeper: None,
-            about: About { missing: texts(missing), ..about(request, session, sources) },
+            about: FilmHeader { missing: texts(missing), ..about(request, session, sources) },
             threads,
             every: None,
             deadline: request.cli.stop.time_limit.and_then(|limit| start.checked_add(limit)),
@@ -65,9 +65,9 @@ impl Keeping {
         let path =
             if is_film(&path) { Some(path) } else { this.every.map(|_| film_of_image(&path)) };
         let Some(path) = path else { return Ok(this) };
-        let keeper = Keeper::new(path);
+        let keeper = Checkpoint::new(path);
         let found = if request.cli.restart {
-            Found::Nothing
+            ExistingFilm::Nothing
         } else {
             keeper.find(&this.about, session.film())?
         };
@@ -77,18 +77,18 @@ impl Keeping {
             }
         };
         match found {
-            Found::Nothing => {}
-            Found::Another(differences) if request.goes_on => bail!(
+            ExistingFilm::Nothing => {}
+            ExistingFilm::Another(differences) if request.goes_on => bail!(
                 "{}: cannot go on, since something has changed:{}\nrestore that, or render to another file",
                 keeper.path().display(),
                 in_lines(&differences)
             ),
-            Found::Another(differences) => say(format!(
+            ExistingFilm::Another(differences) => say(format!(
                 "{}: the finished samples of another image are replaced:{}",
                 keeper.path().display(),
                 in_lines(&differences)
             )),
-            Found::Samples { film, trouble } => {
+            ExistingFilm::Samples { film, trouble } => {
                 if let Some(trouble) = trouble {
                     report!("warning: {trouble}\n  going on from the one before");
                 }
@@ -107,7 +107,7 @@ impl Keeping {
     }
 
     /// Refuses to make something else again.
-    fn check_same(&self, request: &Checked) -> Result<()> {
+    fn check_same(&self, request: &RenderJob) -> Result<()> {
         let Some(receipt) = &request.of else { return Ok(()) };
         let differences = differences(&receipt.about(), &self.about);
         ensure!(
@@ -119,10 +119,10 @@ impl Keeping {
     }
 
     /// What the image says about itself.
-    fn receipt(&self, session: &Session) -> Receipt {
+    fn receipt(&self, session: &Session) -> Provenance {
         let run = run_of(&self.about, Some(self.threads));
         let measured = session.look().map(|look| look.measured.to_array());
-        Receipt { measured, ..Receipt::new(&self.about, session.film(), Some(run)) }
+        Provenance { measured, ..Provenance::new(&self.about, session.film(), Some(run)) }
     }
 
     /// Whether there is a film to go on from.
@@ -139,20 +139,20 @@ impl Keeping {
     pub(crate) fn render(
         &mut self,
         session: &mut Session,
-        request: &Checked,
+        request: &RenderJob,
         console: &Console,
         viewer: &mut Option<Viewer>,
     ) -> Result<(Outcome, Statistics)> {
         let mut all = Statistics::default();
-        let mut film = self.every.filter(|_| self.keeper.is_some()).map(Turn::new);
-        let mut view = viewer.is_some().then(|| Turn::new(tev::EVERY));
+        let mut film = self.every.filter(|_| self.keeper.is_some()).map(Interval::new);
+        let mut view = viewer.is_some().then(|| Interval::new(tev::EVERY));
         if let Some(warning) = viewer.as_mut().and_then(|viewer| viewer.show(session.image())) {
             console.say(&format!("warning: {warning}"));
         }
         loop {
             let turns = [&film, &view].into_iter().flatten();
             let pause = turns.map(|turn| turn.next).chain(self.deadline).min();
-            let observer = Until { console, pause, rays: all.rays };
+            let observer = Deadline { console, pause, rays: all.rays };
             let (progress, part) =
                 session.render(self.threads, request.cli.tile_size, &observer)?;
             all.samples += part.samples;
@@ -204,14 +204,14 @@ impl Keeping {
     pub(crate) fn finish(
         &mut self,
         session: &Session,
-        request: &Checked,
+        request: &RenderJob,
         progress: Outcome,
         denoising: &Denoising,
-    ) -> Result<(Vec<PathBuf>, Option<Receipt>)> {
+    ) -> Result<(Vec<PathBuf>, Option<Provenance>)> {
         let path = request.output();
         let is_part = is_film(&path) && !request.cli.cs184;
         let keeps = progress == Outcome::Cancelled || is_kept(&path);
-        if let Some(Err(error)) = self.keeper.as_mut().map(Keeper::wait) {
+        if let Some(Err(error)) = self.keeper.as_mut().map(Checkpoint::wait) {
             report!("warning: {error}");
         }
         let saved = if keeps {
@@ -243,12 +243,12 @@ impl Keeping {
 const MIN_WORK: u32 = 100;
 
 /// Something that is done from time to time.
-struct Turn {
+struct Interval {
     every: Duration,
     next: Instant,
 }
 
-impl Turn {
+impl Interval {
     fn new(every: Duration) -> Self {
         Self { every, next: Instant::now() + every }
     }
@@ -278,7 +278,7 @@ fn texts(missing: &[Warning]) -> Vec<String> {
 }
 
 /// What the film of a render says about itself.
-fn about(request: &Checked, session: &Session, sources: &[SourceFile]) -> About {
+fn about(request: &RenderJob, session: &Session, sources: &[SourceFile]) -> FilmHeader {
     let of_scene = request.scene().and_then(|scene| scene.parent());
     let name = |path: &Path| {
         let inside = of_scene.and_then(|folder| path.strip_prefix(folder).ok());
@@ -296,7 +296,7 @@ fn about(request: &Checked, session: &Session, sources: &[SourceFile]) -> About 
     let radius = loading.point_radius.map(|radius| ("radius of points".into(), radius.to_string()));
     settings.extend(radius);
     let folder = std::env::current_dir().unwrap_or_default();
-    About {
+    FilmHeader {
         version: env!("CARGO_PKG_VERSION").into(),
         seal: seal::of(&request.output(), &folder, &request.command),
         files,
@@ -306,13 +306,13 @@ fn about(request: &Checked, session: &Session, sources: &[SourceFile]) -> About 
         command: request.command.clone(),
         folder,
         names: session.names().clone(),
-        ..About::default()
+        ..FilmHeader::default()
     }
 }
 
 /// How an image came about that is written now.
-pub(crate) fn run_of(about: &About, threads: Option<usize>) -> Run {
-    Run {
+pub(crate) fn run_of(about: &FilmHeader, threads: Option<usize>) -> RunStatistics {
+    RunStatistics {
         command: about.command.clone(),
         folder: about.folder.clone(),
         seal: about.seal.clone(),
@@ -326,14 +326,14 @@ pub(crate) fn run_of(about: &About, threads: Option<usize>) -> Run {
 }
 
 /// Goes on until Ctrl-C, or until a point in time.
-struct Until<'a> {
+struct Deadline<'a> {
     console: &'a Console,
     pause: Option<Instant>,
     /// Of the parts of the render before.
     rays: u64,
 }
 
-impl Observer for Until<'_> {
+impl Observer for Deadline<'_> {
     fn progress(&self, advance: &ProgressUpdate) {
         self.console.progress(&ProgressUpdate { rays: self.rays + advance.rays, ..*advance });
     }

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use pt_core::Film;
 use serde::{Deserialize, Serialize};
 
-use crate::film_file::{About, hash_of_film};
-use crate::identity::Entry;
+use crate::film_file::{FilmHeader, hash_of_film};
+use crate::fingerprint::Entry;
 
 /// The key of an image's metadata under which the receipt is, as JSON.
 pub const KEY: &str = "pathtracer receipt";
 
 /// What an image says about how it was made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Receipt {
+pub struct Provenance {
     /// Version of the program.
     pub version: String,
     /// The files of which the scene was read, each with the BLAKE3 hash of what it held.
@@ -45,12 +45,12 @@ pub struct Receipt {
     pub film: String,
     /// How it came about; nothing of it changes a bit of the image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub run: Option<Run>,
+    pub run: Option<RunStatistics>,
 }
 
 /// How an image came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub struct RunStatistics {
     /// Arguments of the program, without its name.
     pub command: Vec<String>,
     /// The folder in which it ran.
@@ -72,9 +72,9 @@ pub struct Run {
     pub date: Option<String>,
 }
 
-impl Receipt {
+impl Provenance {
     /// The receipt of a film's image.
-    pub fn new(about: &About, film: &Film, run: Option<Run>) -> Self {
+    pub fn new(about: &FilmHeader, film: &Film, run: Option<RunStatistics>) -> Self {
         Self {
             version: about.version.clone(),
             files: about.files.clone(),
@@ -94,9 +94,9 @@ impl Receipt {
     }
 
     /// What a film of the same image would say about itself.
-    pub fn about(&self) -> About {
+    pub fn about(&self) -> FilmHeader {
         let run = self.run.as_ref();
-        About {
+        FilmHeader {
             version: self.version.clone(),
             files: self.files.clone(),
             missing: self.missing.clone(),
@@ -109,7 +109,7 @@ impl Receipt {
             seal: run.map(|run| run.seal.clone()).unwrap_or_default(),
             seconds: run.map_or(0.0, |run| run.seconds),
             rays: run.map_or(0, |run| run.rays),
-            ..About::default()
+            ..FilmHeader::default()
         }
     }
 
@@ -145,16 +145,16 @@ mod tests {
 
     #[test]
     fn receipts_are_read_as_they_were_written() {
-        let about = About {
+        let about = FilmHeader {
             version: "1".into(),
             files: vec![("a \"b\".xml".into(), "00ff".into())],
             missing: vec!["a \"b\".xml:3: c.png".into()],
             settings: vec![("seed".into(), "3".into())],
             spp: 7,
-            ..About::default()
+            ..FilmHeader::default()
         };
         let film = Film::new(Region::full([2, 3]));
-        let run = Run {
+        let run = RunStatistics {
             command: vec!["-s".into(), "7".into()],
             folder: "there".into(),
             seal: "00ff".into(),
@@ -166,11 +166,11 @@ mod tests {
             date: None,
         };
         for run in [None, Some(run)] {
-            let receipt = Receipt::new(&about, &film, run);
+            let receipt = Provenance::new(&about, &film, run);
             let metadata = [("Software".into(), "x".into()), (KEY.into(), receipt.to_text())];
-            assert_eq!(Receipt::find(&metadata), Ok(Some(receipt)));
-            assert_eq!(Receipt::find(&metadata[..1]), Ok(None));
+            assert_eq!(Provenance::find(&metadata), Ok(Some(receipt)));
+            assert_eq!(Provenance::find(&metadata[..1]), Ok(None));
         }
-        assert!(Receipt::find(&[(KEY.into(), "{}".into())]).is_err());
+        assert!(Provenance::find(&[(KEY.into(), "{}".into())]).is_err());
     }
 }

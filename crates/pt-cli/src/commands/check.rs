@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use pathtracer::{LoadError, LoadResult, Span, Warning, inventory};
+use pathtracer::{LoadError, LoadResult, Span, Warning, scene_stats};
 use serde_json::{Value, json};
 
+use super::render;
 use crate::commands::Check;
-use crate::{FAILURE, output, render};
+use crate::{FAILURE, output};
 
 /// Exit status of a scene with notes alone: what is approximated, or good to know.
 const NOTES: u8 = 1;
@@ -48,7 +49,7 @@ impl Findings {
         let mut errors = Vec::new();
         match &reading.scene {
             Err(error) => errors.extend(error.each().iter().map(of_error)),
-            Ok(scene) => match inventory::compiled(scene) {
+            Ok(scene) => match scene_stats::compiled(scene) {
                 Ok(session) => {
                     notes.extend(session.notes().iter().map(|note| (None, note.clone())));
                 }

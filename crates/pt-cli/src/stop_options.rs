@@ -6,7 +6,7 @@ use clap::Args;
 use pathtracer::{Evaluation, SamplerKind, Session, Target};
 
 use crate::args::Cli;
-use crate::check;
+use crate::resolve;
 
 /// Samples of a pixel at most, if nothing else is said.
 const MAX_SAMPLES: u32 = 65_536;
@@ -17,7 +17,7 @@ const CONFIDENCE: f64 = 0.95;
 /// When to stop, if not after a number of samples.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Sampling")]
-pub(crate) struct Stop {
+pub(crate) struct StopOptions {
     /// Sample where it helps most until the error of the displayed image is below this: the root mean
     /// square of what pixels are off, as a share of that of the image, as in 1%
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = share)]
@@ -68,7 +68,7 @@ fn confidence(text: &str) -> Result<f64, String> {
 }
 
 fn two_or_more(text: &str) -> Result<u32, String> {
-    check::positive(text)
+    resolve::positive(text)
         .ok()
         .filter(|n| *n >= 2)
         .ok_or("expected a whole number from 2 up to 2147483648".into())
@@ -82,7 +82,7 @@ pub(crate) fn time(text: &str) -> Result<Duration, String> {
         .ok_or("expected a time above 0, as in 90s, 10m or 1h30m".into())
 }
 
-impl Stop {
+impl StopOptions {
     /// Whether an error target is given.
     pub(crate) fn has_target(&self) -> bool {
         self.target_error.is_some() || self.target_noise.is_some()
