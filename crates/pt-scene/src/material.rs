@@ -470,7 +470,7 @@ pub struct Mix {
     /// Where the share is 1.
     pub second: Box<Surface>,
     /// The share of the second, from 0 to 1.
-    pub share: Scalar,
+    pub amount: Scalar,
 }
 
 impl Surface {

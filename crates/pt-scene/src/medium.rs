@@ -213,7 +213,7 @@ pub struct PhaseBlend {
     /// That of the others.
     pub second: Phase,
     /// The share of light that the second kind scatters, in [0, 1].
-    pub share: f32,
+    pub amount: f32,
 }
 
 /// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.

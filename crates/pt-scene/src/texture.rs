@@ -154,7 +154,7 @@ impl Pattern {
         let (colors, share) = match self {
             Self::Product(factors) => ([Some(&factors[0]), Some(&factors[1])], None),
             Self::Blend(blend) => {
-                ([Some(&blend.first), Some(&blend.second)], blend.share.texture())
+                ([Some(&blend.first), Some(&blend.second)], blend.amount.texture())
             }
             Self::Sqrt(square) => ([Some(square), None], None),
             _ => ([None; 2], None),
@@ -226,7 +226,7 @@ impl Pattern {
             }
             Self::Blend(blend) => {
                 let [first, second] = [&blend.first, &blend.second].map(Color::mean);
-                let share = blend.share.mean().clamp(0.0, 1.0);
+                let share = blend.amount.mean().clamp(0.0, 1.0);
                 [0, 1, 2].map(|c| first[c] + (second[c] - first[c]) * share)
             }
             Self::Sqrt(square) => square.mean().map(|c| c.max(0.0).sqrt()),
@@ -335,7 +335,7 @@ pub struct Blend {
     /// What is there where it is 1.
     pub second: Color,
     /// The share t of the second, from 0 to 1; what a texture has beyond is taken as the nearer of the two.
-    pub share: Scalar,
+    pub amount: Scalar,
 }
 
 /// An image that covers the unit square: u runs along its rows from the left, v upwards.

@@ -244,7 +244,7 @@ fn boxed(reflectance: f32) -> Box<Surface> {
 /// The mean of a mixture is that of its parts, by their shares; also of a mixture of mixtures.
 #[test]
 fn mixtures_scatter_what_their_parts_do() {
-    let mix = |first, second, share: f32| Mix { first, second, share: share.into() };
+    let mix = |first, second, share: f32| Mix { first, second, amount: share.into() };
     let cases = [
         (mix(boxed(0.2), boxed(0.8), 0.0), 0.2),
         (mix(boxed(0.2), boxed(0.8), 1.0), 0.8),
@@ -360,7 +360,7 @@ fn room() -> Scene {
         two_sided: true,
     };
     let share = Scalar::Texture(chess([[0.2; 3], [0.9; 3]]));
-    let mix = Mix { first: Box::new(gold.into()), second: boxed(0.5), share };
+    let mix = Mix { first: Box::new(gold.into()), second: boxed(0.5), amount: share };
     let relief = NormalOrBump::Normals(row(&[[0.7, 0.4, 0.9], [0.4, 0.6, 0.9]], Filter::Bilinear));
     let floor = SurfaceDetail::new(matte([0.6; 3]), relief);
     let mut scene = Builder(cornell())

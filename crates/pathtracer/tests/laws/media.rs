@@ -150,7 +150,7 @@ fn value(phase: &Phase, cos: f64) -> f64 {
         Phase::Table { .. } if cos < 0.0 => (2.0 + cos) / (11.0 * PI),
         Phase::Table { .. } => (2.0 + 4.0 * cos) / (11.0 * PI),
         Phase::Blend(blend) => {
-            let share = f64::from(blend.share);
+            let share = f64::from(blend.amount);
             (1.0 - share) * value(&blend.first, cos) + share * value(&blend.second, cos)
         }
         Phase::Microflakes { .. } => panic!("they do not depend on the angle alone"),
@@ -170,12 +170,13 @@ fn single_scattering_follows_its_closed_form() {
         second: Phase::Blend(Box::new(PhaseBlend {
             first: Phase::Rayleigh,
             second: FORWARDS,
-            share: 0.25,
+            amount: 0.25,
         })),
-        share: 0.7,
+        amount: 0.7,
     };
     let table = Phase::Table { values: vec![1.0, 2.0, 6.0] };
-    let blend_of_table = PhaseBlend { first: table.clone(), second: Phase::Isotropic, share: 0.25 };
+    let blend_of_table =
+        PhaseBlend { first: table.clone(), second: Phase::Isotropic, amount: 0.25 };
     let [blend, blend_of_table] = [blend, blend_of_table].map(|b| Phase::Blend(Box::new(b)));
     let phases =
         [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh, table, blend, blend_of_table];
@@ -264,7 +265,7 @@ fn single_scattering_of_microflakes_follows_its_closed_form() {
 fn microflakes_that_make_no_sense_are_refused() {
     let flat = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
     let even = |phase| homogeneous([1.0; 3], [0.5; 3], phase);
-    let blend = PhaseBlend { first: flakes(&[FLAKES]), second: FORWARDS, share: 0.5 };
+    let blend = PhaseBlend { first: flakes(&[FLAKES]), second: FORWARDS, amount: 0.5 };
     for (medium, word) in [
         (even(flakes(&[flat])), "not positive definite"),
         (cloud(1.0, [0.5; 3], flakes(&[FLAKES, flat])), "not positive definite"),

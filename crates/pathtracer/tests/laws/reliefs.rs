@@ -198,7 +198,7 @@ fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
         let boxed = || Box::new(Surface::from(mirrored.clone()));
         let sided = TwoSided { front: matte([0.0; 3]).into(), back: boxed() };
         assert_is(&film(sided, DVec3::NEG_Z, light), mirror_image, "sided");
-        let mix = Mix { first: boxed(), second: boxed(), share: 0.5.into() };
+        let mix = Mix { first: boxed(), second: boxed(), amount: 0.5.into() };
         assert_is(&film(mix, DVec3::NEG_Z, light), mirror_image, "mixed");
         // Half of a relief in another is its mirror image, too: about the plane of the shape.
         let outer = SurfaceDetail { surface: boxed(), ..mirrored.clone() };

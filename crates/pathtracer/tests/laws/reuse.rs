@@ -51,7 +51,7 @@ fn all_estimators_of_direct_light_share_it() {
 /// normals, or choose by chance, close to each other and to a wall.
 pub(crate) fn everything() -> Scene {
     let mut all = surfaces(true);
-    let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), share: 0.4.into() };
+    let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), amount: 0.4.into() };
     let relief = NormalOrBump::Normals(row(&[[0.6, 0.45, 0.9], [0.4, 0.55, 0.9]], Filter::Nearest));
     all.push(mix.into());
     all.push(SurfaceDetail::new(gloss(), relief).into());

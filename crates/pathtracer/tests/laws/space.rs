@@ -198,7 +198,7 @@ fn glowing_by_noise() -> Scene {
     let less = Blend {
         first: [0.5, 1.0, 2.0].into(),
         second: [9.0, 7.0, 5.0].into(),
-        share: Input::Texture(Arc::clone(&facing_up)),
+        amount: Input::Texture(Arc::clone(&facing_up)),
     };
     let less = Color::Texture(Arc::new(Pattern::Blend(Box::new(less)).into()));
     let bright = Pattern::Product(Box::new([Color::Texture(noise), less]));
@@ -207,7 +207,7 @@ fn glowing_by_noise() -> Scene {
     let turning = Blend {
         first: Color::Texture(cubes),
         second: [1.0, 0.2, 0.1].into(),
-        share: Input::Texture(facing_up),
+        amount: Input::Texture(facing_up),
     };
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))

@@ -161,7 +161,7 @@ fn add_parts(of: &Phase, share: f32, parts: &mut Vec<(f32, AnyPhase)>) -> Result
         parts.push((share, phase(of)?));
         return Ok(());
     };
-    let of_second = blend.share;
+    let of_second = blend.amount;
     if !(0.0..=1.0).contains(&of_second) {
         return Err(format!("the share of a phase function is {of_second}; expected 0 to 1"));
     }

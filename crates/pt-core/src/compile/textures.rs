@@ -247,7 +247,7 @@ impl Lowering {
                 PatternRecord::Product([0, 1].map(|i: usize| self.factor(&factors[i])))
             }
             Pattern::Blend(blend) => {
-                let Blend { first, second, share } = &**blend;
+                let Blend { first, second, amount: share } = &**blend;
                 let parts = [first, second].map(|color| self.factor(color));
                 PatternRecord::Blend(parts, self.varying(share))
             }

@@ -67,7 +67,7 @@ fn films_have_a_thickness() {
     let Pattern::Blend(blend) = &thickness.pattern else { panic!("{thickness:?}") };
     let ends = [&blend.first, &blend.second];
     assert_eq!(ends, [&Color::Value([200.0; 3]), &Color::Value([500.0; 3])]);
-    assert_eq!(texels(&blend.share), [[0.0; 3], [100.0 / 255.0; 3]]);
+    assert_eq!(texels(&blend.amount), [[0.0; 3], [100.0 / 255.0; 3]]);
     let none = with("KHR_materials_iridescence", &json!({"iridescenceIor": 1.75}));
     assert_eq!(none, look(&json!({})));
 }

@@ -436,7 +436,7 @@ fn textures_are_read_as_they_were() {
     let between = Blend {
         first: [150.0; 3].into(),
         second: [450.0; 3].into(),
-        share: Scalar::Texture(texture(grey(37, 255))),
+        amount: Scalar::Texture(texture(grey(37, 255))),
     };
     let [strength, x, y] = [19, 23, 29].map(|step| Scalar::Texture(texture(grey(step, 255))));
     let surface = MetallicRoughness {

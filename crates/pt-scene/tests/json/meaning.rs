@@ -92,11 +92,11 @@ fn former_names_are_still_read() {
             r#"{"type": "two_sided", "front": "diffuse", "back": "mirror"}"#,
         ),
         (
-            r#"{"type": "embossed", "surface": "matte", "height_map": {"type": "cubes"}}"#,
-            r#"{"type": "surface_detail", "surface": "diffuse", "height_map": {"type": "checkerboard3d"}}"#,
+            r#"{"type": "embossed", "surface": "matte", "height_map": {"type": "cubes", "colors": [0, 1]}}"#,
+            r#"{"type": "surface_detail", "surface": "diffuse", "height_map": {"type": "checkerboard3d", "colors": [0, 1]}}"#,
         ),
         (
-            r#"{"type": "mix", "first": "matte", "second": "mirror", "amount": {"type": "root", "square": 0.5}}"#,
+            r#"{"type": "mix", "first": "matte", "second": "mirror", "share": {"type": "root", "square": 0.5}}"#,
             r#"{"type": "mix", "first": "diffuse", "second": "mirror", "amount": {"type": "sqrt", "square": 0.5}}"#,
         ),
         (
@@ -108,7 +108,7 @@ fn former_names_are_still_read() {
         let scene = |material: &str| read(&format!("\"materials\": {{\"a\": {material}}}"));
         assert_eq!(scene(former), scene(current), "{former}");
     }
-    let camera = |key| read(&format!("\"cameras\": {{\"c\": {{\"{key}\": [0.25, 0.5]}}}}"));
+    let camera = |key| read(&format!("\"cameras\": [{{\"{key}\": [0.25, 0.5]}}]"));
     assert_eq!(camera("film_offset"), camera("principal_point_offset"));
 }
 

@@ -573,7 +573,7 @@ fn surfaces_are_made_of_others() {
                  <rgb name=\"reflectance\" value=\"1, 0, 0\"/></bsdf>";
     let blend =
         format!("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>{inner}</bsdf>");
-    let mix = Mix { first: boxed(&grey), second: boxed(&red), share: 0.25.into() };
+    let mix = Mix { first: boxed(&grey), second: boxed(&red), amount: 0.25.into() };
     assert_eq!(surface(&blend), mix.into());
     let behind = Diffuse { two_sided: true, ..red.clone() };
     let sides = TwoSided { front: boxed(&grey), back: boxed(&behind) };

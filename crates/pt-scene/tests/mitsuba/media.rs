@@ -63,7 +63,7 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
     let kinds = PhaseBlend {
         first: Phase::Rayleigh,
         second: Phase::HenyeyGreenstein { g: 0.6 },
-        share: 0.25,
+        amount: 0.25,
     };
     assert_eq!(juice.phase, Phase::Blend(Box::new(kinds)));
     assert_eq!(

@@ -87,7 +87,9 @@ fn holes_are_counted_where_mitsuba_counts_them() {
     for content in [path(4), spot] {
         let (opacities, surface) = holes(&content);
         assert_eq!(opacities, [1.0; 2].map(Scalar::Value), "{content}");
-        let Surface::Mix(Mix { first, second, share }) = surface else { panic!("{content}") };
+        let Surface::Mix(Mix { first, second, amount: share }) = surface else {
+            panic!("{content}")
+        };
         assert!(matches!(*first, Surface::ThinGlass(ThinGlass { ior: 1.0, .. })), "{content}");
         assert!(
             matches!(*second, Surface::Diffuse(_)) && share == Scalar::Value(0.25),

@@ -79,7 +79,7 @@ fn mixtures_find_materials_that_come_later() {
          MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 0 0] \
          MakeNamedMaterial \"b\" \"string type\" \"diffuse\" NamedMaterial \"m\"",
     );
-    let Surface::Mix(Mix { first, second, share }) = mixed else { panic!("no mix") };
+    let Surface::Mix(Mix { first, second, amount: share }) = mixed else { panic!("no mix") };
     assert_eq!(share, Scalar::Value(0.3));
     let grey: Surface = Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.into();
     assert!(*first != grey && *second == grey);
@@ -161,7 +161,7 @@ fn textures_are_mixed_and_put_on_squares() {
             *to_pattern == DMat3::IDENTITY && texture(&blend.first).pattern.parts().count() == 0
         );
         assert_eq!(blend.second, Input::Value([0.25, 0.0, 0.0]));
-        blend.share.clone()
+        blend.amount.clone()
     };
     assert_eq!(blend("mix", ""), Input::Value(0.5));
     assert_eq!(blend("mix", "\"float amount\" .3"), Input::Value(0.3));

@@ -62,7 +62,7 @@ fn noise_is_where_its_directive_stands() {
              Texture \"t\" \"spectrum\" \"mix\" \"texture amount\" \"n\""
         ));
         let Pattern::Blend(blend) = blend.pattern else { panic!("no blend") };
-        let share = blend.share.texture().expect("a texture");
+        let share = blend.amount.texture().expect("a texture");
         assert_eq!((&share.pattern, at(share, POINT)), (&want, DVec3::ONE));
     }
 }
@@ -100,12 +100,12 @@ fn textures_are_mixed_by_where_surfaces_look_to() {
     let mixed = of("\"rgb tex1\" [.1 .2 .3] \"vector3 dir\" [0 0 -2]");
     let Pattern::Blend(blend) = mixed.pattern else { panic!("no blend") };
     assert_eq!([blend.first, blend.second], [[1.0; 3].into(), [0.1, 0.2, 0.3].into()]);
-    let share = blend.share.texture().expect("a texture");
+    let share = blend.amount.texture().expect("a texture");
     let Pattern::AbsNormalDot(direction) = share.pattern else { panic!("no normal") };
     assert!((DVec3::from(direction.map(f64::from)) - DVec3::Y).length() < 1e-6, "{direction:?}");
     let Pattern::Blend(by_default) = of("").pattern else { panic!("no blend") };
     assert_eq!([by_default.first, by_default.second], [[1.0; 3].into(), [0.0; 3].into()]);
-    let share = by_default.share.texture().expect("a texture");
+    let share = by_default.amount.texture().expect("a texture");
     let Pattern::AbsNormalDot(direction) = share.pattern else { panic!("no normal") };
     assert!((DVec3::from(direction.map(f64::from)) - DVec3::Z).length() < 1e-6, "{direction:?}");
 }

@@ -370,7 +370,7 @@ impl<'a> Reader<'a> {
             None => most.into(),
             Some(texture) => {
                 let [first, second] = [least, most].map(|thickness| [thickness; 3].into());
-                let blend = Blend { first, second, share: Input::Texture(texture) };
+                let blend = Blend { first, second, amount: Input::Texture(texture) };
                 Input::Texture(Arc::new(Pattern::Blend(Box::new(blend)).into()))
             }
         };

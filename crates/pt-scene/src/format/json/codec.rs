@@ -153,8 +153,8 @@ const FORMER_TYPES: [(&str, &str); 8] = [
 ];
 
 /// Former keys, each with its current name.
-const FORMER_KEYS: [(&str, &str); 2] =
-    [("saturates", "nonlinear"), ("film_offset", "principal_point_offset")];
+const FORMER_KEYS: [(&str, &str); 3] =
+    [("saturates", "nonlinear"), ("film_offset", "principal_point_offset"), ("share", "amount")];
 
 /// Returns the former name of a key, if it had one.
 pub(super) fn former_key(name: &str) -> Option<&'static str> {

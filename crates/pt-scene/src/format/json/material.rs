@@ -205,7 +205,7 @@ json_struct! {
     } + pigment: Pigment
 }
 json_struct! { Measured { measurements: Plain, two_sided: Plain => true } }
-json_struct! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
+json_struct! { Mix { first: Plain, second: Plain, amount: SHARE => 0.5.into() } }
 json_struct! { TwoSided { front: Plain, back: Plain } }
 json_struct! {
     SurfaceDetail {
@@ -432,7 +432,7 @@ json_enum! {
 json_struct! { Noise { octaves: UpTo(Noise::MAX_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
 json_struct! { Marble { variation: ANY => 0.2 } + noise: Noise }
 
-json_struct! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
+json_struct! { Blend { first: FROM_0, second: FROM_0, amount: SHARE => 0.5.into() } }
 
 json_struct! {
     Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }

@@ -48,7 +48,7 @@ json_enum! {
         Blend(Box<PhaseBlend>),
     }
 }
-json_struct! { PhaseBlend { first: Plain, second: Plain, share: SHARE => 0.5 } }
+json_struct! { PhaseBlend { first: Plain, second: Plain, amount: SHARE => 0.5 } }
 json_struct! { Sides { interior: Numbered::Medium => None, exterior: Numbered::Medium => None } }
 
 /// A colour, or a grid.

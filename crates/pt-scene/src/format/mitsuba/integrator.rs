@@ -138,7 +138,7 @@ pub(super) fn fill_holes(scene: &mut Scene) {
             Scalar::Value(0.0) => hole.into(),
             share => {
                 let surface = std::mem::replace(&mut material.surface, Black.into());
-                Mix { first: Box::new(hole.into()), second: surface.into(), share }.into()
+                Mix { first: Box::new(hole.into()), second: surface.into(), amount: share }.into()
             }
         };
     }

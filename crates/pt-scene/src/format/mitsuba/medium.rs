@@ -193,7 +193,7 @@ impl<'t> Media<'t> {
                 }
                 let first = self.phase_of(&tree.objects[*first], left)?;
                 let second = self.phase_of(&tree.objects[*second], left)?;
-                Phase::Blend(Box::new(PhaseBlend { first, second, share }))
+                Phase::Blend(Box::new(PhaseBlend { first, second, amount: share }))
             }
             "isotropic" => Phase::Isotropic,
             "rayleigh" => Phase::Rayleigh,

@@ -145,7 +145,7 @@ fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
         }
         Pattern::Product(factors) => Ok(of_color(&factors[0])? * of_color(&factors[1])?),
         Pattern::Blend(blend) => {
-            let share = number_at(&blend.share, [uv[0] as f32, uv[1] as f32])?.clamp(0.0, 1.0);
+            let share = number_at(&blend.amount, [uv[0] as f32, uv[1] as f32])?.clamp(0.0, 1.0);
             let (first, second) = (of_color(&blend.first)?, of_color(&blend.second)?);
             Ok(first * (1.0 - share) + second * share)
         }

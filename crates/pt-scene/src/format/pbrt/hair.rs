@@ -72,7 +72,7 @@ impl World {
 pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
     match surface {
         Surface::Hair(hair) => Some(Hair { two_sided: false, ..hair.clone() }.into()),
-        Surface::Mix(Mix { first, second, share }) => {
+        Surface::Mix(Mix { first, second, amount: share }) => {
             let parts = [of_tube(first), of_tube(second)];
             if parts == [None, None] {
                 return None;
@@ -80,7 +80,7 @@ pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
             let [a, b] = parts;
             let first = a.map_or_else(|| first.clone(), Box::new);
             let second = b.map_or_else(|| second.clone(), Box::new);
-            Some(Mix { first, second, share: share.clone() }.into())
+            Some(Mix { first, second, amount: share.clone() }.into())
         }
         Surface::SurfaceDetail(embossed) => {
             let surface = Box::new(of_tube(&embossed.surface)?);

@@ -353,7 +353,7 @@ impl World {
             surface
         };
         let (first, second) = (Box::new(part(first)?), Box::new(part(second)?));
-        Ok(Mix { first, second, share }.into())
+        Ok(Mix { first, second, amount: share }.into())
     }
 
     /// A surface with the relief that its material gives it, if any.

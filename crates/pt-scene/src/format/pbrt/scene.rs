@@ -557,7 +557,9 @@ fn shows_texture(surface: &Surface) -> bool {
         Surface::RoughCoatedDiffuse(s) => varies(&s.diffuse),
         Surface::Conductor(s) => s.roughness.as_ref().is_some_and(is_laid_out),
         Surface::Glass(s) => s.roughness.as_ref().is_some_and(is_laid_out),
-        Surface::Mix(s) => is_laid(&s.share) || shows_texture(&s.first) || shows_texture(&s.second),
+        Surface::Mix(s) => {
+            is_laid(&s.amount) || shows_texture(&s.first) || shows_texture(&s.second)
+        }
         Surface::SurfaceDetail(SurfaceDetail { .. }) | Surface::Hair(_) => true,
         _ => false,
     }

@@ -494,7 +494,9 @@ pub(super) fn product(factors: [Color; 2]) -> Color {
 
 /// What is between two colours, by the share of the second.
 fn between(first: Color, second: Color, share: Scalar) -> Color {
-    Input::Texture(Arc::new(Pattern::Blend(Box::new(Blend { first, second, share })).into()))
+    Input::Texture(Arc::new(
+        Pattern::Blend(Box::new(Blend { first, second, amount: share })).into(),
+    ))
 }
 
 /// A colour of which all channels are equal, as a number.
@@ -510,7 +512,7 @@ fn leaves(color: &Color) -> usize {
     fn of<T>(input: &Input<T>) -> usize {
         match input.texture().map(|texture| &texture.pattern) {
             Some(Pattern::Product(factors)) => of(&factors[0]) + of(&factors[1]),
-            Some(Pattern::Blend(blend)) => of(&blend.first) + of(&blend.second) + of(&blend.share),
+            Some(Pattern::Blend(blend)) => of(&blend.first) + of(&blend.second) + of(&blend.amount),
             Some(Pattern::Sqrt(square)) => of(square),
             _ => 1,
         }
@@ -548,7 +550,7 @@ fn root_of(texture: &Texture) -> Texture {
         Pattern::Blend(blend) => Pattern::Blend(Box::new(Blend {
             first: of(&blend.first),
             second: of(&blend.second),
-            share: blend.share.clone(),
+            amount: blend.amount.clone(),
         })),
         _ => return Pattern::Sqrt(Input::Texture(Arc::new(texture.clone()))).into(),
     };

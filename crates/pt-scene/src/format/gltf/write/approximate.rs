@@ -85,7 +85,7 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
 /// Of two surfaces the one with the larger share.
 fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     tell("of the surfaces that it mixes, the one with the larger share is written");
-    let is_second = matches!(mix.share, Input::Value(share) if share > 0.5);
+    let is_second = matches!(mix.amount, Input::Value(share) if share > 0.5);
     approximate(if is_second { &mix.second } else { &mix.first }, tell)
 }
 
@@ -438,7 +438,7 @@ mod tests {
             Surface::from(Mix {
                 first: Box::new(Diffuse { reflectance: [0.3; 3].into(), two_sided: true }.into()),
                 second: Box::new(Mirror { reflectance: [0.9; 3].into() }.into()),
-                share: share.into(),
+                amount: share.into(),
             })
         };
         for (share, metallic) in [(0.2, 0.0), (0.8, 1.0)] {

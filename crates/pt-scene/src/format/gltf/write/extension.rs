@@ -213,7 +213,9 @@ impl Writer<'_> {
 /// Two greys, and by what a texture is between them.
 fn between(pattern: &Pattern) -> Option<([f32; 2], &Arc<crate::Texture>)> {
     let Pattern::Blend(blend) = pattern else { return None };
-    let Blend { first: Input::Value(first), second: Input::Value(second), share } = &**blend else {
+    let Blend { first: Input::Value(first), second: Input::Value(second), amount: share } =
+        &**blend
+    else {
         return None;
     };
     Some(([first[0], second[0]], share.texture()?))

@@ -105,7 +105,7 @@ impl Parameter {
         if let Some(made) = blended(blend) {
             return self.lay(Some(made));
         }
-        let is_second = matches!(blend.share, Input::Value(share) if share > 0.5);
+        let is_second = matches!(blend.amount, Input::Value(share) if share > 0.5);
         self.add(if is_second { &blend.second } else { &blend.first });
         self.lost = true;
     }
@@ -228,7 +228,7 @@ fn blended(blend: &Blend) -> Option<Layer> {
     let parts = [
         Parameter::of(&blend.first),
         Parameter::of(&blend.second),
-        Parameter::of_number(&blend.share),
+        Parameter::of_number(&blend.amount),
     ];
     if parts.iter().any(|part| part.lost || part.colors.is_some()) {
         return None;
@@ -282,9 +282,9 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
         Pattern::Dots(colors) => Pattern::Dots(colors.map(color)),
         Pattern::Product(factors) => Pattern::Product(Box::new(factors.each_ref().map(each))),
         Pattern::Blend(blend) => {
-            let Blend { first, second, share } = &**blend;
+            let Blend { first, second, amount: share } = &**blend;
             let [first, second] = [first, second].map(each);
-            Pattern::Blend(Box::new(Blend { first, second, share: share.clone() }))
+            Pattern::Blend(Box::new(Blend { first, second, amount: share.clone() }))
         }
         Pattern::VertexColors | Pattern::FaceColors => texture.pattern.clone(),
         // Of these, the mean is written.

@@ -57,7 +57,7 @@ pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let share = inputs.share("weight", 0.5)?;
     let inner = inputs.bsdfs(2, 2)?;
     let mut part = |i: usize| surface(inputs.textures, inner[i]).map(Box::new);
-    Ok(Mix { first: part(0)?, second: part(1)?, share }.into())
+    Ok(Mix { first: part(0)?, second: part(1)?, amount: share }.into())
 }
 
 /// Normals by an image.
@@ -130,8 +130,8 @@ fn on_both_sides(surface: Surface) -> Surface {
         Surface::Measured(measured) => Measured { two_sided: true, ..measured }.into(),
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
         Surface::Principled(principled) => Principled { two_sided: true, ..principled }.into(),
-        Surface::Mix(Mix { first, second, share }) => {
-            Mix { first: both(first), second: both(second), share }.into()
+        Surface::Mix(Mix { first, second, amount: share }) => {
+            Mix { first: both(first), second: both(second), amount: share }.into()
         }
         Surface::SurfaceDetail(SurfaceDetail { surface, relief, shadowing, averted, .. }) => {
             let surface = both(surface);
