@@ -108,7 +108,11 @@ fn former_names_are_still_read() {
         let scene = |material: &str| read(&format!("\"materials\": {{\"a\": {material}}}"));
         assert_eq!(scene(former), scene(current), "{former}");
     }
-    let camera = |key| read(&format!("\"cameras\": [{{\"type\": \"perspective\", \"{key}\": [0.25, 0.5]}}]"));
+    let camera = |key| {
+        read(&format!(
+            "\"cameras\": [{{\"type\": \"perspective\", \"x_fov\": 40, \"{key}\": [0.25, 0.5]}}]"
+        ))
+    };
     assert_eq!(camera("film_offset"), camera("principal_point_offset"));
 }
 
