@@ -1,5 +1,6 @@
-//! What the fuzz targets do with the bytes that they are given: read them as a file of a format, and go on with what
-//! was read. Nothing may panic, abort, hang or fill memory; each error has a text.
+//! What the fuzz targets do with the bytes that they are given: read them as a file of a format,
+//! and go on with what was read. Nothing may panic, abort, hang or fill memory; each error has a
+//! text.
 //!
 //! `cargo xtask soak fuzz` runs the targets; each has the name of the ending of its seeds.
 
@@ -16,12 +17,14 @@ use pt_scene::{Geometry, IesProfile, LoadError, Scene, camera_file};
 pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
 
-/// Most triangles and spheres of a scene, each as often as it is placed, that is compiled: of more, only the reading is tested.
+/// Most triangles and spheres of a scene, each as often as it is placed, that is compiled: of more,
+/// only the reading is tested.
 const MAX_SHAPES: usize = 20_000;
 /// Most objects of such a scene.
 const MAX_OBJECTS: usize = 1000;
 
-/// Reads the bytes as a scene whose name has this ending, in a folder without anything else, and compiles it.
+/// Reads the bytes as a scene whose name has this ending, in a folder without anything else, and
+/// compiles it.
 pub fn scene(bytes: &[u8], ending: &str) {
     static EMPTY: OnceLock<TempDir> = OnceLock::new();
     read(bytes, &folder(&EMPTY).join("scene").with_extension(ending));
@@ -84,8 +87,8 @@ fn scene_with(ending: &str) -> (&'static str, String) {
 /// Reads the bytes as a picture with this ending, once as light and once as numbers.
 pub fn image(bytes: &[u8], ending: &str) {
     static SILENT: Once = Once::new();
-    // The decoder of Basis Universal panics at files that are damaged, which its reader makes errors of. All other panics end
-    // the process, as the hook of the fuzzer has it.
+    // The decoder of Basis Universal panics at files that are damaged, which its reader makes
+    // errors of. All other panics end the process, as the hook of the fuzzer has it.
     if matches!(ending, "basis" | "ktx2") {
         SILENT.call_once(|| {
             let usual = std::panic::take_hook();
@@ -133,7 +136,8 @@ pub fn camera(bytes: &[u8]) {
     }
 }
 
-/// Reads the bytes as a film; and a film in which they stand from the place on that the first two tell.
+/// Reads the bytes as a film; and a film in which they stand from the place on that the first two
+/// tell.
 pub fn film(bytes: &[u8]) {
     read_film(bytes);
     let Some((place, new)) = bytes.split_first_chunk() else { return };

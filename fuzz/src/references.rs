@@ -1,5 +1,5 @@
-//! Mutations of texts in which things refer to others by names and numbers: references lead elsewhere, in circles too, and what
-//! they lead to is there more often.
+//! Mutations of texts in which things refer to others by names and numbers: references lead
+//! elsewhere, in circles too, and what they lead to is there more often.
 
 use std::ops::Range;
 
@@ -26,7 +26,8 @@ impl Random {
     }
 }
 
-/// Mutates the first `size` bytes, of at most as many as there are and `most`; gives how many they are then.
+/// Mutates the first `size` bytes, of at most as many as there are and `most`; gives how many they
+/// are then.
 pub fn mutate(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
     let mut random = Random(seed.into());
     if random.below(SHARE as usize) > 0 {
@@ -111,7 +112,8 @@ fn words(text: &[u8]) -> Vec<Range<usize>> {
     words
 }
 
-/// Objects of JSON, elements of XML, or lines, whichever the text has, of which some begin at places that are drawn.
+/// Objects of JSON, elements of XML, or lines, whichever the text has, of which some begin at
+/// places that are drawn.
 fn blocks(text: &[u8], random: &mut Random) -> Vec<Range<usize>> {
     let open = match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => b'{',

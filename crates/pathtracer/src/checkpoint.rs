@@ -55,8 +55,8 @@ pub fn in_lines(differences: &[Difference]) -> String {
     differences.iter().map(line).collect()
 }
 
-/// What differs between two films: version, scene and settings. Of files that are missing, their number counts: how
-/// they are named depends on where the program runs.
+/// What differs between two films: version, scene and settings. Of files that are missing, their
+/// number counts: how they are named depends on where the program runs.
 pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
     let version = (before.version != now.version)
         .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
@@ -99,8 +99,8 @@ impl Checkpoint {
         &self.path
     }
 
-    /// What is there of the image that `about` describes and of which `empty` is a film without samples. A film that cannot be read makes
-    /// way for the one before.
+    /// What is there of the image that `about` describes and of which `empty` is a film without
+    /// samples. A film that cannot be read makes way for the one before.
     ///
     /// # Errors
     /// If what is there is another image that is not finished, or cannot be read.

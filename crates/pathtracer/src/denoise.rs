@@ -8,8 +8,8 @@ pub use pt_denoise::{DenoiseError, Denoiser, Planes, VARIABLE};
 /// What a film has to keep, so that its image can be denoised.
 pub const NEEDED: [Aov; 2] = [Aov::Albedo, Aov::Normal];
 
-/// The image of a film without its noise. The library sees albedo and normals as it sees light, as means over all samples of
-/// a pixel, in which those that see nothing are 0.
+/// The image of a film without its noise. The library sees albedo and normals as it sees light, as
+/// means over all samples of a pixel, in which those that see nothing are 0.
 ///
 /// # Errors
 /// If the library fails.

@@ -13,13 +13,14 @@ pub struct TimeRemaining {
 
 /// Follows a render, and foresees its end.
 ///
-/// What is left is taken to go as fast as the second half of the time so far did. The interval is told from how
-/// different the speeds in parts of that half were, and how much it differs from the whole: what comes may be as different, all
-/// of it, since loads of machines last. (That parts would even out was tried: on a machine with many builds that came and
-/// went, the end then lay in the interval 86 times of 100, and so 95 times.)
+/// What is left is taken to go as fast as the second half of the time so far did. The interval is
+/// told from how different the speeds in parts of that half were, and how much it differs from the
+/// whole: what comes may be as different, all of it, since loads of machines last. (That parts
+/// would even out was tried: on a machine with many builds that came and went, the end then lay in
+/// the interval 86 times of 100, and so 95 times.)
 ///
-/// An adaptive render becomes faster, as more and more pixels need no more samples: its speed is taken to grow by a power
-/// of what is done, the exponent of which is told from the past.
+/// An adaptive render becomes faster, as more and more pixels need no more samples: its speed is
+/// taken to grow by a power of what is done, the exponent of which is told from the past.
 #[derive(Clone, Debug)]
 pub struct Eta {
     /// Hardly less, likely, and hardly more.
@@ -38,7 +39,8 @@ const PARTS: u32 = 8;
 /// Standard deviations of the speeds of parts that the interval spans to each side.
 const DEVIATIONS: f64 = 2.0;
 
-/// What the interval spans to each side in any case, as a share of the time that is left, and in seconds.
+/// What the interval spans to each side in any case, as a share of the time that is left, and in
+/// seconds.
 const MIN_WIDTH: (f64, f64) = (0.05, 0.05);
 
 impl Eta {

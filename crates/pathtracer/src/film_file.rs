@@ -1,10 +1,10 @@
 //! Films in files: what a render has so far, from which it can go on, and which can be added up.
 //!
-//! A file is the line `pathtracer film 7`, the length of what it says about itself (u64, little endian), that
-//! as JSON ([`FilmHeader`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
-//! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
-//! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
-//! two is whole.
+//! A file is the line `pathtracer film 7`, the length of what it says about itself (u64, little
+//! endian), that as JSON ([`FilmHeader`]), the film ([`Film::write`]), and the BLAKE3 hash of all
+//! before it (32 bytes). It is written beside its place, with `.part` behind its name, synchronised
+//! with the disk, and then takes the name, while the one that had it before is kept with `.old`
+//! behind it: whatever happens at whatever instant, one of the two is whole.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
@@ -133,8 +133,8 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// Puts the film before in the place of one that cannot be read, so that the next one does not take the place of the
-/// one that can.
+/// Puts the film before in the place of one that cannot be read, so that the next one does not take
+/// the place of the one that can.
 ///
 /// # Errors
 /// If that cannot be done.
@@ -201,7 +201,8 @@ fn write_to(file: &File, about: &FilmHeader, film: &Film) -> io::Result<()> {
 }
 
 impl Written {
-    /// Waits until the disk has it, and gives it its name; the film that had it is the one before now.
+    /// Waits until the disk has it, and gives it its name; the film that had it is the one before
+    /// now.
     ///
     /// # Errors
     /// If that cannot be done; then one of the two is as it was.
@@ -247,8 +248,8 @@ pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
     parse(&bytes).map_err(damaged)
 }
 
-/// The newest film of a place: the one that is there or, if that is damaged or lost, the one before, and
-/// then the reason as well. `None` if there is neither.
+/// The newest film of a place: the one that is there or, if that is damaged or lost, the one
+/// before, and then the reason as well. `None` if there is neither.
 ///
 /// # Errors
 /// If there are some, of which none can be read: that of the newest one.
@@ -297,7 +298,8 @@ fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
     Ok(FilmFile { about, film })
 }
 
-/// The BLAKE3 hash of a film's bytes, in hexadecimal digits: the same for films of the same samples.
+/// The BLAKE3 hash of a film's bytes, in hexadecimal digits: the same for films of the same
+/// samples.
 ///
 /// # Panics
 /// Never: nothing is written anywhere.

@@ -1,4 +1,5 @@
-//! All that the samples of an image depend on, in words: so that nobody adds samples of one image to another.
+//! All that the samples of an image depend on, in words: so that nobody adds samples of one image
+//! to another.
 
 use pt_core::light::EnvironmentMap;
 use pt_core::settings::{DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings};
@@ -7,13 +8,13 @@ use pt_core::{CompileOptions, Region};
 /// A name and a value for people.
 pub type Entry = (String, String);
 
-/// What differs between two lists, in the order of the first: name, value there, value in the second;
-/// `None` is not there.
+/// What differs between two lists, in the order of the first: name, value there, value in the
+/// second; `None` is not there.
 pub type Difference = (String, Option<String>, Option<String>);
 
-/// What makes the samples besides the scene and the version: the options with which it is compiled, and
-/// the settings without the number of samples. Two lists of which one says the same as the other make the
-/// same samples.
+/// What makes the samples besides the scene and the version: the options with which it is compiled,
+/// and the settings without the number of samples. Two lists of which one says the same as the
+/// other make the same samples.
 pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     let mut list = Vec::new();
     let mut say = |name: &str, value: String| list.push((name.to_owned(), value));

@@ -24,8 +24,9 @@ pub const REST: &str = "rest";
 /// The most groups: as many more layers an image can have.
 pub const MAX: usize = 128;
 
-/// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
-/// without a shape and media that glow by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
+/// The lights of a compiled scene with their names: objects that glow are called as
+/// [`crate::explain`] does, lights without a shape and media that glow by their own name, and what
+/// is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
 /// later ones get a number behind it.
 pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSourceId)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);

@@ -8,8 +8,9 @@ pub use pt_memory::{
 };
 use pt_scene::{Geometry, Scene};
 
-/// Bytes that the tables and the tree of a triangle take at most while they are built. Of meshes of 245,000, 980,000
-/// and 3,920,000 triangles, whole renders took 45, 147 and 498 MB; with this, 41, 146 and 567 MB are expected.
+/// Bytes that the tables and the tree of a triangle take at most while they are built. Of meshes of
+/// 245,000, 980,000 and 3,920,000 triangles, whole renders took 45, 147 and 498 MB; with this, 41,
+/// 146 and 567 MB are expected.
 const TRIANGLE_BYTES: u64 = 125;
 
 /// The same of a sphere of a set of points.

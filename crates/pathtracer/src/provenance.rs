@@ -1,4 +1,5 @@
-//! Receipts: what an image says about how it was made, so that anybody can check it, and make it again.
+//! Receipts: what an image says about how it was made, so that anybody can check it, and make it
+//! again.
 
 use std::path::PathBuf;
 
@@ -18,8 +19,8 @@ pub struct Provenance {
     pub version: String,
     /// The files of which the scene was read, each with the BLAKE3 hash of what it held.
     pub files: Vec<Entry>,
-    /// Files that the scene names and that could not be used, where and why: the image is not the one of the whole
-    /// scene.
+    /// Files that the scene names and that could not be used, where and why: the image is not the
+    /// one of the whole scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// All settings on which samples depend.
@@ -38,7 +39,8 @@ pub struct Provenance {
     pub refused: String,
     /// See [`Film::relative_error`]; none below two samples, and where nothing is lit.
     pub error: Option<f64>,
-    /// What an error target measured ([`ErrorEstimate`](crate::ErrorEstimate)): the best guess, hardly less, hardly more.
+    /// What an error target measured ([`ErrorEstimate`](crate::ErrorEstimate)): the best guess,
+    /// hardly less, hardly more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<[f64; 3]>,
     /// BLAKE3 hash of the film, of which the image is developed: the same for the same bits.

@@ -123,8 +123,9 @@ impl SceneStats {
     }
 }
 
-/// A session of a scene that is compiled without a tree, as fast as that goes, and in a studio, as renders are by default: what cannot be rendered is an
-/// error, and what becomes something else has a [note](Session::notes).
+/// A session of a scene that is compiled without a tree, as fast as that goes, and in a studio, as
+/// renders are by default: what cannot be rendered is an error, and what becomes something else has
+/// a [note](Session::notes).
 ///
 /// # Errors
 /// If the scene cannot be rendered.

@@ -32,8 +32,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Compiles a scene; [`CompileOptions::compensated`] and [`CompileOptions::texture_coordinates`] follow from
-    /// the settings.
+    /// Compiles a scene; [`CompileOptions::compensated`] and
+    /// [`CompileOptions::texture_coordinates`] follow from the settings.
     ///
     /// # Errors
     /// If the scene is inconsistent, or the region of the settings lies outside of the image.
@@ -180,8 +180,9 @@ impl Session {
         &self.film
     }
 
-    /// What the error target finds of the samples so far, or one that asks for nothing if they are in halves without one.
-    /// `None` without halves, or without samples of each half of each pixel.
+    /// What the error target finds of the samples so far, or one that asks for nothing if they are
+    /// in halves without one. `None` without halves, or without samples of each half of each
+    /// pixel.
     pub fn look(&self) -> Option<Evaluation> {
         self.settings.target.unwrap_or(Target::NONE).evaluate(&self.film, self.settings.reuse)
     }

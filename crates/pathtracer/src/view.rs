@@ -1,14 +1,15 @@
 //! Whether the camera sees anything of a scene.
 //!
-//! A grid of rays through the image, and 26 more all around, tell three kinds of cameras that are likely to be
-//! misplaced:
+//! A grid of rays through the image, and 26 more all around, tell three kinds of cameras that are
+//! likely to be misplaced:
 //!
 //! 1. No ray of the image finds a surface or light of the sky, and no vertex lies in view.
-//! 2. At least half of the rays of the image go down, and find nothing, from a camera at or below the
-//!    underside of all surfaces, or between them; unless all surfaces lie in view, as of an object
-//!    before a black ground, and not only above the camera. Where the sky is seen, nothing is missed.
-//! 3. All rays, also those all around, find one and the same opaque object, which does not emit light,
-//!    and no lamp is in the box around it: the camera is inside of it, in the dark.
+//! 2. At least half of the rays of the image go down, and find nothing, from a camera at or below
+//!    the underside of all surfaces, or between them; unless all surfaces lie in view, as of an
+//!    object before a black ground, and not only above the camera. Where the sky is seen, nothing
+//!    is missed.
+//! 3. All rays, also those all around, find one and the same opaque object, which does not emit
+//!    light, and no lamp is in the box around it: the camera is inside of it, in the dark.
 //!
 //! Up is that axis of the world which is closest to the up of the camera.
 

@@ -1,10 +1,11 @@
 //! What a report on the course's program renders, against a second path tracer.
 //!
-//! [`pt_testing::course`] has the scenes, both as COLLADA and as its own, and the second path tracer,
-//! which shares nothing with ours. Of each figure of the report, its options are rendered by both, in
-//! the course's mode and at the size of the report, and the means of blocks of 120 × 120 pixels agree
-//! within what their standard errors allow. Ours come from the variance between four renders with other
-//! seeds, those of the second one from the differences between samples of small cells of the block.
+//! [`pt_testing::course`] has the scenes, both as COLLADA and as its own, and the second path
+//! tracer, which shares nothing with ours. Of each figure of the report, its options are rendered
+//! by both, in the course's mode and at the size of the report, and the means of blocks of 120 ×
+//! 120 pixels agree within what their standard errors allow. Ours come from the variance between
+//! four renders with other seeds, those of the second one from the differences between samples of
+//! small cells of the block.
 
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,8 @@ use pt_testing::course::{Content, Eye, Light, Map, Plan, Room, World, unit};
 const SIZE: [u32; 2] = [480, 360];
 const BLOCK: u32 = 120;
 const RENDERS: u32 = 4;
-/// Of normally distributed means of 12 blocks in three channels and 60 pictures, one in a million is
-/// this far off; four renders know their variance to a factor, so that it is doubled.
+/// Of normally distributed means of 12 blocks in three channels and 60 pictures, one in a million
+/// is this far off; four renders know their variance to a factor, so that it is doubled.
 const STANDARD_ERRORS: f64 = 6.0;
 
 fn scene(room: &Room) -> Scene {
@@ -106,8 +107,8 @@ impl Both {
     }
 }
 
-/// The same of the second path tracer, from about `samples` samples of each block: two in each of its
-/// cells, whose difference gives the variance of their mean.
+/// The same of the second path tracer, from about `samples` samples of each block: two in each of
+/// its cells, whose difference gives the variance of their mean.
 fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<[DVec3; 2]> {
     let mut random = Random::new(7);
     let (side, size) = ((samples / 2).isqrt(), SIZE.map(f64::from));
@@ -197,7 +198,8 @@ fn normals() {
     }
 }
 
-/// Figure 5: a mesh in direct light by 1, 4 … directions of the hemisphere, and by samples of the light.
+/// Figure 5: a mesh in direct light by 1, 4 … directions of the hemisphere, and by samples of the
+/// light.
 #[test]
 fn direct_light_of_a_mesh() {
     let both = Both::new(Content::Ring);
@@ -272,8 +274,8 @@ fn sunlight() -> Light {
     Light::Directional(DVec3::new(0.5, 1.0, 2.5), DVec3::new(2.0, 1.5, 1.0))
 }
 
-/// Lights that are no squares, one by one and all at once: the course's files have points and ambient
-/// light.
+/// Lights that are no squares, one by one and all at once: the course's files have points and
+/// ambient light.
 #[test]
 fn other_lights() {
     let point = Light::Point(DVec3::new(0.3, 1.0, 0.5), DVec3::new(0.5, 1.0, 2.0));
@@ -293,7 +295,8 @@ fn other_lights() {
     }
 }
 
-/// Assignment 3-2: a map of the sky, which the camera and samples of light find, and mirrors do not.
+/// Assignment 3-2: a map of the sky, which the camera and samples of light find, and mirrors do
+/// not.
 #[test]
 fn environment_map() {
     let texel = |i: u8| [f32::from(i % 5), f32::from(i % 3), f32::from(i % 7)];
@@ -317,8 +320,8 @@ fn lens() {
     }
 }
 
-/// Figure 9: the variance of a pixel is inversely proportional to the number of its independent samples,
-/// and so is the mean squared difference of two renders.
+/// Figure 9: the variance of a pixel is inversely proportional to the number of its independent
+/// samples, and so is the mean squared difference of two renders.
 #[test]
 fn samples_per_pixel() {
     let both = Both::new(Content::MatteBalls);

@@ -54,8 +54,8 @@ fn open_box(camera_height: f64) -> String {
     )
 }
 
-/// From the height of the floor the lower half of the image is empty; from the middle of the box it is
-/// not. Fitted, the box is seen.
+/// From the height of the floor the lower half of the image is empty; from the middle of the box it
+/// is not. Fitted, the box is seen.
 #[test]
 fn a_camera_at_the_height_of_the_floor_is_noted() {
     let floor = json(&open_box(0.0));
@@ -129,8 +129,8 @@ fn a_camera_inside_of_something_dark_is_noted() {
     }
 }
 
-/// Half of an image of the open is sky, whether it is light or, with the sun alone, black; an object
-/// before a black ground may fill little of it, and be smaller than a pixel.
+/// Half of an image of the open is sky, whether it is light or, with the sun alone, black; an
+/// object before a black ground may fill little of it, and be smaller than a pixel.
 #[test]
 fn ordinary_views_have_no_note() {
     let sky = r#"{"type": "constant", "radiance": 1}"#;
@@ -158,8 +158,8 @@ fn ordinary_views_have_no_note() {
     }
 }
 
-/// A scene whose lights are all black is black, and a note says so; not if one is not, nor with a map of
-/// the sky.
+/// A scene whose lights are all black is black, and a note says so; not if one is not, nor with a
+/// map of the sky.
 #[test]
 fn lights_that_emit_nothing_are_noted() {
     let camera = camera("[0, 0, 9]", "[0, 0, 0]");
@@ -220,10 +220,11 @@ fn course_file(profile: &str, transform: &str) -> String {
 
 const MATRIX: &str = "<matrix>1 0 0 0 0 0 -1 -4 0 1 0 0 0 0 0 1</matrix>";
 
-/// The camera of the file is at (0, −4, 0) and looks along +y, z being up, so that the point in front
-/// of it is (0, −3, 0): (0, 0, −3) in the world, where y is up. So it is seen from −z. The ball is at
-/// (0, 5, 2), in the world (0, 2, 5), and the box around it has sides of 4. Of the course's window of 800
-/// columns, images of 480 show the middle, and images of other sizes the same.
+/// The camera of the file is at (0, −4, 0) and looks along +y, z being up, so that the point in
+/// front of it is (0, −3, 0): (0, 0, −3) in the world, where y is up. So it is seen from −z. The
+/// ball is at (0, 5, 2), in the world (0, 2, 5), and the box around it has sides of 4. Of the
+/// course's window of 800 columns, images of 480 show the middle, and images of other sizes the
+/// same.
 #[test]
 fn files_of_the_course_are_seen_as_the_course_sees_them() {
     let options = LoadOptions::default();
@@ -256,8 +257,8 @@ fn files_of_the_course_are_seen_as_the_course_sees_them() {
     }
 }
 
-/// Other files are taken at their word: those without the profile, and those whose camera is placed by
-/// what the course's program cannot read.
+/// Other files are taken at their word: those without the profile, and those whose camera is placed
+/// by what the course's program cannot read.
 #[test]
 fn other_files_are_seen_from_their_cameras() {
     let placed = "<translate>0 -4 0</translate><rotate>1 0 0 90</rotate>";
@@ -282,7 +283,8 @@ fn the_course_mode_keeps_the_size_of_pixels() {
     assert!((whole - 20_f32.to_radians().tan()).abs() < 1e-5 && (half - 0.5 * whole).abs() < 1e-6);
 }
 
-/// Three cameras with fields of view of 30, 40 and 50 degrees, in every format that can have several.
+/// Three cameras with fields of view of 30, 40 and 50 degrees, in every format that can have
+/// several.
 fn with_cameras() -> Vec<(&'static str, String)> {
     let fields = [30, 40, 50];
     let json: Vec<_> = fields
@@ -358,8 +360,8 @@ fn field(scene: &Scene) -> f64 {
     x_fov.round()
 }
 
-/// By name and by number in the order of the file; Mitsuba and glTF use the first one by default, the
-/// others the last one. With the camera of a Mitsuba scene comes the size of its film.
+/// By name and by number in the order of the file; Mitsuba and glTF use the first one by default,
+/// the others the last one. With the camera of a Mitsuba scene comes the size of its film.
 #[test]
 fn a_camera_is_chosen_by_name_or_number() {
     for (name, text) in with_cameras() {

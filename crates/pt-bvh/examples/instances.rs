@@ -1,6 +1,6 @@
-//! Measures what two levels of trees cost: rates of ray queries on rings that are placed many times,
-//! against one tree over all their triangles, and the time that it takes to build the upper level.
-//! Checks results against single queries and a loop over all instances first.
+//! Measures what two levels of trees cost: rates of ray queries on rings that are placed many
+//! times, against one tree over all their triangles, and the time that it takes to build the upper
+//! level. Checks results against single queries and a loop over all instances first.
 //!
 //! `cargo run --release -p pt-bvh --example instances`
 

@@ -13,9 +13,9 @@
 //! * Hits: how many, 2, then for each ray the triangle as a signed integer, −1 for none, and t, +∞
 //!   for none. With `--occluded`, what is hit is not known: triangle and t are 0 where anything is.
 //!
-//! `--batch` asks for many rays at a time, `--occluded` only whether anything is hit, and `--threads`
-//! says how many threads build and shoot (1). What is wrong with an argument or a file is said in
-//! one line, with exit status 2.
+//! `--batch` asks for many rays at a time, `--occluded` only whether anything is hit, and
+//! `--threads` says how many threads build and shoot (1). What is wrong with an argument or a file
+//! is said in one line, with exit status 2.
 
 use std::fs::File;
 use std::io::Write;

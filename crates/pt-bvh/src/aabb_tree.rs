@@ -1,12 +1,14 @@
-//! A tree over boxes: it says which of them a ray may meet, and leaves it to others what is in them.
+//! A tree over boxes: it says which of them a ray may meet, and leaves it to others what is in
+//! them.
 //!
 //! **Why no box test misses a primitive.** Let R be the largest coordinate distance from the origin
-//! to a corner of the box around everything. A hit is at most `error_bound`·R outside of the box of its
-//! primitive, as its slack promises, and the box test errs by less than 16εR (see
-//! [`crate::ray`]). So each node is widened by (`error_bound` + 16ε)·R, with the largest slack of all
-//! primitives below it. With the usual slack of 80ε that is twice the pad that nodes over triangles have.
-//! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
-//! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
+//! to a corner of the box around everything. A hit is at most `error_bound`·R outside of the box of
+//! its primitive, as its slack promises, and the box test errs by less than 16εR (see
+//! [`crate::ray`]). So each node is widened by (`error_bound` + 16ε)·R, with the largest slack of
+//! all primitives below it. With the usual slack of 80ε that is twice the pad that nodes over
+//! triangles have. A node is left out only if the ray enters it beyond the depth of the nearest hit
+//! so far, rounded up. So all that can win is visited, and the tree finds what a loop over all
+//! primitives finds.
 
 use pt_math::{Bounds3, Ray};
 
@@ -46,8 +48,8 @@ impl AabbTree {
         Ok(Self { tree, widening })
     }
 
-    /// The hit with the least parameter `t` in (`t_min`, `t_max`) of those that `test` finds; of hits
-    /// with equal t that on the primitive with the least number.
+    /// The hit with the least parameter `t` in (`t_min`, `t_max`) of those that `test` finds; of
+    /// hits with equal t that on the primitive with the least number.
     #[inline]
     pub(crate) fn nearest<H>(
         &self,

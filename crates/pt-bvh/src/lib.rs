@@ -5,7 +5,8 @@
 //! use pt_math::{Ray, Vec3};
 //!
 //! // A triangle in front of a sphere.
-//! let positions = [Vec3::new(-1.0, -1.0, 2.0), Vec3::new(1.0, -1.0, 2.0), Vec3::new(0.0, 1.0, 2.0)];
+//! let positions =
+//!     [Vec3::new(-1.0, -1.0, 2.0), Vec3::new(1.0, -1.0, 2.0), Vec3::new(0.0, 1.0, 2.0)];
 //! let spheres = [Sphere { center: Vec3::new(0.0, 0.0, 10.0), radius: 3.0 }];
 //! let geometry = Geometry { positions: &positions, triangles: &[[0, 1, 2]], spheres: &spheres };
 //! let bvh = Bvh::build(geometry, &BuildOptions::default())?;
@@ -25,12 +26,12 @@
 //! # What holds
 //!
 //! * A query returns the hit with the least t in the open interval (`t_min`, `t_max`), and of
-//!   several the one with the least primitive number. All builders and kernels return the same
-//!   bits as a loop over all primitives: see the module `ray` for the proof and `laws` for tests.
+//!   several the one with the least primitive number. All builders and kernels return the same bits
+//!   as a loop over all primitives: see the module `ray` for the proof and `laws` for tests.
 //! * A closed mesh is watertight: no ray passes between two triangles that share an edge, or
 //!   several that share a vertex.
-//! * A ray whose origin [`pt_math::ray::offset_origin`] moved off a triangle or sphere does not
-//!   hit it again from there, by rounding.
+//! * A ray whose origin [`pt_math::ray::offset_origin`] moved off a triangle or sphere does not hit
+//!   it again from there, by rounding.
 //! * Rays hit triangles and spheres from both sides. Triangles without area, and primitives with
 //!   coordinates that are not finite or above [`LARGEST_COORDINATE`], are left out and counted.
 //! * The tree is the same for any number of threads.

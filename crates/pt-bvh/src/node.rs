@@ -43,8 +43,8 @@ impl Node {
 /// `i + nodes[i].offset`; every usable sphere is in exactly one leaf, every usable triangle in at
 /// least one; each point of a triangle is in the box of a leaf that refers to it; leaves are in the
 /// order of `order` and hold either triangles or spheres; the box of a node is the union of those
-/// of its children, that of a leaf without pieces of triangles the union of its primitives'; no leaf
-/// is deeper than [`MAX_DEPTH`].
+/// of its children, that of a leaf without pieces of triangles the union of its primitives'; no
+/// leaf is deeper than [`MAX_DEPTH`].
 #[derive(Clone, Debug, Default)]
 pub struct Bvh2 {
     /// All nodes; none when there are no primitives.

@@ -15,7 +15,8 @@ pub enum Builder {
 /// How much time [`Builder::Sah`] may take for a tree that is faster to query.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Few bins, and nothing afterwards: the tree is soon there, for geometry that changes or is looked at briefly.
+    /// Few bins, and nothing afterwards: the tree is soon there, for geometry that changes or is
+    /// looked at briefly.
     Fast,
     /// More bins. Triangles that fill little of their boxes are cut into pieces where there are
     /// enough of them to matter; references to pieces are at most 30 % of the primitives, or about
@@ -24,9 +25,9 @@ pub enum Quality {
     #[default]
     Balanced,
     /// More bins again, and every way to part up to 128 primitives along an axis; triangles are
-    /// cut finer, with up to 50 % more references, and subtrees of all sizes are moved to where they
-    /// cost less. Takes several times as long as [`Quality::Balanced`] for trees that are smaller by
-    /// some percent, and hardly faster unless there are triangles to cut.
+    /// cut finer, with up to 50 % more references, and subtrees of all sizes are moved to where
+    /// they cost less. Takes several times as long as [`Quality::Balanced`] for trees that are
+    /// smaller by some percent, and hardly faster unless there are triangles to cut.
     High,
 }
 

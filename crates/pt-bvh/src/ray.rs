@@ -2,8 +2,9 @@
 //!
 //! **Units.** With kz the axis along which the direction is largest, triangles and most boxes are
 //! tested in units of depth, τ = t·|d_kz|: the slope of the ray per axis is then at most 1, and
-//! results do not depend on the length of the direction. Single rays meet the boxes of the wide tree
-//! in units of t, which is known sooner, where numbers are neither too small nor too large for it.
+//! results do not depend on the length of the direction. Single rays meet the boxes of the wide
+//! tree in units of t, which is known sooner, where numbers are neither too small nor too large for
+//! it.
 //!
 //! **Why no box test misses a triangle that the triangle test hits.** Let R be the largest
 //! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
@@ -14,10 +15,10 @@
 //! is there. (Where double precision finds τ by the plane, the ray is within εR of the triangle
 //! there.) A box test that computes in f32 relative to any point of the scene errs by at most 10εR,
 //! and the rounding of the slopes moves the ray by 3εR; so a box test that widens its slabs by the
-//! *pad* of 48εR on every side finds an interval that contains τ. Hence each traversal visits all that
-//! can win, and finds the same nearest hit, bit for bit, as a loop over all primitives. The wide tree's
-//! boxes are stored with the pad of rays that begin near (R up to twice half of the largest extent),
-//! so that these have no more to do; others add what is missing.
+//! *pad* of 48εR on every side finds an interval that contains τ. Hence each traversal visits all
+//! that can win, and finds the same nearest hit, bit for bit, as a loop over all primitives. The
+//! wide tree's boxes are stored with the pad of rays that begin near (R up to twice half of the
+//! largest extent), so that these have no more to do; others add what is missing.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
@@ -128,12 +129,14 @@ impl Prepared {
         if bounds.is_empty() { None } else { Self::in_scene(ray, &Scene::new(bounds)) }
     }
 
-    /// The same for most rays that come to a tree whose boxes are widened by [`Scene::padded`]: those
-    /// that begin so near, in a direction so ordinary, that their depth in boxes can be t, and these
-    /// need not be widened for them; `None` for others. It is soon known: all queries wait for it.
+    /// The same for most rays that come to a tree whose boxes are widened by [`Scene::padded`]:
+    /// those that begin so near, in a direction so ordinary, that their depth in boxes can be
+    /// t, and these need not be widened for them; `None` for others. It is soon known: all
+    /// queries wait for it.
     ///
     /// Distances to planes are below 2⁶⁶ and inverses at most 2⁶⁰, so depths are finite. Boxes that
-    /// the ray begins in are left at t ≥ padded / longest ≥ 2⁻¹⁰⁰, which is above 0 in single precision.
+    /// the ray begins in are left at t ≥ padded / longest ≥ 2⁻¹⁰⁰, which is above 0 in single
+    /// precision.
     #[inline(always)]
     pub(crate) fn ordinary(ray: &Ray, scene: &Scene) -> Option<Self> {
         let [o, d] = origin_and_direction(ray);
@@ -222,8 +225,8 @@ fn origin_and_direction(ray: &Ray) -> [Vec3A; 2] {
     [&numbers[..4], &numbers[3..7]].map(|four| Vec3A::from_vec4(Vec4::from_slice(four)))
 }
 
-/// See [`Prepared::depth_limit`]; in units of `scale`. What is added to both matters only where their
-/// digits end early.
+/// See [`Prepared::depth_limit`]; in units of `scale`. What is added to both matters only where
+/// their digits end early.
 #[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
     ((t + MIN) * ((scale + MIN) * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
@@ -238,7 +241,8 @@ pub(crate) fn depth_start(t_min: f32, scale: f32) -> f32 {
 /// The least number above 0.
 pub(crate) const MIN: f32 = f32::from_bits(1);
 
-/// The greatest of four numbers that are not below 0, which compare as integers: that is known sooner.
+/// The greatest of four numbers that are not below 0, which compare as integers: that is known
+/// sooner.
 #[inline(always)]
 fn greatest(x: Vec4) -> f32 {
     let x: u32x4 = bytemuck::cast(x);
@@ -254,8 +258,8 @@ fn inverse_of_slopes(slopes: Vec3A) -> Vec3A {
     slopes.abs().max(Vec3A::splat(MIN_SLOPE)).copysign(slopes).recip()
 }
 
-/// The axes in cyclic order, the last of them along the largest of three magnitudes, by which of these
-/// are as large as that: y before x before z.
+/// The axes in cyclic order, the last of them along the largest of three magnitudes, by which of
+/// these are as large as that: y before x before z.
 #[inline(always)]
 fn axes_of(largest: BVec3A) -> [usize; 3] {
     const X: [usize; 3] = AXES[0];

@@ -52,8 +52,8 @@ fn roots(origin: Vec3, direction: Vec3, sphere: &Sphere) -> Option<[f64; 2]> {
 }
 
 impl Sphere {
-    /// The unit vector from the centre to the point where a ray hits the sphere at parameter `t`, in
-    /// double precision: how far away the ray begins does not matter.
+    /// The unit vector from the centre to the point where a ray hits the sphere at parameter `t`,
+    /// in double precision: how far away the ray begins does not matter.
     #[inline]
     pub fn normal_at(&self, ray: &Ray, t: f32) -> DVec3 {
         let t = f64::from(t);

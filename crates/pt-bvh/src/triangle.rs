@@ -58,9 +58,9 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 
 /// The intersection in single precision; the wide kernels do the same for many triangles.
 ///
-/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with weights that are
-/// rounded:  δ = (3·δe + γ₁₄|det|)·Z / |det| + δz  with  δe = 2(δx·Y + δy·X),  and as |det| is at most
-/// 4XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
+/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with weights that
+/// are rounded:  δ = (3·δe + γ₁₄|det|)·Z / |det| + δz  with  δe = 2(δx·Y + δy·X),  and as |det| is
+/// at most 4XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
 #[inline]
 pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let edge = |p: [f32; 3], q: [f32; 3]| difference_of_products(q[0], p[1], q[1], p[0]);
@@ -167,8 +167,8 @@ pub(crate) fn confirm(
 struct Plane {
     /// Where the ray meets the triangle, if it does by double precision as well. The point is then
     /// within εR of the triangle, R being the distance to its farthest vertex: with u = 2⁻⁵³ and c
-    /// the least slope, the point errs by some uR/c, and beyond the tip of a needle the edges see it
-    /// inside for 1/c as far.
+    /// the least slope, the point errs by some uR/c, and beyond the tip of a needle the edges see
+    /// it inside for 1/c as far.
     t: Option<f64>,
     /// Whether the ray moves away from the plane.
     is_behind: bool,

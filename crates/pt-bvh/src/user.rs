@@ -7,14 +7,15 @@ use pt_math::{Bounds3, Ray};
 use crate::BuildError;
 use crate::aabb_tree::AabbTree;
 
-/// The [slack](UserPrimitives::error_bound) of primitives whose hits are computed in single precision with
-/// some care: 80ε ≈ 4.8·10⁻⁶.
+/// The [slack](UserPrimitives::error_bound) of primitives whose hits are computed in single
+/// precision with some care: 80ε ≈ 4.8·10⁻⁶.
 pub const DEFAULT_ERROR_BOUND: f32 = 80.0 * EPSILON;
 
 /// A set of primitives, numbered from 0, that know their boxes and where rays hit them.
 ///
-/// Queries must be functions of primitive and ray, in which `t_max` does nothing but leave hits out.
-/// They get rays with finite coordinates, a direction of any length but 0, and `t_min` at least 0.
+/// Queries must be functions of primitive and ray, in which `t_max` does nothing but leave hits
+/// out. They get rays with finite coordinates, a direction of any length but 0, and `t_min` at
+/// least 0.
 pub trait UserPrimitives {
     /// What is known of a hit.
     type Hit: Copy;
@@ -51,8 +52,8 @@ pub trait UserPrimitives {
 
 /// [`UserPrimitives`], ready for ray queries.
 ///
-/// Of several hits with the least t, queries return that on the primitive with the least number: the
-/// same as a loop over all primitives.
+/// Of several hits with the least t, queries return that on the primitive with the least number:
+/// the same as a loop over all primitives.
 ///
 /// ```
 /// use pt_bvh::{UserBvh, UserPrimitives};
@@ -99,8 +100,8 @@ pub struct UserBvh<P> {
 
 impl<P: UserPrimitives> UserBvh<P> {
     /// Makes the primitives ready for queries. Those without a box, with one that is inside out or
-    /// beyond [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE), and those with a slack out of range
-    /// are left out and counted.
+    /// beyond [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE), and those with a slack out of
+    /// range are left out and counted.
     ///
     /// # Errors
     /// Too many primitives.
@@ -130,8 +131,8 @@ impl<P: UserPrimitives> UserBvh<P> {
         Ok(())
     }
 
-    /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive with
-    /// the least number.
+    /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive
+    /// with the least number.
     pub fn intersect(&self, ray: &Ray) -> Option<P::Hit> {
         self.tree.nearest(ray, P::t, |id, ray| self.primitives.intersect(id, ray))
     }

@@ -20,9 +20,10 @@ use crate::{light_groups, message, sort};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
-/// Without a scene it renders a Cornell box to cornell.png. Scenes are pathtracer's own (.json), COLLADA (.dae),
-/// glTF 2.0 (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY, OBJ and STL files. The image depends on the scene and the options alone: neither
-/// the number of threads nor the machine changes a bit of it.
+/// Without a scene it renders a Cornell box to cornell.png. Scenes are pathtracer's own (.json),
+/// COLLADA (.dae), glTF 2.0 (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY, OBJ and STL
+/// files. The image depends on the scene and the options alone: neither the number of threads nor
+/// the machine changes a bit of it.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
@@ -35,7 +36,8 @@ pub(crate) struct Cli {
     #[arg(value_name = "SCENE")]
     pub(crate) paths: Vec<PathBuf>,
 
-    /// Image file, .png or .exr, or .film for samples to be merged [default: SCENE.png, in this folder]
+    /// Image file, .png or .exr, or .film for samples to be merged [default: SCENE.png, in this
+    /// folder]
     #[arg(short = 'f', long, value_name = "FILE", num_args = 0..=1, help_heading = "Image")]
     #[expect(clippy::option_option, reason = "-f may stand without its value; see sort_paths")]
     pub(crate) output: Option<Option<PathBuf>>,
@@ -55,8 +57,8 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
     pub(crate) png_bits: PngBits,
 
-    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the curve. auto
-    /// takes those with which it fits a screen [default: 0]
+    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the
+    /// curve. auto takes those with which it fits a screen [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
     #[arg(value_parser = image_options::exposure, help_heading = "Image")]
     pub(crate) exposure: Option<Exposure>,
@@ -76,8 +78,9 @@ pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) opacity: Opacity,
 
-    /// Remove the noise by Intel Open Image Denoise, which is a library apart (a message gives the command that installs it): an EXR
-    /// image keeps what was rendered in the layer "noisy", beside a PNG image NAME_noisy.png has it
+    /// Remove the noise by Intel Open Image Denoise, which is a library apart (a message gives the
+    /// command that installs it): an EXR image keeps what was rendered in the layer "noisy",
+    /// beside a PNG image NAME_noisy.png has it
     #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
     pub(crate) denoise: bool,
 
@@ -128,8 +131,8 @@ pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) stop: StopOptions,
 
-    /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
-    /// less noise, but less light; the summary says how much
+    /// Cut off single contributions to a sample (of a light, a surface or the sky) at this
+    /// luminance: less noise, but less light; the summary says how much
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp: Option<f32>,
@@ -139,13 +142,14 @@ pub(crate) struct Cli {
     #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp_indirect: Option<f32>,
 
-    /// Let the paths of squares of N × N pixels (1, 2 or 4) bring their light to each other: less noise
-    /// in each for 1.2 to 2.3 times the time, but the noise of neighbours is alike
+    /// Let the paths of squares of N × N pixels (1, 2 or 4) bring their light to each other: less
+    /// noise in each for 1.2 to 2.3 times the time, but the noise of neighbours is alike
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,
 
-    /// Let each path go on N ways (a power of two up to 64) from the first surface where it scatters
+    /// Let each path go on N ways (a power of two up to 64) from the first surface where it
+    /// scatters
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::split, help_heading = "Sampling")]
     pub(crate) split: u32,
@@ -185,8 +189,8 @@ pub(crate) struct Cli {
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,
 
-    /// Also write the light of groups of lights, by names: sky,key=lamp+window; each makes one of each
-    /// light, and what is left is the group rest
+    /// Also write the light of groups of lights, by names: sky,key=lamp+window; each makes one of
+    /// each light, and what is left is the group rest
     #[arg(long, value_name = "GROUPS", value_parser = light_groups::parse)]
     #[arg(help_heading = "What to show")]
     pub(crate) light_groups: Option<LightGroups>,
@@ -198,8 +202,8 @@ pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) loading: Loading,
 
-    /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
-    /// .jpg …)
+    /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr,
+    /// .png, .jpg …)
     #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) environment: Option<PathBuf>,
 
@@ -238,8 +242,8 @@ pub(crate) struct Cli {
     #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) panorama: bool,
 
-    /// Light meshes with smooth normals as the round shapes that they stand for: no shadows with the
-    /// corners of the mesh
+    /// Light meshes with smooth normals as the round shapes that they stand for: no shadows with
+    /// the corners of the mesh
     #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) smooth_shadows: bool,
 
@@ -267,8 +271,8 @@ pub(crate) struct Cli {
     #[arg(value_parser = resolve::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
 
-    /// Refuse what needs more memory, by an estimate [default: what the system and control groups have
-    /// left]
+    /// Refuse what needs more memory, by an estimate [default: what the system and control groups
+    /// have left]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = resolve::bytes)]
     #[arg(help_heading = "Machine")]
     pub(crate) max_memory: Option<ByteSize>,
@@ -278,7 +282,8 @@ pub(crate) struct Cli {
     #[arg(value_parser = resolve::positive, help_heading = "Machine")]
     pub(crate) tile_size: u32,
 
-    /// Seconds after which the samples so far are written beside the image, to go on from; 0 is never
+    /// Seconds after which the samples so far are written beside the image, to go on from; 0 is
+    /// never
     #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::seconds, help_heading = "Machine")]
     pub(crate) checkpoint_every: f64,
@@ -287,15 +292,15 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "Machine")]
     pub(crate) restart: bool,
 
-    /// How progress is shown: by a bar on a terminal and else by lines (auto), by one of them, as lines of JSON
-    /// on standard output, or not at all
+    /// How progress is shown: by a bar on a terminal and else by lines (auto), by one of them, as
+    /// lines of JSON on standard output, or not at all
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
     pub(crate) progress: ProgressKind,
 
-    /// Refuse a scene that names missing files, instead of putting magenta and black in their place (status 4), and
-    /// --denoise without its library; and
-    /// end with status 3 if samples were refused because they are no light (NaN, infinite, negative, too large), or an
-    /// error target was missed: the image is written nonetheless
+    /// Refuse a scene that names missing files, instead of putting magenta and black in their
+    /// place (status 4), and --denoise without its library; and
+    /// end with status 3 if samples were refused because they are no light (NaN, infinite,
+    /// negative, too large), or an error target was missed: the image is written nonetheless
     #[arg(long, help_heading = "Machine")]
     pub(crate) strict: bool,
 

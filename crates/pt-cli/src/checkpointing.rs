@@ -1,4 +1,5 @@
-//! A render that keeps its samples: it goes on from those that are there, and writes them from time to time.
+//! A render that keeps its samples: it goes on from those that are there, and writes them from time
+//! to time.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
@@ -130,9 +131,9 @@ impl Checkpointer {
         self.keeper.is_some()
     }
 
-    /// Takes the samples that are missing, writes the film from time to time, and shows it to the viewer, less often
-    /// than asked for where that would take more than 1 % of the time each. A film that cannot be written is told of,
-    /// and does not stop the render.
+    /// Takes the samples that are missing, writes the film from time to time, and shows it to the
+    /// viewer, less often than asked for where that would take more than 1 % of the time each.
+    /// A film that cannot be written is told of, and does not stop the render.
     ///
     /// # Errors
     /// As [`Session::render`].
@@ -196,8 +197,9 @@ impl Checkpointer {
         }
     }
 
-    /// Writes what is to be left: film and image. The film of an image that is finished stays where the image
-    /// is an EXR file. Returns the files, and the receipt of the image if there is one.
+    /// Writes what is to be left: film and image. The film of an image that is finished stays where
+    /// the image is an EXR file. Returns the files, and the receipt of the image if there is
+    /// one.
     ///
     /// # Errors
     /// If a file cannot be written; others are nonetheless.

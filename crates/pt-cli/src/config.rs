@@ -16,7 +16,8 @@ static FOLDERS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 /// Reads the configuration file, if there is one.
 ///
 /// # Errors
-/// If it cannot be read, is missing where the environment says it is, or has a line that is not understood.
+/// If it cannot be read, is missing where the environment says it is, or has a line that is not
+/// understood.
 pub(crate) fn read() -> Result<()> {
     let named = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
     let usual = || dirs::config_dir().map(|folder| folder.join("pathtracer").join("config"));

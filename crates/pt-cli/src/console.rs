@@ -51,8 +51,8 @@ struct State {
 }
 
 impl Console {
-    /// A display for a render that has `done` of `total` samples, and a handler for Ctrl-C: the first one asks the
-    /// render to stop, a second one ends the program.
+    /// A display for a render that has `done` of `total` samples, and a handler for Ctrl-C: the
+    /// first one asks the render to stop, a second one ends the program.
     pub(crate) fn new(cli: &Cli, done: u64, total: u64) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);

@@ -1,7 +1,7 @@
 //! Whether this processor can run the program at all.
 
-/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions; and what the environment
-/// says of it.
+/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions; and what the
+/// environment says of it.
 ///
 /// # Errors
 /// A message that says what is missing.

@@ -21,8 +21,8 @@ pub(crate) struct Denoising {
 }
 
 impl Denoising {
-    /// Opens the library if it is wanted. Where it is missing, a warning says so, and the image is written as it was
-    /// rendered.
+    /// Opens the library if it is wanted. Where it is missing, a warning says so, and the image is
+    /// written as it was rendered.
     ///
     /// # Errors
     /// If it is missing, with `--strict`.
@@ -39,8 +39,9 @@ impl Denoising {
         Ok(Self { is_wanted, is_quiet: request.cli.quiet, denoiser })
     }
 
-    /// The files of an image that was rendered with these channels: the image itself, without noise if that is wanted and
-    /// can be; and beside a format without room for the layer of what was rendered, one for that.
+    /// The files of an image that was rendered with these channels: the image itself, without noise
+    /// if that is wanted and can be; and beside a format without room for the layer of what was
+    /// rendered, one for that.
     pub(crate) fn images(
         &self,
         film: &Film,

@@ -9,7 +9,8 @@ pub(crate) enum EnvironmentLayout {
     /// Latitude and longitude, twice as wide as high
     #[value(name = "latlong")]
     LatitudeLongitude,
-    /// A light probe: a disk with distances from the middle, which looks along -z, proportional to the angle
+    /// A light probe: a disk with distances from the middle, which looks along -z, proportional to
+    /// the angle
     Angular,
     /// A mirrored ball seen along -z
     MirrorBall,

@@ -36,7 +36,8 @@ pub(crate) fn parse(text: &str) -> Result<LightGroups, String> {
     Ok(groups)
 }
 
-/// Refuses settings with which nobody tells what light came from which light, and files without room for it.
+/// Refuses settings with which nobody tells what light came from which light, and files without
+/// room for it.
 ///
 /// # Errors
 /// A message that says what it is, and what to do.

@@ -14,8 +14,8 @@ use crate::{FAILURE, light_groups};
 /// Whether samples are taken: they are not given up for want of memory.
 static RENDERING: AtomicBool = AtomicBool::new(false);
 
-/// Ends the program when it holds more memory than it may, unless it renders: what is read may be made to grow without end, and
-/// not all of it asks before.
+/// Ends the program when it holds more memory than it may, unless it renders: what is read may be
+/// made to grow without end, and not all of it asks before.
 pub(crate) fn watch() {
     const INTERVAL: Duration = Duration::from_millis(20);
     /// Bytes of the program itself, and of what is taken between two looks.
@@ -109,7 +109,8 @@ impl Limit {
     }
 }
 
-/// What the film of an image, with so many groups of lights, and its development take; a cell takes less.
+/// What the film of an image, with so many groups of lights, and its development take; a cell takes
+/// less.
 fn film_bytes(request: &RenderJob, [width, height]: [u32; 2], groups: usize) -> u64 {
     let [width, height] = match request.cli.cell.as_deref() {
         Some(&[_, _, dx, dy]) => [dx, dy],

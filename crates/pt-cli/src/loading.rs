@@ -22,8 +22,8 @@ pub(crate) struct Folders {
 /// How a scene is read.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Loading {
-    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
-    /// names
+    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for
+    /// several names
     #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = resolve::definition)]
     #[arg(help_heading = "Scene")]
     pub(crate) define: Vec<(String, String)>,
@@ -31,24 +31,27 @@ pub(crate) struct Loading {
     #[command(flatten)]
     pub(crate) folders: Folders,
 
-    /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory, depth, shapes,
-    /// elements, texture-side, texture-pixels, include-depth, files, seconds
+    /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory,
+    /// depth, shapes, elements, texture-side, texture-pixels, include-depth, files, seconds
     #[arg(long, value_name = "NAME=VALUE", value_parser = limit, help_heading = "Scene")]
     limit: Vec<(String, u64)>,
 
-    /// Show the animations of a glTF scene at this time [default: all stands where it does at rest]
+    /// Show the animations of a glTF scene at this time [default: all stands where it does at
+    /// rest]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = resolve::seconds)]
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
 
-    /// Where the camera stands: where the file places it (file), where the program of the course CS184 does
-    /// (course), or so that all surfaces are seen (fit). Or which one is used, by its name in the file or its
-    /// number there, from 0 [default: as the file says; course for COLLADA of the course]
+    /// Where the camera stands: where the file places it (file), where the program of the course
+    /// CS184 does (course), or so that all surfaces are seen (fit). Or which one is used, by
+    /// its name in the file or its number there, from 0 [default: as the file says; course for
+    /// COLLADA of the course]
     #[arg(long, value_name = "CAMERA", help_heading = "Scene")]
     pub(crate) camera: Option<String>,
 
-    /// Radius of points and lines, which are shown as spheres and cylinders, in the unit of the scene [default: as the
-    /// file says, or half of the mean distance between points; of lines, 1/250 of their extent]
+    /// Radius of points and lines, which are shown as spheres and cylinders, in the unit of the
+    /// scene [default: as the file says, or half of the mean distance between points; of
+    /// lines, 1/250 of their extent]
     #[arg(long, value_name = "RADIUS", value_parser = resolve::radius)]
     #[arg(help_heading = "Scene")]
     pub(crate) point_radius: Option<f64>,

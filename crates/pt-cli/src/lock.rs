@@ -14,7 +14,8 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// Locks an output by a file beside it, of its name and `.lock`. Where the file system has no locks, it is not locked.
+    /// Locks an output by a file beside it, of its name and `.lock`. Where the file system has no
+    /// locks, it is not locked.
     ///
     /// # Errors
     /// If another program has locked it, or the file cannot be made.

@@ -13,18 +13,20 @@ macro_rules! print_line {
     ($($text:tt)*) => { $crate::message::print_line(format_args!($($text)*)) };
 }
 
-/// Prints a line to standard error, [printable]. A reader that has gone, or a full disk, is no reason to stop.
+/// Prints a line to standard error, [printable]. A reader that has gone, or a full disk, is no
+/// reason to stop.
 pub(crate) fn report(text: impl Display) {
     let _ = std::io::stderr().write_all((printable(&text.to_string()) + "\n").as_bytes());
 }
 
-/// Prints a line to standard output, [printable]. A reader that has gone, or a full disk, is no reason to stop.
+/// Prints a line to standard output, [printable]. A reader that has gone, or a full disk, is no
+/// reason to stop.
 pub(crate) fn print_line(text: impl Display) {
     let _ = std::io::stdout().write_all((printable(&text.to_string()) + "\n").as_bytes());
 }
 
-/// The text with its control characters, but for ends of lines and tabulators, as in JSON: names in files and receipts
-/// must not command the terminal.
+/// The text with its control characters, but for ends of lines and tabulators, as in JSON: names in
+/// files and receipts must not command the terminal.
 pub(crate) fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for char in text.chars() {

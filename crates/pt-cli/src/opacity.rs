@@ -7,15 +7,15 @@ use pathtracer::{Aov, Hidden, RenderHints};
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Image")]
 pub(crate) struct Opacity {
-    /// Also write how much of each pixel is covered: PNG images have it apart from the colours, EXR images
-    /// have these multiplied with it. A background that is seen covers, too; see --hide-background
-    /// [default: the file's, or off]
+    /// Also write how much of each pixel is covered: PNG images have it apart from the colours,
+    /// EXR images have these multiplied with it. A background that is seen covers, too; see
+    /// --hide-background [default: the file's, or off]
     #[arg(long, value_name = "SWITCH", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "on", conflicts_with = "cs184")]
     pub(crate) alpha: Option<Switch>,
 
-    /// Do not show environment, sky and sun directly, nor through what lets light through as it came; they
-    /// light nonetheless
+    /// Do not show environment, sky and sun directly, nor through what lets light through as it
+    /// came; they light nonetheless
     #[arg(long, conflicts_with = "cs184")]
     pub(crate) hide_background: bool,
 
@@ -34,8 +34,8 @@ pub(crate) enum Switch {
 }
 
 impl Opacity {
-    /// The channel of coverage, if the command line asks for it, by itself or among these channels; or, where that
-    /// is silent, the file.
+    /// The channel of coverage, if the command line asks for it, by itself or among these channels;
+    /// or, where that is silent, the file.
     pub(crate) fn channel(&self, aov: &[Aov], file: &RenderHints, course: bool) -> Option<Aov> {
         let named = aov.contains(&Aov::Alpha) || file.aovs.contains(&Aov::Alpha.name());
         let is_wanted = self.alpha.map_or(named, |switch| switch == Switch::On);

@@ -72,7 +72,8 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film with the names of what it counts, without noise if that is wanted; returns the files.
+/// Writes the image of a film with the names of what it counts, without noise if that is wanted;
+/// returns the files.
 ///
 /// # Errors
 /// If a file cannot be written; then it is as it was before.

@@ -10,7 +10,8 @@ const FAULT: u8 = 101;
 /// What the latest panic said, and where it was.
 static LATEST: Mutex<String> = Mutex::new(String::new());
 
-/// Lets panics be silent, so that those which become errors have one message; with `RUST_BACKTRACE`, each is shown as usual.
+/// Lets panics be silent, so that those which become errors have one message; with
+/// `RUST_BACKTRACE`, each is shown as usual.
 pub(crate) fn silence() {
     let usual = take_hook();
     let is_shown = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");

@@ -487,8 +487,8 @@ impl RenderJob {
         }
     }
 
-    /// Channels besides light: those of the command line, or else of the file if the image has room for them.
-    /// With --denoise also what is needed for that.
+    /// Channels besides light: those of the command line, or else of the file if the image has room
+    /// for them. With --denoise also what is needed for that.
     fn aovs(&self, file: &RenderHints) -> Vec<Aov> {
         let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
         let asked = if self.leaves_channels_out(file) {

@@ -1,5 +1,6 @@
-//! Seals of films and images, by which the program knows those that it made for this user in this place. A seal is the BLAKE3
-//! hash of the place, the command and its folder with a key that the user alone can read.
+//! Seals of films and images, by which the program knows those that it made for this user in this
+//! place. A seal is the BLAKE3 hash of the place, the command and its folder with a key that the
+//! user alone can read.
 
 use std::ffi::OsStr;
 use std::fs::{self, OpenOptions};

@@ -1,4 +1,5 @@
-//! Renders that end when their image is good enough, or when time is up: what the command line says of them, and what is told.
+//! Renders that end when their image is good enough, or when time is up: what the command line says
+//! of them, and what is told.
 
 use std::time::Duration;
 
@@ -18,19 +19,20 @@ const CONFIDENCE: f64 = 0.95;
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Sampling")]
 pub(crate) struct StopOptions {
-    /// Sample where it helps most until the error of the displayed image is below this: the root mean
-    /// square of what pixels are off, as a share of that of the image, as in 1%
+    /// Sample where it helps most until the error of the displayed image is below this: the root
+    /// mean square of what pixels are off, as a share of that of the image, as in 1%
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = share)]
     #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
     pub(crate) target_error: Option<f64>,
 
-    /// Likewise until in each square of 8 x 8 pixels the confidence's share of them is off by less than
-    /// this share of white, as in 2%
+    /// Likewise until in each square of 8 x 8 pixels the confidence's share of them is off by less
+    /// than this share of white, as in 2%
     #[arg(long, value_name = "NOISE", allow_negative_numbers = true, value_parser = share)]
     #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
     pub(crate) target_noise: Option<f64>,
 
-    /// The same samples for all pixels, with --target-error or --target-noise, wherever they help most
+    /// The same samples for all pixels, with --target-error or --target-noise, wherever they help
+    /// most
     #[arg(long)]
     pub(crate) uniform: bool,
 
@@ -42,8 +44,8 @@ pub(crate) struct StopOptions {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = two_or_more)]
     pub(crate) max_spp: Option<u32>,
 
-    /// Stop after this time, as in 90s, 10m or 1h30m, counted from the start of the program; the samples are
-    /// kept, to go on from
+    /// Stop after this time, as in 90s, 10m or 1h30m, counted from the start of the program; the
+    /// samples are kept, to go on from
     #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "cs184")]
     pub(crate) time_limit: Option<Duration>,
 }

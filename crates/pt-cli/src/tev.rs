@@ -1,7 +1,8 @@
 //! Shows the image in the viewer tev while it is rendered.
 //!
-//! tev listens for packets: their length in bytes with these four, what they are about in one byte, and what
-//! belongs to that, all little-endian, texts with a NUL at their end. [Müller, "tev", include/tev/Ipc.h]
+//! tev listens for packets: their length in bytes with these four, what they are about in one byte,
+//! and what belongs to that, all little-endian, texts with a NUL at their end. [Müller, "tev",
+//! include/tev/Ipc.h]
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -23,8 +24,8 @@ const ROWS: usize = 64;
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6; // its third version
 
-/// A viewer, as long as it listens. A thread of its own sends the pictures: a slow viewer misses some, and does not
-/// hold up the render.
+/// A viewer, as long as it listens. A thread of its own sends the pictures: a slow viewer misses
+/// some, and does not hold up the render.
 pub(crate) struct Viewer {
     address: String,
     pictures: SyncSender<Image>,
@@ -55,7 +56,8 @@ impl Viewer {
         Ok(Self { address: address.to_owned(), pictures, end, gone: false })
     }
 
-    /// Shows a picture, unless the one before is not there yet. Gives a warning, once, if the viewer has gone away.
+    /// Shows a picture, unless the one before is not there yet. Gives a warning, once, if the
+    /// viewer has gone away.
     pub(crate) fn show(&mut self, picture: Image) -> Option<String> {
         if self.gone
             || !matches!(self.pictures.try_send(picture), Err(TrySendError::Disconnected(_)))
@@ -163,8 +165,8 @@ fn creation(name: &str, picture: &Image) -> Vec<u8> {
     end(packet)
 }
 
-/// Sends whole rows from `first` on: the channels, the rectangle, where each channel begins among the numbers and how
-/// far its next one is, as 64-bit integers, and the numbers.
+/// Sends whole rows from `first` on: the channels, the rectangle, where each channel begins among
+/// the numbers and how far its next one is, as 64-bit integers, and the numbers.
 fn update(name: &str, width: u32, first: usize, rows: &[[f32; 3]]) -> Vec<u8> {
     let mut packet = begin(UPDATE_IMAGE, false, name);
     packet.extend(3_u32.to_le_bytes());

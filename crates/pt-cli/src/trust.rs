@@ -1,4 +1,5 @@
-//! What of the command in a film or an image is followed: it is data, and a stranger may have written it.
+//! What of the command in a film or an image is followed: it is data, and a stranger may have
+//! written it.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +12,8 @@ use crate::args::Cli;
 use crate::loading::Folders;
 use crate::seal;
 
-/// Leaves out what a command in a file may not say: outputs other than the image, addresses, and folders from which files are
-/// read. Those folders are taken from the command line.
+/// Leaves out what a command in a file may not say: outputs other than the image, addresses, and
+/// folders from which files are read. Those folders are taken from the command line.
 pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     let stored = std::mem::replace(&mut cli.loading.folders, folders.clone());
     let is_new = |folder| !folders.allow_folder.contains(folder);
@@ -34,8 +35,9 @@ pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     }
 }
 
-/// Enters the folder in which the command of an output ran, if the program made it for this user in this place, or all files
-/// that it reads lie in folders that are allowed; else the folder of the output, if they lie there.
+/// Enters the folder in which the command of an output ran, if the program made it for this user in
+/// this place, or all files that it reads lie in folders that are allowed; else the folder of the
+/// output, if they lie there.
 ///
 /// # Errors
 /// If they lie elsewhere, or the folder cannot be entered.

@@ -25,8 +25,8 @@ impl CameraMotion {
 }
 
 impl Camera {
-    /// The same camera with its node elsewhere: it looks along −z of that, with +y up; what is not at
-    /// right angles or of unit length there is made so.
+    /// The same camera with its node elsewhere: it looks along −z of that, with +y up; what is not
+    /// at right angles or of unit length there is made so.
     pub(crate) fn placed(&self, to_world: &DAffine3) -> Self {
         let m = to_world.matrix3;
         let forward = (-m.z_axis).normalize_or(DVec3::NEG_Z);

@@ -1,5 +1,6 @@
-//! How much of a surface a path sees at once: ray cones. [Akenine-Möller, Nilsson, Andersson, Barré-Brisebois,
-//! Toth & Karras 2019, "Texture Level of Detail Strategies for Real-Time Ray Tracing", §20.3.4]
+//! How much of a surface a path sees at once: ray cones. [Akenine-Möller, Nilsson, Andersson,
+//! Barré-Brisebois, Toth & Karras 2019, "Texture Level of Detail Strategies for Real-Time Ray
+//! Tracing", §20.3.4]
 
 use pt_math::{Pdf, SolidAngle, Vec2, Vec3};
 
@@ -9,8 +10,9 @@ use crate::scene::{Interaction, RenderScene};
 /// The width of a pixel that one sample stands for. The samples of a pixel lie all over it, so that
 /// less than 1 is blurred less, and not seen as noise.
 const SHARE_OF_PIXEL: f32 = 0.5;
-/// The width of what a lobe scatters into, 1/√p for the density p of the direction, that one sample stands
-/// for: that of one of 64 samples. [Suykens & Willems 2001, "Path Differentials and Applications"]
+/// The width of what a lobe scatters into, 1/√p for the density p of the direction, that one sample
+/// stands for: that of one of 64 samples. [Suykens & Willems 2001, "Path Differentials and
+/// Applications"]
 const SHARE_OF_LOBE: f32 = 0.125;
 
 /// A cone around a ray.
@@ -31,8 +33,9 @@ impl Cone {
 
     /// That of the ray behind a surface at a distance, by the density of its direction.
     ///
-    /// Mirrors and panes that are flat keep the spread, up to a factor of the index of refraction. What a
-    /// curved one does to it is not followed: there the cone becomes the ray alone, which blurs nothing.
+    /// Mirrors and panes that are flat keep the spread, up to a factor of the index of refraction.
+    /// What a curved one does to it is not followed: there the cone becomes the ray alone,
+    /// which blurs nothing.
     #[inline]
     pub fn scattered(self, distance: f32, pdf: Option<Pdf<SolidAngle>>, is_flat: bool) -> Self {
         let width = self.width_at(distance);

@@ -12,8 +12,8 @@ use crate::mipmap;
 pub struct Texels {
     size: [u32; 2],
     values: Values,
-    /// The same in half of the width and height, again and again, down to one texel; empty if no texture
-    /// asks for it.
+    /// The same in half of the width and height, again and again, down to one texel; empty if no
+    /// texture asks for it.
     coarser: Vec<Texels>,
 }
 
@@ -52,8 +52,9 @@ impl Texels {
         coarser.unwrap_or(self)
     }
 
-    /// What is seen where the footprint has these axes, in coordinates of the image: between the two levels
-    /// whose texels are about as wide as its shorter axis, so that nothing is blurred by more than it covers.
+    /// What is seen where the footprint has these axes, in coordinates of the image: between the
+    /// two levels whose texels are about as wide as its shorter axis, so that nothing is
+    /// blurred by more than it covers.
     pub(crate) fn trilinear(&self, uv: Vec2, wrap: Wrap, axes: [Vec2; 2]) -> Spectrum {
         let width = mipmap::shorter_axis(axes.map(|a| self.scaled(a)));
         if width <= 1.0 {
@@ -93,8 +94,8 @@ impl Texels {
         }
     }
 
-    /// The four texels around a point of the unit square, those below first, and how far it is from the
-    /// first, in texels.
+    /// The four texels around a point of the unit square, those below first, and how far it is from
+    /// the first, in texels.
     #[inline]
     fn around(&self, uv: Vec2, wrap: Wrap) -> ([Spectrum; 4], Vec2) {
         let p = self.scaled(uv) - 0.5;
@@ -210,7 +211,8 @@ mod tests {
         assert!((at(-1.0 / 6.0, 0.25, Wrap::REPEAT) - 5.0).abs() < 1e-5);
         assert!((at(-1.5 / 3.0, 0.25, Wrap::MIRROR) - 4.0).abs() < 1e-5);
         assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::CLAMP).0.x, 4.0);
-        // Left of the first column is the first one, mirrored, or the last one, repeated; below the lowest row is that row.
+        // Left of the first column is the first one, mirrored, or the last one, repeated; below the
+        // lowest row is that row.
         let apart = |u| Wrap { u, v: Edge::Clamp };
         let below = Vec2::new(-0.1, -0.1);
         assert_eq!(

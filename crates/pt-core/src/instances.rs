@@ -1,5 +1,6 @@
-//! Objects in coordinates of their own, which are placed in the world, some more than once, and some
-//! so that they move while the shutter is open: the upper level of two, by which rays find them.
+//! Objects in coordinates of their own, which are placed in the world, some more than once, and
+//! some so that they move while the shutter is open: the upper level of two, by which rays find
+//! them.
 //!
 //! Primitives of placed objects are numbered after all others, placement by placement, so that a
 //! [`Hit`] says where it is, and the same primitive has another number in each place.
@@ -85,8 +86,8 @@ impl InstanceTable {
         light.sample(&to_world, tables, p, u)
     }
 
-    /// The light that was hit from `p` at a time, if it is one of them, and the density with which it
-    /// is sampled.
+    /// The light that was hit from `p` at a time, if it is one of them, and the density with which
+    /// it is sampled.
     pub(crate) fn light_pdf(
         &self,
         tables: &LightTables,

@@ -163,8 +163,8 @@ impl Materials {
         self.table.as_slice().iter().any(|m| matches!(m, Material::Mix { .. }))
     }
 
-    /// The scattering of a material at a point with the unit shading normal `normal`, where the unit vector `side` is on the
-    /// front; `choice` from [0, 1) makes its choices.
+    /// The scattering of a material at a point with the unit shading normal `normal`, where the
+    /// unit vector `side` is on the front; `choice` from [0, 1) makes its choices.
     pub fn evaluate(
         &self,
         lobes: &Table<LobeRecord>,
@@ -360,8 +360,8 @@ impl View {
         };
     }
 
-    /// The orientation of the lobe. From behind, lobes see a normal from its other side, and what was
-    /// mirrored and then turned to the other side was turned by half a turn.
+    /// The orientation of the lobe. From behind, lobes see a normal from its other side, and what
+    /// was mirrored and then turned to the other side was turned by half a turn.
     fn orientation(&self, tangent: Option<Vec3>) -> Orientation {
         let normal = self.mirror.map_or(self.normal, |axis| half_turn(self.normal, axis));
         Orientation {

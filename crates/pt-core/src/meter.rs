@@ -67,8 +67,8 @@ struct Point {
 }
 
 impl Meter {
-    /// Weight of the light of each ray: importance over density, W cos θ / p. Irradiance is ∫ L cos θ dω, whose directions
-    /// have the density cos θ / π.
+    /// Weight of the light of each ray: importance over density, W cos θ / p. Irradiance is ∫ L cos
+    /// θ dω, whose directions have the density cos θ / π.
     pub fn importance(&self) -> f32 {
         match self.rays {
             Rays::Hemisphere => PI,
@@ -102,7 +102,8 @@ impl Meter {
 }
 
 impl Surface {
-    /// Triangles with their normals, of which there are none or as many; `None` if they have no area.
+    /// Triangles with their normals, of which there are none or as many; `None` if they have no
+    /// area.
     pub fn triangles(triangles: Vec<EmitterTriangle>, normals: Vec<[Vec3; 3]>) -> Option<Self> {
         let areas: Vec<f32> = triangles.iter().map(EmitterTriangle::area).collect();
         let choice = AliasTable::new(&areas)?;

@@ -11,8 +11,8 @@ pub(crate) fn mip_levels(size: [u32; 2], pixels: &[[f32; 3]]) -> impl Iterator<I
     std::iter::successors(half(size, pixels), move |(size, pixels)| half(*size, pixels))
 }
 
-/// An image of half the size (rounded down, and at least 1): each value is the mean over what it covers, so
-/// that the mean over all stays what it is.
+/// An image of half the size (rounded down, and at least 1): each value is the mean over what it
+/// covers, so that the mean over all stays what it is.
 fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> Level {
     let half = [width, height].map(|n| (n / 2).max(1));
     let (columns, rows) = (covered(width, half[0]), covered(height, half[1]));
@@ -46,8 +46,8 @@ fn covered(n: u32, half: u32) -> Vec<Vec<(usize, f64)>> {
     (0..half).map(of_one).collect()
 }
 
-/// The length of the shorter axis of the ellipse that a linear map, with these images of the unit vectors,
-/// makes of the unit circle: its lesser singular value.
+/// The length of the shorter axis of the ellipse that a linear map, with these images of the unit
+/// vectors, makes of the unit circle: its lesser singular value.
 #[inline]
 pub(crate) fn shorter_axis([a, b]: [Vec2; 2]) -> f32 {
     let sum = a.length_squared() + b.length_squared();

@@ -1,4 +1,5 @@
-//! Patterns that are computed from coordinates. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5–10.6]
+//! Patterns that are computed from coordinates. [Pharr, Jakob & Humphreys, "Physically Based
+//! Rendering", 3rd ed., §10.5–10.6]
 
 use pt_math::noise::{Noise, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};
@@ -86,8 +87,8 @@ impl Procedural {
     }
 }
 
-/// Whether a point is in a dot: each square around whole numbers has one or not, by noise, which also moves it. The three
-/// noises are taken at places that have nothing to do with each other.
+/// Whether a point is in a dot: each square around whole numbers has one or not, by noise, which
+/// also moves it. The three noises are taken at places that have nothing to do with each other.
 fn is_in_dot(at: Vec2) -> bool {
     let cell = (at + 0.5).floor();
     let noise = |x: f32, y: f32| <f32 as Noise>::at((cell + Vec2::new(x, y)).extend(0.5));
@@ -105,7 +106,8 @@ fn windy<T: Noise>(p: Vec3, width: f32) -> [T; 2] {
     [waves.seen_within(width).fbm(p), wind.abs().stretched(CALM)]
 }
 
-/// The colours of stone: control points of cubic Bézier curves, of which each begins one point after the one before.
+/// The colours of stone: control points of cubic Bézier curves, of which each begins one point
+/// after the one before.
 const STONE: [[f32; 3]; 9] = [
     [0.58, 0.58, 0.6],
     [0.58, 0.58, 0.6],
@@ -171,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Each dot is as large as a circle of its radius, covers the middle of its square, and stays in this.
+    /// Each dot is as large as a circle of its radius, covers the middle of its square, and stays
+    /// in this.
     #[test]
     fn dots_are_circles_in_some_of_the_squares() {
         const COUNT: u32 = 400_000;

@@ -5,13 +5,13 @@
 pub struct ProgressUpdate {
     /// Samples that are in the film, or not needed.
     pub done: u64,
-    /// Samples that there will be: hardly less, likely, and hardly more. The same but where an error target
-    /// decides.
+    /// Samples that there will be: hardly less, likely, and hardly more. The same but where an
+    /// error target decides.
     pub estimated_totals: [u64; 3],
     /// Rays of this render so far.
     pub rays: u64,
-    /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over all pixels; with an
-    /// error target what was measured last.
+    /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over
+    /// all pixels; with an error target what was measured last.
     pub error: Option<f64>,
 }
 

@@ -37,7 +37,8 @@ pub struct SurfaceRecord {
     pub emission: Spectrum,
     /// The texture that says it.
     pub emission_texture: Option<Id<TextureRecord>>,
-    /// The share of the surface that is under a clear coat, which weakens what it emits; see [`emitted_through`].
+    /// The share of the surface that is under a clear coat, which weakens what it emits; see
+    /// [`emitted_through`].
     pub emission_coat: f32,
     /// The light by which the emission is sampled; `None` if it is only found by chance.
     pub light: Option<Id<AnyLight>>,
@@ -126,8 +127,8 @@ pub struct SurfacePoint {
     pub p: Vec3,
     /// Unit normal of the true surface.
     pub normal: Vec3,
-    /// Along which unit vector rays start from `p`, and on which side of the surface: `normal`, or the
-    /// shading normal where shadows are smooth.
+    /// Along which unit vector rays start from `p`, and on which side of the surface: `normal`, or
+    /// the shading normal where shadows are smooth.
     pub along: Vec3,
     /// How far along `along`, and against it, rays start from `p`, which is not exact: see
     /// [`pt_math::ray::offset`].
@@ -190,9 +191,10 @@ impl SurfacePoint {
     /// The ray that asks whether something is in the way of a light, and hits neither this
     /// surface nor the light.
     ///
-    /// It ends a little before the light: where coordinates of the light vanish, so does the error by
-    /// which `end` is moved off it, but not that of the depth in which a query finds it. That is 14ε of
-    /// the most distant vertex, so it suffices for triangles 70 times as large as they are far away.
+    /// It ends a little before the light: where coordinates of the light vanish, so does the error
+    /// by which `end` is moved off it, but not that of the depth in which a query finds it.
+    /// That is 14ε of the most distant vertex, so it suffices for triangles 70 times as large
+    /// as they are far away.
     #[inline(always)]
     pub fn spawn_to(&self, light: &LightSample) -> Ray {
         let origin = self.origin(light.wi);
@@ -202,8 +204,8 @@ impl SurfacePoint {
         }
     }
 
-    /// The ray that asks whether something is between this point and another one, which is in the unit
-    /// direction `w`, and hits neither surface.
+    /// The ray that asks whether something is between this point and another one, which is in the
+    /// unit direction `w`, and hits neither surface.
     #[inline(always)]
     pub fn spawn_at(&self, other: &Self, w: Vec3) -> Ray {
         let origin = self.origin(w);
@@ -294,8 +296,8 @@ impl RenderScene {
         ask(self.instances.as_ref().expect("primitives beyond all others are placed"))
     }
 
-    /// The number of the object that a primitive belongs to; that of primitives that lights bring with
-    /// them is the number of objects.
+    /// The number of the object that a primitive belongs to; that of primitives that lights bring
+    /// with them is the number of objects.
     pub fn object(&self, primitive: u32) -> u32 {
         self.locate_primitive(primitive).object
     }
@@ -372,8 +374,8 @@ impl RenderScene {
         instances.sample_light(light, &self.light_tables, time, p, u)
     }
 
-    /// The one of these that a ray from `p` found at a time, if it did, and the density with which light
-    /// sampling would have found it.
+    /// The one of these that a ray from `p` found at a time, if it did, and the density with which
+    /// light sampling would have found it.
     pub fn animated_light(
         &self,
         at: &Interaction,
@@ -395,7 +397,8 @@ impl RenderScene {
         }
     }
 
-    /// The scattering at a point of a surface, which is what [`Self::evaluate_material`] says, or the same everywhere.
+    /// The scattering at a point of a surface, which is what [`Self::evaluate_material`] says, or
+    /// the same everywhere.
     #[inline(always)]
     pub fn bsdf<'a>(
         &'a self,
@@ -414,9 +417,9 @@ impl RenderScene {
         if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
 
-    /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0, 1) makes the choices of
-    /// mixtures, and `width` is how wide the cone of the ray is there, in metres, if that is followed.
-    /// `None` if the surface is the same everywhere.
+    /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0,
+    /// 1) makes the choices of mixtures, and `width` is how wide the cone of the ray is there,
+    /// in metres, if that is followed. `None` if the surface is the same everywhere.
     #[inline(always)]
     pub fn evaluate_material(
         &self,
@@ -522,7 +525,8 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.texture_eval_context(at, hit, time))
     }
 
-    /// Radiance from these lights of the sky along a ray that leaves `p` in direction `d`, and the scene.
+    /// Radiance from these lights of the sky along a ray that leaves `p` in direction `d`, and the
+    /// scene.
     #[inline(always)]
     pub fn le_infinite(&self, p: Vec3, d: Vec3, infinite_lights: &[Id<AnyLight>]) -> Spectrum {
         let radiance = |&id| self.lights[id].le_infinite(&self.light_tables, p, d);

@@ -45,10 +45,11 @@ pub struct Adaptive {
 /// When an image is good enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The relative root mean square error of the displayed image ([`ErrorEstimate`](crate::film::ErrorEstimate)), above 0.
+    /// The relative root mean square error of the displayed image
+    /// ([`ErrorEstimate`](crate::film::ErrorEstimate)), above 0.
     pub error: Option<f64>,
-    /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 × 8
-    /// pixels; above 0.
+    /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 ×
+    /// 8 pixels; above 0.
     pub noise: Option<f64>,
     /// Whether all pixels have the same samples, wherever they help.
     pub uniform: bool,
@@ -77,9 +78,9 @@ impl fmt::Display for Target {
     }
 }
 
-/// The greatest luminance of a contribution to a sample, by how often its light was scattered: of what one
-/// light sample brings, or one surface or the sky that a ray finds. Rare bright contributions make
-/// noise; to cut them off makes the image darker than it should be.
+/// The greatest luminance of a contribution to a sample, by how often its light was scattered: of
+/// what one light sample brings, or one surface or the sky that a ray finds. Rare bright
+/// contributions make noise; to cut them off makes the image darker than it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp {
     /// Of light scattered at most once; infinite is no limit.
@@ -110,11 +111,11 @@ pub struct Settings {
     /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
     /// sense.
     pub light_samples: u32,
-    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
-    /// light.
+    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
+    /// direct light.
     pub max_depth: u32,
-    /// Whether that counts no interaction of the integrator `volpath` from which light goes straight on, as
-    /// through thin glass; as in Mitsuba's.
+    /// Whether that counts no interaction of the integrator `volpath` from which light goes
+    /// straight on, as through thin glass; as in Mitsuba's.
     pub straight_is_free: bool,
     /// Only light that was scattered at least this often …
     pub min_bounce: u32,
@@ -130,11 +131,11 @@ pub struct Settings {
     pub roulette: Roulette,
     /// Contributions beyond it are cut off, by path tracers but the course's.
     pub clamp: Clamp,
-    /// Side of the squares of pixels, by their columns and rows, whose paths bring their light to each
-    /// other; 1 is none.
+    /// Side of the squares of pixels, by their columns and rows, whose paths bring their light to
+    /// each other; 1 is none.
     pub reuse: u32,
-    /// Ways on which a path goes on from the first surface where it scatters, each with its share of what
-    /// it carries: a power of two up to 64.
+    /// Ways on which a path goes on from the first surface where it scatters, each with its share
+    /// of what it carries: a power of two up to 64.
     pub split: u32,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
@@ -156,7 +157,8 @@ pub struct Settings {
     pub light_groups: Option<LightGroups>,
 }
 
-/// Groups of lights, by the names of the lights in the scene. Those that are in no group are together in one more.
+/// Groups of lights, by the names of the lights in the scene. Those that are in no group are
+/// together in one more.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightGroups {
     /// The groups.

@@ -63,8 +63,8 @@ impl ShapeTables {
         self.triangles[triangle].map(|v| self.positions[v as usize])
     }
 
-    /// p = p₀ + b₁(p₁ − p₀) + b₂(p₂ − p₀) in double precision, so that it lies on the triangle however
-    /// large its coordinates are.
+    /// p = p₀ + b₁(p₁ − p₀) + b₂(p₂ − p₀) in double precision, so that it lies on the triangle
+    /// however large its coordinates are.
     ///
     /// Normals are those that `turn` makes of the unit normals in the tables; if they are `plain`,
     /// what is interpolated between corners stays shorter than 1.

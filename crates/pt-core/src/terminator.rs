@@ -27,8 +27,8 @@ pub(crate) struct Rounded {
 }
 
 impl Rounded {
-    /// How far above the triangle the shape is, on the side to which its normals point (1), or on the
-    /// other one (−1), along the unit normal at the point.
+    /// How far above the triangle the shape is, on the side to which its normals point (1), or on
+    /// the other one (−1), along the unit normal at the point.
     fn height(&self, side: f64, normal: DVec3) -> f64 {
         let of_corner = |i: usize| {
             let n = self.normals[i].as_dvec3();

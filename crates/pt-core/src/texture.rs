@@ -29,7 +29,8 @@ pub enum PatternRecord {
     Bitmap(Id<Texels>, Wrap, Filter),
     /// Squares of side ½.
     Checkerboard([Spectrum; 2]),
-    /// Colours at the corners of triangles, linear between them, by their number in [`Textures::mesh_colors`].
+    /// Colours at the corners of triangles, linear between them, by their number in
+    /// [`Textures::mesh_colors`].
     VertexColors(u32),
     /// Colours of triangles, by their number there.
     FaceColors(u32),
@@ -126,7 +127,8 @@ impl MeshColors {
         color().map_or(Spectrum::ZERO, Spectrum::from)
     }
 
-    /// How [`Self::at_vertices`] grows with u and v, by the inverse of what these grow by along the edges.
+    /// How [`Self::at_vertices`] grows with u and v, by the inverse of what these grow by along the
+    /// edges.
     fn gradient(&self, at: &OnTriangle) -> [Spectrum; 2] {
         let [c0, c1, c2] = self.corners(at.triangle);
         let [d1, d2] = at.uv_edges;
@@ -188,8 +190,8 @@ impl Textures {
         }
     }
 
-    /// How a texture lies at a point. Where it does by values of the mesh, these are as the coordinates of the surface after a
-    /// transform, which is the same all over a triangle.
+    /// How a texture lies at a point. Where it does by values of the mesh, these are as the
+    /// coordinates of the surface after a transform, which is the same all over a triangle.
     fn laid_at(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> MappedTexture {
         let laid = self.laid[id];
         let TextureMappingRecord::Values(values) = laid.layout else { return laid };
@@ -277,8 +279,8 @@ impl Textures {
         }
     }
 
-    /// How the luminance grows with u and v of the surface, between jumps; what is by the normal of the shape is taken not to
-    /// grow, as on flat triangles.
+    /// How the luminance grows with u and v of the surface, between jumps; what is by the normal of
+    /// the shape is taken not to grow, as on flat triangles.
     #[inline]
     pub fn gradient(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Vec2 {
         let TextureRecord { pattern, to_pattern } = self.records[id];
@@ -354,7 +356,8 @@ impl Textures {
         }
     }
 
-    /// Whether a texture lies in space with all that it is made of, so that surfaces need no coordinates.
+    /// Whether a texture lies in space with all that it is made of, so that surfaces need no
+    /// coordinates.
     pub fn is_in_space(&self, id: Id<TextureRecord>) -> bool {
         let factor = |factor: Factor| match factor {
             Factor::Value(_) => true,
@@ -423,8 +426,8 @@ impl Textures {
 mod tests {
     use super::*;
 
-    /// One triangle with colours, at coordinates that stretch and turn it; the product of these with an
-    /// image; and what is between these and another colour, by themselves.
+    /// One triangle with colours, at coordinates that stretch and turn it; the product of these
+    /// with an image; and what is between these and another colour, by themselves.
     fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 3]) {
         let corners = [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from);
         let triangles = vec![FLAT, [0, 1, 2]];
@@ -462,7 +465,8 @@ mod tests {
         TextureEvalContext { on_triangle, ..TextureEvalContext::of(uv) }
     }
 
-    /// Of colours at vertices, of their product with an image, and of what is between them and another colour, by themselves.
+    /// Of colours at vertices, of their product with an image, and of what is between them and
+    /// another colour, by themselves.
     #[test]
     fn gradients_on_triangles_are_differences() {
         const STEP: f32 = 1e-3;

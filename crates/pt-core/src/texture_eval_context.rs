@@ -129,8 +129,8 @@ impl ShapeTables {
     }
 }
 
-/// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes, in which
-/// the unit normal is `n`.
+/// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes, in
+/// which the unit normal is `n`.
 pub(crate) fn sphere_coordinates(n: Vec3) -> Vec2 {
     let equator = (n.x * n.x + n.y * n.y).sqrt();
     let phi = trig::atan2(n.y, n.x);

@@ -1,5 +1,5 @@
-//! Textures that do not lie on the texture coordinates of a surface, or are not flat: where a point of the surface is on
-//! them, and how that changes along the surface.
+//! Textures that do not lie on the texture coordinates of a surface, or are not flat: where a point
+//! of the surface is on them, and how that changes along the surface.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -41,7 +41,8 @@ pub enum TextureMappingRecord {
     Space(DAffine3),
     /// Its direction from the origin.
     Sphere(DAffine3),
-    /// Values of the mesh, by their number in [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
+    /// Values of the mesh, by their number in
+    /// [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
     Values(u32),
     /// Angle around the z axis, and height.
     Cylinder(DAffine3),
@@ -69,7 +70,8 @@ impl TextureMappingRecord {
         }
     }
 
-    /// How the coordinates grow along vectors: of the texture coordinates of the surface, and of the world.
+    /// How the coordinates grow along vectors: of the texture coordinates of the surface, and of
+    /// the world.
     fn derivatives(&self, place: &TextureEvalContext, steps: [(Vec2, Vec3); 2]) -> [Vec3; 2] {
         let p = |map: &DAffine3| map.transform_point3(place.point.as_dvec3());
         let along = |map: &DAffine3, of: &dyn Fn(DVec3) -> DVec3| {
@@ -99,7 +101,8 @@ impl TextureMappingRecord {
 }
 
 impl MappedTexture {
-    /// Coordinates on the pattern; what is too far away for single precision is taken to be at the origin.
+    /// Coordinates on the pattern; what is too far away for single precision is taken to be at the
+    /// origin.
     pub(crate) fn at(&self, place: &TextureEvalContext) -> Vec3 {
         let at = self.layout.coordinates(place);
         let at = self.to_pattern.transform_point2(at.truncate()).extend(at.z);
@@ -199,7 +202,8 @@ mod tests {
         }
     }
 
-    /// How coordinates grow along the surface is what they are a step further on less what they are here.
+    /// How coordinates grow along the surface is what they are a step further on less what they are
+    /// here.
     #[test]
     fn growth_is_a_difference() {
         const STEP: f32 = 1e-2;

@@ -1,17 +1,18 @@
 //! Where rays begin that leave a triangle next to others.
 //!
-//! A point of a triangle is rounded, and moved off the triangle so that rays from it do not hit that one
-//! again: what is reached thereby may lie beyond another wall that meets this one at an acute angle,
-//! and light would leak from there into a closed room, or out of it. In double precision the point is
-//! on the triangle, and so inside of the room. Where another triangle crosses the way from there to
-//! the origin of a ray, the point is moved away from the edge, within its triangle.
+//! A point of a triangle is rounded, and moved off the triangle so that rays from it do not hit
+//! that one again: what is reached thereby may lie beyond another wall that meets this one at an
+//! acute angle, and light would leak from there into a closed room, or out of it. In double
+//! precision the point is on the triangle, and so inside of the room. Where another triangle
+//! crosses the way from there to the origin of a ray, the point is moved away from the edge, within
+//! its triangle.
 
 use pt_bvh::{Bvh, Hit};
 use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Vec3};
 
-/// Origins of rays lie beyond a wall at an angle of 1° or more only where the edge is nearer than so
-/// many times the distance from the point to them: cot 1° = 57.3, doubled for half of the room
+/// Origins of rays lie beyond a wall at an angle of 1° or more only where the edge is nearer than
+/// so many times the distance from the point to them: cot 1° = 57.3, doubled for half of the room
 /// between the walls to be left.
 const COTANGENT: f32 = 128.0;
 
@@ -35,9 +36,9 @@ pub(crate) fn may_be_crossed(to_edge: f32, reach: f32) -> bool {
     to_edge < reach * COTANGENT
 }
 
-/// The point of a triangle, of those on the way from where it was hit to its middle, that is nearest to
-/// the hit among those from which no other triangle is met on the way to the `origins` of rays that
-/// leave it, nor as far beyond these; if there is one. Origins are within `reach`.
+/// The point of a triangle, of those on the way from where it was hit to its middle, that is
+/// nearest to the hit among those from which no other triangle is met on the way to the `origins`
+/// of rays that leave it, nor as far beyond these; if there is one. Origins are within `reach`.
 #[cold]
 #[inline(never)]
 pub(crate) fn clear(

@@ -9,7 +9,8 @@ use pt_core::settings::Target;
 use crate::render::{Outcome, Renderer, Shared, passes};
 
 impl Renderer<'_> {
-    /// Takes the samples that both halves lack, of each pixel or until the image is as good as it is to be.
+    /// Takes the samples that both halves lack, of each pixel or until the image is as good as it
+    /// is to be.
     pub(crate) fn render_half_buffers(&self, film: &mut Film, shared: &mut Shared) -> Outcome {
         if let Some(target) = &self.settings.target {
             return self.to_target(film, target, shared);

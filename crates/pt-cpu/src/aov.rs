@@ -58,8 +58,8 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Samp
     }
 }
 
-/// The weight of one direction that the BSDF draws, whose mean is the albedo; what is matte or smooth
-/// has it in every direction.
+/// The weight of one direction that the BSDF draws, whose mean is the albedo; what is matte or
+/// smooth has it in every direction.
 fn albedo(
     scene: &RenderScene,
     at: &Interaction,

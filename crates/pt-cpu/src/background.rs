@@ -1,9 +1,10 @@
-//! Pixels that see nothing but an even sky, or the dark: all their samples are the same, and one need not ask how often
-//! these missed something.
+//! Pixels that see nothing but an even sky, or the dark: all their samples are the same, and one
+//! need not ask how often these missed something.
 //!
-//! Which they are is a question to the scene and not to samples, so that the answer biases nothing. All primitives are drawn over
-//! the squares in which samples of pixels lie; what none touches is vacant. That is on the safe side: squares are a little
-//! larger than they are, spheres seen through a lens and placed objects are boxes.
+//! Which they are is a question to the scene and not to samples, so that the answer biases nothing.
+//! All primitives are drawn over the squares in which samples of pixels lie; what none touches is
+//! vacant. That is on the safe side: squares are a little larger than they are, spheres seen
+//! through a lens and placed objects are boxes.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 
@@ -16,7 +17,8 @@ use rayon::prelude::*;
 
 use crate::render::Renderer;
 
-/// By how much squares of samples are taken for larger, in pixels, besides what rounding of rays may be.
+/// By how much squares of samples are taken for larger, in pixels, besides what rounding of rays
+/// may be.
 const MARGIN: f64 = 1.0 / 64.0;
 
 /// By which share of its numbers a ray is off by rounding at most.
@@ -32,7 +34,8 @@ const CHUNK: usize = 4096;
 const MIN_DETERMINANT: f64 = 1e-9;
 
 impl Renderer<'_> {
-    /// Of each pixel of a film, row by row, whether all its samples are known to be the same; nothing if none is.
+    /// Of each pixel of a film, row by row, whether all its samples are known to be the same;
+    /// nothing if none is.
     pub(crate) fn background_pixels(&self, region: Region) -> Vec<bool> {
         let Self { scene, settings, .. } = self;
         let is_uniform = settings.target.is_some_and(|target| target.uniform);
@@ -69,7 +72,8 @@ fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
     }
 }
 
-/// Columns and rows as real numbers, from the upper left corner of the image: least and greatest of each.
+/// Columns and rows as real numbers, from the upper left corner of the image: least and greatest of
+/// each.
 #[derive(Clone, Copy, Debug)]
 struct Square {
     x: [f64; 2],
@@ -167,14 +171,15 @@ impl View {
         DVec3::new((x - x0) / sx, (y0 - y) / sy, 1.0).normalize()
     }
 
-    /// How far from where the middle of the lens sees it another of its points sees something between these depths, in pixels: by
-    /// similar triangles r |1/z − 1/f|.
+    /// How far from where the middle of the lens sees it another of its points sees something
+    /// between these depths, in pixels: by similar triangles r |1/z − 1/f|.
     fn blur(&self, depths: impl Iterator<Item = f64>) -> f64 {
         let Some((radius, focal)) = self.lens else { return 0.0 };
         depths.map(|z| radius * (1.0 / z - 1.0 / focal).abs()).fold(0.0, f64::max)
     }
 
-    /// How far from where they are rays that are parallel may find points, in pixels: the rays begin somewhere, and are long.
+    /// How far from where they are rays that are parallel may find points, in pixels: the rays
+    /// begin somewhere, and are long.
     fn rounding(&self, points: [DVec3; 3]) -> f64 {
         let far = points.iter().map(|p| p.distance(self.position)).fold(0.0, f64::max);
         let all = far + self.position.length();
@@ -202,8 +207,9 @@ impl View {
         canvas.cover(bounds, reach, |at| edges.is_none_or(|e| e.touch(at)));
     }
 
-    /// Whether no side of a square has all corners of a triangle beyond it, as far as the lens goes. At depth z the rays of a lens are r |1 − z/f|
-    /// around that of its middle, which makes what is beyond them convex.
+    /// Whether no side of a square has all corners of a triangle beyond it, as far as the lens
+    /// goes. At depth z the rays of a lens are r |1 − z/f| around that of its middle, which
+    /// makes what is beyond them convex.
     fn may_see(&self, corners: [DVec3; 3], at: Square) -> bool {
         let room =
             |z: f64| self.lens.map_or(0.0, |(radius, focal)| radius * (1.0 - z / focal).abs());
@@ -237,7 +243,8 @@ impl View {
         if self.lens.is_some() || !is_usual {
             return self.draw_box([in_world - radius, in_world + radius], canvas);
         }
-        // In front of the camera as a whole: the corners of a box with the camera's axes are around it.
+        // In front of the camera as a whole: the corners of a box with the camera's axes are around
+        // it.
         let corners = (0..8).map(|i| {
             let end = |axis: usize| if i >> axis & 1 == 0 { -radius } else { radius };
             let corner = self.on_image(center + DVec3::new(end(0), end(1), end(2)));
@@ -249,7 +256,8 @@ impl View {
             let corners = at.x.into_iter().flat_map(|x| at.y.map(|y| self.direction(x, y)));
             let cos_square = corners.map(|d| d.dot(middle)).fold(1.0, f64::min);
             let sin_square = (1.0 - cos_square * cos_square).max(0.0).sqrt();
-            // The cosine of the sum of the angles that the square and the sphere have to their middles.
+            // The cosine of the sum of the angles that the square and the sphere have to their
+            // middles.
             let apart = cos_square * (1.0 - sin * sin).sqrt() - sin_square * sin;
             middle.dot(axis) >= apart - 1e-9
         });
@@ -262,8 +270,9 @@ fn scale(camera: &Camera) -> [f64; 2] {
     [of(0), of(1)]
 }
 
-/// The planes through the camera and the edges of a triangle, as linear functions of column and row that are not negative where
-/// it is seen. [Olano & Greer 1997, "Triangle Scan Conversion using 2D Homogeneous Coordinates", §3]
+/// The planes through the camera and the edges of a triangle, as linear functions of column and row
+/// that are not negative where it is seen. [Olano & Greer 1997, "Triangle Scan Conversion using 2D
+/// Homogeneous Coordinates", §3]
 #[derive(Clone, Copy)]
 struct Edges([DVec3; 3]);
 
@@ -313,8 +322,8 @@ impl Canvas {
         self.left_of_all.load(Ordering::Relaxed) == 0
     }
 
-    /// Draws what lies within bounds, on pixels whose samples are not further from their middles than `reach` and whose squares it
-    /// touches.
+    /// Draws what lies within bounds, on pixels whose samples are not further from their middles
+    /// than `reach` and whose squares it touches.
     fn cover(&self, bounds: Square, reach: f64, touches: impl Fn(Square) -> bool) {
         let Region { x, y, width, height } = self.region;
         let Square { x: xs, y: ys } = bounds.grown(reach - 0.5);

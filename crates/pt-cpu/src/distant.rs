@@ -73,7 +73,8 @@ fn is_far(p: Vec3, bounds: &Bounds3) -> bool {
     gap.cmpgt(far).any()
 }
 
-/// The parameter shortly before a ray enters the box, or comes by it; 0 if it begins inside, or behind.
+/// The parameter shortly before a ray enters the box, or comes by it; 0 if it begins inside, or
+/// behind.
 fn entry(ray: &Ray, bounds: &Bounds3) -> f32 {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let [mut start, mut end] = [0.0f64, f64::INFINITY];

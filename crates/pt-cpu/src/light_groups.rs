@@ -18,8 +18,8 @@ pub struct LightGroups {
 }
 
 impl LightGroups {
-    /// Of a scene: the names of the groups, the last one of which is that of all other lights, and where each light belongs
-    /// that is not there.
+    /// Of a scene: the names of the groups, the last one of which is that of all other lights, and
+    /// where each light belongs that is not there.
     pub fn new(
         scene: &RenderScene,
         names: Vec<String>,
@@ -54,8 +54,8 @@ impl LightGroups {
         self.of(LightSourceId::Sky(number))
     }
 
-    /// The group of light that was found like this, if the sky has one light. That from directions of a hemisphere, of which nobody tells where it
-    /// came from, is counted with the rest.
+    /// The group of light that was found like this, if the sky has one light. That from directions
+    /// of a hemisphere, of which nobody tells where it came from, is counted with the rest.
     pub(crate) fn of_source(&self, scene: &RenderScene, source: &LightSource) -> u32 {
         match source {
             LightSource::Emitter { primitive, .. } => {

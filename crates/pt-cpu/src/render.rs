@@ -284,8 +284,8 @@ impl<'a> Renderer<'a> {
         Outcome::Finished
     }
 
-    /// Brings every pixel to as many samples as the end of the pass, or to as many as it is to have of a film (in rows
-    /// from the top) if these are fewer.
+    /// Brings every pixel to as many samples as the end of the pass, or to as many as it is to have
+    /// of a film (in rows from the top) if these are fewer.
     pub(crate) fn pass(
         &self,
         film: &mut Film,
@@ -391,8 +391,8 @@ impl<'a> Renderer<'a> {
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
     ///
     /// σ² is the variance of samples times their weights by the filter, once there are so many
-    /// that it can be told. Where the film keeps coverage, so is its interval to be narrower than the
-    /// tolerance, as a share of full coverage.
+    /// that it can be told. Where the film keeps coverage, so is its interval to be narrower than
+    /// the tolerance, as a share of full coverage.
     fn converged(&self, tile: &Tile, pixel: [u32; 2], n: u32) -> bool {
         let Some(Adaptive { batch, tolerance }) = self.settings.adaptive else { return false };
         let least = self.filter.as_ref().map_or(0, FilterSampler::least_samples);
@@ -421,8 +421,8 @@ pub(crate) fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = 
     })
 }
 
-/// All numbers below `n`, such that the first few of them are spread over all: as multiples of about the golden
-/// ratio are.
+/// All numbers below `n`, such that the first few of them are spread over all: as multiples of
+/// about the golden ratio are.
 fn scattered(n: usize) -> impl Iterator<Item = usize> {
     let divisor = |mut a: usize, mut b: usize| {
         while b > 0 {

@@ -11,8 +11,8 @@ use crate::render::{RenderError, Renderer};
 use crate::trace::Sample;
 
 impl Renderer<'_> {
-    /// Takes samples of a pixel in order, tells how each came about, and returns their film. They are, to the
-    /// bit, those of a render, since they are taken by the same code.
+    /// Takes samples of a pixel in order, tells how each came about, and returns their film. They
+    /// are, to the bit, those of a render, since they are taken by the same code.
     ///
     /// # Errors
     /// If the samples are not sums of what single paths found.

@@ -6,8 +6,8 @@ use pt_core::film::Region;
 
 use crate::batch::SampleRange;
 
-/// The squares into which an image is cut while some of its samples are taken. Where they lie depends on the
-/// numbers of the samples, so that no borders between them can be seen.
+/// The squares into which an image is cut while some of its samples are taken. Where they lie
+/// depends on the numbers of the samples, so that no borders between them can be seen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReuseTiles {
     /// Pixels along a side: a power of two.
@@ -57,8 +57,8 @@ impl ReuseTiles {
         Region { x, y, width, height }
     }
 
-    /// Adds the runs of the pixels of a tile, of which `due` says what samples they need: square by square, and
-    /// with them the same samples of pixels that need none or are not in the tile.
+    /// Adds the runs of the pixels of a tile, of which `due` says what samples they need: square by
+    /// square, and with them the same samples of pixels that need none or are not in the tile.
     pub(crate) fn sample_ranges(
         &self,
         tile: Region,

@@ -12,7 +12,8 @@ pub struct Sample {
     pub number: u32,
     /// What its path met.
     pub trace: Trace,
-    /// What it counts by the reconstruction filter: 1, unless weights of the filter may be less than 0.
+    /// What it counts by the reconstruction filter: 1, unless weights of the filter may be less
+    /// than 0.
     pub weight: f32,
     /// What the film gets: the sum of the contributions in their order, times the weight.
     pub radiance: Spectrum,
@@ -31,8 +32,8 @@ pub struct Trace {
     pub vertices: Vec<Vertex>,
     /// All that was added to the sample, in this order.
     pub contributions: Vec<Contribution>,
-    /// Where the sky has several lights: of each contribution of the sky in turn, what each light brings to it, before the path
-    /// weighs it.
+    /// Where the sky has several lights: of each contribution of the sky in turn, what each light
+    /// brings to it, before the path weighs it.
     pub infinite_lights: Vec<Vec<Spectrum>>,
 }
 
@@ -58,7 +59,8 @@ pub enum ScatterSite {
         primitive: u32,
         /// The lobe.
         lobe: &'static str,
-        /// What it does to light that it does not send into single directions; [`ScatterEvent::Specular`] if there is none.
+        /// What it does to light that it does not send into single directions;
+        /// [`ScatterEvent::Specular`] if there is none.
         scatters: ScatterEvent,
     },
     /// A point in a medium.
@@ -73,7 +75,8 @@ pub enum ScatterSite {
 pub struct ScatterSample {
     /// The unit direction.
     pub direction: Vec3,
-    /// The density with which it was drawn; `None` where it was the only one of its kind (a Dirac delta).
+    /// The density with which it was drawn; `None` where it was the only one of its kind (a Dirac
+    /// delta).
     pub pdf: Option<Pdf<SolidAngle>>,
     /// f · |cos| / p, without Russian roulette.
     pub weight: Spectrum,
@@ -171,8 +174,8 @@ pub enum LightRef {
     Animated(usize),
 }
 
-/// What a vertex does to light, by which paths are told apart. [Heckbert 1990, "Adaptive Radiosity Textures for
-/// Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
+/// What a vertex does to light, by which paths are told apart. [Heckbert 1990, "Adaptive Radiosity
+/// Textures for Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ScatterEvent {
     /// `D`: scattered diffusely.
@@ -206,8 +209,8 @@ impl ScatterSample {
 }
 
 impl Vertex {
-    /// What happened there to light that the path found by a ray that left it, or, if `is_sampled`, to light that
-    /// was looked for in directions of which the material knows nothing.
+    /// What happened there to light that the path found by a ray that left it, or, if `is_sampled`,
+    /// to light that was looked for in directions of which the material knows nothing.
     ///
     /// A material that is both diffuse and rough, and does not tell the two apart, is glossy.
     pub fn event(&self, is_sampled: bool) -> ScatterEvent {

@@ -25,8 +25,9 @@ impl<'a> Tracer<'a> {
         Self { scene, rays: 0, tests: 0, counts_tests, distant: Distant::new(scene) }
     }
 
-    /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time of
-    /// ray number i, and is asked only where something is placed; see [`RenderScene::is_animated`].
+    /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time
+    /// of ray number i, and is asked only where something is placed; see
+    /// [`RenderScene::is_animated`].
     pub fn intersect<'r>(
         &mut self,
         rays: impl Into<Rays<'r>>,
@@ -76,8 +77,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held; `time` as
-    /// in [`Self::intersect`].
+    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held;
+    /// `time` as in [`Self::intersect`].
     pub fn occluded<'r>(
         &mut self,
         rays: impl Into<Rays<'r>>,

@@ -19,7 +19,8 @@ const NAME: &str = if cfg!(windows) {
     "libOpenImageDenoise.so.2"
 };
 
-/// Where the library is below a folder: in itself, in a release of Intel, in the package pyoidn, and among packages.
+/// Where the library is below a folder: in itself, in a release of Intel, in the package pyoidn,
+/// and among packages.
 const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
 
 /// Opens the library, and says which file it is.
@@ -55,7 +56,8 @@ fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
     })
 }
 
-/// The folder into which [`install_command`] installs the package: `pathtracer/oidn` among the data of the user.
+/// The folder into which [`install_command`] installs the package: `pathtracer/oidn` among the data
+/// of the user.
 fn installed() -> Option<PathBuf> {
     Some(dirs::data_local_dir()?.join("pathtracer").join("oidn"))
 }
@@ -89,7 +91,8 @@ fn in_folder(folder: &Path) -> Vec<PathBuf> {
     files.filter(|file| file.is_file()).collect()
 }
 
-/// Where Python keeps packages: those of the virtual environment that is active, of the user, and of the system.
+/// Where Python keeps packages: those of the virtual environment that is active, of the user, and
+/// of the system.
 fn packages() -> Vec<PathBuf> {
     let variable = |name| env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let of_user = variable("HOME").map(|home| home.join(".local"));

@@ -1,8 +1,8 @@
 //! Denoising by Intel Open Image Denoise 2, a library that is looked for at run time.
 //!
-//! `find.rs` says where, `library.rs` calls it, and this file says what for: the neural network sees the image and, of
-//! the first surfaces, the albedo and the normals, which are cleaned by networks of their own before.
-//! [Open Image Denoise, documentation, "RT" filter, "Prefiltering"]
+//! `find.rs` says where, `library.rs` calls it, and this file says what for: the neural network
+//! sees the image and, of the first surfaces, the albedo and the normals, which are cleaned by
+//! networks of their own before. [Open Image Denoise, documentation, "RT" filter, "Prefiltering"]
 
 mod find;
 mod library;
@@ -101,8 +101,9 @@ pub struct Denoiser {
 }
 
 impl Denoiser {
-    /// Looks for the library: at the place that the environment variable [`VARIABLE`] gives, if it is set; else beside the
-    /// program, among the data of the user (`pathtracer/oidn`), in the package `pyoidn` of the usual places of Python, and where the system has its libraries.
+    /// Looks for the library: at the place that the environment variable [`VARIABLE`] gives, if it
+    /// is set; else beside the program, among the data of the user (`pathtracer/oidn`), in the
+    /// package `pyoidn` of the usual places of Python, and where the system has its libraries.
     ///
     /// It will compute on so many threads.
     ///

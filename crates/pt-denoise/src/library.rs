@@ -22,19 +22,21 @@ macro_rules! functions {
         /// The library and its functions.
         pub(crate) struct Functions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            /// Keeps the functions in memory, until the program ends: threads of the library may outlive its devices.
+            /// Keeps the functions loaded until the program ends, since threads of the library may
+            /// outlive its devices.
             _library: ManuallyDrop<Library>,
         }
 
         impl Functions {
-            /// Opens the library; a name without a folder is looked for where the system has its libraries.
+            /// Opens the library; a name without a folder is searched for on the system's library
+            /// path.
             ///
             /// # Errors
             /// A message, if it cannot be opened, or lacks a function.
             pub(crate) fn load(path: &Path) -> Result<Self, String> {
                 let message = |error: libloading::Error| error.to_string();
-                // SAFETY: Open Image Denoise and the threading library it brings along may be initialised at any time
-                // and from any thread.
+                // SAFETY: Open Image Denoise and its threading library may be initialised at any
+                // time and from any thread.
                 let library = ManuallyDrop::new(unsafe { Library::new(path) }.map_err(message)?);
                 $(
                     // SAFETY: the type is that of the public header of version 2.
@@ -139,8 +141,8 @@ impl Device {
         }
         let target = output.pixels.as_mut_ptr().cast();
         self.bind(filter, c"output", &output, target);
-        // SAFETY: the filter is alive, the names end with a NUL, and the images live until it is released. It writes to
-        // its output alone, which nothing else refers to meanwhile.
+        // SAFETY: the filter is alive, the names end with a NUL, and the images live until it is
+        // released. It writes to its output alone, which nothing else refers to meanwhile.
         unsafe {
             for name in switches {
                 (f.set_filter_bool)(filter, name.as_ptr(), true);
@@ -156,7 +158,8 @@ impl Device {
     fn bind(&self, filter: Handle, name: &CStr, image: &Image, pixels: *mut c_void) {
         let (width, height) = (image.width, image.pixels.len() / image.width);
         let pixel = size_of::<[f32; 3]>();
-        // SAFETY: the filter is alive, the name ends with a NUL, and there are as many pixels, without gaps.
+        // SAFETY: the filter is alive, the name ends with a NUL, and there are as many pixels,
+        // without gaps.
         unsafe {
             let set = self.functions.set_image;
             set(filter, name.as_ptr(), pixels, FLOAT3, width, height, 0, pixel, width * pixel);
@@ -167,7 +170,8 @@ impl Device {
     /// What has gone wrong since the last time.
     fn check(&self) -> Result<(), String> {
         let mut message = ptr::null();
-        // SAFETY: the device is alive or null, which asks for the error of a device that could not be made.
+        // SAFETY: the device is alive or null, which asks for the error of a device that could not
+        // be made.
         let error = unsafe { (self.functions.device_error)(self.handle, &raw mut message) };
         if error == 0 {
             return Ok(());

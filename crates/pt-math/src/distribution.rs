@@ -177,9 +177,9 @@ fn cell(x: f32, n: usize) -> usize {
 
 /// Tables of cumulative shares of as many cells each.
 ///
-/// Equal parts of [0, 1), a power of two so that numbers are exact, know where their shares begin: so a
-/// search looks at about one of them. [Chen & Asau 1974, "On Generating Random Variates from an Empirical
-/// Distribution"]
+/// Equal parts of [0, 1), a power of two so that numbers are exact, know where their shares begin:
+/// so a search looks at about one of them. [Chen & Asau 1974, "On Generating Random Variates from
+/// an Empirical Distribution"]
 #[derive(Clone, Debug, PartialEq)]
 struct Cumulative {
     /// Cells of a table.

@@ -28,8 +28,8 @@ impl Frame {
         }
     }
 
-    /// A frame around the unit vector `n`, of which +x is the part of `tangent` across it; any where
-    /// there is none.
+    /// A frame around the unit vector `n`, of which +x is the part of `tangent` across it; any
+    /// where there is none.
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
         let across = tangent - n * n.dot(tangent);

@@ -1,10 +1,12 @@
-//! Gradient noise, and sums of it. [Perlin 2002, "Improving Noise"; the four gradients that are there twice are those of pbrt-v4]
+//! Gradient noise, and sums of it. [Perlin 2002, "Improving Noise"; the four gradients that are
+//! there twice are those of pbrt-v4]
 
 use std::ops::{Add, Mul};
 
 use crate::{FloatExt, Vec3};
 
-/// The order of the numbers from 0 to 255 by which gradients are chosen, as published with the reference implementation.
+/// The order of the numbers from 0 to 255 by which gradients are chosen, as published with the
+/// reference implementation.
 const ORDER: [u8; 256] = [
     151, 160, 137, 91, 90, 15, 131, 13, 201, 95, 96, 53, 194, 233, 7, 225, 140, 36, 103, 30, 69,
     142, 8, 99, 37, 240, 21, 10, 23, 190, 6, 148, 247, 120, 234, 75, 0, 26, 197, 62, 94, 252, 219,
@@ -21,8 +23,9 @@ const ORDER: [u8; 256] = [
     128, 195, 78, 66, 215, 61, 156, 180,
 ];
 
-/// Smooth noise of mean 0 between −1.04 and 1.04, which is 0 where all coordinates are whole numbers, and repeats after 256 along each axis.
-/// Coordinates must be below 2³¹; from 2²³ on all are whole numbers.
+/// Smooth noise of mean 0 between −1.04 and 1.04, which is 0 where all coordinates are whole
+/// numbers, and repeats after 256 along each axis. Coordinates must be below 2³¹; from 2²³ on all
+/// are whole numbers.
 ///
 /// ```
 /// use pt_math::{Vec3, noise};
@@ -142,7 +145,8 @@ impl Noise for ValueAndGradient {
     }
 }
 
-/// By how much finer each octave is than the one before: not quite 2, so that the zeros of their lattices do not meet.
+/// By how much finer each octave is than the one before: not quite 2, so that the zeros of their
+/// lattices do not meet.
 const LACUNARITY: f32 = 1.99;
 
 /// About the mean of [`perlin`] without its sign.
@@ -165,8 +169,8 @@ impl Octaves {
         Self { count, roughness, seen: count as f32 }
     }
 
-    /// Those that are coarser than twice a width: finer ones would only be seen as noise. [Pharr, Jakob & Humphreys,
-    /// "Physically Based Rendering", 3rd ed., §10.6.3]
+    /// Those that are coarser than twice a width: finer ones would only be seen as noise. [Pharr,
+    /// Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.6.3]
     #[must_use]
     pub fn seen_within(self, width: f32) -> Self {
         if width > 0.0 {
@@ -247,7 +251,8 @@ mod tests {
         assert!(sorted.iter().enumerate().all(|(i, n)| i == usize::from(*n)));
     }
 
-    /// Values that follow from the definition: half way between two corners the weights are ½, and each gradient is an edge of a cube.
+    /// Values that follow from the definition: half way between two corners the weights are ½, and
+    /// each gradient is an edge of a cube.
     #[test]
     fn noise_is_what_gradients_make_it() {
         let p = Vec3::new(0.5, 0.0, 0.0);

@@ -178,11 +178,11 @@ pub fn erf(x: f32) -> f32 {
     libm::erff(x)
 }
 
-/// The x with erf x = `y`, with a relative error below 5·10⁻⁷; ±3.83 at ±1 and beyond, where the numbers
-/// below 1 end.
+/// The x with erf x = `y`, with a relative error below 5·10⁻⁷; ±3.83 at ±1 and beyond, where the
+/// numbers below 1 end.
 ///
-/// x/y is smooth in w = −ln(1 − y²). [Giles 2012, "Approximating the erfinv function"; coefficients by
-/// weighted least squares, relative error 10⁻⁷]
+/// x/y is smooth in w = −ln(1 − y²). [Giles 2012, "Approximating the erfinv function"; coefficients
+/// by weighted least squares, relative error 10⁻⁷]
 #[inline]
 pub fn erf_inv(y: f32) -> f32 {
     const NEAR: [f32; 9] = [

@@ -63,9 +63,9 @@ impl Trs {
         DAffine3::from_mat3_translation(DMat3::from_quat(rotation) * stretch, translation)
     }
 
-    /// In how many equal parts the way to another pose has to be cut, so that with straight lines in
-    /// each part no point x is further from its true place than [`POSE_ERROR`] · ‖S‖ · |x|, where
-    /// ‖S‖ is the larger Frobenius norm of the two stretches.
+    /// In how many equal parts the way to another pose has to be cut, so that with straight lines
+    /// in each part no point x is further from its true place than [`POSE_ERROR`] · ‖S‖ · |x|,
+    /// where ‖S‖ is the larger Frobenius norm of the two stretches.
     ///
     /// A straight line over a share h misses a curve by at most h²/8 of its second derivative. That
     /// of R S x is at most (θ²‖S‖ + 2θ‖ΔS‖)|x|, with θ the angle between the rotations and ΔS the
@@ -78,8 +78,8 @@ impl Trs {
         (curvature / (8.0 * POSE_ERROR)).sqrt().ceil().max(1.0) as u32
     }
 
-    /// The turn to another pose: its unit axis before this rotation, and half of its angle, from 0 to
-    /// π/2; `None` if there is none.
+    /// The turn to another pose: its unit axis before this rotation, and half of its angle, from 0
+    /// to π/2; `None` if there is none.
     fn turn_to(&self, other: &Self) -> Option<(DVec3, f64)> {
         let turn = self.rotation.conjugate() * other.rotation;
         let turn = if turn.w < 0.0 { -turn } else { turn };

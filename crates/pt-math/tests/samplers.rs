@@ -55,8 +55,8 @@ fn aligned_runs_of_sobol_points_are_nets() {
     assert!(!is_net(&independent), "the test cannot tell nets from other points");
 }
 
-/// Of samples that are split, all parts are a net, and so are those of each sample; parts of different
-/// kinds are each in the set that is laid out for them.
+/// Of samples that are split, all parts are a net, and so are those of each sample; parts of
+/// different kinds are each in the set that is laid out for them.
 #[test]
 fn parts_of_samples_are_nets() {
     for kind in [SamplerKind::Sobol, SamplerKind::ZSobol] {
@@ -74,7 +74,8 @@ fn parts_of_samples_are_nets() {
     }
 }
 
-/// Splitting into one part is no splitting, and the parts of samples are the samples of a set for as many.
+/// Splitting into one part is no splitting, and the parts of samples are the samples of a set for
+/// as many.
 #[test]
 fn parts_are_samples_of_a_larger_set() {
     for kind in KINDS {
@@ -144,7 +145,8 @@ fn zsobol_points_favour_no_direction() {
     }
 }
 
-/// Each half is as evenly spread as a whole, and what one gets too much of says nothing of the other.
+/// Each half is as evenly spread as a whole, and what one gets too much of says nothing of the
+/// other.
 #[test]
 fn halves_are_nets_that_know_nothing_of_each_other() {
     const N: u32 = 16;
@@ -185,8 +187,8 @@ fn samples_beyond_the_layout_are_other_points() {
     }
 }
 
-/// No two in a cell of the grid, or in an interval of a coordinate that is as narrow as a cell by the
-/// other sides of the grid: with as many points as cells, all of these are taken.
+/// No two in a cell of the grid, or in an interval of a coordinate that is as narrow as a cell by
+/// the other sides of the grid: with as many points as cells, all of these are taken.
 #[test]
 fn stratified_points_are_stratified() {
     for (spp, columns, rows) in [
@@ -491,8 +493,8 @@ fn names_and_kinds_belong_together() {
     assert_eq!(SamplerKind::from_name("halton"), None);
 }
 
-/// The pairs of numbers of a stream, those of one place in many streams, and those of one place in one
-/// stream of many samples are uniform in the square.
+/// The pairs of numbers of a stream, those of one place in many streams, and those of one place in
+/// one stream of many samples are uniform in the square.
 #[test]
 fn streams_are_uniform_along_and_across() {
     let sampler = |kind, sample| Sampler::new(set(kind, 1), [sample % 61, 5], sample / 61);

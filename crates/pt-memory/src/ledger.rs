@@ -8,7 +8,8 @@ use crate::usage;
 /// Bytes below which nobody needs to ask.
 pub const SMALL: u64 = 1 << 20;
 
-/// Share of the memory that is left when the program starts, of which it takes no more without being told to.
+/// Share of the memory that is left when the program starts, of which it takes no more without
+/// being told to.
 const SHARE: [u64; 2] = [9, 10];
 
 /// The limit in bytes; 0 while there is none.
@@ -32,8 +33,8 @@ pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes.max(1), Ordering::Relaxed);
 }
 
-/// The limit of the process, in bytes: what was set, or nine tenths of what the system had left when this was asked
-/// first, and what the process held then. `None` where neither is known.
+/// The limit of the process, in bytes: what was set, or nine tenths of what the system had left
+/// when this was asked first, and what the process held then. `None` where neither is known.
 pub fn limit() -> Option<u64> {
     static DEFAULT: OnceLock<Option<u64>> = OnceLock::new();
     match LIMIT.load(Ordering::Relaxed) {

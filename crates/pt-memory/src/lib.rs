@@ -1,8 +1,9 @@
 //! Large arrays on large pages, and the ledger of the memory that the process takes.
 //!
-//! Random rays in a tree of 100 MB visit more pages of 4 KiB than a processor keeps the places of, and a build that
-//! fills new memory stops at each of them, as does a reader of large meshes. Where the system has larger pages for those
-//! who ask (Linux, 2 MiB), the large arrays that are made here do.
+//! Random rays in a tree of 100 MB visit more pages of 4 KiB than a processor keeps the places of,
+//! and a build that fills new memory stops at each of them, as does a reader of large meshes. Where
+//! the system has larger pages for those who ask (Linux, 2 MiB), the large arrays that are made
+//! here do.
 
 mod ledger;
 mod usage;
@@ -35,7 +36,8 @@ pub fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
     vector
 }
 
-/// Asks for large pages where this memory is first written. Nothing depends on whether there are any.
+/// Asks for large pages where this memory is first written. Nothing depends on whether there are
+/// any.
 #[cfg(target_os = "linux")]
 fn on_large_pages<T>(room: &mut [T]) {
     use rustix::mm::{Advice, madvise};
@@ -53,13 +55,14 @@ fn on_large_pages<T>(room: &mut [T]) {
     let before = bytes.addr().next_multiple_of(page) - bytes.addr();
     let whole = (size_of_val(room) - before) / page * page;
     #[expect(unsafe_code, reason = "advice takes a pointer")]
-    // SAFETY: the pages lie inside of `room`, and this advice changes neither what they hold nor who may use them.
+    // SAFETY: the pages lie inside of `room`, and this advice changes neither what they hold nor
+    // who may use them.
     let _ = unsafe { madvise(bytes.add(before).cast(), whole, Advice::LinuxHugepage) };
 }
 
-/// Has the allocator of the process give arrays of 4 MiB and more back to the system as soon as they are freed, where it may
-/// be asked to (the GNU C library). Otherwise it comes to keep freed memory of up to 32 MiB in one piece, which other arrays
-/// do not fill.
+/// Has the allocator of the process give arrays of 4 MiB and more back to the system as soon as
+/// they are freed, where it may be asked to (the GNU C library). Otherwise it comes to keep freed
+/// memory of up to 32 MiB in one piece, which other arrays do not fill.
 pub fn return_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -69,8 +72,8 @@ pub fn return_large_arrays() {
     }
 }
 
-/// Has the allocator give pages between what is in use back to the system, where it may be asked to (the GNU C library): many
-/// small arrays that were freed leave as much as they took.
+/// Has the allocator give pages between what is in use back to the system, where it may be asked to
+/// (the GNU C library): many small arrays that were freed leave as much as they took.
 pub fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

@@ -24,8 +24,8 @@ fn kib(text: &str, field: &str) -> Option<u64> {
     Some(kib * 1024)
 }
 
-/// The memory that the process may still take, in bytes: what the machine has, and what control groups leave of
-/// it; `None` where the system does not tell.
+/// The memory that the process may still take, in bytes: what the machine has, and what control
+/// groups leave of it; `None` where the system does not tell.
 pub fn available_bytes() -> Option<u64> {
     let machine = kib(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?;
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -33,10 +33,11 @@ pub fn available_bytes() -> Option<u64> {
     Some(left.map_or(machine, |left| machine.min(left)))
 }
 
-/// What the control groups that `groups` names, below `root`, leave of their memory; `None` if they do not limit it.
+/// What the control groups that `groups` names, below `root`, leave of their memory; `None` if they
+/// do not limit it.
 ///
-/// Lines are `number:controllers:path`; in version 2 there are no controllers. A group is also bound by the
-/// ones above it. [cgroups(7)]
+/// Lines are `number:controllers:path`; in version 2 there are no controllers. A group is also
+/// bound by the ones above it. [cgroups(7)]
 fn left_by_groups(root: &Path, groups: &str) -> Option<u64> {
     let left_of = |line: &str| {
         let mut parts = line.splitn(3, ':').skip(1);

@@ -1,5 +1,5 @@
-//! Writes the grids of a cloud and of coloured smoke that peers render, for `cloud.xml` and `smoke.xml` in
-//! `scenes/mitsuba`, in the format of Mitsuba.
+//! Writes the grids of a cloud and of coloured smoke that peers render, for `cloud.xml` and
+//! `smoke.xml` in `scenes/mitsuba`, in the format of Mitsuba.
 //!
 //! ```text
 //! cargo run -p pt-scene --example make_peer_cloud -- scenes/mitsuba

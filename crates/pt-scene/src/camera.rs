@@ -13,8 +13,8 @@ pub struct Camera {
     pub to_world: DAffine3,
     /// How it moves; `None` if it does not.
     pub motion: Option<Motion>,
-    /// When its shutter opens and closes, in seconds. What moves in between is blurred; if it is open
-    /// for no time, everything is seen where it is then.
+    /// When its shutter opens and closes, in seconds. What moves in between is blurred; if it is
+    /// open for no time, everything is seen where it is then.
     pub shutter: [f64; 2],
     /// What it shows.
     pub projection: Projection,
@@ -32,15 +32,15 @@ pub struct Camera {
     /// Distance of the plane in focus, along the viewing axis.
     pub focal_distance: f64,
     /// How far the film is moved, as shares of its width and height: what without it is shown at
-    /// (x, y), counted from the upper left corner, is then shown at (x − `principal_point_offset[0]` · width,
-    /// y − `principal_point_offset[1]` · height).
+    /// (x, y), counted from the upper left corner, is then shown at (x −
+    /// `principal_point_offset[0]` · width, y − `principal_point_offset[1]` · height).
     pub principal_point_offset: [f64; 2],
     /// The medium that it is in, as an index into [`crate::Scene::media`]; `None` is empty space.
     pub medium: Option<u32>,
     /// Where it stands.
     pub placement: Placement,
-    /// What it measures in place of a picture: each pixel is then an estimate of one number, and what the camera shows, its lens
-    /// and its place do not count.
+    /// What it measures in place of a picture: each pixel is then an estimate of one number, and
+    /// what the camera shows, its lens and its place do not count.
     pub meter: Option<Meter>,
 }
 
@@ -60,8 +60,9 @@ pub struct Meter {
 pub enum Quantity {
     /// Irradiance: the power per area that comes to the front of the surface, around its normals.
     Irradiance,
-    /// The radiance that arrives from beyond all surfaces of the scene along the viewing axis of the camera's node, at rays towards
-    /// the surface; whatever is in front of it is seen in its place.
+    /// The radiance that arrives from beyond all surfaces of the scene along the viewing axis of
+    /// the camera's node, at rays towards the surface; whatever is in front of it is seen in
+    /// its place.
     Radiance,
 }
 
@@ -74,8 +75,9 @@ pub enum Placement {
     Node,
     /// Where the program of the course CS184 puts it: it looks at the middle of the box around all
     /// surfaces, from 1.5 diagonals of that box away, with +y up. From the middle it is in the
-    /// direction in which the point one unit in front of the node is from the origin of the world. In
-    /// perspective, images of any size show what that program's images of 480 × 360 pixels do.
+    /// direction in which the point one unit in front of the node is from the origin of the world.
+    /// In perspective, images of any size show what that program's images of 480 × 360 pixels
+    /// do.
     Course,
     /// Along the viewing axis of its node from the middle of the box around all surfaces, as near
     /// as shows all of that box.

@@ -6,8 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// What a reader gives.
 ///
 /// # Errors
-/// If it panics, on this thread or on another one for which it waits; the message says that this is no fault of the file's
-/// author. `what` is what it reads, as in "PNG".
+/// If it panics, on this thread or on another one for which it waits; the message says that this is
+/// no fault of the file's author. `what` is what it reads, as in "PNG".
 pub(crate) fn guarded<T>(what: &str, read: impl FnOnce() -> T) -> Result<T, String> {
     // What it was at is dropped with it.
     catch_unwind(AssertUnwindSafe(read)).map_err(|panic| {

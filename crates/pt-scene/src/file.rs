@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// The bytes of a regular file. A pipe may never begin, and a device never end: they are not opened.
+/// The bytes of a regular file. A pipe may never begin, and a device never end: they are not
+/// opened.
 ///
 /// # Errors
 /// If it is something else, or cannot be asked for.

@@ -249,8 +249,8 @@ mod tests {
 
     const BOX: Extent = [DVec3::new(-1.0, 0.0, -3.0), DVec3::new(2.0, 1.5, 1.0)];
 
-    /// A vertex that no triangle uses, one of a triangle without an area, and one that is not finite
-    /// belong to no surface.
+    /// A vertex that no triangle uses, one of a triangle without an area, and one that is not
+    /// finite belong to no surface.
     #[test]
     fn surfaces_are_triangles_with_an_area() {
         let far = [1e6, 1e6, 1e6];

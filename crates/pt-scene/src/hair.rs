@@ -1,7 +1,7 @@
 //! What fibres of hair absorb, and which colour many of them have together.
 
-/// What eumelanin and pheomelanin absorb in a fibre of radius 1, for each unit of their concentrations. [d'Eon et al. 2011,
-/// "An Energy-Conserving Hair Reflectance Model", §6.1]
+/// What eumelanin and pheomelanin absorb in a fibre of radius 1, for each unit of their
+/// concentrations. [d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", §6.1]
 const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
 const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
 /// Channels of darker colours are taken for this.
@@ -12,8 +12,9 @@ pub fn melanin([eumelanin, pheomelanin]: [f32; 2]) -> [f32; 3] {
     std::array::from_fn(|c| eumelanin * EUMELANIN[c] + pheomelanin * PHEOMELANIN[c])
 }
 
-/// −ln C / √σa of the colour C that fibres have together that absorb σa and have this roughness around them, from 0 to 1.
-/// [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for Production Path Tracing", §4.2]
+/// −ln C / √σa of the colour C that fibres have together that absorb σa and have this roughness
+/// around them, from 0 to 1. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
+/// for Production Path Tracing", §4.2]
 pub fn slope(roughness: f32) -> f32 {
     const POWERS: [f64; 6] = [0.245, 5.574, -10.73, 2.532, -0.215, 5.969];
     let b = f64::from(roughness.clamp(0.0, 1.0));
@@ -38,7 +39,8 @@ pub fn absorption(color: [f32; 3], slope: f32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Of β = 0.3, the polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 = 5.888415.
+    /// Of β = 0.3, the polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 =
+    /// 5.888415.
     #[test]
     fn the_slope_is_its_polynomial() {
         assert!((slope(0.3) - 5.888_415).abs() < 1e-5);

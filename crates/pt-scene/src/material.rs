@@ -19,8 +19,8 @@ pub struct Material {
     /// Radiance emitted from the front side (the side on which the corners of a triangle run
     /// counter-clockwise); zero for none.
     pub emission: Color,
-    /// Whether nobody sees what it emits: it lights surfaces and media, but rays that meet it find nothing of
-    /// it, neither from the camera nor from mirrors.
+    /// Whether nobody sees what it emits: it lights surfaces and media, but rays that meet it find
+    /// nothing of it, neither from the camera nor from mirrors.
     pub hidden_emission: bool,
     /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
     /// there were nothing.
@@ -91,8 +91,8 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
-    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so with two
-    /// roughnesses too, glass with one.
+    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so
+    /// with two roughnesses too, glass with one.
     pub multiple_scattering: bool,
 }
 
@@ -200,7 +200,8 @@ pub struct CoatedDiffuse {
     pub two_sided: bool,
 }
 
-/// A diffuse base under a rough coat of a dielectric. Light that meets a second facet of the coat is lost.
+/// A diffuse base under a rough coat of a dielectric. Light that meets a second facet of the coat
+/// is lost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoughCoatedDiffuse {
     /// Albedo of the base.
@@ -211,7 +212,8 @@ pub struct RoughCoatedDiffuse {
     pub ior: f32,
     /// Roughness α > 0 of the coat, as in [`Roughness::alpha`].
     pub alpha: f32,
-    /// How the slopes of facets are distributed. They hide each other as [`Masking::Separable`] says.
+    /// How the slopes of facets are distributed. They hide each other as [`Masking::Separable`]
+    /// says.
     pub distribution: Distribution,
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
@@ -220,8 +222,9 @@ pub struct RoughCoatedDiffuse {
     pub two_sided: bool,
 }
 
-/// A diffuse base below facets of a dielectric that light goes through once on each way; what the surface throws back to the base is
-/// lost. [Baek et al. 2018, "Simultaneous Acquisition of Polarimetric SVBRDF and Normals", without polarization]
+/// A diffuse base below facets of a dielectric that light goes through once on each way; what the
+/// surface throws back to the base is lost. [Baek et al. 2018, "Simultaneous Acquisition of
+/// Polarimetric SVBRDF and Normals", without polarization]
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelPlastic {
     /// Albedo of the base.
@@ -230,7 +233,8 @@ pub struct FresnelPlastic {
     pub specular: Color,
     /// Index of refraction over that above the surface, at least 1: less is taken for 1.
     pub ior: f32,
-    /// The facets. Light that one reflects to another is lost, also with [`Roughness::multiple_scattering`].
+    /// The facets. Light that one reflects to another is lost, also with
+    /// [`Roughness::multiple_scattering`].
     pub roughness: Roughness,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
@@ -249,7 +253,8 @@ pub struct CoatedConductor {
     pub ior: f32,
     /// Roughness α of the coat; 0 is smooth.
     pub coat_alpha: f32,
-    /// Thickness of the coat in mean free paths of light that it absorbs: straight through, e⁻ᵗ is left. 0 is clear.
+    /// Thickness of the coat in mean free paths of light that it absorbs: straight through, e⁻ᵗ is
+    /// left. 0 is clear.
     pub thickness: f32,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
@@ -268,13 +273,14 @@ pub struct Plastic {
     pub two_sided: bool,
 }
 
-/// The material of many parameters that artists think in: a diffuse base with sheen, facets that reflect as a
-/// dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to 1.
-/// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
-/// Integrated Subsurface Scattering"; as Mitsuba 3 has it]
+/// The material of many parameters that artists think in: a diffuse base with sheen, facets that
+/// reflect as a dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to
+/// 1. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF
+/// to a BSDF with Integrated Subsurface Scattering"; as Mitsuba 3 has it]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
-    /// Colour of the base, the metal, and of light that goes through (its square root at each surface).
+    /// Colour of the base, the metal, and of light that goes through (its square root at each
+    /// surface).
     pub base_color: Color,
     /// √α of the facets, which are those of GGX.
     pub roughness: Scalar,
@@ -331,17 +337,17 @@ impl Principled {
     }
 }
 
-/// [`Principled`] for sheets so thin that light leaves them where it came in, such as paper, leaves and frosted
-/// panes: a diffuse part that reflects light and lets it through, and facets that do so. It is the same from both
-/// sides. Numbers are from 0 to 1 where nothing else is said.
-/// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5; as Mitsuba 3
-/// has it]
+/// [`Principled`] for sheets so thin that light leaves them where it came in, such as paper, leaves
+/// and frosted panes: a diffuse part that reflects light and lets it through, and facets that do
+/// so. It is the same from both sides. Numbers are from 0 to 1 where nothing else is said.
+/// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5;
+/// as Mitsuba 3 has it]
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrincipledThin {
     /// Colour of what is diffuse, and of light that facets let through.
     pub base_color: Color,
-    /// √α of the facets that reflect, which are those of GGX; those of light that goes through are smoother where
-    /// the index is below 2.08.
+    /// √α of the facets that reflect, which are those of GGX; those of light that goes through are
+    /// smoother where the index is below 2.08.
     pub roughness: Scalar,
     /// How much longer highlights are along the direction in which u grows than across it.
     pub anisotropic: Scalar,
@@ -380,33 +386,36 @@ impl Default for PrincipledThin {
     }
 }
 
-/// A thin sheet that scatters light diffusely to both sides, the same from both, such as leaves and paper without
-/// their gloss.
+/// A thin sheet that scatters light diffusely to both sides, the same from both, such as leaves and
+/// paper without their gloss.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseTransmission {
     /// Share of light that is reflected, each channel in [0, 1].
     pub reflectance: Color,
-    /// Share of light that goes through, each channel in [0, 1]; no channel of both together exceeds 1.
+    /// Share of light that goes through, each channel in [0, 1]; no channel of both together
+    /// exceeds 1.
     pub transmittance: Color,
 }
 
-/// Fibres of hair or fur, which are so thin that light leaves them where it came in: closed tubes of meshes, or ribbons.
-/// They are along the direction in which the texture coordinate u grows, from the root to the tip.
-/// [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for Production Path Tracing"]
+/// Fibres of hair or fur, which are so thin that light leaves them where it came in: closed tubes
+/// of meshes, or ribbons. They are along the direction in which the texture coordinate u grows,
+/// from the root to the tip. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
+/// for Production Path Tracing"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hair {
     /// What colours them.
     pub pigment: Pigment,
     /// Index of refraction over that around them, at least 1.
     pub ior: f32,
-    /// Roughness along the fibre from 0 to 1; below 0.02 it is taken for that, as is the other one.
+    /// Roughness along the fibre from 0 to 1; below 0.02 it is taken for that, as is the other
+    /// one.
     pub roughness: f32,
     /// Roughness around the fibre from 0 to 1.
     pub azimuthal_roughness: f32,
     /// Angle in degrees by which the scales of the fibre are raised.
     pub scale_angle: f32,
-    /// Whether the back side scatters as the front side does, as ribbons need it. Else there is no back side, so that
-    /// light which goes through the front of a closed tube leaves it.
+    /// Whether the back side scatters as the front side does, as ribbons need it. Else there is no
+    /// back side, so that light which goes through the front of a closed tube leaves it.
     pub two_sided: bool,
 }
 
@@ -417,8 +426,8 @@ pub enum Pigment {
     Reflectance(Color),
     /// What a fibre of radius 1 absorbs, per channel.
     Absorption([f32; 3]),
-    /// Concentrations of eumelanin, which is brown, and pheomelanin, which is red: 8 and 0 is black hair, 1.3 and 0 brown, 0.3
-    /// and 0 blond, 0 and 1 red.
+    /// Concentrations of eumelanin, which is brown, and pheomelanin, which is red: 8 and 0 is black
+    /// hair, 1.3 and 0 brown, 0.3 and 0 blond, 0 and 1 red.
     Melanin([f32; 2]),
 }
 
@@ -448,8 +457,8 @@ impl Hair {
     }
 }
 
-/// Reflection as it was measured; it is turned with the direction in which the texture coordinate u grows, if it is not
-/// the same all around.
+/// Reflection as it was measured; it is turned with the direction in which the texture coordinate u
+/// grows, if it is not the same all around.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// What was measured.
@@ -474,7 +483,8 @@ pub struct Mix {
 }
 
 impl Surface {
-    /// Whether rays that come to the back of it go on as if there were nothing; see [`Hair::two_sided`].
+    /// Whether rays that come to the back of it go on as if there were nothing; see
+    /// [`Hair::two_sided`].
     pub fn has_no_back(&self) -> bool {
         match self {
             Self::Hair(hair) => !hair.two_sided,
@@ -501,20 +511,21 @@ pub struct SurfaceDetail {
     pub surface: Box<Surface>,
     /// How its normals differ from those of the shape.
     pub relief: NormalOrBump,
-    /// Whether less light arrives where the relief is steep and the light low, as facets would shadow it;
-    /// so light fades before it ends where the shape turns away from it. Of reliefs in reliefs, the outermost that
-    /// shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based Shadowing Function to Solve the
-    /// Bump Terminator Problem"]
+    /// Whether less light arrives where the relief is steep and the light low, as facets would
+    /// shadow it; so light fades before it ends where the shape turns away from it. Of reliefs
+    /// in reliefs, the outermost that shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A
+    /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"]
     pub shadowing: bool,
     /// What is seen where its normals look away from the viewer.
     pub averted: Averted,
-    /// Whether the relief from behind is the mirror image of that in front: what is raised is raised on
-    /// both sides. Else what is raised in front is a dent behind.
+    /// Whether the relief from behind is the mirror image of that in front: what is raised is
+    /// raised on both sides. Else what is raised in front is a dent behind.
     pub mirrored: bool,
 }
 
 impl SurfaceDetail {
-    /// A surface with a relief that shadows nothing, bends normals to the viewer and goes through to the back.
+    /// A surface with a relief that shadows nothing, bends normals to the viewer and goes through
+    /// to the back.
     pub fn new(surface: impl Into<Box<Surface>>, relief: NormalOrBump) -> Self {
         let surface = surface.into();
         Self { surface, relief, shadowing: false, averted: Averted::Bent, mirrored: false }

@@ -1,15 +1,17 @@
-//! Measured reflection: what a goniophotometer saw, in tables whose axes follow the material. [Dupuy & Jakob 2018, "An
-//! Adaptive Parameterization for Efficient Material Acquisition and Rendering"]
+//! Measured reflection: what a goniophotometer saw, in tables whose axes follow the material.
+//! [Dupuy & Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
+//! Rendering"]
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Numbers above are none that were measured.
 const MAX: f32 = 1e9;
-/// How far angles may be beyond a right angle or a full turn, which are no numbers of single precision.
+/// How far angles may be beyond a right angle or a full turn, which are no numbers of single
+/// precision.
 const SLACK: f32 = 1e-3;
 
-/// Rows and columns of numbers at points that are spread evenly over the unit square, from edge to edge; or several of
-/// them, one behind the other.
+/// Rows and columns of numbers at points that are spread evenly over the unit square, from edge to
+/// edge; or several of them, one behind the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
     /// Points along x, which is the square root of θ over a right angle, at least 2.
@@ -20,35 +22,38 @@ pub struct Planes {
     pub values: Vec<f32>,
 }
 
-/// The tables of a material, as [`Measurements`] holds them to what is said here. θ is the angle from the normal, φ the
-/// one around it from the direction in which the texture coordinate u grows, both in radians.
+/// The tables of a material, as [`Measurements`] holds them to what is said here. θ is the angle
+/// from the normal, φ the one around it from the direction in which the texture coordinate u grows,
+/// both in radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tables {
     /// What its author says of it.
     pub description: String,
     /// θ of the directions from which the material was lit, from 0 to π/2, increasing.
     pub theta: Vec<f32>,
-    /// φ of these, increasing. One or two: it is the same all around. More: all around, or a half or a quarter from −π on,
-    /// which the others repeat.
+    /// φ of these, increasing. One or two: it is the same all around. More: all around, or a half
+    /// or a quarter from −π on, which the others repeat.
     pub phi: Vec<f32>,
     /// D(m), how microfacet normals are distributed, per steradian.
     pub ndf: Planes,
     /// σ, the projected area of microfacets by the direction from which they are seen.
     pub sigma: Planes,
-    /// How visible normals are distributed, for each φ and in it for each θ: density per area of the unit square, up to
-    /// a factor.
+    /// How visible normals are distributed, for each φ and in it for each θ: density per area of
+    /// the unit square, up to a factor.
     pub vndf: Planes,
-    /// By luminance, where visible normals reflect light: density per area of the unit square, which `vndf` warps to
-    /// normals; as many planes, up to a factor. Where it is 0 nothing is reflected.
+    /// By luminance, where visible normals reflect light: density per area of the unit square,
+    /// which `vndf` warps to normals; as many planes, up to a factor. Where it is 0 nothing is
+    /// reflected.
     pub luminance: Planes,
-    /// What is reflected at the points of `luminance`, in linear Rec. 709: f cos θ, or with `is_relative` that over D(m) / 4σ.
+    /// What is reflected at the points of `luminance`, in linear Rec. 709: f cos θ, or with
+    /// `is_relative` that over D(m) / 4σ.
     pub colors: Vec<[f32; 3]>,
     /// Whether `colors` are to be multiplied by D(m) / 4σ.
     pub is_relative: bool,
 }
 
-/// Tables that fit together: sizes are those that others ask for, all numbers are finite, from 0 to 10⁹, and no density is 0
-/// everywhere but that of light.
+/// Tables that fit together: sizes are those that others ask for, all numbers are finite, from 0 to
+/// 10⁹, and no density is 0 everywhere but that of light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurements(Tables);
 
@@ -56,7 +61,8 @@ impl Measurements {
     /// Checks tables.
     ///
     /// # Errors
-    /// If they do not fit together, with the name that files give to the table, what was found and what was expected.
+    /// If they do not fit together, with the name that files give to the table, what was found and
+    /// what was expected.
     pub fn new(tables: Tables) -> Result<Self, String> {
         check_angles("theta_i", &tables.theta, [0.0, FRAC_PI_2])?;
         check_angles("phi_i", &tables.phi, [-TAU, TAU])?;
@@ -106,8 +112,8 @@ impl Measurements {
         self.0.phi.len() <= 2
     }
 
-    /// How often what is in the tables is repeated around the normal: 1, 2 or 4 times. Two are turned by a half turn, and four
-    /// mirrored.
+    /// How often what is in the tables is repeated around the normal: 1, 2 or 4 times. Two are
+    /// turned by a half turn, and four mirrored.
     pub fn repeats(&self) -> u32 {
         if self.is_isotropic() { 1 } else { repeats(&self.0.phi) }
     }
@@ -133,8 +139,8 @@ impl Measurements {
         self.is_isotropic() || self.repeats() == 4
     }
 
-    /// About the roughness α of its microfacets: where D is a quarter of its largest value first, for any φ, as it is at
-    /// tan θ = α of GGX.
+    /// About the roughness α of its microfacets: where D is a quarter of its largest value first,
+    /// for any φ, as it is at tan θ = α of GGX.
     pub fn roughness(&self) -> f32 {
         let Planes { columns, rows, values } = &self.0.ndf;
         let quarter = 0.25 * values.iter().fold(0.0, |most: f32, x| most.max(*x));
@@ -147,9 +153,10 @@ impl Measurements {
         (FRAC_PI_2 * u * u).min(1.0)
     }
 
-    /// About the share of light that it reflects where it is seen from the normal. Relative colours are spread over the
-    /// unit square as light is over visible normals, so that their mean is the integral of f cos θ if normals are those of
-    /// microfacets; others are taken for those of a matte surface.
+    /// About the share of light that it reflects where it is seen from the normal. Relative colours
+    /// are spread over the unit square as light is over visible normals, so that their mean is
+    /// the integral of f cos θ if normals are those of microfacets; others are taken for those
+    /// of a matte surface.
     pub fn color(&self) -> [f32; 3] {
         let Tables { colors, luminance: Planes { columns, rows, .. }, is_relative, .. } = &self.0;
         let first = &colors[..columns * rows];

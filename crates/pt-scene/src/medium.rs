@@ -24,13 +24,14 @@ pub struct Medium {
 pub enum MediumProperties {
     /// The same everywhere.
     Homogeneous {
-        /// Extinction σt per unit of length of the scene, per channel, at least 0 and finite: light is
-        /// absorbed and scattered out of its direction with this probability per length.
+        /// Extinction σt per unit of length of the scene, per channel, at least 0 and finite:
+        /// light is absorbed and scattered out of its direction with this probability per
+        /// length.
         extinction: [f32; 3],
         /// Share of that light which is scattered, per channel in [0, 1]: σs / σt.
         albedo: [f32; 3],
-        /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; at least 0. It emits
-        /// σa Le per unit of length.
+        /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; at
+        /// least 0. It emits σa Le per unit of length.
         emission: [f32; 3],
     },
     /// By a grid; nothing outside of it.
@@ -59,8 +60,8 @@ pub struct Heterogeneous {
     pub scale: f32,
     /// Share of that light which is scattered, in [0, 1].
     pub albedo: Volume,
-    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; it emits σa Le per unit of
-    /// length.
+    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; it emits
+    /// σa Le per unit of length.
     pub emission: MediumEmission,
 }
 
@@ -75,16 +76,19 @@ pub enum MediumEmission {
     BlackBody(BlackBody),
 }
 
-/// Light by Planck's law, all of one brightness: the strongest wavelength of each place has the same radiance.
+/// Light by Planck's law, all of one brightness: the strongest wavelength of each place has the
+/// same radiance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlackBody {
     /// Temperatures in kelvins: a grid of one channel, of numbers of at least 0.
     pub temperature: PlacedGrid,
-    /// Radiance at the strongest wavelength, at least 0. A spectrum that has it at all wavelengths has this luminance.
+    /// Radiance at the strongest wavelength, at least 0. A spectrum that has it at all wavelengths
+    /// has this luminance.
     pub scale: f32,
 }
 
-/// Clouds of noise, as in pbrt-v4: dense below, thinner and thinner towards y = 1, above which there is nothing.
+/// Clouds of noise, as in pbrt-v4: dense below, thinner and thinner towards y = 1, above which
+/// there is nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
     /// Extinction σt per unit of length of the scene where they are densest, at least 0.
@@ -185,20 +189,21 @@ pub enum Phase {
         /// Mean cosine of the angle by which light is turned, in (−1, 1).
         g: f32,
     },
-    /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a wavelength.
-    /// [Chandrasekhar 1960, "Radiative Transfer", §4]
+    /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a
+    /// wavelength. [Chandrasekhar 1960, "Radiative Transfer", §4]
     Rayleigh,
     /// By a table.
     Table {
-        /// Values at equal steps of the cosine of the angle by which light is turned, from −1 to 1, and linear
-        /// between; their scale does not matter.
+        /// Values at equal steps of the cosine of the angle by which light is turned, from −1 to
+        /// 1, and linear between; their scale does not matter.
         values: Vec<f32>,
     },
-    /// By mirrors that are flat and small, and turned alike. How much light is taken away depends on its direction: the extinction
-    /// is multiplied by √(ωᵀ S ω). [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution"]
+    /// By mirrors that are flat and small, and turned alike. How much light is taken away depends
+    /// on its direction: the extinction is multiplied by √(ωᵀ S ω). [Heitz, Dupuy, Crassin &
+    /// Dachsbacher 2015, "The SGGX Microflake Distribution"]
     Microflakes {
-        /// The positive definite matrices S in the coordinates of the world, as xx, yy, zz, xy, xz, yz: a grid of six numbers. One
-        /// of more cells is for heterogeneous media.
+        /// The positive definite matrices S in the coordinates of the world, as xx, yy, zz, xy,
+        /// xz, yz: a grid of six numbers. One of more cells is for heterogeneous media.
         matrices: PlacedGrid,
     },
     /// By particles of two kinds.
@@ -216,7 +221,8 @@ pub struct PhaseBlend {
     pub amount: f32,
 }
 
-/// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.
+/// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty
+/// space.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sides {
     /// Behind it.

@@ -30,13 +30,14 @@ const fn palik(name: &'static str, eta: [f32; 3], k: [f32; 3]) -> Metal {
     Metal { name, eta, k, palik: true }
 }
 
-/// What can be asked for by name: the measured spectra that Mitsuba 3.9 carries, in linear sRGB as it
-/// converts them, to four decimals. Where that left a channel below 0, it is 0.
+/// What can be asked for by name: the measured spectra that Mitsuba 3.9 carries, in linear sRGB as
+/// it converts them, to four decimals. Where that left a channel below 0, it is 0.
 ///
 /// Brass (CuZn), which Mitsuba has not, is that of pbrt-v4 at 630, 530 and 450 nm.
 ///
-/// Mitsuba has neither cobalt, iron, palladium and titanium nor nickel by its symbol alone: they are of Johnson &
-/// Christy 1974, "Optical constants of transition metals", and converted as spectra in a Mitsuba file are here.
+/// Mitsuba has neither cobalt, iron, palladium and titanium nor nickel by its symbol alone: they
+/// are of Johnson & Christy 1974, "Optical constants of transition metals", and converted as
+/// spectra in a Mitsuba file are here.
 pub const METALS: &[Metal] = &[
     metal("a-C", [2.944, 2.2271, 1.9682], [0.8875, 0.7993, 0.8153]),
     metal("Ag", [0.1553, 0.1167, 0.1384], [4.8284, 3.1222, 2.1469]),

@@ -14,9 +14,9 @@ pub struct Key {
 
 /// A transform that changes with time, by what it is at some times.
 ///
-/// Between two keys translations are linear, rotations go the shorter way around one axis at constant
-/// speed, and what stretches is linear; see [`Trs`]. Before the first and after the last key nothing
-/// moves.
+/// Between two keys translations are linear, rotations go the shorter way around one axis at
+/// constant speed, and what stretches is linear; see [`Trs`]. Before the first and after the last
+/// key nothing moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     keys: Vec<Key>,
@@ -110,10 +110,10 @@ impl Motion {
         self.poses[before].between(&self.poses[before + 1], (time - start) / (end - start))
     }
 
-    /// The transform from `open` to `close`, in seconds, at so many times that between them it may be
-    /// taken as linear: then no point is further from its true place than [`pt_math::POSE_ERROR`]
-    /// says. Times are shares of the interval, from 0 to 1. One key if the transform does not change
-    /// in it, or it is empty.
+    /// The transform from `open` to `close`, in seconds, at so many times that between them it may
+    /// be taken as linear: then no point is further from its true place than
+    /// [`pt_math::POSE_ERROR`] says. Times are shares of the interval, from 0 to 1. One key if
+    /// the transform does not change in it, or it is empty.
     pub fn knots(&self, [open, close]: [f64; 2]) -> Vec<Key> {
         let share = |time: f64| (time - open) / (close - open);
         let mut knots = vec![Key { time: 0.0, to_world: self.at(open) }];

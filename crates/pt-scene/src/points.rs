@@ -9,8 +9,8 @@ use crate::framing::{Extent, extent_of};
 use crate::shapes::single_part;
 use crate::{Attribute, Mesh};
 
-/// Points, each shown as a sphere, and segments between them, each shown as a cylinder, all of one radius, in the coordinates
-/// of their own.
+/// Points, each shown as a sphere, and segments between them, each shown as a cylinder, all of one
+/// radius, in the coordinates of their own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points {
     /// Name in the file.
@@ -23,7 +23,8 @@ pub struct Points {
     pub segments: Vec<[u32; 2]>,
 }
 
-/// Distances between points that [`Points::radius`] looks at, at most: their number is that of the points for each of some.
+/// Distances between points that [`Points::radius`] looks at, at most: their number is that of the
+/// points for each of some.
 const MAX_DISTANCES: usize = 1 << 27;
 /// Least and most points whose neighbours are looked for.
 const SAMPLES: [usize; 2] = [32, 1024];
@@ -46,7 +47,8 @@ impl Points {
         (size_of_val(&*self.positions) + colors + size_of_val(&*self.segments)) as u64
     }
 
-    /// Removes points with coordinates that are not finite, and segments that end there; gives their number.
+    /// Removes points with coordinates that are not finite, and segments that end there; gives
+    /// their number.
     pub(crate) fn drop_infinite(&mut self) -> usize {
         let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
         let before = self.positions.len();
@@ -79,11 +81,13 @@ impl Points {
         extent_of(all.filter(|p| p.is_finite()))
     }
 
-    /// A radius by which points look like a surface where they lie on one, in the coordinates of their own: half of the
-    /// median distance to the fourth nearest other point, which is about the mean spacing, on a regular grid and on
-    /// random points of a surface alike. It is at most 1/20 of the diagonal of the box around all; of segments, 1/250.
+    /// A radius by which points look like a surface where they lie on one, in the coordinates of
+    /// their own: half of the median distance to the fourth nearest other point, which is about
+    /// the mean spacing, on a regular grid and on random points of a surface alike. It is at
+    /// most 1/20 of the diagonal of the box around all; of segments, 1/250.
     ///
-    /// 0 if all points are in one place. Of a large set, a part of the points are looked at, always the same.
+    /// 0 if all points are in one place. Of a large set, a part of the points are looked at, always
+    /// the same.
     pub fn radius(&self) -> f64 {
         let diagonal = self.extent().map_or(0.0, |[low, high]| (high - low).length());
         if !self.segments.is_empty() {
@@ -104,7 +108,8 @@ impl Points {
         distances.get(distances.len() / 2).map(|squared| f64::from(*squared).sqrt())
     }
 
-    /// The cylinders of all segments, with smooth normals and open at their ends; none of segments without length.
+    /// The cylinders of all segments, with smooth normals and open at their ends; none of segments
+    /// without length.
     ///
     /// # Panics
     /// If an index of a segment is out of range.
@@ -155,8 +160,8 @@ impl Points {
     }
 }
 
-/// The square of the distance from a place to the fourth nearest point that is not there, or to the last one of fewer; `None`
-/// if there are none.
+/// The square of the distance from a place to the fourth nearest point that is not there, or to the
+/// last one of fewer; `None` if there are none.
 fn nearest(all: &[[f32; 3]], from: [f32; 3]) -> Option<f32> {
     let mut least = [f32::INFINITY; NEIGHBOUR];
     for p in all {

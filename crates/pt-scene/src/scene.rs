@@ -35,8 +35,8 @@ pub struct Scene {
     pub settings: RenderHints,
     /// What the user should know about how the file was read.
     pub warnings: Vec<Warning>,
-    /// Files that could not be used, where they are named, and what stands in for them: the picture is
-    /// another one.
+    /// Files that could not be used, where they are named, and what stands in for them: the
+    /// picture is another one.
     pub missing: Vec<Warning>,
 }
 
@@ -70,8 +70,8 @@ pub enum Geometry {
         /// Radius. If it is negative, its front looks inwards.
         radius: f64,
     },
-    /// Spheres around points and cylinders along segments, with slot 0 as their material. They stay round
-    /// where the object is stretched, unless by its motion.
+    /// Spheres around points and cylinders along segments, with slot 0 as their material. They stay
+    /// round where the object is stretched, unless by its motion.
     Points {
         /// The points; those of a mesh may be shared by several objects.
         points: Arc<Points>,

@@ -2,8 +2,8 @@
 
 use crate::Filter;
 
-/// What is not seen directly, though it lights as if it were there: by rays of the camera that nothing
-/// has scattered yet.
+/// What is not seen directly, though it lights as if it were there: by rays of the camera that
+/// nothing has scattered yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hidden {
     /// All that shines is seen.
@@ -25,15 +25,16 @@ pub struct RenderHints {
     pub crop: Option<[u32; 4]>,
     /// Samples per pixel.
     pub spp: Option<u32>,
-    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
-    /// light.
+    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
+    /// direct light.
     pub max_depth: Option<u32>,
-    /// Whether `max_depth` counts no interaction from which light goes straight on, as through thin glass, in
-    /// scenes with media.
+    /// Whether `max_depth` counts no interaction from which light goes straight on, as through
+    /// thin glass, in scenes with media.
     pub straight_is_free: bool,
-    /// Whether the interpolated normals of meshes alone divide their front from their back, as in Mitsuba 3 and pbrt-v4. Else
-    /// light has to be on the same side of the triangle as well, and normals that look away from the viewer are
-    /// bent until they do not. [Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", §5.3]
+    /// Whether the interpolated normals of meshes alone divide their front from their back, as in
+    /// Mitsuba 3 and pbrt-v4. Else light has to be on the same side of the triangle as well,
+    /// and normals that look away from the viewer are bent until they do not. [Veach 1997,
+    /// "Robust Monte Carlo Methods for Light Transport Simulation", §5.3]
     pub sides_by_shading_normal: bool,
     /// Name of the integrator, if it is not the usual one.
     pub integrator: Option<&'static str>,

@@ -180,7 +180,8 @@ pub(crate) fn single_part(triangles: usize) -> Vec<Submesh> {
     vec![Submesh { triangles: 0..triangles as u32, slot: 0 }]
 }
 
-/// Adds a mesh to another one, if both have the same attributes for each vertex, and no colours; else false, and nothing is changed.
+/// Adds a mesh to another one, if both have the same attributes for each vertex, and no colours;
+/// else false, and nothing is changed.
 pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     fn fits<T>(to: Option<&Attribute<T>>, more: Option<&Attribute<T>>) -> bool {
         let is_plain = |a: &Attribute<T>| a.indices.is_none();

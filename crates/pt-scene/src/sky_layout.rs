@@ -9,15 +9,17 @@ use crate::image::Image;
 /// How a square image shows all directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyLayout {
-    /// A light probe: distances from the middle, which looks along −z, are proportional to the angle, and the rim of the disk
-    /// looks along +z; +x is at the right, +y at the top. [Debevec 1998, "Rendering Synthetic Objects into Real Scenes"; format
-    /// of his light probe images]
+    /// A light probe: distances from the middle, which looks along −z, are proportional to the
+    /// angle, and the rim of the disk looks along +z; +x is at the right, +y at the top.
+    /// [Debevec 1998, "Rendering Synthetic Objects into Real Scenes"; format of his light probe
+    /// images]
     Angular,
-    /// A mirrored ball that a distant camera sees along −z: the middle shows what is behind the camera, +z, and the rim what is
-    /// behind the ball.
+    /// A mirrored ball that a distant camera sees along −z: the middle shows what is behind the
+    /// camera, +z, and the rim what is behind the ball.
     MirrorBall,
-    /// Each direction has the same area: the middle is +y, the corners are −y, +x is at the right and +z at the bottom, as in
-    /// pbrt-v4 with its +z up. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"]
+    /// Each direction has the same area: the middle is +y, the corners are −y, +x is at the right
+    /// and +z at the bottom, as in pbrt-v4 with its +z up. [Clarberg 2008, "Fast Equal-Area
+    /// Mapping of the (Hemi)Sphere using SIMD"]
     Octahedral,
 }
 
@@ -55,8 +57,8 @@ impl SkyLayout {
     }
 }
 
-/// The point of the unit square that shows a direction. The middle is +z, the corners are −z; u grows with x,
-/// v with y.
+/// The point of the unit square that shows a direction. The middle is +z, the corners are −z; u
+/// grows with x, v with y.
 pub(crate) fn square_of(direction: DVec3) -> [f64; 2] {
     let d = direction.normalize_or_zero();
     let [x, y, z] = d.abs().to_array();
@@ -69,8 +71,8 @@ pub(crate) fn square_of(direction: DVec3) -> [f64; 2] {
     [u.copysign(d.x), v.copysign(d.y)].map(|t| 0.5 * (t + 1.0))
 }
 
-/// A square map in latitude and longitude, as [`crate::LightKind::Environment`] has it: +z of the square is up,
-/// the left edge looks along −x, and a quarter of the width further on, along +y.
+/// A square map in latitude and longitude, as [`crate::LightKind::Environment`] has it: +z of the
+/// square is up, the left edge looks along −x, and a quarter of the width further on, along +y.
 ///
 /// Each texel is the mean of what a grid of its directions sees, weighted by solid angle.
 pub(crate) fn latitude_longitude(square: &Image) -> Image {
@@ -116,7 +118,8 @@ fn nearest(image: &Image, uv: [f64; 2]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// A square of one bright pixel, at the place where a layout has a direction, becomes a map that is bright there.
+    /// A square of one bright pixel, at the place where a layout has a direction, becomes a map
+    /// that is bright there.
     #[test]
     fn layouts_show_directions_where_they_say() {
         use SkyLayout::{Angular, MirrorBall, Octahedral};

@@ -35,12 +35,13 @@ const LARGE: usize = 1 << 22;
 #[cfg(target_pointer_width = "64")]
 const MAX: usize = 1 << 32;
 
-/// Bytes that a thread reads and hashes at a time: they stay in the memory close to its core in between. A power of two,
-/// as trees of BLAKE3 are cut at those.
+/// Bytes that a thread reads and hashes at a time: they stay in the memory close to its core in
+/// between. A power of two, as trees of BLAKE3 are cut at those.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) const PART: usize = 1 << 18;
 
-/// The hash of a part of a file, which begins at a multiple of [`PART`] and is as long as that, unless it is the last one.
+/// The hash of a part of a file, which begins at a multiple of [`PART`] and is as long as that,
+/// unless it is the last one.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) type PartHash = ChainingValue;
 
@@ -89,8 +90,8 @@ impl<'p> Large<'p> {
     }
 }
 
-/// Reads a file; threads read and hash their parts of a large one, since to copy it into fresh memory takes longer than
-/// what is done with most of it.
+/// Reads a file; threads read and hash their parts of a large one, since to copy it into fresh
+/// memory takes longer than what is done with most of it.
 ///
 /// # Errors
 /// Those of [`crate::file::read`].
@@ -127,8 +128,9 @@ fn subtree(parts: &[PartHash]) -> PartHash {
     merge_subtrees_non_root(&left, &right, Mode::Hash)
 }
 
-/// The two subtrees of a tree of at least two parts: the left one has the most parts that are a power of two and not all.
-/// [O'Connor, Aumasson, Neves & Wilcox-O'Hearn 2020, "BLAKE3: one function, fast everywhere", §2.1]
+/// The two subtrees of a tree of at least two parts: the left one has the most parts that are a
+/// power of two and not all. [O'Connor, Aumasson, Neves & Wilcox-O'Hearn 2020, "BLAKE3: one
+/// function, fast everywhere", §2.1]
 #[cfg(all(unix, target_pointer_width = "64"))]
 fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
     let (left, right) = parts.split_at(parts.len().next_power_of_two() / 2);

@@ -1,6 +1,7 @@
 //! Names that were perhaps meant.
 
-/// Those names that differ little from what was written, the closest ones first. Of very many, the first ones are compared.
+/// Those names that differ little from what was written, the closest ones first. Of very many, the
+/// first ones are compared.
 pub fn suggestions<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Vec<&'c str> {
     const LONGEST: usize = 64; // comparing takes the product of the lengths
     const MAX_COMPARED: usize = 10_000;

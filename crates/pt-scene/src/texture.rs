@@ -1,5 +1,5 @@
-//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in space or which way it
-//! looks, or by the colours of its mesh.
+//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in
+//! space or which way it looks, or by the colours of its mesh.
 
 use std::sync::Arc;
 
@@ -45,8 +45,9 @@ impl From<Pattern> for Texture {
     }
 }
 
-/// What varies, and how the surface is laid out on it: a point of it gets coordinates (u, v, w) by the layout, of which the
-/// pattern shows what is at `to_pattern` (u, v), and at w. Patterns that are put together of others lie as these do.
+/// What varies, and how the surface is laid out on it: a point of it gets coordinates (u, v, w) by
+/// the layout, of which the pattern shows what is at `to_pattern` (u, v), and at w. Patterns that
+/// are put together of others lie as these do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// What it shows.
@@ -57,8 +58,9 @@ pub struct Texture {
     pub to_pattern: DMat3,
 }
 
-/// What gives points of a surface their coordinates (u, v, w) on a texture. Transforms go from the world, in the unit of the
-/// scene, to where the texture is; points of what moves are taken where they are at the time.
+/// What gives points of a surface their coordinates (u, v, w) on a texture. Transforms go from the
+/// world, in the unit of the scene, to where the texture is; points of what moves are taken where
+/// they are at the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TextureMapping {
     /// The texture coordinates of the surface; w is 0.
@@ -69,18 +71,20 @@ pub enum TextureMapping {
         /// From the world.
         to_texture: DAffine3,
     },
-    /// Its direction from the origin: the angle from +z over π, and that around it, from +x to +y, over 2π; w is 0.
+    /// Its direction from the origin: the angle from +z over π, and that around it, from +x to +y,
+    /// over 2π; w is 0.
     Sphere {
         /// From the world.
         to_texture: DAffine3,
     },
-    /// Other texture coordinates of the mesh: the first two numbers of the [values](crate::Attributes::vertices) of the name
-    /// [`TextureMapping::set_name`]; w is 0.
+    /// Other texture coordinates of the mesh: the first two numbers of the
+    /// [values](crate::Attributes::vertices) of the name [`TextureMapping::set_name`]; w is 0.
     Coordinates {
         /// Which ones, from 1.
         set: u32,
     },
-    /// The angle around the z axis, from −x on in the direction from +x to +y, over 2π, and z; w is 0.
+    /// The angle around the z axis, from −x on in the direction from +x to +y, over 2π, and z; w is
+    /// 0.
     Cylinder {
         /// From the world.
         to_texture: DAffine3,
@@ -105,7 +109,8 @@ impl Texture {
         Self { pattern, layout: TextureMapping::Surface, to_pattern }
     }
 
-    /// Whether it shows colours or values of a mesh, or lies by them, which surfaces without these do not have.
+    /// Whether it shows colours or values of a mesh, or lies by them, which surfaces without these
+    /// do not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
             Pattern::VertexColors
@@ -134,7 +139,8 @@ impl Texture {
 }
 
 impl Pattern {
-    /// Whether it asks for the layout of its texture: what is put together, colours of meshes and normals do not.
+    /// Whether it asks for the layout of its texture: what is put together, colours of meshes and
+    /// normals do not.
     fn has_layout(&self) -> bool {
         !matches!(
             self,
@@ -164,8 +170,8 @@ impl Pattern {
 }
 
 impl Color {
-    /// The colour of what emits it where only a share of it is there. All channels of a texture of the share are to be
-    /// equal.
+    /// The colour of what emits it where only a share of it is there. All channels of a texture of
+    /// the share are to be equal.
     #[must_use]
     pub fn times(self, share: &Scalar) -> Self {
         let share = match share {
@@ -261,34 +267,38 @@ pub enum Pattern {
     VertexColors,
     /// [`Mesh::face_colors`](crate::Mesh::face_colors).
     FaceColors,
-    /// The values of this name of [`Attributes::vertices`](crate::Attributes::vertices), linear over each triangle.
+    /// The values of this name of [`Attributes::vertices`](crate::Attributes::vertices), linear
+    /// over each triangle.
     VertexAttribute(String),
     /// The values of this name of [`Attributes::faces`](crate::Attributes::faces).
     FaceAttribute(String),
-    /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is above ½, the second elsewhere.
+    /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is
+    /// above ½, the second elsewhere.
     Checkerboard3d([[f32; 3]; 2]),
-    /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of side 1 around whole numbers
-    /// have one, not quite in the middle. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5.2]
+    /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of
+    /// side 1 around whole numbers have one, not quite in the middle. [Pharr, Jakob &
+    /// Humphreys, "Physically Based Rendering", 3rd ed., §10.5.2]
     Dots([[f32; 3]; 2]),
-    /// Fractional Brownian motion: noise of both signs, with finer and finer features. [ibid., §10.6.3]
+    /// Fractional Brownian motion: noise of both signs, with finer and finer features. [ibid.,
+    /// §10.6.3]
     Fbm(Noise),
     /// Turbulence: the same of noise without its sign, so that it has creases. [ibid., §10.6.3]
     Wrinkled(Noise),
-    /// Waves that are higher in some places than in others, as wind makes them: |fbm(p / 10)| · fbm(p), of 3 and 6 octaves.
-    /// [ibid., §10.6.5]
+    /// Waves that are higher in some places than in others, as wind makes them: |fbm(p / 10)| ·
+    /// fbm(p), of 3 and 6 octaves. [ibid., §10.6.5]
     Windy,
     /// Layers of stone along v, which noise bends. [ibid., §10.6.6]
     Marble(Marble),
-    /// The numbers of a grid, of one channel or of three, which fills the cube [0, 1]³ of (u, v, w); beyond it, it is as at its
-    /// walls.
+    /// The numbers of a grid, of one channel or of three, which fills the cube [0, 1]³ of (u, v,
+    /// w); beyond it, it is as at its walls.
     Grid {
         /// The numbers.
         grid: Arc<Grid>,
         /// What is between the middles of its cells.
         filter: GridFilter,
     },
-    /// How much the surface looks along a line in the world: the magnitude of the cosine between this direction, of any
-    /// length but 0, and the normal of its shape.
+    /// How much the surface looks along a line in the world: the magnitude of the cosine between
+    /// this direction, of any length but 0, and the normal of its shape.
     AbsNormalDot([f32; 3]),
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
@@ -334,7 +344,8 @@ pub struct Blend {
     pub first: Color,
     /// What is there where it is 1.
     pub second: Color,
-    /// The share t of the second, from 0 to 1; what a texture has beyond is taken as the nearer of the two.
+    /// The share t of the second, from 0 to 1; what a texture has beyond is taken as the nearer of
+    /// the two.
     pub amount: Scalar,
 }
 
@@ -389,7 +400,8 @@ pub enum Edge {
 }
 
 impl Edge {
-    /// Which texel of a row of `n` stands for number `i` of an endless row; `None` where that is black.
+    /// Which texel of a row of `n` stands for number `i` of an endless row; `None` where that is
+    /// black.
     #[inline]
     pub fn texel(self, i: i64, n: i64) -> Option<i64> {
         match self {
@@ -420,14 +432,16 @@ pub enum Filter {
 /// How the normal of a surface differs from that of its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NormalOrBump {
-    /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z is
-    /// the normal of the shape, and +x the direction in which u grows.
+    /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z
+    /// is the normal of the shape, and +x the direction in which u grows.
     Normals(Arc<Texture>),
-    /// The same in a frame of which +x is the direction in which u of the image grows, after its transform: where the
-    /// image is turned, its relief turns with it.
+    /// The same in a frame of which +x is the direction in which u of the image grows, after its
+    /// transform: where the image is turned, its relief turns with it.
     TurnedNormals(Arc<Texture>),
-    /// The same in a frame of which +x is a ∂p/∂u + b ∂p/∂v: the second texture has a and b in its first two channels.
+    /// The same in a frame of which +x is a ∂p/∂u + b ∂p/∂v: the second texture has a and b in its
+    /// first two channels.
     NormalsAlong(Arc<Texture>, Arc<Texture>),
-    /// As if the surface were raised by the texture's luminance times a number, in the unit of the scene.
+    /// As if the surface were raised by the texture's luminance times a number, in the unit of the
+    /// scene.
     Heights(Arc<Texture>, f32),
 }

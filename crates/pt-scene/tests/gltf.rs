@@ -93,8 +93,8 @@ fn the_duck_is_read_whole_and_damaged() {
     check_damage(&[(bytes, path.into())], 200);
 }
 
-/// Where the buffer of a mesh is missing, a box of its extent stands there in magenta and black; without an extent
-/// there is nothing.
+/// Where the buffer of a mesh is missing, a box of its extent stands there in magenta and black;
+/// without an extent there is nothing.
 #[test]
 fn boxes_stand_in_for_meshes_whose_buffer_is_missing() {
     let text = |extent: &str| {

@@ -104,7 +104,8 @@ fn all_encodings_of_ply_give_the_same_mesh() {
     assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
 }
 
-/// The same list for any number of threads: the first thousand, of which a hundred are shown, and that there are too many.
+/// The same list for any number of threads: the first thousand, of which a hundred are shown, and
+/// that there are too many.
 #[test]
 fn of_very_many_faults_the_first_ones_are_told() {
     let [mut binary, text] = stl_files(&sheet(180));
@@ -221,8 +222,8 @@ fn large_meshes_come_back_as_they_were_written() {
     }
 }
 
-/// A PLY file of the grid with normals, colours of vertices and of faces; binary with the highest byte first
-/// (`Some(true)`) or last, or a text. `change` may change the numbers of a row.
+/// A PLY file of the grid with normals, colours of vertices and of faces; binary with the highest
+/// byte first (`Some(true)`) or last, or a text. `change` may change the numbers of a row.
 fn colored_grid(n: usize, is_big: Option<bool>, change: impl Fn(usize, &mut [f32; 3])) -> Vec<u8> {
     let (positions, triangles) = grid(n);
     let encoding = match is_big {
@@ -367,7 +368,8 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
     }
 }
 
-/// The faults of vertices and of faces are told in the order of their lines, and what follows does not count as above.
+/// The faults of vertices and of faces are told in the order of their lines, and what follows does
+/// not count as above.
 #[test]
 fn faults_of_large_files_of_obj_are_told_by_their_places() {
     let text = large_obj(200);

@@ -354,8 +354,9 @@ fn our_scenes_are_read_without_notes() {
     assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
 }
 
-/// A roof of two squares that meet at a right angle at x = 0, and a third that goes on below the second. In one group, the normal of the
-/// ridge is the mean of both sides; in two, and without any, each side has its own.
+/// A roof of two squares that meet at a right angle at x = 0, and a third that goes on below the
+/// second. In one group, the normal of the ridge is the mean of both sides; in two, and without
+/// any, each side has its own.
 #[test]
 fn corners_are_smooth_within_their_group() {
     let read = |first: &str, second: &str, third: &str| {
@@ -397,7 +398,8 @@ fn corners_are_smooth_within_their_group() {
     assert!(mesh(&read("", "s off", "s 0")).normals.is_none());
 }
 
-/// Half of a surface that emits (0, 4, 2) emits half of that; where a map says what is there, it says what emits.
+/// Half of a surface that emits (0, 4, 2) emits half of that; where a map says what is there, it
+/// says what emits.
 #[test]
 fn only_what_is_there_emits() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -7,7 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::project::{build_program, output_folder, root, step};
 use crate::venv::{self, Prepared};
 
-/// Scenes of `scenes/gltf` that are compared. Not among them is `lights`, whose spot falls off in another way in Blender.
+/// Scenes of `scenes/gltf` that are compared. Not among them is `lights`, whose spot falls off in
+/// another way in Blender.
 const SCENES: [&str; 5] = ["glass", "instances", "materials", "skin", "textures"];
 
 /// How to compare.
@@ -41,8 +42,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Makes a virtual environment with Blender in the target folder: there is a package for Python 3.11 only, which brings a
-/// NumPy.
+/// Makes a virtual environment with Blender in the target folder: there is a package for Python
+/// 3.11 only, which brings a NumPy.
 ///
 /// # Errors
 /// If the target folder cannot be found.

@@ -1,7 +1,7 @@
 //! Chores of the project: `cargo xtask --help`.
 //!
-//! Renders are made by the program, built and run as its users do. Only `bench rays` and `bench load` link parts of
-//! it, because they race these parts against those of others.
+//! Renders are made by the program, built and run as its users do. Only `bench rays` and `bench
+//! load` link parts of it, because they race these parts against those of others.
 
 mod bench;
 mod blender;
@@ -33,7 +33,8 @@ enum Chore {
     Pbrt(pbrt::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
-    /// Long campaigns against what is promised: renders that are killed a thousand times, files that do harm
+    /// Long campaigns against what is promised: renders that are killed a thousand times, files
+    /// that do harm
     Soak(soak::Args),
     /// Measure speed and memory
     #[command(subcommand)]

@@ -14,7 +14,8 @@ const VERSION: &str = "2.5.1.0";
 /// The environment variable by which it is found.
 pub(crate) const VARIABLE: &str = "PATHTRACER_OIDN";
 
-/// Makes a virtual environment with it in the target folder, and tells the folder of its packages, or why it cannot be had.
+/// Makes a virtual environment with it in the target folder, and tells the folder of its packages,
+/// or why it cannot be had.
 ///
 /// # Errors
 /// If the target folder cannot be found, or Python does not run.

@@ -1,8 +1,8 @@
 //! `cargo xtask pbrt`: pbrt-v4 scenes beside the pictures that pbrt-v4 made of them.
 //!
-//! Ours is the mean of several images with independent samples and seeds, so that the variance of its pixels is known. That
-//! of pbrt's picture is taken to be the same: it has as many samples per pixel, of the same kind of paths
-//! (docs/formats.md says how near that is).
+//! Ours is the mean of several images with independent samples and seeds, so that the variance of
+//! its pixels is known. That of pbrt's picture is taken to be the same: it has as many samples per
+//! pixel, of the same kind of paths (docs/formats.md says how near that is).
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,8 @@ const IMAGES: u32 = 8;
 const BLOCK: u32 = 16;
 /// Of means over the image, the greatest relative difference.
 const MAX_MEAN: f64 = 0.02;
-/// A block agrees where it differs by no more than this share, or by no more than what noise explains.
+/// A block agrees where it differs by no more than this share, or by no more than what noise
+/// explains.
 const MAX_BLOCK: f64 = 0.05;
 /// What noise explains, in standard errors of the difference.
 const STANDARD_ERRORS: f64 = 3.0;
@@ -252,7 +253,8 @@ mod tests {
             theirs.pixels[y * 64..y * 64 + 16].fill([1.1; 3]);
         }
         assert!(!is_good(&theirs, [[1.01; 3]; 2]));
-        // The variance of pixels is 0.25; that of the difference of a block's mean is 2 · 0.25 / 256.
+        // The variance of pixels is 0.25; that of the difference of a block's mean is 2 · 0.25 /
+        // 256.
         assert!(is_good(&theirs, [[0.51; 3], [1.51; 3]]));
     }
 }

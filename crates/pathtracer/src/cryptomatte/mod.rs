@@ -1,12 +1,14 @@
-//! Mattes of all objects and of all materials in an image, for programs that put pictures together: Cryptomatte.
+//! Mattes of all objects and of all materials in an image, for programs that put pictures together:
+//! Cryptomatte.
 //!
-//! A matte says how much of each pixel a thing covers. Each thing has a number, the hash of its name, and an image has for each
-//! pixel the numbers of the six things that cover most of it, and how much each does, in three layers of four channels:
-//! `CryptoObject00.R` is the number of the first, `.G` its share of the pixel, `.B` and `.A` those of the second, and so on.
-//! The metadata tell the names.
+//! A matte says how much of each pixel a thing covers. Each thing has a number, the hash of its
+//! name, and an image has for each pixel the numbers of the six things that cover most of it, and
+//! how much each does, in three layers of four channels: `CryptoObject00.R` is the number of the
+//! first, `.G` its share of the pixel, `.B` and `.A` those of the second, and so on. The metadata
+//! tell the names.
 //!
-//! [Friedman & Jones 2015, "Fully Automatic ID Mattes with Support for Motion Blur and Transparency"; Psyop, "Cryptomatte
-//! Specification", version 1.2.0]
+//! [Friedman & Jones 2015, "Fully Automatic ID Mattes with Support for Motion Blur and
+//! Transparency"; Psyop, "Cryptomatte Specification", version 1.2.0]
 
 mod murmur3;
 mod names;
@@ -28,8 +30,9 @@ const LAYERS: [(Aov, &str); 2] =
 /// Things of which a pixel tells, as the specification suggests.
 const RANKS: usize = 6;
 
-/// The number of a name: its hash, as the bits of a number that is neither NaN nor infinite, 0 or denormal, since of an exponent that
-/// would make it one, the last bit is turned around. [Cryptomatte Specification, "uint32_to_float32"]
+/// The number of a name: its hash, as the bits of a number that is neither NaN nor infinite, 0 or
+/// denormal, since of an exponent that would make it one, the last bit is turned around.
+/// [Cryptomatte Specification, "uint32_to_float32"]
 pub fn id_of(name: &str) -> f32 {
     f32::from_bits(finite(murmur3::hash(name.as_bytes(), 0)))
 }
@@ -51,8 +54,8 @@ pub fn channels(film: &Film, names: &Names) -> Vec<Channel> {
     kept(film).flat_map(|(aov, layer)| channels_of(film, aov, layer, names)).collect()
 }
 
-/// The metadata of an image with these channels: of each kind of mattes its name, how names become numbers, and the names of all things
-/// that some pixel sees.
+/// The metadata of an image with these channels: of each kind of mattes its name, how names become
+/// numbers, and the names of all things that some pixel sees.
 ///
 /// # Panics
 /// Never: names and numbers can be written as JSON.
@@ -118,7 +121,8 @@ fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel
     planes.into_iter().enumerate().map(channel).collect()
 }
 
-/// The things of a pixel by the samples that see them, and among equals by their bits; things of one number are one.
+/// The things of a pixel by the samples that see them, and among equals by their bits; things of
+/// one number are one.
 fn ranked(things: impl Iterator<Item = IdCount>, ids: &[f32]) -> Vec<(f32, u64)> {
     let of = |seen: IdCount| Some((*ids.get(seen.number as usize)?, u64::from(seen.samples)));
     let mut ranked: Vec<_> = things.filter_map(of).collect();

@@ -1,9 +1,10 @@
-//! MurmurHash3 for 32 bits (`MurmurHash3_x86_32`). [Appleby, "SMHasher", which is in the public domain]
+//! MurmurHash3 for 32 bits (`MurmurHash3_x86_32`). [Appleby, "SMHasher", which is in the public
+//! domain]
 
 /// The hash of bytes, with a seed.
 ///
-/// Words of four bytes, little endian, are mixed in one after the other, then the up to three bytes that are left, and then the
-/// length.
+/// Words of four bytes, little endian, are mixed in one after the other, then the up to three bytes
+/// that are left, and then the length.
 pub(super) fn hash(bytes: &[u8], seed: u32) -> u32 {
     let (words, rest) = bytes.as_chunks();
     let mix = |hash: u32, &word: &[u8; 4]| {
@@ -33,8 +34,9 @@ fn avalanche(mut hash: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// Hashes of the keys 0, 01, 0102, … (bytes in a row) of up to 255 bytes with the seeds 256 down to 1, hashed in their turn: the
-    /// check of the reference implementation. [Appleby, SMHasher, `VerificationTest`]
+    /// Hashes of the keys 0, 01, 0102, … (bytes in a row) of up to 255 bytes with the seeds 256
+    /// down to 1, hashed in their turn: the check of the reference implementation. [Appleby,
+    /// SMHasher, `VerificationTest`]
     #[test]
     fn the_hash_passes_the_check_of_its_author() {
         let keys: Vec<u8> = (0..=255).collect();

@@ -14,8 +14,8 @@ const LIGHTS: &str = "lights";
 /// The material of objects without any.
 const DEFAULT: &str = "default";
 
-/// The names of the things that a film counts, by their numbers there. All objects have different names, and all materials;
-/// where nothing is counted, there are none.
+/// The names of the things that a film counts, by their numbers there. All objects have different
+/// names, and all materials; where nothing is counted, there are none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
     /// Of [`Aov::CryptomatteObject`].
@@ -25,8 +25,9 @@ pub struct Names {
 }
 
 impl Names {
-    /// Of what a film counts that keeps these quantities. Objects are called as [`crate::explain`] does, materials by their
-    /// own name; who has the name of another one before it gets a number behind it.
+    /// Of what a film counts that keeps these quantities. Objects are called as [`crate::explain`]
+    /// does, materials by their own name; who has the name of another one before it gets a
+    /// number behind it.
     pub fn of(scene: &Scene, aovs: &[Aov]) -> Self {
         let mut names = Self::default();
         if aovs.contains(&Aov::CryptomatteObject) {
@@ -67,7 +68,8 @@ pub(crate) fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     objects.map(move |(number, object)| title(object, number, namesakes[object.name.as_str()] == 1))
 }
 
-/// The same names; one that was there before gets a number from 2 on behind it, and the separator in between.
+/// The same names; one that was there before gets a number from 2 on behind it, and the separator
+/// in between.
 pub(crate) fn distinct(names: impl Iterator<Item = String>, separator: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut last: HashMap<String, u32> = HashMap::new();

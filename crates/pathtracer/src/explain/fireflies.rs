@@ -7,9 +7,9 @@ use super::{
 
 /// The fireflies of a pixel.
 ///
-/// A sample is one if it is more than [`Fireflies::TIMES`] as bright as the mean of all others, and if more than
-/// [`Fireflies::SHARE`] of the sum of the squared deviations from the mean are its own. Fewer than
-/// [`Fireflies::MIN_SAMPLES`] samples have none.
+/// A sample is one if it is more than [`Fireflies::TIMES`] as bright as the mean of all others, and
+/// if more than [`Fireflies::SHARE`] of the sum of the squared deviations from the mean are its
+/// own. Fewer than [`Fireflies::MIN_SAMPLES`] samples have none.
 #[derive(Clone, Debug)]
 pub struct Fireflies {
     /// The mean luminance of the samples that are none.
@@ -48,26 +48,28 @@ pub struct Firefly {
     pub cause: Cause,
 }
 
-/// Why a contribution is bright. `times` is how many times as large as the mean of other contributions to the
-/// pixel that were found in the same way (asked for, or not) the factor is that stands out most.
+/// Why a contribution is bright. `times` is how many times as large as the mean of other
+/// contributions to the pixel that were found in the same way (asked for, or not) the factor is
+/// that stands out most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause {
     /// The eye sees the light itself, at once or in mirrors, in a part of the pixel.
     SeenLight,
-    /// The light comes by way of mirrors or glass to a surface that is neither: no light sample finds it there,
-    /// only paths that happen to go to it.
+    /// The light comes by way of mirrors or glass to a surface that is neither: no light sample
+    /// finds it there, only paths that happen to go to it.
     Caustic {
         /// The place of the vertex where it arrives.
         vertex: usize,
     },
-    /// The light is not sampled: only paths that happen to go to it find it, or, where light is looked for in
-    /// directions of the hemisphere, only those that happen to lead to it.
+    /// The light is not sampled: only paths that happen to go to it find it, or, where light is
+    /// looked for in directions of the hemisphere, only those that happen to lead to it.
     Unsampled,
     /// What the path carried to its last vertex.
     Throughput {
         /// The place of the vertex at which it grew most.
         vertex: usize,
-        /// By how much: the luminance of the weight of the direction, over the probability of Russian roulette.
+        /// By how much: the luminance of the weight of the direction, over the probability of
+        /// Russian roulette.
         weight: f64,
         /// See above.
         times: f64,
@@ -104,13 +106,15 @@ const OUTSTANDING: f64 = 3.0;
 /// More samples cannot have a twentieth of the variance each.
 const MAX: usize = 20;
 
-/// What makes a contribution, one factor a place: throughput, radiance, choice, density, scattering.
+/// What makes a contribution, one factor a place: throughput, radiance, choice, density,
+/// scattering.
 type Factors = [f64; 5];
 
 /// What might be a firefly, so far, and what is usual.
 pub(super) struct Suspects {
     brightest: Brightest<(Sample, f64)>,
-    /// Of what was found, and of what was asked for: how many contributions, and the sums of their factors.
+    /// Of what was found, and of what was asked for: how many contributions, and the sums of their
+    /// factors.
     usual: [(usize, Factors); 2],
 }
 

@@ -1,8 +1,8 @@
 //! What a pixel is made of: its paths, the light that they bring, and where its noise comes from.
 //!
-//! A sample is a pure function of scene, settings, pixel and its number, so that the samples of a pixel can
-//! be taken once more while somebody writes down what happens. The sum of what is told of a sample is the
-//! sample, to the bit.
+//! A sample is a pure function of scene, settings, pixel and its number, so that the samples of a
+//! pixel can be taken once more while somebody writes down what happens. The sum of what is told of
+//! a sample is the sample, to the bit.
 
 mod fireflies;
 mod names;
@@ -66,7 +66,8 @@ pub struct LightPath {
     pub trace: Trace,
 }
 
-/// Explains the samples that a render takes of a pixel, from number `first` on, with the `top` brightest paths.
+/// Explains the samples that a render takes of a pixel, from number `first` on, with the `top`
+/// brightest paths.
 ///
 /// # Errors
 /// If nothing can be rendered like this, or samples are not sums of what single paths found.
@@ -113,10 +114,12 @@ fn renderer(session: &Session) -> Result<Renderer<'_>, RenderError> {
     Renderer::new(session.scene(), session.settings(), 1, 1, false)
 }
 
-/// Samples of a pixel that are looked at if an error target says how many there are, which depends on the whole image.
+/// Samples of a pixel that are looked at if an error target says how many there are, which depends
+/// on the whole image.
 const WITH_TARGET: u32 = 64;
 
-/// How many samples a render takes of a pixel, in the first half if there are two: where it stops early, the film tells.
+/// How many samples a render takes of a pixel, in the first half if there are two: where it stops
+/// early, the film tells.
 fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) -> u32 {
     let in_halves = settings.in_halves();
     let most = if in_halves { settings.spp.div_ceil(2) } else { settings.spp };
@@ -207,7 +210,8 @@ fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
     }
 }
 
-/// The things of the greatest values above 0 among many, of which the first came first where two are alike.
+/// The things of the greatest values above 0 among many, of which the first came first where two
+/// are alike.
 struct Brightest<T> {
     most: usize,
     /// The greatest first.
@@ -238,7 +242,8 @@ mod tests {
 
     use super::*;
 
-    /// A vertex that scatters like this, from which the path goes on, as by a Dirac delta if `is_delta`.
+    /// A vertex that scatters like this, from which the path goes on, as by a Dirac delta if
+    /// `is_delta`.
     pub(super) fn vertex(scatters: ScatterEvent, is_delta: bool) -> Vertex {
         let pdf = (!is_delta).then_some(Pdf::new(1.0));
         let departure =
@@ -251,7 +256,8 @@ mod tests {
         }
     }
 
-    /// A sample with contributions: the number of their vertices, whether they were asked for, and their luminance.
+    /// A sample with contributions: the number of their vertices, whether they were asked for, and
+    /// their luminance.
     pub(super) fn sample(
         number: u32,
         vertices: &[Vertex],

@@ -18,7 +18,8 @@ pub struct Names<'a> {
 pub struct SceneItem {
     /// What it is: `triangle`, `sphere`, or the kind of a light.
     pub kind: &'static str,
-    /// Its object, by its name or by its line in the file, or the light's own name; `None` if it is none of the scene's.
+    /// Its object, by its name or by its line in the file, or the light's own name; `None` if it
+    /// is none of the scene's.
     pub object: Option<String>,
     /// The name of the object's material; `None` if it has none.
     pub material: Option<String>,
@@ -107,7 +108,8 @@ fn name_of(objects: &[Object], number: u32) -> Option<String> {
     Some(title(object, number as usize, namesakes == 1))
 }
 
-/// The name of an object, if it has one that it is alone to have; else with its line in the file, or else with its number.
+/// The name of an object, if it has one that it is alone to have; else with its line in the file,
+/// or else with its number.
 pub(crate) fn title(object: &Object, number: usize, is_alone: bool) -> String {
     let Object { name, at, .. } = object;
     let line = match at.file.file_name() {

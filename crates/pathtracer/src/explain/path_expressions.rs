@@ -17,13 +17,13 @@ pub struct PathExpression {
     pub share_of_mean: f64,
     /// The variance of what a sample has of it.
     pub variance: f64,
-    /// The share of the variance of a sample. All shares together are not 1, since what a sample has of one way
-    /// says something about what it has of others.
+    /// The share of the variance of a sample. All shares together are not 1, since what a sample
+    /// has of one way says something about what it has of others.
     pub share_of_variance: f64,
 }
 
-/// The way of a contribution, from the light to the eye: `L`, then for each vertex `D` (diffuse), `G` (glossy),
-/// `S` (specular) or `V` (volume), then `E`.
+/// The way of a contribution, from the light to the eye: `L`, then for each vertex `D` (diffuse),
+/// `G` (glossy), `S` (specular) or `V` (volume), then `E`.
 pub fn expression(trace: &Trace, contribution: &Contribution) -> String {
     let letter = |event| match event {
         ScatterEvent::Diffuse => " D",
@@ -112,8 +112,8 @@ mod tests {
         assert_eq!(ways, ["L S D E", "L D E", "L E"]);
     }
 
-    /// A coat that reflects into one direction is specular for what the path finds there, and for what is asked
-    /// for it is the base.
+    /// A coat that reflects into one direction is specular for what the path finds there, and for
+    /// what is asked for it is the base.
     #[test]
     fn what_is_asked_for_knows_no_single_directions() {
         let vertices = [vertex(ScatterEvent::Diffuse, true)];
@@ -123,7 +123,8 @@ mod tests {
         assert_eq!(ways, ["L S E", "L D E"]);
     }
 
-    /// Two samples with 1 and 3 of one way, and 3 and 1 of another: each has the variance 2, the sum has none.
+    /// Two samples with 1 and 3 of one way, and 3 and 1 of another: each has the variance 2, the
+    /// sum has none.
     #[test]
     fn ways_that_make_up_for_each_other_have_variance_and_their_sum_has_none() {
         let vertices = [vertex(ScatterEvent::Diffuse, false)];

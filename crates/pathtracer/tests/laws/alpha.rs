@@ -31,7 +31,8 @@ fn alphas(session: &Session) -> Vec<f64> {
     alpha.into_iter().map(f64::from).collect()
 }
 
-/// The mean coverage is this, within 4.5 standard errors of independent samples in [0, 1], times `spread`.
+/// The mean coverage is this, within 4.5 standard errors of independent samples in [0, 1], times
+/// `spread`.
 fn assert_covers(scene: &Scene, settings: Settings, want: f64, spread: f64) {
     let samples = f64::from(SIZE * SIZE * settings.spp);
     let name = format!("{} {:?}", settings.integrator, settings.filter);
@@ -56,8 +57,9 @@ fn opaque_by(builder: Builder, opacity: f32) -> Builder {
     Builder(scene)
 }
 
-/// A ball of radius 1, seen from the distance 5: the cone around it has sin θ = 1/5, so that of the image its disk
-/// has π tan² θ / (2 tan 20°)². A black, a matte and a clear one cover the same, by every integrator and filter.
+/// A ball of radius 1, seen from the distance 5: the cone around it has sin θ = 1/5, so that of the
+/// image its disk has π tan² θ / (2 tan 20°)². A black, a matte and a clear one cover the same, by
+/// every integrator and filter.
 #[test]
 fn a_ball_covers_its_disk() {
     let want = PI / 24.0 / (2.0 * 20f64.to_radians().tan()).powi(2);
@@ -78,8 +80,8 @@ fn a_ball_covers_its_disk() {
     }
 }
 
-/// A rectangle that pixels of a parallel projection see at known places: what is covered of each is the product of
-/// what is covered of its row and of its column.
+/// A rectangle that pixels of a parallel projection see at known places: what is covered of each is
+/// the product of what is covered of its row and of its column.
 fn rectangle(surface: Surface) -> (Scene, Vec<f64>) {
     let half = [0.613, 0.37];
     let to_world = facing(DVec3::ZERO, DVec3::Z, 1.0)
@@ -96,8 +98,9 @@ fn rectangle(surface: Surface) -> (Scene, Vec<f64>) {
     (scene, (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))).map(area).collect())
 }
 
-/// Of 2ᵐ points of a (0, m, 2)-net, the share that lies in a box with a corner at the origin is off by at most
-/// ⌊(m + 3)/2⌋/2ᵐ [Niederreiter 1992, theorem 4.6], and so with another corner by four times that.
+/// Of 2ᵐ points of a (0, m, 2)-net, the share that lies in a box with a corner at the origin is off
+/// by at most ⌊(m + 3)/2⌋/2ᵐ [Niederreiter 1992, theorem 4.6], and so with another corner by four
+/// times that.
 #[test]
 fn of_each_pixel_what_is_covered_is_the_area() {
     let (scene, areas) = rectangle(Black.into());
@@ -124,8 +127,9 @@ fn what_is_not_all_there_covers_its_opacity() {
     }
 }
 
-/// A pane reflects 2F/(1 + F) with F = ((1.5 − 1)/(1.5 + 1))², and is seen through but for that; whatever Russian
-/// roulette does, and whether paths split. Roulette makes up for who ends by weights of up to 1/0.95⁴.
+/// A pane reflects 2F/(1 + F) with F = ((1.5 − 1)/(1.5 + 1))², and is seen through but for that;
+/// whatever Russian roulette does, and whether paths split. Roulette makes up for who ends by
+/// weights of up to 1/0.95⁴.
 #[test]
 fn panes_cover_what_they_reflect() {
     let reflected: f64 = 2.0 * 0.04 / 1.04;
@@ -142,7 +146,8 @@ fn panes_cover_what_they_reflect() {
     }
 }
 
-/// A cube of a medium, 2 m through, that scatters or only absorbs: 1 − e^(−σd), on average over the channels.
+/// A cube of a medium, 2 m through, that scatters or only absorbs: 1 − e^(−σd), on average over the
+/// channels.
 #[test]
 fn media_cover_what_they_do_not_let_through() {
     let sigma = [0.2, 0.5, 1.3f32];
@@ -196,8 +201,8 @@ fn over_an_even_sky_the_cut_out_is_the_whole_picture() {
     }
 }
 
-/// A square that emits between the camera and a wall: where it is hidden, the picture is that of a camera whose near
-/// plane is behind it, to the bit.
+/// A square that emits between the camera and a wall: where it is hidden, the picture is that of a
+/// camera whose near plane is behind it, to the bit.
 #[test]
 fn hidden_emitters_light_what_is_seen_through_them() {
     let view = camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, [40.0, 40.0]);
@@ -221,7 +226,8 @@ fn hidden_emitters_light_what_is_seen_through_them() {
     }
 }
 
-/// A lamp behind a black surface of which half is there. Mitsuba's volpath hides it, its path does not.
+/// A lamp behind a black surface of which half is there. Mitsuba's volpath hides it, its path does
+/// not.
 #[test]
 fn behind_holes_volpath_hides_emitters() {
     let lamp = facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 50.0);

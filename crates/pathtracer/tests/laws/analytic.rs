@@ -231,8 +231,9 @@ fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
     }
 }
 
-/// A floor close below a square that shines down, seen from above beside it: light comes at a grazing
-/// angle. The square lies in a plane through the origin, where its coordinates have no error.
+/// A floor close below a square that shines down, seen from above beside it: light comes at a
+/// grazing angle. The square lies in a plane through the origin, where its coordinates have no
+/// error.
 #[test]
 fn a_floor_close_to_a_square_has_the_radiance_of_the_closed_form() {
     const GAP: f64 = 0.05;

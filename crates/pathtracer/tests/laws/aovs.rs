@@ -23,8 +23,8 @@ fn wall() -> DAffine3 {
     facing(DVec3::new(0.0, 0.0, -6.0), DVec3::Z, 1.5)
 }
 
-/// A small mirroring ball in front of a matte wall, which does not fill the image; between them an area
-/// light, which is out of view.
+/// A small mirroring ball in front of a matte wall, which does not fill the image; between them an
+/// area light, which is out of view.
 fn scene() -> Scene {
     let light = looking(DVec3::new(0.0, 50.0, 0.0), DVec3::ZERO);
     Builder::default()
@@ -69,8 +69,9 @@ fn seen(session: &Session, [x, y]: [u32; 2]) -> (DVec3, DVec3) {
     }
 }
 
-/// Samples are spread over a pixel, so that places are off by a part of it: 2 tan 20° · 6 m/101 is its
-/// width on the wall; on the ball normals turn by the width there over the radius and the cosine.
+/// Samples are spread over a pixel, so that places are off by a part of it: 2 tan 20° · 6 m/101 is
+/// its width on the wall; on the ball normals turn by the width there over the radius and the
+/// cosine.
 #[test]
 fn a_ball_and_a_wall_are_where_and_what_they_are() {
     let session = rendered();

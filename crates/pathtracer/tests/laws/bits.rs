@@ -93,7 +93,8 @@ fn every_integrator_gives_the_same_bits_on_several_threads() {
     }
 }
 
-/// Parts of the samples, each taken by itself, come together to the whole in any order and grouped in any way.
+/// Parts of the samples, each taken by itself, come together to the whole in any order and grouped
+/// in any way.
 #[test]
 fn parts_of_the_samples_add_up_to_the_whole() {
     let of = |integrator: &str| Settings { integrator: integrator.into(), ..base() };

@@ -36,7 +36,8 @@ fn mean(pixels: &[[f64; 3]]) -> [f64; 3] {
 
 #[test]
 fn flat_files_show_their_colour() {
-    // A normal of (0, 0.6, 0.8) in an image of 8 bits, and light at 2 · asin 0.6 from it or along it.
+    // A normal of (0, 0.6, 0.8) in an image of 8 bits, and light at 2 · asin 0.6 from it or along
+    // it.
     let (along, across) = (1.0, 0.8 * 0.8 - 0.6 * 0.6);
     let opposite = [0.5, 0.5, 0.0];
     for (name, want) in [
@@ -56,16 +57,16 @@ fn flat_files_show_their_colour() {
         let is_near = (0..3).all(|c| (got[c] - want[c]).abs() < 4e-3);
         assert!(is_near, "{name}: {got:?} for {want:?}");
     }
-    // The squares fill the middle of the view that the program chooses. Whether a sample goes through is by chance: the
-    // standard error of 1,024 is 1/64 at most.
+    // The squares fill the middle of the view that the program chooses. Whether a sample goes
+    // through is by chance: the standard error of 1,024 is 1/64 at most.
     let pixels = shown("opacity_of_emission.obj", false);
     let got = mean(&[27, 28, 35, 36].map(|at| pixels[at]));
     assert!((0..3).all(|c| (got[c] - opposite[c]).abs() < 4.0 / 64.0), "{got:?}");
 }
 
-/// wrapS of MIRRORED_REPEAT from −1 to 2, wrapT of CLAMP_TO_EDGE from −1 (above) to 2: rows of the upper texels (red, green) to
-/// the middle of the image, where its edge is, and of the lower (blue, white) from there; columns repeat in the order
-/// 1 0, 0 1, 1 0.
+/// wrapS of MIRRORED_REPEAT from −1 to 2, wrapT of CLAMP_TO_EDGE from −1 (above) to 2: rows of the
+/// upper texels (red, green) to the middle of the image, where its edge is, and of the lower (blue,
+/// white) from there; columns repeat in the order 1 0, 0 1, 1 0.
 #[test]
 fn textures_wrap_along_each_axis_as_it_says() {
     const UPPER: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -84,7 +85,8 @@ fn textures_wrap_along_each_axis_as_it_says() {
     }
 }
 
-/// E = I · ramp² · cos θ / d², with the ramp of the cosine from the inner to the outer cone. [KHR_lights_punctual]
+/// E = I · ramp² · cos θ / d², with the ramp of the cosine from the inner to the outer cone.
+/// [KHR_lights_punctual]
 #[test]
 fn spots_fall_off_by_the_square_of_the_ramp() {
     let pixels = shown("spot.gltf", false);
@@ -103,16 +105,17 @@ fn spots_fall_off_by_the_square_of_the_ramp() {
     }
 }
 
-/// A coat alone reflects F(1) = 0.04 of a white sky where it is seen from the front. Of 16,384 samples by chance, the standard
-/// error is 0.0015.
+/// A coat alone reflects F(1) = 0.04 of a white sky where it is seen from the front. Of 16,384
+/// samples by chance, the standard error is 0.0015.
 #[test]
 fn a_coat_reflects_a_twenty_fifth() {
     let got = mean(&shown("coat.gltf", true));
     assert!((got[0] - 0.04).abs() < 6e-3, "{got:?}");
 }
 
-/// pbrt-v4 takes the +y of the light for the +z of its map, in whose middle the only light is: an intensity of 1 from the middle
-/// of a sphere of radius 1 and albedo ½ is 0.5 / π, and nothing would be seen in any other direction.
+/// pbrt-v4 takes the +y of the light for the +z of its map, in whose middle the only light is: an
+/// intensity of 1 from the middle of a sphere of radius 1 and albedo ½ is 0.5 / π, and nothing
+/// would be seen in any other direction.
 #[test]
 fn goniometric_maps_have_y_and_z_exchanged() {
     let pixels = shown("goniometric.pbrt", false);

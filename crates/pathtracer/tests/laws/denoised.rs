@@ -24,7 +24,8 @@ fn spheres() -> Scene {
     scene
 }
 
-/// 16 samples per pixel of a part of a scene, and the image of so many that little of its noise is left.
+/// 16 samples per pixel of a part of a scene, and the image of so many that little of its noise is
+/// left.
 fn films(scene: &Scene, resolution: [u32; 2], region: Region) -> (Film, Vec<[f32; 3]>) {
     let film = |spp, seed| {
         let aovs = NEEDED.to_vec();
@@ -60,8 +61,8 @@ fn denoiser() -> Option<Denoiser> {
     }
 }
 
-/// Of our box the part below its lamp: along the edges of that, the noise of 16 samples is how much of it a pixel sees,
-/// which is no noise to a denoiser, and far brighter than all else.
+/// Of our box the part below its lamp: along the edges of that, the noise of 16 samples is how much
+/// of it a pixel sees, which is no noise to a denoiser, and far brighter than all else.
 #[test]
 fn denoising_16_samples_of_cornell_boxes_takes_relative_mse_to_a_fifth() {
     let Some(denoiser) = denoiser() else { return };

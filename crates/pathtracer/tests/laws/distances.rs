@@ -13,8 +13,8 @@ const DISTANCES: [f64; 6] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 const TILTS: [f64; 3] = [0.0, 20.0, 50.0];
 const GAP: f64 = 1e-3;
 
-/// Rays of a camera at a distance that sees a square of four units around the origin, each with what is
-/// hit: the number of the object, and the shading normal.
+/// Rays of a camera at a distance that sees a square of four units around the origin, each with
+/// what is hit: the number of the object, and the shading normal.
 fn seen(scene: Builder, distance: f64, tilt: f64) -> Vec<(Ray, Option<(u32, DVec3)>)> {
     let (sin, cos) = tilt.to_radians().sin_cos();
     let fov = 2.0 * (2.0 / distance).atan().to_degrees();

@@ -37,8 +37,8 @@ fn estimators_of_direct_light_agree() {
     assert_all_agree(&films);
 }
 
-/// Under a sky with a bright and a dark part, of which light sampling leaves the dark one to the BSDF
-/// where it works beside it: every pair of estimators agrees.
+/// Under a sky with a bright and a dark part, of which light sampling leaves the dark one to the
+/// BSDF where it works beside it: every pair of estimators agrees.
 #[test]
 fn estimators_agree_under_an_image_of_the_sky() {
     let films: Vec<(String, Film)> = ESTIMATORS

@@ -1,4 +1,5 @@
-//! When a render ends is known early. The clock counts rays: what is tested is the foresight, not the machine.
+//! When a render ends is known early. The clock counts rays: what is tested is the foresight, not
+//! the machine.
 
 use std::sync::Mutex;
 
@@ -27,8 +28,8 @@ impl Observer for Prophet {
     }
 }
 
-/// How often the end lay in the interval that was told, of how many times; and the mean width of the
-/// intervals as a share of the whole time.
+/// How often the end lay in the interval that was told, of how many times; and the mean width of
+/// the intervals as a share of the whole time.
 fn foresight(scene: &Scene, settings: &Settings) -> (usize, usize, f64) {
     let options: CompileOptions = size([120, 90]);
     let mut session = Session::new(scene, options, settings.clone()).expect("it makes sense");

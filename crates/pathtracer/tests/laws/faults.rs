@@ -23,7 +23,8 @@ fn seen(builder: Builder) -> Scene {
     builder.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO, [40.0; 2]))
 }
 
-/// Renders, and checks that the film has nothing but light, and that what it refused is in the mask.
+/// Renders, and checks that the film has nothing but light, and that what it refused is in the
+/// mask.
 fn rejections(scene: &RenderScene, settings: &Settings) -> InvalidSamples {
     let renderer = Renderer::new(scene, settings, 1, 16, false).expect("the settings make sense");
     let region = pathtracer::Region::full(scene.camera.resolution);
@@ -199,7 +200,8 @@ fn faults_of_lights_are_refused_and_told() {
         for (name, scene) in lit_by(x) {
             let options = CompileOptions { compensated: true, ..size([8, 8]) };
             let Ok(compiled) = compile(&scene, options) else { continue };
-            // Of the image of a sky, such values are replaced, and negative ones of emission count as 0.
+            // Of the image of a sky, such values are replaced, and negative ones of emission count
+            // as 0.
             let is_told = |note: &String| {
                 note.contains("image of the sky") || note.contains("negative radiance")
             };

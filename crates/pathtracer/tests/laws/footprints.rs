@@ -49,7 +49,8 @@ fn tilted() -> [(Scene, CompileOptions); 3] {
     ]
 }
 
-/// Texture coordinates where a ray meets the plane, and how large the footprint of its cone is there.
+/// Texture coordinates where a ray meets the plane, and how large the footprint of its cone is
+/// there.
 fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     let scene = session.scene();
     let hit = scene.bvh.intersect(ray)?;
@@ -61,7 +62,8 @@ fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     Some((place.uv, a.perp_dot(b).abs()))
 }
 
-/// The ellipse that a cone covers has the area of the parallelogram between the rays of neighbouring pixels.
+/// The ellipse that a cone covers has the area of the parallelogram between the rays of
+/// neighbouring pixels.
 #[test]
 fn footprints_are_as_large_as_neighbouring_rays_are_apart() {
     const STEP: f32 = 0.25;
@@ -122,7 +124,8 @@ fn far_wall(filter: Filter) -> Scene {
         .seen_by(camera(DVec3::Z * 60.0, DVec3::ZERO, [40.0, 32.0]))
 }
 
-/// Far away, an image is its mean: with pyramids without noise, without them with all that its texels make.
+/// Far away, an image is its mean: with pyramids without noise, without them with all that its
+/// texels make.
 #[test]
 fn images_far_away_are_their_mean() {
     let wall = |filter| Luminances::of(&film(&far_wall(filter), 16, 3)).whole();
@@ -175,7 +178,8 @@ pub(crate) fn room(filter: Filter) -> Scene {
         .seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::Y * 0.5, [40.0, 32.0]))
 }
 
-/// Indirect light of a finely textured floor is the same with pyramids, up to noise; with media as well.
+/// Indirect light of a finely textured floor is the same with pyramids, up to noise; with media as
+/// well.
 #[test]
 fn pyramids_keep_the_light_of_a_room() {
     for integrator in ["path", "volpath"] {

@@ -21,8 +21,8 @@ fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
     Arc::new(Pattern::Bitmap(bitmap).into())
 }
 
-/// A panel over a floor with a wall, of which the left half is dim and the right half bright; as it looks
-/// down, u grows to the left.
+/// A panel over a floor with a wall, of which the left half is dim and the right half bright; as it
+/// looks down, u grows to the left.
 fn under_a_panel(textured: bool) -> Scene {
     let (dim, bright) = ([0.5, 1.0, 2.0], [8.0, 6.0, 3.0]);
     let to_world = |x: f64, half: f64| {
@@ -51,8 +51,8 @@ fn resolution() -> CompileOptions {
     size([10, 8])
 }
 
-/// One panel of two colours is two panels of one; chosen one by one or by a tree, and where one half is
-/// black.
+/// One panel of two colours is two panels of one; chosen one by one or by a tree, and where one
+/// half is black.
 #[test]
 fn a_texture_of_two_colours_is_two_lights() {
     let two = film(&under_a_panel(false), resolution(), 4096, 1);
@@ -178,7 +178,8 @@ fn coated(clearcoat: f32) -> pt_scene::Surface {
     .into()
 }
 
-/// Emission below a coat c: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0, KHR_materials_clearcoat]
+/// Emission below a coat c: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0,
+/// KHR_materials_clearcoat]
 #[test]
 fn coats_weaken_what_glows_below_them() {
     for clearcoat in [0.0f32, 0.5, 1.0] {
@@ -197,7 +198,8 @@ fn coats_weaken_what_glows_below_them() {
     }
 }
 
-/// Whatever finds their light, lamps under a coat light alike: squares, balls, by textures, in a tree.
+/// Whatever finds their light, lamps under a coat light alike: squares, balls, by textures, in a
+/// tree.
 #[test]
 fn lamps_under_a_coat_light_as_they_are_seen() {
     let room = || Builder::default().quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]));

@@ -6,8 +6,8 @@ use std::path::Path;
 use pathtracer::{CompileOptions, Session, Settings, Silent};
 use pt_scene::format;
 
-/// A square of albedo ½ that reflects diffusely and glows with 1/4, seen from its front, and lit by one light 2 units
-/// before it.
+/// A square of albedo ½ that reflects diffusely and glows with 1/4, seen from its front, and lit by
+/// one light 2 units before it.
 fn square(light: &str) -> String {
     let float = |x: f32| x.to_le_bytes().map(|byte| format!("%{byte:02X}")).concat();
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0_f32]];
@@ -51,7 +51,8 @@ fn shown(scene: &str, settings: Settings) -> f64 {
     pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
 }
 
-/// Burley's diffuse surface, seen and lit at a right angle, is Lambertian: L = ρE/π. [Burley 2012, §5.3]
+/// Burley's diffuse surface, seen and lit at a right angle, is Lambertian: L = ρE/π. [Burley 2012,
+/// §5.3]
 #[test]
 fn candela_lux_and_nits_are_watts() {
     let context = |irradiance: f64| 0.25 + 0.5 * irradiance / PI;
@@ -70,8 +71,8 @@ fn candela_lux_and_nits_are_watts() {
     }
 }
 
-/// A square of half side ½ at z = 2, which emits 1 towards +z where all of it is there, and a matte one of half
-/// side 1 and albedo ½ at another z, seen by the camera of a node.
+/// A square of half side ½ at z = 2, which emits 1 towards +z where all of it is there, and a matte
+/// one of half side 1 and albedo ½ at another z, seen by the camera of a node.
 fn lamp(material: &str, [floor_z, camera]: [&str; 2]) -> String {
     let float = |x: f32| x.to_le_bytes().map(|byte| format!("%{byte:02X}")).concat();
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0_f32]];
@@ -108,8 +109,8 @@ fn black(alpha: &str, rest: &str) -> String {
     )
 }
 
-/// What a surface emits is seen as much as it is there, on the front, and behind where it has two sides. The matte square
-/// is so far away that it shows less than 10⁻⁷.
+/// What a surface emits is seen as much as it is there, on the front, and behind where it has two
+/// sides. The matte square is so far away that it shows less than 10⁻⁷.
 #[test]
 fn what_is_emitted_is_seen_by_coverage_and_side() {
     const BEFORE: &str = r#"{"camera": 0, "translation": [0, 0, 5]}"#;
@@ -131,8 +132,8 @@ fn what_is_emitted_is_seen_by_coverage_and_side() {
 }
 
 /// The irradiance below the middle of a square of half side a at distance d, of radiance 1, is
-/// 4 · a/√(a²+d²) · atan(a/√(a²+d²)), of which a Lambertian surface of albedo ½ shows ½/π. [Howell, "A Catalog of
-/// Radiation Heat Transfer Configuration Factors", B-4, four times]
+/// 4 · a/√(a²+d²) · atan(a/√(a²+d²)), of which a Lambertian surface of albedo ½ shows ½/π. [Howell,
+/// "A Catalog of Radiation Heat Transfer Configuration Factors", B-4, four times]
 #[test]
 fn light_is_cast_by_coverage_and_side() {
     // The camera sees the lower square from beside the lamp, which is between them else.

@@ -12,7 +12,8 @@ use crate::furnace::ESTIMATORS;
 use crate::measure::{assert_all_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, matte, size};
 
-/// A floor and a ball under so many squares and spheres that glow, every other one by a texture; none is in view.
+/// A floor and a ball under so many squares and spheres that glow, every other one by a texture;
+/// none is in view.
 fn lit_by(count: u32) -> Scene {
     let mut builder = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.6; 3]))
@@ -47,8 +48,8 @@ fn film(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([10, 8]), settings).film().clone()
 }
 
-/// As long as lights are not in view, nobody can tell: with every estimator, where they are few and where a tree
-/// chooses one.
+/// As long as lights are not in view, nobody can tell: with every estimator, where they are few and
+/// where a tree chooses one.
 fn assert_nobody_can_tell(scene: &Scene) {
     let base = Settings { max_depth: 3, ..settings(1024) };
     let volumetric = Settings { integrator: "volpath".into(), ..base.clone() };
@@ -99,7 +100,8 @@ fn paths_share_the_light_of_what_nobody_sees() {
     assert_all_agree(&films);
 }
 
-/// A mirror under a lamp, and the lamp itself, are black, and what is behind the lamp is seen if nothing of it is there.
+/// A mirror under a lamp, and the lamp itself, are black, and what is behind the lamp is seen if
+/// nothing of it is there.
 #[test]
 fn nothing_is_seen_of_hidden_lights() {
     let mirror = || Mirror { reflectance: [1.0; 3].into() }.into();
@@ -131,7 +133,8 @@ fn nothing_is_seen_of_hidden_lights() {
     }
 }
 
-/// A hidden lamp that glows by a texture keeps its light where it is one of many, and where it is alone.
+/// A hidden lamp that glows by a texture keeps its light where it is one of many, and where it is
+/// alone.
 #[test]
 fn a_tree_and_single_lights_agree() {
     let scene = hidden(lit_by(12));

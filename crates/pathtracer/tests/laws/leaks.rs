@@ -1,5 +1,5 @@
-//! No ray gets through a wall: neither where walls meet at acute angles, nor by hitting again what it
-//! leaves.
+//! No ray gets through a wall: neither where walls meet at acute angles, nor by hitting again what
+//! it leaves.
 
 use pathtracer::{Session, Settings};
 use pt_bvh::Hit;
@@ -112,8 +112,8 @@ impl Room {
         (0..count).any(|i| (p - self.corners(i)[0]).dot(self.outwards(i)) > 0.0)
     }
 
-    /// Whether the origin that is moved along the normal alone, by the error of a mean of corners in
-    /// single precision, is beyond a wall.
+    /// Whether the origin that is moved along the normal alone, by the error of a mean of corners
+    /// in single precision, is beyond a wall.
     fn leaks_by_offset_alone(&self, hit: &Hit) -> bool {
         let [a, b, c] = self.corners(hit.primitive);
         let (b1, b2) = (f64::from(hit.b1), f64::from(hit.b2));
@@ -125,9 +125,9 @@ impl Room {
     }
 }
 
-/// A uniform direction on the side of `n`, but for those that are flatter than a sine of 0.02: they may
-/// meet the next wall so closely beside the edge that single precision does not tell the two walls
-/// apart.
+/// A uniform direction on the side of `n`, but for those that are flatter than a sine of 0.02: they
+/// may meet the next wall so closely beside the edge that single precision does not tell the two
+/// walls apart.
 fn inwards(n: DVec3, random: &mut Random) -> Vec3 {
     loop {
         let w = random.direction();

@@ -228,8 +228,8 @@ fn grey() -> Surface {
     Plastic { diffuse, specular, alpha: 0.3, two_sided: false }.into()
 }
 
-/// A grey room without a ceiling and, in turn red, green and blue, lights of all kinds: glowing shapes, squares, points, spots,
-/// and directions; the sky is white.
+/// A grey room without a ceiling and, in turn red, green and blue, lights of all kinds: glowing
+/// shapes, squares, points, spots, and directions; the sky is white.
 fn colored() -> Scene {
     let place = |i: usize| DVec3::new(i as f64 * 0.3 - 1.2, 1.8, 0.4 * (i % 3) as f64 - 0.5);
     let down = |i: usize| looking(place(i), place(i) - DVec3::Y);
@@ -358,7 +358,8 @@ fn without_others(scene: &Scene, name: &str) -> Scene {
     scene
 }
 
-/// The mean of each pixel and of all of them over many seeds, red, green and blue together, with their variances.
+/// The mean of each pixel and of all of them over many seeds, red, green and blue together, with
+/// their variances.
 fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
     let mut sums: Vec<[f64; 2]> = Vec::new();
     for seed in 0..seeds {
@@ -379,8 +380,9 @@ fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
     ]
 }
 
-/// Of an image that is rendered with many seeds, each pixel of the part of a group has the mean of that in a render in which
-/// there are no other lights; also where an error target, which knows the light of all, says how many samples pixels have.
+/// Of an image that is rendered with many seeds, each pixel of the part of a group has the mean of
+/// that in a render in which there are no other lights; also where an error target, which knows the
+/// light of all, says how many samples pixels have.
 #[test]
 fn a_group_is_what_its_lights_would_give_alone() {
     const SEEDS: u32 = 200;

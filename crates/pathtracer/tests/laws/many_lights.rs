@@ -83,9 +83,9 @@ fn film(kind: Kind, most_single_lights: usize, settings: Settings) -> Film {
     render(&scene(kind), options, Settings { integrator, ..settings }).film().clone()
 }
 
-/// A light that a tree chooses brings on average what all of them bring, and what paths find of them
-/// has the weight that is left; also with several samples. Random directions hardly find lights so
-/// small: they are tried with those that only sampling finds.
+/// A light that a tree chooses brings on average what all of them bring, and what paths find of
+/// them has the weight that is left; also with several samples. Random directions hardly find
+/// lights so small: they are tried with those that only sampling finds.
 #[test]
 fn a_tree_of_lights_brings_the_light_of_all() {
     use DirectLight::{CosineHemisphere, Light, Mis, UniformHemisphere};

@@ -161,7 +161,8 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
     ]
 }
 
-/// A lamp and a surface with a picture, on coordinates that the mesh has as values or that a transform makes of its own.
+/// A lamp and a surface with a picture, on coordinates that the mesh has as values or that a
+/// transform makes of its own.
 #[test]
 fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
     // (u, v) of the picture are (2u + ¼, ½v + ¼u).
@@ -218,8 +219,8 @@ fn ball(surface: Surface) -> Scene {
         .seen_by(camera(FAR, DVec3::ZERO, [40.0, 32.0]))
 }
 
-/// A texture of one colour is that colour, to the bit: each texture reaches the parameter that it is
-/// for.
+/// A texture of one colour is that colour, to the bit: each texture reaches the parameter that it
+/// is for.
 #[test]
 fn a_texture_of_one_colour_is_the_colour() {
     for (value, textured) in surfaces(false).into_iter().zip(surfaces(true)) {
@@ -391,7 +392,8 @@ fn estimators_agree_where_materials_vary() {
     assert_all_agree(&films);
 }
 
-/// Anisotropy along shares of ∂p/∂u and ∂p/∂v is turned by their angle on a square whose coordinates are square, too.
+/// Anisotropy along shares of ∂p/∂u and ∂p/∂v is turned by their angle on a square whose
+/// coordinates are square, too.
 #[test]
 fn anisotropy_turns_with_its_direction() {
     let film = |anisotropy_along: Option<Arc<Texture>>, anisotropy_rotation: f32| {

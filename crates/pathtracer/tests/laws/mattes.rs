@@ -58,8 +58,9 @@ fn named(mut scene: Scene, objects: &[&str], materials: &[&str]) -> Scene {
     scene
 }
 
-/// A ball of radius r in distance d covers the circle of tangent r/√(d² − r²) in the middle of the image; each sample of
-/// a pixel lies on it with the share of the pixel that does, so that the variance of all is at most that of independent ones.
+/// A ball of radius r in distance d covers the circle of tangent r/√(d² − r²) in the middle of the
+/// image; each sample of a pixel lies on it with the share of the pixel that does, so that the
+/// variance of all is at most that of independent ones.
 #[test]
 fn a_ball_covers_a_circle_of_the_image() {
     let (radius, distance, spp) = (0.5, 4.0, 64);
@@ -100,8 +101,8 @@ fn what_is_partly_there_covers_as_much_as_there_is_of_it() {
     assert!(ranks.iter().all(|ranks| ranks[0][1] >= ranks[1][1] && ranks[2] == [0.0; 2]));
 }
 
-/// Ten strips side by side in each pixel, of different widths: the six widest are told, in their order, and what they cover is
-/// what the film counts of them.
+/// Ten strips side by side in each pixel, of different widths: the six widest are told, in their
+/// order, and what they cover is what the film counts of them.
 #[test]
 fn the_six_things_that_cover_most_are_told() {
     let width = 6.0 / f64::from(SIZE);
@@ -142,7 +143,8 @@ fn the_six_things_that_cover_most_are_told() {
     assert_eq!(manifest.matches("strip").count(), 10);
 }
 
-/// All surfaces look at the camera, so that the mean of their normals over all samples is the share of those that see one.
+/// All surfaces look at the camera, so that the mean of their normals over all samples is the share
+/// of those that see one.
 #[test]
 fn things_cover_together_what_samples_see() {
     let mut builder = Builder::default();

@@ -103,11 +103,12 @@ fn files_of_scenes_are_what_is_measured() {
     }
 }
 
-/// f cos θ, densities and directions that are drawn, as Mitsuba 3.9.1 has them in the variant scalar_rgb: after the name of the
-/// file `wo`, `wi` (half of them drawn), eval, pdf, two numbers, and the direction that they draw, which may be below the surface.
+/// f cos θ, densities and directions that are drawn, as Mitsuba 3.9.1 has them in the variant
+/// scalar_rgb: after the name of the file `wo`, `wi` (half of them drawn), eval, pdf, two numbers,
+/// and the direction that they draw, which may be below the surface.
 const BY_MITSUBA: &str = include_str!("measured.txt");
-/// The same without drawn directions in the variant scalar_spectral, of the file of pbrt's scene: its eval at 1000 wavelengths,
-/// as a colour of Rec. 709 under D65.
+/// The same without drawn directions in the variant scalar_spectral, of the file of pbrt's scene:
+/// its eval at 1000 wavelengths, as a colour of Rec. 709 under D65.
 const SPECTRA_BY_MITSUBA: &str = include_str!("measured_spectra.txt");
 
 /// How far eval, which is relative to its largest channel, and pdf are from those of a row.
@@ -154,8 +155,9 @@ fn colors_of_spectra_are_those_of_mitsuba() {
     }
 }
 
-/// The back of a sheet with two sides looks as the front does from where light and viewer are mirrored by it, though brushed
-/// metals of which half a turn was measured are not their own mirror images.
+/// The back of a sheet with two sides looks as the front does from where light and viewer are
+/// mirrored by it, though brushed metals of which half a turn was measured are not their own mirror
+/// images.
 #[test]
 fn backs_look_like_fronts_seen_through_them() {
     let scene = scene_of("mitsuba", "brushed", "{\"type\": \"rectangle\", \"material\": \"m\"}");

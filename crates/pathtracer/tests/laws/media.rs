@@ -113,9 +113,9 @@ fn what_only_absorbs_has_no_noise() {
     }
 }
 
-/// A pane of glass that absorbs, seen straight on under an even sky of radiance 1. With F = ((n − 1) /
-/// (n + 1))² and T = e^(−σd), it transmits (1 − F)² T / (1 − F²T²) and reflects F + (1 − F)² F T² /
-/// (1 − F²T²). [Born & Wolf, Principles of Optics, §1.6.4, without interference]
+/// A pane of glass that absorbs, seen straight on under an even sky of radiance 1. With F = ((n −
+/// 1) / (n + 1))² and T = e^(−σd), it transmits (1 − F)² T / (1 − F²T²) and reflects F + (1 − F)² F
+/// T² / (1 − F²T²). [Born & Wolf, Principles of Optics, §1.6.4, without interference]
 #[test]
 fn glass_that_absorbs_follows_beers_law() {
     let (ior, sigma) = (1.5, [0.1, 0.5, 2.0]);
@@ -157,8 +157,8 @@ fn value(phase: &Phase, cos: f64) -> f64 {
     }
 }
 
-/// Light that a layer of depth D scatters once: parallel light of irradiance E comes from the side of
-/// the camera at the cosine μ, so L = ∫ σs p E e^(−σt z (1 + 1/μ)) dz from 0 to D.
+/// Light that a layer of depth D scatters once: parallel light of irradiance E comes from the side
+/// of the camera at the cosine μ, so L = ∫ σs p E e^(−σt z (1 + 1/μ)) dz from 0 to D.
 #[test]
 fn single_scattering_follows_its_closed_form() {
     const DEPTH: f64 = 2.0;
@@ -195,7 +195,8 @@ fn single_scattering_follows_its_closed_form() {
         let p = value(phase, -to_light.z);
         for (name, sigma, medium) in &media {
             let light = LightKind::Directional { irradiance: [IRRADIANCE; 3] };
-            // The cube of the grid is all there is of the layer, so light comes in by its front alone.
+            // The cube of the grid is all there is of the layer, so light comes in by its front
+            // alone.
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
             let mut scene = block(scene, wide, medium(phase.clone())).seen_by(straight());
@@ -226,8 +227,9 @@ fn flakes(matrices: &[[f32; 6]]) -> Phase {
 const FLAKES: [f32; 6] = [0.15, 0.25, 0.9, 0.02, -0.1, 0.2];
 const FIBRES: [f32; 6] = [0.6, 0.55, 0.08, 0.1, 0.02, -0.05];
 
-/// Light that a layer of depth D with microflakes scatters once, seen from straight above: with σ(ω)² = ωᵀSω, the extinction is
-/// σt σ(ω), and σs σ(ωo) p(ωo, ωi) = σs D(ωh) / 4 with D(ω) = 1 / (π √|S| (ωᵀS⁻¹ω)²).
+/// Light that a layer of depth D with microflakes scatters once, seen from straight above: with
+/// σ(ω)² = ωᵀSω, the extinction is σt σ(ω), and σs σ(ωo) p(ωo, ωi) = σs D(ωh) / 4 with D(ω) = 1 /
+/// (π √|S| (ωᵀS⁻¹ω)²).
 #[test]
 fn single_scattering_of_microflakes_follows_its_closed_form() {
     const DEPTH: f64 = 2.0;
@@ -282,7 +284,8 @@ fn microflakes_that_make_no_sense_are_refused() {
     }
 }
 
-/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too, whatever scatters in it.
+/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too, whatever scatters in
+/// it.
 #[test]
 fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
     let white = [1.0; 3];
@@ -349,8 +352,8 @@ fn glowing(mut medium: Medium) -> Medium {
     medium
 }
 
-/// Where everything has the same temperature everything has the same radiance, whatever is absorbed or scattered.
-/// [Kirchhoff 1860]
+/// Where everything has the same temperature everything has the same radiance, whatever is absorbed
+/// or scattered. [Kirchhoff 1860]
 #[test]
 fn media_as_bright_as_the_sky_are_invisible() {
     let grey = [0.6; 3];
@@ -380,8 +383,8 @@ fn media_as_bright_as_the_sky_are_invisible() {
     assert_uniform(film.film(), 1.0, 1e-4, "a camera within");
 }
 
-/// A camera in a medium without an end sees a furnace of its own: what is scattered everywhere, lit by a
-/// wall of radiance 1 all around.
+/// A camera in a medium without an end sees a furnace of its own: what is scattered everywhere, lit
+/// by a wall of radiance 1 all around.
 #[test]
 fn a_camera_may_be_in_a_medium() {
     let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
@@ -403,8 +406,8 @@ pub(crate) fn fog() -> Scene {
     foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS))
 }
 
-/// A foggy room with a cloud, a ball of clouded glass, and lights of all sorts; what fills the cloud is
-/// given.
+/// A foggy room with a cloud, a ball of clouded glass, and lights of all sorts; what fills the
+/// cloud is given.
 fn foggy(cloud: Medium) -> Scene {
     let turned = DAffine3::from_translation(DVec3::new(-0.1, 0.3, 0.2))
         * DAffine3::from_mat3(DMat3::from_rotation_y(0.5) * 0.5);
@@ -485,8 +488,8 @@ fn a_uniform_coloured_grid_is_homogeneous() {
     assert_all_agree(&films);
 }
 
-/// Light sampling alone, and weighed against phase functions and BSDFs, with one and four samples of each
-/// light, and with paths that end early or not.
+/// Light sampling alone, and weighed against phase functions and BSDFs, with one and four samples
+/// of each light, and with paths that end early or not.
 #[test]
 fn estimators_agree_in_media() {
     let scene = fog();
@@ -508,8 +511,8 @@ fn estimators_agree_in_media() {
     assert_all_agree(&films);
 }
 
-/// Under a sky of which light sampling leaves the dark part to phase functions and BSDFs where it works
-/// beside them.
+/// Under a sky of which light sampling leaves the dark part to phase functions and BSDFs where it
+/// works beside them.
 #[test]
 fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
     let mut scene = Builder(under_a_sky());
@@ -579,8 +582,8 @@ fn samples_in_media_are_pure() {
     }
 }
 
-/// Media go with the unit of length, of which a power of two does not even change the rounding; and a scene
-/// with a cloud that is moved and turned gives the same image.
+/// Media go with the unit of length, of which a power of two does not even change the rounding; and
+/// a scene with a cloud that is moved and turned gives the same image.
 #[test]
 fn media_may_stand_anywhere_in_any_unit() {
     let mut scene = fog();

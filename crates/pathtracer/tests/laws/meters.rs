@@ -23,7 +23,8 @@ fn quad() -> Geometry {
     Geometry::Mesh(Arc::new(shapes::rectangle()))
 }
 
-/// E = π L in a sky of radiance L, with any sample: on the outside of a sphere that is there, and on a square before it that is not.
+/// E = π L in a sky of radiance L, with any sample: on the outside of a sphere that is there, and
+/// on a square before it that is not.
 #[test]
 fn an_even_sky_has_the_irradiance_pi() {
     let center = DVec3::new(1.0, 2.0, -3.0);
@@ -42,7 +43,8 @@ fn an_even_sky_has_the_irradiance_pi() {
     }
 }
 
-/// Under the middle of a disk of radius r at height h, E = π L r² / (r² + h²), whatever the unit is.
+/// Under the middle of a disk of radius r at height h, E = π L r² / (r² + h²), whatever the unit
+/// is.
 #[test]
 fn a_disk_has_the_irradiance_of_its_cone() {
     let (r, h, radiance) = (0.8, 1.1, 3.0);
@@ -58,7 +60,8 @@ fn a_disk_has_the_irradiance_of_its_cone() {
     }
 }
 
-/// Seen from far away, a sphere of radiance L covers π r² of the area of the target: of a square of side 4, and of nothing but itself.
+/// Seen from far away, a sphere of radiance L covers π r² of the area of the target: of a square of
+/// side 4, and of nothing but itself.
 #[test]
 fn parallel_rays_measure_the_mean_over_their_target() {
     let sphere = Geometry::Sphere { radius: 0.5 };

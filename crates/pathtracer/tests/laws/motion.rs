@@ -31,8 +31,8 @@ fn motion(keys: &[Key]) -> Motion {
     Motion::new(keys.to_vec()).expect("the keys make sense")
 }
 
-/// A floor under a lamp and a dim sky, with a block that a motion moves, a ball that goes with it, and
-/// one that stands still.
+/// A floor under a lamp and a dim sky, with a block that a motion moves, a ball that goes with it,
+/// and one that stands still.
 fn scene(moves: &Motion) -> Scene {
     let block = DAffine3::from_translation(DVec3::new(-0.3, 0.45, 0.0))
         * DAffine3::from_scale(DVec3::new(0.5, 0.35, 0.2));
@@ -82,7 +82,8 @@ fn at_once(scene: &Scene, time: f64) -> Scene {
     scene
 }
 
-/// The mean of still pictures in the middles of equal parts of the time for which the shutter is open.
+/// The mean of still pictures in the middles of equal parts of the time for which the shutter is
+/// open.
 fn mean_of_stills(scene: &Scene, parts: u32, spp: u32) -> Luminances {
     let [open, close] = scene.cameras[0].shutter;
     let still = |i: u32| {
@@ -127,8 +128,8 @@ fn pictures_of_a_moving_camera_are_means_of_still_ones() {
     }
 }
 
-/// A floor and a ball under lamps that fly, turn and are stretched: a quad, another by a texture of two
-/// colours, a ball, and a ball that is stretched where the quads are.
+/// A floor and a ball under lamps that fly, turn and are stretched: a quad, another by a texture of
+/// two colours, a ball, and a ball that is stretched where the quads are.
 pub(crate) fn under_flying_lamps() -> Scene {
     let fly = |x: f64, stretch: f64| {
         DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))
@@ -162,8 +163,8 @@ fn moving_light_is_the_mean_of_still_light() {
     assert_blurred(&under_flying_lamps(), "light");
 }
 
-/// Lights that move are sampled as often as they say: estimators of direct light agree, also for what
-/// no other scene has, a glowing ball that is stretched.
+/// Lights that move are sampled as often as they say: estimators of direct light agree, also for
+/// what no other scene has, a glowing ball that is stretched.
 #[test]
 fn estimators_agree_under_lights_that_move() {
     let mut scene = under_flying_lamps();
@@ -222,8 +223,8 @@ fn moving_glass_with_a_medium_and_a_moving_mask_are_means_of_still_ones() {
     }
 }
 
-/// Where the shutter is open for no time, and where both keys are alike, a scene has the bits of one
-/// without motion.
+/// Where the shutter is open for no time, and where both keys are alike, a scene has the bits of
+/// one without motion.
 #[test]
 fn what_does_not_move_keeps_its_bits() {
     for (name, motion) in motions() {

@@ -1,4 +1,5 @@
-//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes in other formats.
+//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes in
+//! other formats.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -54,8 +55,9 @@ fn mean(image: &Image) -> [f64; 3] {
     sum.map(|s| s / image.pixels.len() as f64)
 }
 
-/// Our render of a scene against the picture that pbrt-v4 made of it with `their_spp` samples: the mean of each
-/// channel within 2 %, and the luminance of at least 97 % of the blocks within 5 % and four standard errors.
+/// Our render of a scene against the picture that pbrt-v4 made of it with `their_spp` samples: the
+/// mean of each channel within 2 %, and the luminance of at least 97 % of the blocks within 5 % and
+/// four standard errors.
 ///
 /// The noise is that of four renders of ours; theirs has as much for the same number of samples.
 fn check_picture(name: &str, their_spp: u32) {
@@ -100,8 +102,8 @@ fn five_materials_look_as_in_pbrt() {
     check_picture("spheres", 1024);
 }
 
-/// Gives the rough surfaces of a scene for Mitsuba, whose facets hide each other as if they knew nothing of each other,
-/// those of pbrt-v4.
+/// Gives the rough surfaces of a scene for Mitsuba, whose facets hide each other as if they knew
+/// nothing of each other, those of pbrt-v4.
 fn hide_as_in_pbrt(surface: &mut Surface) {
     match surface {
         Surface::Conductor(Conductor { roughness: Some(r), .. })
@@ -116,8 +118,8 @@ fn hide_as_in_pbrt(surface: &mut Surface) {
     }
 }
 
-/// Each of our scenes is there for Mitsuba too, or, where that has nothing like it, in our own words. Samples are the same, so
-/// that there is little noise between the two.
+/// Each of our scenes is there for Mitsuba too, or, where that has nothing like it, in our own
+/// words. Samples are the same, so that there is little noise between the two.
 #[test]
 fn scenes_for_pbrt_and_their_twins_are_the_same() {
     let entries = std::fs::read_dir(OURS).expect("the folder exists");
@@ -165,8 +167,9 @@ fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
     }
 }
 
-/// What absorbs nothing cannot be seen before a white sky: all that enters leaves again, with an index and without, and what is
-/// still below the surface after the last step is little. In grey, as all channels are followed by one distance, there is little noise.
+/// What absorbs nothing cannot be seen before a white sky: all that enters leaves again, with an
+/// index and without, and what is still below the surface after the last step is little. In grey,
+/// as all channels are followed by one distance, there is little noise.
 #[test]
 fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_sky() {
     for (eta, g) in [(1.0, 0.0), (1.33, 0.0), (1.33, 0.7)] {
@@ -187,7 +190,8 @@ fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_s
     }
 }
 
-/// The mean of what is seen of a world through a narrow camera at z = 5, by each estimator of direct light.
+/// The mean of what is seen of a world through a narrow camera at z = 5, by each estimator of
+/// direct light.
 fn seen_by_each(world: &str, spp: u32) -> Vec<f64> {
     let text = format!(
         "LookAt 0 0 5  0 0 0  0 1 0
@@ -214,8 +218,8 @@ fn seen_by_each(world: &str, spp: u32) -> Vec<f64> {
     of_path.into_iter().chain(of_media).collect()
 }
 
-/// A black disk of which 0.3 are there, that emits 2 before a sky of 1, shows 0.3 · 2 + 0.7 · 1: from its front, and from
-/// both sides where both shine.
+/// A black disk of which 0.3 are there, that emits 2 before a sky of 1, shows 0.3 · 2 + 0.7 · 1:
+/// from its front, and from both sides where both shine.
 #[test]
 fn what_emits_is_seen_as_far_as_it_is_there() {
     for (sides, turn) in [("false", 0), ("true", 0), ("true", 180)] {
@@ -229,8 +233,9 @@ fn what_emits_is_seen_as_far_as_it_is_there() {
     }
 }
 
-/// Below the middle of a disk of radius 1 at height 1, the irradiance is L π / 2: Lambert's cosine law over its cone. The
-/// disk is half there, or in squares that are there and squares that are not.
+/// Below the middle of a disk of radius 1 at height 1, the irradiance is L π / 2: Lambert's cosine
+/// law over its cone. The disk is half there, or in squares that are there and squares that are
+/// not.
 #[test]
 fn what_emits_lights_as_far_as_it_is_there() {
     let squares =
@@ -256,8 +261,9 @@ fn sky(d: DVec3) -> [f32; 3] {
     [1.0 + 0.9 * d.x, 1.0 + 0.9 * d.y, 1.0 + 0.9 * d.z].map(|c| c as f32)
 }
 
-/// The direction of a point of a square of equal areas, by the inverse of its formulas: rings around the middle
-/// are polar angles. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"]
+/// The direction of a point of a square of equal areas, by the inverse of its formulas: rings
+/// around the middle are polar angles. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere
+/// using SIMD"]
 fn direction(u: f64, v: f64) -> DVec3 {
     let [u, v] = [2.0 * u - 1.0, 2.0 * v - 1.0];
     let distance = 1.0 - (u.abs() + v.abs());
@@ -289,7 +295,8 @@ fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
     let file = folder.path().join("sky.pbrt");
     std::fs::write(&file, text).expect("it is written");
     let scene = pathtracer::load(&file).expect("it can be read");
-    // Columns of a map in latitude and longitude look along (−cos φ, sin φ) of x and z, its rows down from +y.
+    // Columns of a map in latitude and longitude look along (−cos φ, sin φ) of x and z, its rows
+    // down from +y.
     let turn = pt_math::DMat3::from_cols_array(&rotation(35.0, DVec3::new(1.0, 0.5, 0.0)));
     let (width, height) = (8 * SIDE, 4 * SIDE);
     let pixels = (0..width * height).map(|i| {

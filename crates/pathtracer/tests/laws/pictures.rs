@@ -1,11 +1,12 @@
 //! Our pictures of the course's scenes against those of its program.
 //!
-//! Blocks of 16 × 16 pixels must agree to 3 % and noise, and all of the image to 1 %. Both pictures are compared after the same
-//! transfer: what is brighter than white is cut off, and levels are those of 8 bits.
+//! Blocks of 16 × 16 pixels must agree to 3 % and noise, and all of the image to 1 %. Both pictures
+//! are compared after the same transfer: what is brighter than white is cut off, and levels are
+//! those of 8 bits.
 //!
 //! The noise of a block is estimated from eight renders with seeds of their own, by Tukey's
-//! jackknife, which sees through the cut at white: pixels are made from seven of the eight renders in
-//! eight ways, and the variance of a pixel is 7/8 of the sum of the squared differences of these
+//! jackknife, which sees through the cut at white: pixels are made from seven of the eight renders
+//! in eight ways, and the variance of a pixel is 7/8 of the sum of the squared differences of these
 //! to their mean. That of the mean of a block is the sum over its pixels. The other picture is of
 //! independent samples as ours, so it has the same variance per sample.
 //!

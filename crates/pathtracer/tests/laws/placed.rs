@@ -13,8 +13,8 @@ use pt_testing::Random;
 use crate::measure::{assert_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, gloss, matte, size};
 
-/// A cube with colours at its corners and normals between those of its faces and its middle, so that
-/// everything that a mesh can have depends on the transform.
+/// A cube with colours at its corners and normals between those of its faces and its middle, so
+/// that everything that a mesh can have depends on the transform.
 fn colored_cube() -> Mesh {
     let cube = shapes::cube();
     let colors = cube.positions.iter().map(|p| p.map(|x| 0.5 + 0.4 * x)).collect();
@@ -90,8 +90,8 @@ fn compiled(scene: &Scene, options: CompileOptions) -> Session {
     Session::new(scene, options, Settings::default()).expect("the scene makes sense")
 }
 
-/// Asserts that rays at a time find in one scene what they find in another without placed objects; says
-/// how many hit what is placed. Numbers of primitives and barycentric coordinates differ.
+/// Asserts that rays at a time find in one scene what they find in another without placed objects;
+/// says how many hit what is placed. Numbers of primitives and barycentric coordinates differ.
 fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) -> u32 {
     const TOLERANCE: f32 = 3e-4;
     assert!(placed.instances.is_some() && flat.instances.is_none());

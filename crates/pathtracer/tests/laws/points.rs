@@ -80,7 +80,8 @@ fn with_spheres(scene: Scene, place: &DAffine3, scale: f64) -> Scene {
     builder.0
 }
 
-/// Spheres of the same numbers, so that the films differ by rounding alone; also where the points are turned and larger.
+/// Spheres of the same numbers, so that the films differ by rounding alone; also where the points
+/// are turned and larger.
 #[test]
 fn points_are_spheres_of_their_colours() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.36, 0.8, 0.48), 0.7);
@@ -114,7 +115,8 @@ fn points_stay_round() {
     }
 }
 
-/// Points that are kept once for two places, and behind other points, have the colours that copies have.
+/// Points that are kept once for two places, and behind other points, have the colours that copies
+/// have.
 #[test]
 fn points_that_are_placed_keep_their_colours() {
     let shared = Arc::new(cloud());
@@ -170,7 +172,8 @@ fn spheres_behind_points_keep_their_axes() {
     }
 }
 
-/// Points that emit by their colours show these, spheres as well as cylinders between two of one colour.
+/// Points that emit by their colours show these, spheres as well as cylinders between two of one
+/// colour.
 #[test]
 fn points_that_emit_show_their_colours() {
     let points =

@@ -76,8 +76,8 @@ fn film(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([12, 10]), settings).film().clone()
 }
 
-/// In a room with a window, nobody can tell whether the sky stands behind a portal that is the window: with every
-/// estimator.
+/// In a room with a window, nobody can tell whether the sky stands behind a portal that is the
+/// window: with every estimator.
 fn assert_nobody_can_tell(which: &[bool]) {
     let base = Settings { max_depth: 3, ..settings(2048) };
     let mut films = vec![("without".to_owned(), film(&room(None, which), base.clone()))];
@@ -103,7 +103,8 @@ fn portals_in_a_window_change_nothing_under_two_skies() {
     assert_nobody_can_tell(&[false, true]);
 }
 
-/// Without walls, nothing of the sky is seen but through the portal, and from its back nothing at all.
+/// Without walls, nothing of the sky is seen but through the portal, and from its back nothing at
+/// all.
 #[test]
 fn the_sky_is_seen_through_the_front_of_the_portal() {
     let seen = |from: DVec3, to: DVec3| {

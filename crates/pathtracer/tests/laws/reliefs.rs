@@ -27,7 +27,8 @@ fn normals(n: DVec3) -> NormalOrBump {
     NormalOrBump::Normals(row(&[color], Filter::Nearest))
 }
 
-/// Heights that rise along u by `slope`, and what their normal is. The side of the wall is 2 for 1 of u.
+/// Heights that rise along u by `slope`, and what their normal is. The side of the wall is 2 for 1
+/// of u.
 fn ramp(slope: f64) -> (NormalOrBump, DVec3) {
     let s = slope as f32;
     let heights = row(&[[-s; 3], [s; 3]], Filter::Bilinear);
@@ -50,8 +51,8 @@ fn assert_is(film: &Film, want: f64, what: &str) {
     }
 }
 
-/// An image that is turned by a quarter has its u along −v or v of the surface, and one that runs backwards along −u; its
-/// normals lean to there. A texture of one colour alone does not.
+/// An image that is turned by a quarter has its u along −v or v of the surface, and one that runs
+/// backwards along −u; its normals lean to there. A texture of one colour alone does not.
 #[test]
 fn normals_turn_with_their_image() {
     let lean = DVec3::new(0.6, 0.0, 0.8);
@@ -74,8 +75,9 @@ fn normals_turn_with_their_image() {
     }
 }
 
-/// A coat has the normals of what is below it, of the shape, or its own: a black base with a coat that has a relief looks like
-/// both with it, and one whose base alone has it as if there were none.
+/// A coat has the normals of what is below it, of the shape, or its own: a black base with a coat
+/// that has a relief looks like both with it, and one whose base alone has it as if there were
+/// none.
 #[test]
 fn coats_have_normals_of_their_own() {
     let coated = |clearcoat_normals| {
@@ -108,8 +110,8 @@ fn coats_have_normals_of_their_own() {
     }
 }
 
-/// Heights are on the surface, and mirrored with it. The normals of an image have +x along ∂p/∂u, which is mirrored, and +y
-/// along n × ∂p/∂u, which is not.
+/// Heights are on the surface, and mirrored with it. The normals of an image have +x along ∂p/∂u,
+/// which is mirrored, and +y along n × ∂p/∂u, which is not.
 #[test]
 fn mirrored_walls_have_mirrored_heights() {
     let along_v = |relief| {
@@ -167,8 +169,8 @@ fn normals_lie_along_directions_of_the_mesh() {
     }
 }
 
-/// With slope 1/2, α² = (1/2)² / 8; for light at tan θ = 4/3 the share 2 / (1 + √(1 + α² tan² θ)) is left, for
-/// light along the normal of the shape all.
+/// With slope 1/2, α² = (1/2)² / 8; for light at tan θ = 4/3 the share 2 / (1 + √(1 + α² tan² θ))
+/// is left, for light along the normal of the shape all.
 #[test]
 fn low_light_is_shadowed() {
     let (low, high) = (DVec3::new(0.0, 0.8, 0.6), DVec3::Z);
@@ -182,8 +184,8 @@ fn low_light_is_shadowed() {
     }
 }
 
-/// From behind, a normal is seen from its other side; mirrored, it leans the way it leans in front. So it does
-/// inside of what has two sides, and in mixtures.
+/// From behind, a normal is seen from its other side; mirrored, it leans the way it leans in front.
+/// So it does inside of what has two sides, and in mixtures.
 #[test]
 fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
     let light = DVec3::new(0.6, 0.0, -0.8);
@@ -207,8 +209,8 @@ fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
     }
 }
 
-/// Where a normal looks away from the viewer, it is turned by half a turn about that of the shape, or nothing is
-/// seen; in front as behind.
+/// Where a normal looks away from the viewer, it is turned by half a turn about that of the shape,
+/// or nothing is seen; in front as behind.
 #[test]
 fn averted_normals_are_turned_or_black() {
     let n = DVec3::new(0.6, 0.0, 0.8);

@@ -177,7 +177,8 @@ fn assert_follows(vertex: &Vertex, next: &Vertex) {
     assert_eq!(want, next.throughput);
 }
 
-/// What is told of a sample of a light makes up its value: β f |cos| L w / (p n), with the lobe in between.
+/// What is told of a sample of a light makes up its value: β f |cos| L w / (p n), with the lobe in
+/// between.
 #[test]
 fn diffuse_surfaces_reflect_what_light_samples_tell() {
     let lamp = LightKind::Point { intensity: [0.3; 3] };
@@ -208,8 +209,8 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
     assert!(seen > 100, "{seen}");
 }
 
-/// Where nothing is in the way of a sample of a light, a ray in its direction meets the light that was chosen
-/// among many, as far away as was told.
+/// Where nothing is in the way of a sample of a light, a ray in its direction meets the light that
+/// was chosen among many, as far away as was told.
 #[test]
 fn the_light_that_was_chosen_is_where_it_was_told() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/many_lights.xml");

@@ -47,8 +47,8 @@ fn all_estimators_of_direct_light_share_it() {
     }
 }
 
-/// A floor with balls and blocks of all materials that there are, some of which have holes, interpolated
-/// normals, or choose by chance, close to each other and to a wall.
+/// A floor with balls and blocks of all materials that there are, some of which have holes,
+/// interpolated normals, or choose by chance, close to each other and to a wall.
 pub(crate) fn everything() -> Scene {
     let mut all = surfaces(true);
     let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), amount: 0.4.into() };

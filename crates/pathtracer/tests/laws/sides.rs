@@ -8,8 +8,8 @@ use pt_scene::{Attribute, LightKind, shapes};
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, looking, matte, size};
 
-/// The mean of a white wall in the plane z = 0 with the unit normal `n`, seen from `eye` in light from `light`, that makes 1 of
-/// what faces it.
+/// The mean of a white wall in the plane z = 0 with the unit normal `n`, seen from `eye` in light
+/// from `light`, that makes 1 of what faces it.
 fn shown(n: DVec3, eye: DVec3, light: DVec3, sides_by_shading_normal: bool) -> f64 {
     let mut wall = shapes::rectangle();
     wall.normals = Some(Attribute { values: vec![n.as_vec3().to_array(); 4], indices: None });
@@ -22,8 +22,9 @@ fn shown(n: DVec3, eye: DVec3, light: DVec3, sides_by_shading_normal: bool) -> f
     film.pixels().map(|pixel| pixel.luminance().0).sum::<f64>() / 36.0
 }
 
-/// Light from below the wall, but before its normal, is refused, or not where the normal alone decides, as in Mitsuba 3.9.1; so
-/// is a viewer behind the normal, who sees what it faces bent towards him, or nothing.
+/// Light from below the wall, but before its normal, is refused, or not where the normal alone
+/// decides, as in Mitsuba 3.9.1; so is a viewer behind the normal, who sees what it faces bent
+/// towards him, or nothing.
 #[test]
 fn normals_alone_decide_if_asked_to() {
     let n = DVec3::new(0.8, 0.0, 0.6);
@@ -40,6 +41,7 @@ fn normals_alone_decide_if_asked_to() {
     assert!(behind, "{averted}");
     let seen = shown(n, averted, n, false);
     assert!(seen > 0.3, "{seen}");
-    // The wall is white on both sides: alone, the normal shows its back, which the light does not reach.
+    // The wall is white on both sides: alone, the normal shows its back, which the light does not
+    // reach.
     assert!(shown(n, averted, n, true).abs() < 1e-6);
 }

@@ -1,4 +1,5 @@
-//! Textures that lie in space, or are by where surfaces look to: on planes, and as heights, on what moves, and as light.
+//! Textures that lie in space, or are by where surfaces look to: on planes, and as heights, on what
+//! moves, and as light.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -61,8 +62,8 @@ fn onto_square() -> DAffine3 {
     )
 }
 
-/// On a square whose coordinates are those of a plane, a picture on this plane is one on the coordinates; with a transform
-/// of these, too, and where the unit of the scene is no metre.
+/// On a square whose coordinates are those of a plane, a picture on this plane is one on the
+/// coordinates; with a transform of these, too, and where the unit of the scene is no metre.
 #[test]
 fn pictures_on_planes_are_those_on_coordinates() {
     let to_pattern = DMat3::from_cols(
@@ -82,7 +83,8 @@ fn pictures_on_planes_are_those_on_coordinates() {
     }
 }
 
-/// A texture in space stays where it is, whatever moves through it; and copies of an object show what is where they are.
+/// A texture in space stays where it is, whatever moves through it; and copies of an object show
+/// what is where they are.
 #[test]
 fn what_moves_shows_what_is_in_space_where_it_is() {
     let texture = in_space(linear(), onto_square());
@@ -107,11 +109,12 @@ fn what_moves_shows_what_is_in_space_where_it_is() {
     assert_alike(&film(&turned), &film(&still), "turned");
 }
 
-/// Heights h (a x + b y) over a wall z = 0 have the normal (−h a, −h b, 1), whatever the texture coordinates of the wall are,
-/// and also without any; light from a direction sees its cosine.
+/// Heights h (a x + b y) over a wall z = 0 have the normal (−h a, −h b, 1), whatever the texture
+/// coordinates of the wall are, and also without any; light from a direction sees its cosine.
 #[test]
 fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
-    // Between the middles of texels, which are the lines x = ∓4 on the wall, the picture grows from 0.2 to 0.8.
+    // Between the middles of texels, which are the lines x = ∓4 on the wall, the picture grows from
+    // 0.2 to 0.8.
     let pixels = vec![[0.2; 3], [0.8; 3]];
     let image = Arc::new(Image { width: 2, height: 1, pixels });
     let ramp = Pattern::Bitmap(Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear });
@@ -146,8 +149,8 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     }
 }
 
-/// Walls that are turned show the magnitude of the cosine between their normal and a direction of any length: as they are,
-/// as one of two copies, and where they get there by motion.
+/// Walls that are turned show the magnitude of the cosine between their normal and a direction of
+/// any length: as they are, as one of two copies, and where they get there by motion.
 #[test]
 fn what_faces_a_direction_shows_its_cosine() {
     let direction = [0.4, -0.6, 1.4_f32];

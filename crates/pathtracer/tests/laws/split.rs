@@ -45,7 +45,8 @@ fn all_estimators_of_direct_light_and_integrators_with_it_split() {
     }
 }
 
-/// The ways of a sample are spread like samples of their own: several ways have less noise than one has.
+/// The ways of a sample are spread like samples of their own: several ways have less noise than one
+/// has.
 #[test]
 fn several_ways_have_less_noise_than_one() {
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {

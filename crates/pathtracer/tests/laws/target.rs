@@ -72,7 +72,8 @@ fn images_are_as_good_as_was_asked_for() {
     println!("{good} of {all} good, {inside} inside, fewer samples in {fewer}");
     assert!(f64::from(good) >= 0.95 * f64::from(all), "{good} of {all}");
     assert!(f64::from(inside) >= 0.95 * f64::from(all), "{inside} of {all}");
-    // Half of the floor's image is black; with as few pixels and samples as here, little is won where noise is everywhere.
+    // Half of the floor's image is black; with as few pixels and samples as here, little is won
+    // where noise is everywhere.
     assert!(fewer >= 1, "{fewer}");
 }
 
@@ -91,8 +92,8 @@ fn pixels_are_as_good_as_was_asked_for() {
     }
 }
 
-/// The mean of many images with few samples, which are shared out by what little these tell, is that of images in which nothing is
-/// decided: also where rare bright paths make pixels noisy.
+/// The mean of many images with few samples, which are shared out by what little these tell, is
+/// that of images in which nothing is decided: also where rare bright paths make pixels noisy.
 #[test]
 fn no_pixel_is_biased() {
     const RENDERS: u32 = 150;

@@ -71,8 +71,8 @@ fn assert_alike(a: &Film, b: &Film, what: &str) {
     }
 }
 
-/// Colours of vertices are those of an image that is linear over the surface; also where the mesh is
-/// mirrored, behind another mesh without colours, and where triangles have corners of their own.
+/// Colours of vertices are those of an image that is linear over the surface; also where the mesh
+/// is mirrored, behind another mesh without colours, and where triangles have corners of their own.
 #[test]
 fn colours_of_vertices_are_linear_over_triangles() {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -118,8 +118,8 @@ fn colours_of_faces_are_those_of_their_triangles() {
     assert!(film(&shown, 16) == film(&halves, 16));
 }
 
-/// A product of textures and numbers is the texture of the products, to the bit; and of textures that
-/// lie differently on the surface, each lies as it did.
+/// A product of textures and numbers is the texture of the products, to the bit; and of textures
+/// that lie differently on the surface, each lies as it did.
 #[test]
 fn products_multiply_what_their_factors_show() {
     let chess = |scale: f64, colors| {
@@ -133,7 +133,8 @@ fn products_multiply_what_their_factors_show() {
     let Color::Texture(want) = chess(3.0, [half, dark.map(|c| 0.5 * c)]) else { unreachable!() };
     let scaled = product(chess(3.0, [light, dark]), [0.5; 3].into());
     assert!(of(scaled) == of(textured(want)));
-    // A board of twice as many squares, that hides every second one, over one that is the same within these.
+    // A board of twice as many squares, that hides every second one, over one that is the same
+    // within these.
     let ones = [[1.0; 3]; 2];
     let nested = product(product_of(chess(1.0, [light, dark]), chess(7.0, ones)), [1.0; 3].into());
     let Color::Texture(plain) = chess(1.0, [light, dark]) else { unreachable!() };
@@ -144,7 +145,8 @@ fn product_of(a: Color, b: Color) -> Color {
     Color::Texture(Arc::new(Pattern::Product(Box::new([a, b])).into()))
 }
 
-/// Values that have names are seen as colours of the same values are, also beside others of the mesh.
+/// Values that have names are seen as colours of the same values are, also beside others of the
+/// mesh.
 #[test]
 fn values_by_names_are_seen_as_colours_are() {
     let colored = coloured_square(false);

@@ -78,8 +78,8 @@ fn in_motion() -> Scene {
     scene
 }
 
-/// Whether a ray through a random point of the image around the middle of a pixel, at most as far from it as the filter
-/// reaches, hits anything.
+/// Whether a ray through a random point of the image around the middle of a pixel, at most as far
+/// from it as the filter reaches, hits anything.
 fn hits(scene: &RenderScene, [x, y]: [u32; 2], radius: f32, random: &mut Random) -> bool {
     let mut near = |i: u32| i as f32 + 0.5 + radius * (2.0 * random.unit() - 1.0);
     let at = [near(x), near(y)];
@@ -89,7 +89,8 @@ fn hits(scene: &RenderScene, [x, y]: [u32; 2], radius: f32, random: &mut Random)
     scene.bvh.occluded(&ray) || placed.is_some_and(|placed| placed.occluded(&ray, time))
 }
 
-/// Rays miss what only a corner of a square sees, or a part of the lens, so that there seem to be more pixels that see nothing than there are.
+/// Rays miss what only a corner of a square sees, or a part of the lens, so that there seem to be
+/// more pixels that see nothing than there are.
 #[test]
 fn rays_of_vacant_pixels_hit_nothing_and_those_of_most_others_do() {
     let gaussian = Filter::Gaussian { stddev: 0.5, radius: 2.0 };
@@ -99,7 +100,8 @@ fn rays_of_vacant_pixels_hit_nothing_and_those_of_most_others_do() {
         ..view()
     };
     let low = camera(DVec3::new(1.0, -0.7, 4.0), DVec3::new(0.0, 0.9, 0.0), [100.0, 80.0]);
-    // 70 km away, where rounding is as large as pixels; and with the scene 12 km away from the origin of the world.
+    // 70 km away, where rounding is as large as pixels; and with the scene 12 km away from the
+    // origin of the world.
     let telescope = camera(DVec3::new(0.0, 0.9, 7e4), DVec3::new(0.0, 0.9, 0.0), [4e-3, 3e-3]);
     let away = DAffine3::from_translation(DVec3::new(1e4, -7e3, 2e3));
     let far = |camera: &Camera| moved(scene().seen_by(camera.clone()), away);
@@ -150,7 +152,8 @@ fn vacant_pixels_have_four_samples_and_what_the_sky_has() {
     }
 }
 
-/// Where the sky differs, or fog is around the camera, or samples of a filter have signs, or all pixels are to be alike.
+/// Where the sky differs, or fog is around the camera, or samples of a filter have signs, or all
+/// pixels are to be alike.
 #[test]
 fn no_pixel_is_vacant_where_samples_may_differ() {
     let all = Region::full(SIZE);

@@ -27,8 +27,8 @@ const LARGEST_LEAF: u32 = 64;
 /// Boxes and bins of more items than this are computed in chunks of so many.
 const CHUNK: usize = 32_768;
 
-/// Gives back the memory of what was made on the way to a tree of so many primitives, if that is much: it lies in pieces, in
-/// which nothing large finds room.
+/// Gives back the memory of what was made on the way to a tree of so many primitives, if that is
+/// much: it lies in pieces, in which nothing large finds room.
 pub(crate) fn tidy(primitives: usize) {
     const LARGE: usize = 1 << 18;
     if primitives > LARGE {
@@ -49,8 +49,8 @@ struct Item {
     sphere: f32,
 }
 
-/// Makes a normal floating-point number of any number of a primitive: arithmetic of the lanes beside
-/// takes it along, and processors are slow with subnormal ones.
+/// Makes a normal floating-point number of any number of a primitive: arithmetic of the lanes
+/// beside takes it along, and processors are slow with subnormal ones.
 const NORMAL: u32 = 1 << 30;
 /// `label` of an item to leave out.
 const SKIPPED: u32 = 0;
@@ -328,7 +328,8 @@ impl Bvh2 {
             }
             let pieces = sah::build(&mut items, boxes, options.quality, largest_leaf);
             let order = order(&items);
-            // The nodes are put together where the items were, so that memory is never there for both.
+            // The nodes are put together where the items were, so that memory is never there for
+            // both.
             drop(items);
             let nodes = sah::joined(pieces);
             tidy(order.len());

@@ -23,8 +23,8 @@ use rayon::prelude::*;
 use crate::Quality;
 use crate::node::{Bvh2, MAX_DEPTH, Node};
 
-/// A search for the best place of a node looks at no more places. Those of ordinary meshes end earlier,
-/// or as well; where large boxes lie in one another, they would look at all.
+/// A search for the best place of a node looks at no more places. Those of ordinary meshes end
+/// earlier, or as well; where large boxes lie in one another, they would look at all.
 const MAX_VISITS: usize = 256;
 /// So many searches are made by one thread.
 const SEARCHES: usize = 32;
@@ -43,8 +43,8 @@ pub(super) struct Effort {
 
 impl Effort {
     /// What goes with a quality. Measured on a building, where the first planes of the builder cut
-    /// through walls and floors: with one node of 32, trees cost 0.70 times as much, with all of them
-    /// 0.65, which takes as long as the rest of the build and more.
+    /// through walls and floors: with one node of 32, trees cost 0.70 times as much, with all of
+    /// them 0.65, which takes as long as the rest of the build and more.
     pub(super) fn of(quality: Quality) -> Option<Self> {
         match quality {
             Quality::Fast => None,
@@ -182,9 +182,9 @@ impl Tree {
     /// The place that saves most; `None` if all others cost more than the one it has, and for
     /// the root and its children. `stack` is room for what is to be looked at.
     ///
-    /// Areas saved by taking the node out are known on the way up; on the way down into the siblings
-    /// of what is above it, the growth of the boxes is taken off, and what is left after it and the
-    /// least area of a new parent says whether to go further.
+    /// Areas saved by taking the node out are known on the way up; on the way down into the
+    /// siblings of what is above it, the growth of the boxes is taken off, and what is left
+    /// after it and the least area of a new parent says whether to go further.
     fn best_move(&self, node: usize, stack: &mut Vec<(usize, f64)>) -> Option<Move> {
         let Link { bounds, parent, .. } = self.0[node];
         if node == ROOT || parent == ROOT {

@@ -49,7 +49,8 @@ pub(super) trait Search {
     fn part(items: &mut [Item], split: Self::Split) -> Halves;
 }
 
-/// Builds the tree over all items, which have these boxes: its nodes, in pieces that follow one another.
+/// Builds the tree over all items, which have these boxes: its nodes, in pieces that follow one
+/// another.
 pub(super) fn build(
     items: &mut [Item],
     boxes: Boxes,

@@ -8,13 +8,13 @@
 //! around the two boxes. Only the slack, and ρ ≥ ‖MW − I‖, depend on the transform in other ways.
 //! Both have bounds by the condition number c = ‖N‖‖N⁻¹‖ of N, which is the linear part with the
 //! axes of the object scaled to about unit length: that changes neither S nor the rounding of an
-//! inverse by cofactors, of which ρ ≤ 64·2⁻⁵³·c³ follows by counting its operations (|det N⁻¹| is at
-//! most ‖N⁻¹‖³ [Hadamard 1893]). And S ≤ c.
+//! inverse by cofactors, of which ρ ≤ 64·2⁻⁵³·c³ follows by counting its operations (|det N⁻¹| is
+//! at most ‖N⁻¹‖³ [Hadamard 1893]). And S ≤ c.
 //!
-//! **The condition number between two knots.** With H half of the difference of the two N, and N the
-//! one in the middle, N + sH = N(I + sN⁻¹H) for |s| ≤ 1. Where δ = ‖N⁻¹‖‖H‖ < 1, its inverse is at most
-//! ‖N⁻¹‖/(1 − δ) [Neumann's series]: none of the transforms between is flat. Where δ is large, both
-//! halves are looked at.
+//! **The condition number between two knots.** With H half of the difference of the two N, and N
+//! the one in the middle, N + sH = N(I + sN⁻¹H) for |s| ≤ 1. Where δ = ‖N⁻¹‖‖H‖ < 1, its inverse is
+//! at most ‖N⁻¹‖/(1 − δ) [Neumann's series]: none of the transforms between is flat. Where δ is
+//! large, both halves are looked at.
 
 use std::sync::Arc;
 
@@ -36,8 +36,8 @@ pub struct MotionKey {
 }
 
 impl MotionKey {
-    /// The transform at a time by knots of increasing times: linear between two, constant before the
-    /// first and after the last.
+    /// The transform at a time by knots of increasing times: linear between two, constant before
+    /// the first and after the last.
     ///
     /// # Panics
     /// If there are none.
@@ -162,20 +162,21 @@ fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
 /// Objects that move, ready for queries of rays that have a time.
 ///
 /// The nearest hit is that of a loop over all instances which asks each object for the ray that
-/// [`AnimatedInstance::to_object`] returns; of hits with equal t, that on the instance with the least
-/// number.
+/// [`AnimatedInstance::to_object`] returns; of hits with equal t, that on the instance with the
+/// least number.
 ///
 /// ```
 /// use std::sync::Arc;
 ///
-/// use pt_bvh::{BuildOptions, Bvh, Geometry, Knot, MovingBvh, MovingInstance, Sphere};
+/// use pt_bvh::{BuildOptions, Bvh, Geometry, MotionKey, AnimatedBvh, AnimatedInstance, Sphere};
 /// use pt_math::{DAffine3, DVec3, Ray, Vec3};
 ///
 /// let ball = [Sphere { center: Vec3::ZERO, radius: 1.0 }];
 /// let geometry = Geometry { spheres: &ball, ..Geometry::default() };
 /// let ball = Arc::new(Bvh::build(geometry, &BuildOptions::default())?);
-/// let at = |time, z| Knot { time, to_world: DAffine3::from_translation(DVec3::Z * z) };
-/// let scene = MovingBvh::build(vec![MovingInstance::new(ball, vec![at(0.0, 4.0), at(1.0, 8.0)])?])?;
+/// let at = |time, z| MotionKey { time, to_world: DAffine3::from_translation(DVec3::Z * z) };
+/// let moving = AnimatedInstance::new(ball, vec![at(0.0, 4.0), at(1.0, 8.0)])?;
+/// let scene = AnimatedBvh::build(vec![moving])?;
 ///
 /// let ray = Ray::new(Vec3::ZERO, Vec3::Z);
 /// let t = |time| scene.intersect(&ray, time).map(|hit| hit.hit.t);
@@ -189,7 +190,8 @@ pub struct AnimatedBvh {
 }
 
 impl AnimatedBvh {
-    /// Makes instances ready for queries; those in which nothing can be hit are left out and counted.
+    /// Makes instances ready for queries; those in which nothing can be hit are left out and
+    /// counted.
     ///
     /// # Errors
     /// Too many instances.

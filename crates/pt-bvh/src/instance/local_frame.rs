@@ -8,16 +8,17 @@
 //!
 //! **How far a hit is outside of b, in the object.** Let R_k be the largest distance along axis k
 //! from o' to a corner of b, and s_k the slope of the ray against the axis z of its largest
-//! component. By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the rounding
-//! of sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to
+//! component. By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the
+//! rounding of sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to
 //! 14ε·s_k·max R. A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and
 //! max R ≤ R_z + D, but for these very errors. So it is outside by at most ε(21R_k + 33D).
 //!
-//! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖, mapping
-//! it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the largest
-//! distance from o to a corner of the box in the world, S = ‖|M|·|W|‖ [Skeel 1979, "Scaling for
-//! Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the axes
-//! of the object followed by a rotation. What double precision rounds is less than that by the limit on ‖M‖‖W‖. Together:
+//! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖,
+//! mapping it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the
+//! largest distance from o to a corner of the box in the world, S = ‖|M|·|W|‖ [Skeel 1979, "Scaling
+//! for Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the
+//! axes of the object followed by a rotation. What double precision rounds is less than that by the
+//! limit on ‖M‖‖W‖. Together:
 //!
 //!   25ε·S·R  +  |M|·(33D + |b|)ε  +  ρ‖M‖·|b|,
 //!

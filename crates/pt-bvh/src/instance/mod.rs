@@ -59,8 +59,8 @@ pub struct InstanceHit {
 /// Instances, ready for ray queries.
 ///
 /// The nearest hit is that of a loop over all instances which asks each object for the ray that
-/// [`Instance::to_object`] returns; of hits with equal t, that on the instance with the least number.
-/// When instances move or objects change, [`UserBvh::update`] takes them anew.
+/// [`Instance::to_object`] returns; of hits with equal t, that on the instance with the least
+/// number. When instances move or objects change, [`UserBvh::update`] takes them anew.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -73,7 +73,8 @@ pub struct InstanceHit {
 /// let ball = Arc::new(Bvh::build(geometry, &BuildOptions::default())?);
 /// let at = |z| DAffine3::from_translation(DVec3::Z * z);
 /// let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.5));
-/// let instances = vec![Instance::new(ball.clone(), at(9.0))?, Instance::new(ball, at(5.0) * flat)?];
+/// let instances =
+///     vec![Instance::new(ball.clone(), at(9.0))?, Instance::new(ball, at(5.0) * flat)?];
 /// let mut scene = InstanceBvh::build(instances)?;
 ///
 /// let ray = Ray::new(Vec3::ZERO, Vec3::Z);

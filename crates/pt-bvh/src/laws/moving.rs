@@ -34,7 +34,8 @@ fn random_place(r: &mut Random) -> DAffine3 {
     DAffine3::from_mat3_translation(m, r.in_cube().as_dvec3() * 8.0)
 }
 
-/// Knots that turn by about a radian, grow and fly by about the size of an object from one to the next.
+/// Knots that turn by about a radian, grow and fly by about the size of an object from one to the
+/// next.
 fn random_knots(r: &mut Random, count: u32) -> Vec<MotionKey> {
     let mut to_world = random_place(r);
     let mut keys = Vec::new();

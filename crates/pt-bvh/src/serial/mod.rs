@@ -2,8 +2,8 @@
 //!
 //! The bytes are: a mark, the version of the form, what the tree was built over and how, numbers
 //! about it, the primitives and nodes, and a checksum of all that. All numbers are little-endian.
-//! Reading believes nothing: a tree that was accepted can be asked anything, whoever made the bytes,
-//! but only one made of [`Bvh::to_bytes`] finds the right answers.
+//! Reading believes nothing: a tree that was accepted can be asked anything, whoever made the
+//! bytes, but only one made of [`Bvh::to_bytes`] finds the right answers.
 
 pub(crate) mod codec;
 

@@ -62,8 +62,8 @@ struct Collapse<'a> {
     scene: Scene,
 }
 
-/// Nodes that follow one another, the first of which is the root of the others, and their blocks. Nodes refer to
-/// nodes and blocks by how many are before these, from the first on.
+/// Nodes that follow one another, the first of which is the root of the others, and their blocks.
+/// Nodes refer to nodes and blocks by how many are before these, from the first on.
 #[derive(Default)]
 struct Piece {
     nodes: Vec<WideNode>,

@@ -6,8 +6,8 @@
 //!
 //! C(n, i) = min(C(n, 1), D(n, i)),  D(n, i) = min over k of C(l, k) + C(r, i − k),
 //!
-//! C(n, 1) = area · cost of a block if the primitives fit one, else area · cost of a node + D(n, 8).
-//! [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! C(n, 1) = area · cost of a block if the primitives fit one, else area · cost of a node + D(n,
+//! 8). [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs", §3.1, with eight-wide blocks as leaves]
 
 use bytemuck::Zeroable;

@@ -1,8 +1,8 @@
 //! Depths compare as integers, which is known after one cycle instead of four.
 //!
-//! Bits of numbers above 0 have the order of the numbers, and those of numbers below 0 are below them
-//! all, in the opposite order. A ray looks for hits between two depths above 0; so where the order of
-//! depths below 0 would be wrong, they are out of question whatever it is.
+//! Bits of numbers above 0 have the order of the numbers, and those of numbers below 0 are below
+//! them all, in the opposite order. A ray looks for hits between two depths above 0; so where the
+//! order of depths below 0 would be wrong, they are out of question whatever it is.
 
 use wide::{f32x8, i32x8};
 

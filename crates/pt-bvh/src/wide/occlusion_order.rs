@@ -1,6 +1,6 @@
-//! The order of the children of a node, for queries for any hit. These sort nothing by distance, and
-//! begin at the last child: the one that is most urgent, by the chance of a hit in it, over the cost
-//! of looking. [Ize & Hansen 2011, "RTSAH Traversal Order for Occlusion Rays"; Ogaki &
+//! The order of the children of a node, for queries for any hit. These sort nothing by distance,
+//! and begin at the last child: the one that is most urgent, by the chance of a hit in it, over the
+//! cost of looking. [Ize & Hansen 2011, "RTSAH Traversal Order for Occlusion Rays"; Ogaki &
 //! Derouet-Jourdan 2016, "An N-ary BVH Child Node Sorting Technique for Occlusion Tests"]
 
 use std::f32::consts::PI;
@@ -25,8 +25,8 @@ struct OcclusionEstimate {
 }
 
 impl OcclusionEstimate {
-    /// In a block, by half of the surface of its primitives and of its box: random lines meet convex
-    /// bodies in proportion to that. A triangle has two sides.
+    /// In a block, by half of the surface of its primitives and of its box: random lines meet
+    /// convex bodies in proportion to that. A triangle has two sides.
     fn of_block(half_surface: f32, half_area: f32) -> Self {
         Self { opacity: (half_surface / half_area).min(1.0), cost: BLOCK_COST }
     }

@@ -1,7 +1,8 @@
 //! Hints that a part of a large tree will be visited soon.
 //!
-//! A tree that does not fit the caches keeps each ray waiting for memory at every step. What a ray puts off is known
-//! long before it is visited, so it can be on its way meanwhile. In a tree that fits, the hints only cost.
+//! A tree that does not fit the caches keeps each ray waiting for memory at every step. What a ray
+//! puts off is known long before it is visited, so it can be on its way meanwhile. In a tree that
+//! fits, the hints only cost.
 
 use super::traverse::lanes;
 use super::{Child, Size, WIDTH, WideBvh, WideNode};
@@ -14,8 +15,8 @@ const LARGE: usize = 24 << 20;
 const LINE: usize = 64;
 
 impl WideBvh {
-    /// Tells whether hints pay. Single queries in small trees must not spend time on the question: in a large one, no
-    /// ray is ordinary, and those that are not ask.
+    /// Tells whether hints pay. Single queries in small trees must not spend time on the question:
+    /// in a large one, no ray is ordinary, and those that are not ask.
     pub(super) fn set_size(&mut self) {
         if self.bytes() > LARGE {
             self.make_large();

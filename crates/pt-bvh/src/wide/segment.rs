@@ -9,8 +9,8 @@ use crate::geometry::{Primitive, outward};
 use crate::traverse::List;
 use crate::{Bvh, Kernel};
 
-/// Triangles under less of an angle to the plane that the segment begins on do not count (the square
-/// of the sine): they are its continuation, or lie on it.
+/// Triangles under less of an angle to the plane that the segment begins on do not count (the
+/// square of the sine): they are its continuation, or lie on it.
 const MIN_SINE_SQUARED: f64 = 1e-6;
 
 /// How far outside of its edges a triangle is met, as a share of its size.
@@ -57,8 +57,8 @@ impl Segment {
 
 impl Bvh {
     /// Whether a triangle other than number `except` meets the segment between two points, which
-    /// begins on that one, whose `normal` may have any length. Triangles that are parallel to it, by
-    /// an angle of less than 0.06°, do not count, and neither do spheres.
+    /// begins on that one, whose `normal` may have any length. Triangles that are parallel to it,
+    /// by an angle of less than 0.06°, do not count, and neither do spheres.
     pub fn is_crossed(&self, [from, to]: [DVec3; 2], normal: DVec3, except: u32) -> bool {
         let segment = Segment { from, along: to - from, normal, except };
         match &self.kernel {

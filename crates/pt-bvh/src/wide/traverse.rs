@@ -223,7 +223,8 @@ impl<'a, C: Counter> Query<'a, C> {
     #[inline(always)]
     fn filter(&mut self, block: &TriangleBlock) -> Option<(u32, Tested)> {
         self.counter.add(|| block.len());
-        // Otherwise vectors of eight would be made of these before the first node, which takes longer.
+        // Otherwise vectors of eight would be made of these before the first node, which takes
+        // longer.
         let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
         let start = Lanes::splat(of_ray.start);
         let limit = Lanes::splat(ray::depth_limit(self.nearest.t(), of_ray.scale));
@@ -237,8 +238,8 @@ impl<'a, C: Counter> Query<'a, C> {
         Some((set, sheared.test(inverse_scale, origin_size)))
     }
 
-    /// Double precision decides about the triangles of a set that are unclear; whether one of them is
-    /// better than what there was.
+    /// Double precision decides about the triangles of a set that are unclear; whether one of them
+    /// is better than what there was.
     #[inline(always)]
     fn confirm(&mut self, block: &TriangleBlock, set: u32, tested: &Tested) -> bool {
         let unclear = tested.unclear.to_bitmask() & set;
@@ -260,9 +261,9 @@ impl<'a, C: Counter> Query<'a, C> {
     }
 }
 
-/// Double precision decides about some triangles of a block; says whether one of them is nearer than
-/// what was. They are made ready again: to keep them for the few times that they are asked for costs
-/// more.
+/// Double precision decides about some triangles of a block; says whether one of them is nearer
+/// than what was. They are made ready again: to keep them for the few times that they are asked for
+/// costs more.
 #[cold]
 #[inline(never)]
 fn confirm(
@@ -307,7 +308,8 @@ impl WideBvh {
         }
     }
 
-    /// The same for any ray. Inlined: called, it is 2 to 10 % slower for cameras outside of the scene.
+    /// The same for any ray. Inlined: called, it is 2 to 10 % slower for cameras outside of the
+    /// scene.
     #[inline(always)]
     fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         if self.size != Size::Usual {

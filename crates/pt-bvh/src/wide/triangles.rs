@@ -83,8 +83,8 @@ impl Sheared {
         self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
     }
 
-    /// A bit for each lane in which the edge functions do not rule out a hit, and neither do the depths
-    /// of the vertices.
+    /// A bit for each lane in which the edge functions do not rule out a hit, and neither do the
+    /// depths of the vertices.
     #[inline(always)]
     pub(super) fn may_be_hit(&self, start: Lanes, limit: Lanes) -> u32 {
         let may_be_inside = same_signs(self.edges(|a, b, c, d| a * b - c * d)).simd_ge(Lanes::ZERO);
@@ -182,8 +182,8 @@ fn difference_of_products(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes {
     }
 }
 
-/// Above 0 where three numbers have the same sign, below 0 where they have not; 0 where one is 0, or
-/// their products are too small to tell.
+/// Above 0 where three numbers have the same sign, below 0 where they have not; 0 where one is 0,
+/// or their products are too small to tell.
 #[inline(always)]
 fn same_signs(x: [Lanes; 3]) -> Lanes {
     least(x) * greatest(x)

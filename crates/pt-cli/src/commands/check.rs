@@ -1,4 +1,5 @@
-//! `pathtracer check`: all that is wrong with a scene, and all that is something else than its author wrote.
+//! `pathtracer check`: all that is wrong with a scene, and all that is something else than its
+//! author wrote.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;

@@ -10,8 +10,8 @@ use crate::commands::Convert;
 /// Reads a scene, and writes it.
 ///
 /// # Errors
-/// If the scene cannot be read, or not written in the format that the ending of the other name says; if that is the
-/// same file; or if something exists that is not to be overwritten.
+/// If the scene cannot be read, or not written in the format that the ending of the other name
+/// says; if that is the same file; or if something exists that is not to be overwritten.
 pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
     let Convert { scene: from, output: to, loading, force, quiet } = convert;
     let is_same =

@@ -71,7 +71,8 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// True of a film that the program made for this user in its place: a film, or that of an image beside it.
+/// True of a film that the program made for this user in its place: a film, or that of an image
+/// beside it.
 fn is_ours(part: &Part) -> bool {
     let FilmHeader { seal, folder, command, .. } = &part.file.about;
     let outputs = [part.path.clone(), part.path.with_extension("")];
@@ -100,8 +101,8 @@ fn read(path: &Path) -> Result<Part> {
     Ok(Part { path: path.to_owned(), file, samples: first..first + count })
 }
 
-/// Names what does not belong together: films of other images, samples that are there twice, and samples that
-/// are missing in between or, if `from_first`, before the first.
+/// Names what does not belong together: films of other images, samples that are there twice, and
+/// samples that are missing in between or, if `from_first`, before the first.
 fn check(parts: &[Part], from_first: bool) -> Result<()> {
     for pair in parts.windows(2) {
         let [first, second] = [&pair[0], &pair[1]];

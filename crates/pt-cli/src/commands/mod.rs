@@ -1,5 +1,5 @@
-//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain; and
-//! with scenes: write them in another format.
+//! What can be done with images that were rendered, and their samples: go on, add up, look, make
+//! again, explain; and with scenes: write them in another format.
 
 pub(crate) mod check;
 pub(crate) mod convert;
@@ -44,34 +44,37 @@ pub(crate) enum Command {
     Resume(Resume),
     /// Adds up the samples of several films, and writes their image
     ///
-    /// The image is the one of a single render of all samples, to the bit. What is there twice, what
-    /// is missing in between, and what belongs to another image is refused.
+    /// The image is the one of a single render of all samples, to the bit. What is there twice,
+    /// what is missing in between, and what belongs to another image is refused.
     Merge(Merge),
     /// Tells how an image or a film was made, or what a scene is made of
     Info(Info),
     /// Tells all that is wrong with a scene, and what is approximated
     ///
-    /// Each thing with its file and line, or its path in the file. Status 0 says that there is nothing to tell, 1 that
-    /// there are notes alone, as where something is approximated, 4 that files are missing, and 2 that there are errors, so that the scene is refused.
+    /// Each thing with its file and line, or its path in the file. Status 0 says that there is
+    /// nothing to tell, 1 that there are notes alone, as where something is approximated, 4
+    /// that files are missing, and 2 that there are errors, so that the scene is refused.
     Check(Check),
     /// Makes an image again by what it says about itself, and compares
     ///
-    /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program that
-    /// has changed since is refused.
+    /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program
+    /// that has changed since is refused.
     Rerender(Rerender),
-    /// Tells what a pixel is made of: its paths, the light that they bring, and where its noise comes from
+    /// Tells what a pixel is made of: its paths, the light that they bring, and where its noise
+    /// comes from
     ///
-    /// The samples of the pixel are taken once more, and they are, to the bit, those that a render with the same
-    /// options takes. So put explain in front of the arguments of a render, and the pixel behind them; no file is
-    /// written.
+    /// The samples of the pixel are taken once more, and they are, to the bit, those that a render
+    /// with the same options takes. So put explain in front of the arguments of a render, and
+    /// the pixel behind them; no file is written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
     /// Writes a scene in pathtracer's own format, or as glTF
     ///
-    /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and grids are in a
-    /// folder beside it, NAME_files. A binary file of glTF (.glb) is for other programs: what it cannot say becomes
-    /// what is nearest to it or is left out, and notes tell what. Nothing that exists is overwritten without --force.
-    /// A scene of which files are missing is refused.
+    /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and
+    /// grids are in a folder beside it, NAME_files. A binary file of glTF (.glb) is for other
+    /// programs: what it cannot say becomes what is nearest to it or is left out, and notes
+    /// tell what. Nothing that exists is overwritten without --force. A scene of which files
+    /// are missing is refused.
     Convert(Convert),
 }
 

@@ -25,7 +25,8 @@ use crate::{course, limits, output, stop_options};
 /// Exit status of a render that Ctrl-C ended, as shells have it.
 const INTERRUPTED: u8 = 130;
 
-/// Exit status of a render with `--strict` of which samples were refused, or that missed its error target.
+/// Exit status of a render with `--strict` of which samples were refused, or that missed its error
+/// target.
 const NOT_AS_ASKED: u8 = 3;
 
 /// Exit status of a render of a scene that names files which could not be used.

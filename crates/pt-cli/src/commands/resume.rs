@@ -59,7 +59,8 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     render::run(&request)
 }
 
-/// The words of a command with another number behind one of these options, the first of which is added if none is there.
+/// The words of a command with another number behind one of these options, the first of which is
+/// added if none is there.
 fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String> {
     let number = number.to_string();
     let mut words = command.to_vec();

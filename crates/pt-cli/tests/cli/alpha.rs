@@ -4,7 +4,8 @@ use pathtracer::image::{Decoded, load_rgba_raw};
 
 use crate::common::Folder;
 
-/// A ball before nothing, under a sky of radiance 1; `pixel_format` and the integrator's parameters.
+/// A ball before nothing, under a sky of radiance 1; `pixel_format` and the integrator's
+/// parameters.
 fn ball(format: &str, integrator: &str) -> String {
     format!(
         "<scene version=\"3.0.0\"><integrator type=\"path\">{integrator}</integrator>\
@@ -29,7 +30,8 @@ fn ends(decoded: &Decoded) -> [(f32, f32); 2] {
     [0, 8 * 16 + 8].map(|i| (decoded.image.pixels[i][0], alpha[i]))
 }
 
-/// Under the sky, the light of a ball of albedo ½ is ½; straight in PNG images, at all its edges too.
+/// Under the sky, the light of a ball of albedo ½ is ½; straight in PNG images, at all its edges
+/// too.
 #[test]
 fn images_are_cut_out_where_that_is_asked_for() {
     let folder = Folder::new();
@@ -56,7 +58,8 @@ fn images_are_cut_out_where_that_is_asked_for() {
     assert!(hidden.alpha.is_none() && hidden.image.pixels[0] == [0.0; 3]);
 }
 
-/// A scene of Mitsuba asks for it, and for what is hidden, unless the command line does not want it.
+/// A scene of Mitsuba asks for it, and for what is hidden, unless the command line does not want
+/// it.
 #[test]
 fn scenes_may_ask_for_an_opacity() {
     let folder = Folder::new();

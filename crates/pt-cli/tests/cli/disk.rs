@@ -9,8 +9,8 @@ use crate::common::{Folder, SCENE};
 const RENDER: &str =
     "-q -r 60 45 -s 200 -m 5 -t 1 --receipt stable --checkpoint-every 0.01 -f out.exr";
 
-/// Runs a script in which `disk SIZE` is a small disk of its own as the folder `disk`; what it prints, or
-/// `None` where nobody may make disks.
+/// Runs a script in which `disk SIZE` is a small disk of its own as the folder `disk`; what it
+/// prints, or `None` where nobody may make disks.
 fn on_a_disk(folder: &Folder, script: &str) -> Option<String> {
     let program = env!("CARGO_BIN_EXE_pathtracer");
     let script = format!(
@@ -39,8 +39,8 @@ fn wanted() -> Folder {
     folder
 }
 
-/// A render finds a disk that has room for nothing, for a part of a film, for a film but not the next, and so on. Then
-/// there is room again.
+/// A render finds a disk that has room for nothing, for a part of a film, for a film but not the
+/// next, and so on. Then there is room again.
 #[test]
 fn a_disk_that_is_full_spoils_nothing() {
     if !may_make_disks() {

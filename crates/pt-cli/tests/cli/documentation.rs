@@ -35,8 +35,8 @@ fn commands() -> Vec<&'static str> {
     found.into_iter().map(|l| l.split('#').next().unwrap_or(l).trim()).collect()
 }
 
-/// The same words with fewer pixels and samples; an image that has the cell or the pixel, if there is one. What goes
-/// on does so with the size of before, and what is looked at stays as it is.
+/// The same words with fewer pixels and samples; an image that has the cell or the pixel, if there
+/// is one. What goes on does so with the size of before, and what is looked at stays as it is.
 fn reduced(command: &str) -> String {
     if ["resume", "info", "check", "convert"].iter().any(|name| command.starts_with(name)) {
         return command.to_owned();

@@ -81,8 +81,8 @@ fn exposure_and_tonemap_change_png_images_by_their_laws() {
     assert_eq!(folder.read("out.png"), folder.read("plain.png"));
 }
 
-/// --exposure auto is the exposure that the library finds for the light, whatever the threads; what is nearly all black or white on a
-/// screen has a note that names it, and the stops.
+/// --exposure auto is the exposure that the library finds for the light, whatever the threads; what
+/// is nearly all black or white on a screen has a note that names it, and the stops.
 #[test]
 fn exposure_fits_the_image_where_it_is_asked_to() {
     let folder = Folder::new();
@@ -144,7 +144,8 @@ fn exr_images_have_the_type_and_compression_asked_for() {
     let run = folder.succeed(&format!("{base} --exr-type half -f out.exr"));
     assert!(!run.err.contains("65504"), "{run:?}");
     let text = String::from_utf8_lossy(&folder.read("out.exr")).into_owned();
-    // Names of channels and their types behind them: 0 is whole, 1 half, 2 float. [OpenEXR File Layout]
+    // Names of channels and their types behind them: 0 is whole, 1 half, 2 float. [OpenEXR File
+    // Layout]
     for channel in ["albedo.R\0\u{1}", "depth.Z\0\u{2}", "object.id\0\0", "\0B\0\u{1}"] {
         assert!(text.contains(channel), "{channel:?}");
     }
@@ -384,7 +385,8 @@ fn more_channels_leave_the_colours_alone() {
     }
 }
 
-/// A scene of Mitsuba may ask for them as well, of those that there are; without room they are left out and told.
+/// A scene of Mitsuba may ask for them as well, of those that there are; without room they are left
+/// out and told.
 #[test]
 fn scenes_may_ask_for_more_channels() {
     let folder = Folder::new();
@@ -470,8 +472,8 @@ fn an_environment_lights_the_scene() {
     assert_eq!(image.pixels[0], MAP, "the corner shows the map itself");
 }
 
-/// What has neither a light nor a camera is seen in grey light before a grey ground, unless light is given, or the
-/// course's program is followed.
+/// What has neither a light nor a camera is seen in grey light before a grey ground, unless light
+/// is given, or the course's program is followed.
 #[test]
 fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
     let folder = Folder::new();

@@ -60,7 +60,8 @@ fn groups_are_layers_that_add_up_to_the_image() {
     }
 }
 
-/// Names that are long, that are those of other layers, and that are the same but for what layers cannot have.
+/// Names that are long, that are those of other layers, and that are the same but for what layers
+/// cannot have.
 #[test]
 fn layers_have_names_of_their_own_whatever_lights_are_called() {
     let folder = Folder::new();

@@ -78,7 +78,8 @@ fn mattes_are_in_the_image_with_their_names() {
             assert!(pixels(&planes, name) > 0.0, "{name} is seen");
             all += pixels(&planes, name);
         }
-        // The room is as high as the image and as wide as high, but for what the camera sees beside its walls.
+        // The room is as high as the image and as wide as high, but for what the camera sees beside
+        // its walls.
         assert!(all > 800.0 && all < 900.5, "{kind}: {all}");
     }
     assert!(objects.get("floor").is_some() && materials.get("white").is_some(), "{objects}");

@@ -14,8 +14,8 @@ fn fog(integrator: &str) -> String {
     format!("<scene version=\"3.0.0\">{integrator}{camera}{ball}{sky}</scene>")
 }
 
-/// The file's integrator is taken unless the command line names another; one that leaves media out says
-/// so, and how to see them.
+/// The file's integrator is taken unless the command line names another; one that leaves media out
+/// says so, and how to see them.
 #[test]
 fn a_file_chooses_its_integrator() {
     let folder = Folder::new();

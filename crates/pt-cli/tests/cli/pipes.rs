@@ -101,8 +101,8 @@ fn end(child: &mut Child) -> Option<ExitStatus> {
     None
 }
 
-/// All commands end, with the status that they have otherwise, or that of an error where the text that was asked for cannot be
-/// printed.
+/// All commands end, with the status that they have otherwise, or that of an error where the text
+/// that was asked for cannot be printed.
 #[test]
 fn all_commands_end_whatever_becomes_of_what_they_print() {
     let folder = Folder::new();

@@ -34,7 +34,8 @@ fn peak(folder: &Folder, count: u32) -> f64 {
     summary["peak_bytes"].as_f64().expect("a number on Linux")
 }
 
-/// From the file to the picture: what is read, the tables and the tree, and what it takes to make them.
+/// From the file to the picture: what is read, the tables and the tree, and what it takes to make
+/// them.
 #[test]
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn a_million_points_take_a_hundred_bytes_each() {

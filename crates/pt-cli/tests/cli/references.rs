@@ -1,11 +1,13 @@
-//! References that form cycles, chains and doublings, in every format: work and memory stay bounded.
+//! References that form cycles, chains and doublings, in every format: work and memory stay
+//! bounded.
 
 use std::fmt::Write;
 use std::process::Command;
 
 use crate::common::Folder;
 
-/// Seconds of processor time, and kilobytes of addresses, of which threads reserve more than they use.
+/// Seconds of processor time, and kilobytes of addresses, of which threads reserve more than they
+/// use.
 const LIMITS: &str = "ulimit -t 5; ulimit -v 1500000";
 
 /// A file, and what a reference to its first item is written as.
@@ -173,7 +175,8 @@ impl Kind {
     }
 }
 
-/// An item with its own number, and that of the one that it refers to; those of COLLADA and glTF follow a `#`.
+/// An item with its own number, and that of the one that it refers to; those of COLLADA and glTF
+/// follow a `#`.
 fn referring(item: &str, now: usize, before: usize) -> String {
     let is_list = item.contains("#PRE") && !item.contains("url");
     let before = if is_list { before.to_string() } else { format!("i{before}") };

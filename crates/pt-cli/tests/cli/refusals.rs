@@ -254,7 +254,8 @@ fn renders_that_need_too_much_memory() {
         "-r 2000 1000 --aov position --max-memory 250MB -f out.exr SCENE",
         "442.0 MB for the film",
     );
-    // Before the scene is read, there is the group of all lights; then also one for its light and one for a sky.
+    // Before the scene is read, there is the group of all lights; then also one for its light and
+    // one for a sky.
     let groups = "-r 2000 1000 --light-groups each -f out.exr SCENE --max-memory";
     needs(&format!("{groups} 300MB"), "442.0 MB for the film");
     needs(&format!("{groups} 500MB"), "826.0 MB for the film");

@@ -87,8 +87,9 @@ fn all_run_on_their_scenes() {
     }
 }
 
-/// At any size the box is seen as the course's program shows it at that of the report, where from the place of the file's
-/// camera the lower half of the image is black. A note names the option that chooses.
+/// At any size the box is seen as the course's program shows it at that of the report, where from
+/// the place of the file's camera the lower half of the image is black. A note names the option
+/// that chooses.
 #[test]
 fn the_box_is_seen_as_in_the_report() {
     let folder = Folder::new();
@@ -106,7 +107,8 @@ fn the_box_is_seen_as_in_the_report() {
     let (wanted, _) = covered("--cs184 -r 480 360");
     for size in ["-r 48 36", "-r 24 18"] {
         let (found, run) = covered(size);
-        // Pixels that an edge of the box crosses count in whole: of 24 x 9, one row and two columns.
+        // Pixels that an edge of the box crosses count in whole: of 24 x 9, one row and two
+        // columns.
         let most = 1.0 / 9.0 + 2.0 / 24.0;
         let is_near = |i: usize| (found[i] - wanted[i]).abs() <= most;
         assert!(is_near(0) && is_near(1), "{size}: {found:?} for {wanted:?}");

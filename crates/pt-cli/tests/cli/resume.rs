@@ -50,7 +50,8 @@ fn a_render_that_is_killed_again_and_again_comes_to_the_same_image() {
         assert!(killed >= 3, "it was killed {killed} times only");
         folder.succeed(render);
         assert!(folder.read("out.exr") == want, "{render}");
-        // An image that was being written when its render was killed leaves a file that is in nobody's way.
+        // An image that was being written when its render was killed leaves a file that is in
+        // nobody's way.
         let files = folder.files().into_iter().filter(|name| !name.starts_with(".pathtracer-"));
         assert!(files.eq(["out.exr", "out.exr.film", "out.exr.film.old"]));
     }
@@ -175,7 +176,8 @@ fn parts_come_together_to_the_image_of_one_render() {
         assert!(folder.read("again.exr") == want);
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 64, 34200 in all, 57.0 per pixel"), "{run:?}");
-        // A sum of films of this user's own goes on without further options; one of a moved film does not.
+        // A sum of films of this user's own goes on without further options; one of a moved film
+        // does not.
         folder.succeed("resume bc.film -s 66");
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 66, 35400 in all"), "{run:?}");

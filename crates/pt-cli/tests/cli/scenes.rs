@@ -1,4 +1,5 @@
-//! Scenes with faults: what is told of them, what stands in for what is missing, and the exit status.
+//! Scenes with faults: what is told of them, what stands in for what is missing, and the exit
+//! status.
 
 use serde_json::Value;
 

@@ -44,7 +44,8 @@ fn commands_of_films_allow_no_folders() {
     }
 }
 
-/// A film that is moved is one of a stranger: it reads what lies in its own folder, and nothing else unless that is allowed.
+/// A film that is moved is one of a stranger: it reads what lies in its own folder, and nothing
+/// else unless that is allowed.
 #[test]
 fn films_that_are_moved_read_nothing_elsewhere() {
     let folder = Folder::new();
@@ -154,8 +155,8 @@ impl Watch {
     }
 }
 
-/// A film that was made with every option that names a file, a folder or an address, and was moved: commands on it open nothing
-/// elsewhere, and connect to nobody.
+/// A film that was made with every option that names a file, a folder or an address, and was moved:
+/// commands on it open nothing elsewhere, and connect to nobody.
 #[cfg(target_os = "linux")]
 #[test]
 fn nothing_outside_is_opened_for_films_of_strangers() {

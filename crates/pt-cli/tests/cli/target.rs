@@ -63,7 +63,8 @@ fn a_target_that_is_missed_is_told() {
     assert_eq!(folder.run(&format!("{args} --strict")).code, Some(3));
 }
 
-/// The samples are kept, and the render goes on from them to the image of one that had all the time.
+/// The samples are kept, and the render goes on from them to the image of one that had all the
+/// time.
 #[test]
 fn a_render_whose_time_is_up_can_go_on() {
     for options in ["-s 600", "--target-error 8%"] {

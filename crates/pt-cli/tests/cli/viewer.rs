@@ -1,4 +1,5 @@
-//! The image in a viewer, while it is rendered: a socket that reads every packet takes the place of tev.
+//! The image in a viewer, while it is rendered: a socket that reads every packet takes the place of
+//! tev.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -79,7 +80,8 @@ fn follow(stream: &mut TcpStream, shown: &mut Option<Shown>) -> Option<()> {
     Some(())
 }
 
-/// Listens like a viewer, and tells of every packet; the image that is shown at the end is the result.
+/// Listens like a viewer, and tells of every packet; the image that is shown at the end is the
+/// result.
 fn listen() -> (String, Receiver<()>, std::thread::JoinHandle<Shown>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();

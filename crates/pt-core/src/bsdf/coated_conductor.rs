@@ -28,16 +28,18 @@ pub struct Layers {
     pub metal: f32,
 }
 
-/// Facets of the coat reflect; light that gets through them is bent as by a smooth coat, reflected by the
-/// facets of the metal, and thrown back by the coat until it leaves:
+/// Facets of the coat reflect; light that gets through them is bent as by a smooth coat, reflected
+/// by the facets of the metal, and thrown back by the coat until it leaves:
 ///
-/// f = f_coat + T(o) T(i) A(o) A(i) f_metal(o', i') / (η² (1 − R A(o) A(i) min(F(o), F(i)))) + f_rest
+/// f = f_coat + T(o) T(i) A(o) A(i) f_metal(o', i') / (η² (1 − R A(o) A(i) min(F(o), F(i)))) +
+/// f_rest
 ///
-/// where o' and i' are the bent directions, F = 1 − T is what the coat reflects of them, R what the metal does, and A what the coat lets
-/// through. With smooth coat and metal this is the sum of all reflections between the two. f_rest is light that meets more than
-/// one facet or is held back by total reflection: it leaves evenly, as much as white metal lacks to white, times what the metal leaves
-/// of it. [Layers by Weidlich & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces"; the rest as in
-/// `compensation.rs`]
+/// where o' and i' are the bent directions, F = 1 − T is what the coat reflects of them, R what the
+/// metal does, and A what the coat lets through. With smooth coat and metal this is the sum of all
+/// reflections between the two. f_rest is light that meets more than one facet or is held back by
+/// total reflection: it leaves evenly, as much as white metal lacks to white, times what the metal
+/// leaves of it. [Layers by Weidlich & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces"; the
+/// rest as in `compensation.rs`]
 ///
 /// What a rough coat bends to and fro counts as roughness of the metal, see `seen_through`.
 #[derive(Clone, Copy, Debug)]
@@ -52,13 +54,15 @@ pub struct CoatedConductor {
     coat: f32,
     base: f32,
     thickness: f32,
-    /// The mean of what is neither reflected by the coat nor once by white metal, 2 ∫ cos θ d cos θ.
+    /// The mean of what is neither reflected by the coat nor once by white metal, 2 ∫ cos θ d cos
+    /// θ.
     rest: f32,
 }
 
-/// The roughness of a metal seen through a coat: slopes of the coat's facets bend light twice, by (1 − cos θ / (η cos θ')) / 2 of what the same
-/// slopes of the metal would; variances add up. [After Belcour 2018, "Efficient Rendering of Layered Materials using an
-/// Atomic Decomposition with Statistical Operators", §4; here the mean over evenly spread light]
+/// The roughness of a metal seen through a coat: slopes of the coat's facets bend light twice, by
+/// (1 − cos θ / (η cos θ')) / 2 of what the same slopes of the metal would; variances add up.
+/// [After Belcour 2018, "Efficient Rendering of Layered Materials using an Atomic Decomposition
+/// with Statistical Operators", §4; here the mean over evenly spread light]
 fn seen_through(eta: f32, coat: f32, metal: f32) -> f32 {
     const STEPS: u16 = 64;
     let square = |i: u16| {
@@ -70,12 +74,14 @@ fn seen_through(eta: f32, coat: f32, metal: f32) -> f32 {
     (metal * metal + 2.0 * share * coat * coat).sqrt()
 }
 
-/// What a metal that reflects `once` of evenly spread light leaves of light that the coat holds back.
+/// What a metal that reflects `once` of evenly spread light leaves of light that the coat holds
+/// back.
 ///
-/// Facets of roughness 1 send it anywhere: a share 1 − p gets out each time, and r (1 − p) / (1 − p r) is left, with p what the coat
-/// reflects of evenly spread light inside. Those that turn light little let its angle walk at random around that of total
-/// reflection until it is back: by the generating function of the times of first return, 1 − √(1 − r²) is left.
-/// [Feller 1968, "An Introduction to Probability Theory and Its Applications", vol. 1, §XI.3]
+/// Facets of roughness 1 send it anywhere: a share 1 − p gets out each time, and r (1 − p) / (1 − p
+/// r) is left, with p what the coat reflects of evenly spread light inside. Those that turn light
+/// little let its angle walk at random around that of total reflection until it is back: by the
+/// generating function of the times of first return, 1 − √(1 − r²) is left. [Feller 1968, "An
+/// Introduction to Probability Theory and Its Applications", vol. 1, §XI.3]
 fn held_back(eta: f32, alpha: f32, once: Spectrum) -> Spectrum {
     let p = 1.0 - (1.0 - fresnel::mean_dielectric(eta)) / (eta * eta);
     once.map(|r| {
@@ -195,8 +201,8 @@ impl CoatedConductor {
         fresnel::conductor(cos, self.metal_eta, self.metal_k)
     }
 
-    /// Probabilities of the maps to the coat, the metal and the rest: their shares of what is scattered, by
-    /// luminance.
+    /// Probabilities of the maps to the coat, the metal and the rest: their shares of what is
+    /// scattered, by luminance.
     #[inline]
     fn probabilities(&self, o: &Side<'_>) -> [f32; 3] {
         const MIN: f32 = 0.02;
@@ -387,8 +393,8 @@ mod tests {
         Layers { metal_eta, metal_k, ..CoatedConductor::gold(coat, metal, eta, 0.0) }
     }
 
-    /// What is scattered of light from a direction: all of it, and near the mirrored direction. Here a near one
-    /// has a cosine of at least 0.9 to it.
+    /// What is scattered of light from a direction: all of it, and near the mirrored direction.
+    /// Here a near one has a cosine of at least 0.9 to it.
     fn albedos(
         wo: Vec3,
         mut sample: impl FnMut(&mut Random) -> Option<(Vec3, Spectrum)>,
@@ -414,8 +420,8 @@ mod tests {
         albedos(wo, |random| lobe.sample(wo, unit_3d(random)).map(|s| (s.wi, s.weight)))
     }
 
-    /// A walk between the two: facets of both that lose nothing, and the way through the coat. Of power, which does not
-    /// know the squeeze of radiance.
+    /// A walk between the two: facets of both that lose nothing, and the way through the coat. Of
+    /// power, which does not know the squeeze of radiance.
     fn walk(layers: &Layers, wo: Vec3, random: &mut Random) -> Option<(Vec3, Spectrum)> {
         const MAX: u8 = 100;
         let ggx = |alpha| MicrofacetDistribution::isotropic(Distribution::Ggx, alpha);
@@ -477,7 +483,8 @@ mod tests {
         }
     }
 
-    /// Against walks of light between facets of the two: what is scattered in all, and near the mirrored direction.
+    /// Against walks of light between facets of the two: what is scattered in all, and near the
+    /// mirrored direction.
     #[test]
     fn light_is_scattered_as_by_walks_between_coat_and_metal() {
         const ROUGHNESSES: [[f32; 2]; 6] =

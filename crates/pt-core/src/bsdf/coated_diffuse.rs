@@ -11,9 +11,9 @@ use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 /// A mirror by Fresnel's equations, and below it light that gets through, is scattered evenly, and
 /// thrown back by the coat from inside until it leaves:
 ///
-/// f = (1 − F(θo)) (1 − F(θi)) ρ / (π η² (1 − ρ Fᵢ)), Fᵢ the share of diffuse light that the coat reflects
-/// inside. Nothing is lost: with ρ = 1 all light leaves. [Mitsuba 3's "plastic"; the sum of inner
-/// reflections goes back to Saunderson 1942]
+/// f = (1 − F(θo)) (1 − F(θi)) ρ / (π η² (1 − ρ Fᵢ)), Fᵢ the share of diffuse light that the coat
+/// reflects inside. Nothing is lost: with ρ = 1 all light leaves. [Mitsuba 3's "plastic"; the sum
+/// of inner reflections goes back to Saunderson 1942]
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedDiffuse {
     /// Albedo ρ of the base.
@@ -34,8 +34,9 @@ impl CoatedDiffuse {
     /// Where the tint of the coat is.
     pub(crate) const SPECULAR: usize = 3;
 
-    /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without `nonlinear`,
-    /// light that the coat throws back is not coloured again by the base: ρ Fᵢ is Fᵢ.
+    /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without
+    /// `nonlinear`, light that the coat throws back is not coloured again by the base: ρ Fᵢ is
+    /// Fᵢ.
     pub fn new(rho: Spectrum, specular: Spectrum, eta: f32, nonlinear: bool) -> Self {
         // (1 − Fᵢ) η² is what gets in of diffuse light from outside.
         let inside = 1.0 - (1.0 - diffuse_reflectance(eta)) / (eta * eta);

@@ -104,8 +104,8 @@ pub(super) fn reflected_pdf(
     Pdf::new(distribution.d(h) * distribution.g1(wo) / (4.0 * wo.z))
 }
 
-/// D G / (4 cos θo): what facets of normal `h` reflect of light from `wi`, but for Fresnel's factor.
-/// [Walter et al. 2007, eq. 20, times cos θi]
+/// D G / (4 cos θo): what facets of normal `h` reflect of light from `wi`, but for Fresnel's
+/// factor. [Walter et al. 2007, eq. 20, times cos θi]
 #[inline]
 pub(super) fn reflected(distribution: &MicrofacetDistribution, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
     distribution.d(h) * distribution.g(wo, wi) / (4.0 * wo.z)

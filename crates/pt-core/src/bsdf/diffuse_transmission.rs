@@ -61,8 +61,8 @@ impl Lobe<'_> for DiffuseTransmission {
         warp::cosine_hemisphere_pdf(wi.z.abs()).scaled_by(chance)
     }
 
-    /// p(ω) = cos θ / π times the chance of the side. The cosine and π cancel: the weight is the side's share over
-    /// its chance.
+    /// p(ω) = cos θ / π times the chance of the side. The cosine and π cancel: the weight is the
+    /// side's share over its chance.
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         if wo.z == 0.0 {

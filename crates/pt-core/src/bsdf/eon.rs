@@ -6,11 +6,11 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, and the light that is scattered
-/// more than once between them. It is flatter than Lambert's law, and brighter towards the light. With
-/// ρ = 1 nothing is lost.
-/// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"; the albedos are
-/// the exact ones, not the paper's approximation]
+/// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, and the light that is
+/// scattered more than once between them. It is flatter than Lambert's law, and brighter towards
+/// the light. With ρ = 1 nothing is lost.
+/// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"; the
+/// albedos are the exact ones, not the paper's approximation]
 #[derive(Clone, Copy, Debug)]
 pub struct Eon {
     /// Albedo ρ ∈ [0, 1] of the walls.
@@ -72,8 +72,8 @@ impl Eon {
     }
 }
 
-/// A cosine distribution that the matrix M, with columns (a, 0, d), (0, c, 0) and (b, 0, 1), transforms,
-/// of which only what arrives above the surface is drawn; wo lies over +x.
+/// A cosine distribution that the matrix M, with columns (a, 0, d), (0, c, 0) and (b, 0, 1),
+/// transforms, of which only what arrives above the surface is drawn; wo lies over +x.
 /// [Portsmouth et al. 2025, "clipped linearly transformed cosine"]
 struct TransformedCosine {
     a: f32,
@@ -240,8 +240,8 @@ mod tests {
         }
     }
 
-    /// Rough walls that face the light shine back to it: of light scattered once, 1 + r sin²θ / cos θ times
-    /// as much as goes sideways.
+    /// Rough walls that face the light shine back to it: of light scattered once, 1 + r sin²θ / cos
+    /// θ times as much as goes sideways.
     #[test]
     fn light_is_sent_back() {
         let (wo, roughness) = (at_cosine(0.2), 1.0);

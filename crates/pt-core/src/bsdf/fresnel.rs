@@ -18,8 +18,8 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Option<(f32, f32)> {
     Some((refracted(cos_i, cos_t, eta), cos_t))
 }
 
-/// The reflectance where both cosines are known: that of the refracted direction has few digits where
-/// it is computed from the other one next to total reflection.
+/// The reflectance where both cosines are known: that of the refracted direction has few digits
+/// where it is computed from the other one next to total reflection.
 #[inline]
 pub fn refracted(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
@@ -67,8 +67,8 @@ pub fn mean_schlick(f0: Spectrum) -> Spectrum {
     f0 + (Spectrum::ONE - f0) * (1.0 / 21.0)
 }
 
-/// The mean of [`dielectric`] over evenly spread light from the side of which the other one has the index `eta`,
-/// to 0.007. From both sides as much light goes through, but for η².
+/// The mean of [`dielectric`] over evenly spread light from the side of which the other one has the
+/// index `eta`, to 0.007. From both sides as much light goes through, but for η².
 /// [Fit of Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"]
 #[inline]
 pub fn mean_dielectric(eta: f32) -> f32 {

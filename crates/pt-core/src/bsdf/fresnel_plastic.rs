@@ -13,8 +13,9 @@ use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = F D G / (4 cos θo cos θi) + (1 − F(θo)) (1 − F(θi)) ρ / π.
 ///
-/// What the base scatters and the surface throws back inside is lost. [Baek et al. 2018, "Simultaneous Acquisition of Polarimetric
-/// SVBRDF and Normals", without polarization, as in Mitsuba 3's "pplastic"]
+/// What the base scatters and the surface throws back inside is lost. [Baek et al. 2018,
+/// "Simultaneous Acquisition of Polarimetric SVBRDF and Normals", without polarization, as in
+/// Mitsuba 3's "pplastic"]
 #[derive(Clone, Copy, Debug)]
 pub struct FresnelPlastic {
     /// Albedo ρ of the base.
@@ -133,7 +134,8 @@ impl Lobe<'_> for FresnelPlastic {
 mod tests {
     use super::*;
 
-    /// As Mitsuba 3.9.1 evaluates its "pplastic" with an index of 1.5, an albedo of 0.6 and no gloss, times cos θi.
+    /// As Mitsuba 3.9.1 evaluates its "pplastic" with an index of 1.5, an albedo of 0.6 and no
+    /// gloss, times cos θi.
     #[test]
     fn the_base_is_that_of_mitsuba() {
         let distribution = MicrofacetDistribution::isotropic(Distribution::Beckmann, 0.2);

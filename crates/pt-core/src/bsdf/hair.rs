@@ -6,8 +6,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// Ways of light through the fibre that are told apart: reflected by it (R), through it (TT), reflected once inside (TRT),
-/// and all that are longer, as one.
+/// Ways of light through the fibre that are told apart: reflected by it (R), through it (TT),
+/// reflected once inside (TRT), and all that are longer, as one.
 const WAYS: usize = 4;
 /// The last of them.
 const LONGER: usize = WAYS - 1;
@@ -16,16 +16,19 @@ const MIN_ROUGHNESS: f32 = 0.02;
 /// Of less density are only the ends of the tails of N, of which single precision knows nothing.
 const MIN_DENSITY: f32 = 1e-30;
 
-/// S · cos θi = Σ M_p(θo, θi) A_p(ωo) N_p(φ), a round fibre of a dielectric with a coloured inside, under scales.
+/// S · cos θi = Σ M_p(θo, θi) A_p(ωo) N_p(φ), a round fibre of a dielectric with a coloured inside,
+/// under scales.
 ///
-/// The fibre is along x. With θ from the plane across it, and φ around it, M spreads light along cones and N around the
-/// fibre; A is what is left of it on the way p. The integral over all directions is Σ A_p, which is 1 where nothing is
-/// absorbed: no light is lost or gained. [Chiang, Bitterli, Tappan & Burley 2016, "A Practical and Controllable Hair and Fur Model
-/// for Production Path Tracing"; Marschner et al. 2003, "Light Scattering from Human Hair Fibers"; d'Eon et al. 2011, "An
-/// Energy-Conserving Hair Reflectance Model"; Pharr, Jakob & Humphreys 2023, §9.9]
+/// The fibre is along x. With θ from the plane across it, and φ around it, M spreads light along
+/// cones and N around the fibre; A is what is left of it on the way p. The integral over all
+/// directions is Σ A_p, which is 1 where nothing is absorbed: no light is lost or gained. [Chiang,
+/// Bitterli, Tappan & Burley 2016, "A Practical and Controllable Hair and Fur Model for Production
+/// Path Tracing"; Marschner et al. 2003, "Light Scattering from Human Hair Fibers"; d'Eon et al.
+/// 2011, "An Energy-Conserving Hair Reflectance Model"; Pharr, Jakob & Humphreys 2023, §9.9]
 ///
-/// Where across the fibre light arrives, h = sin γo, is the angle around it from the normal to `wo`; a viewer below
-/// the surface sees its edge. Light leaves to all sides, wherever the surface is: it stands for all of the fibre.
+/// Where across the fibre light arrives, h = sin γo, is the angle around it from the normal to
+/// `wo`; a viewer below the surface sees its edge. Light leaves to all sides, wherever the surface
+/// is: it stands for all of the fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct Hair {
     /// What a fibre of radius 1 absorbs, σa.
@@ -58,8 +61,9 @@ impl Hair {
     /// Where the absorption is packed.
     pub(crate) const ABSORPTION: usize = 0;
 
-    /// Of roughnesses β along the fibre and around it, from 0 to 1, which the eye finds even, and of the angle of its
-    /// scales in degrees. [Chiang et al. 2016, §4.1; Pharr, Jakob & Humphreys 2023, §9.9.1]
+    /// Of roughnesses β along the fibre and around it, from 0 to 1, which the eye finds even, and
+    /// of the angle of its scales in degrees. [Chiang et al. 2016, §4.1; Pharr, Jakob &
+    /// Humphreys 2023, §9.9.1]
     pub fn new(absorption: Spectrum, eta: f32, [along, around]: [f32; 2], degrees: f32) -> Self {
         let [along, around] = [along, around].map(|b| f64::from(b.clamp(MIN_ROUGHNESS, 1.0)));
         let root = 0.726 * along + 0.812 * along * along + 3.7 * libm::pow(along, 20.0);
@@ -161,8 +165,9 @@ impl ViewTerms {
     }
 }
 
-/// M: the density of θi per cos θi, around −θo. With a = cos θi cos θo / v and b = sin θi sin θo / v, it is
-/// I₀(a) e⁻ᵇ / (2v sinh 1/v), written without large powers of e. [d'Eon et al. 2011, eq. 7]
+/// M: the density of θi per cos θi, around −θo. With a = cos θi cos θo / v and b = sin θi sin θo /
+/// v, it is I₀(a) e⁻ᵇ / (2v sinh 1/v), written without large powers of e. [d'Eon et al. 2011, eq.
+/// 7]
 fn longitudinal(v: f32, [sin_i, cos_i]: [f32; 2], [sin_o, cos_o]: [f32; 2]) -> f32 {
     // a − b − 1/v = −(1 − cos (θi + θo)) / v.
     let (s, c) = (sin_i + sin_o, cos_i - cos_o);
@@ -170,8 +175,8 @@ fn longitudinal(v: f32, [sin_i, cos_i]: [f32; 2], [sin_o, cos_o]: [f32; 2]) -> f
     scaled_bessel(cos_i * cos_o / v) * trig::exp(exponent) / (v * (1.0 - trig::exp(-2.0 / v)))
 }
 
-/// The sine of an angle θi drawn from M by two numbers. [d'Eon et al. 2013, "Importance Sampling for Physically-Based Hair
-/// Fiber Models"]
+/// The sine of an angle θi drawn from M by two numbers. [d'Eon et al. 2013, "Importance Sampling
+/// for Physically-Based Hair Fiber Models"]
 fn sample_longitudinal(v: f32, [sin_o, cos_o]: [f32; 2], [u, w]: [f32; 2]) -> f32 {
     let u = 1.0 - u;
     let fall = (-v * trig::ln(u + (1.0 - u) * trig::exp(-2.0 / v))).clamp(0.0, 2.0);
@@ -259,8 +264,8 @@ impl Lobe<'_> for Hair {
         Pdf::new(sum)
     }
 
-    /// A way by its share, with what is left of its number as another one; then θi from M and φ from N. Directions need
-    /// three numbers, so that `u[2]` moves them as well.
+    /// A way by its share, with what is left of its number as another one; then θi from M and φ
+    /// from N. Directions need three numbers, so that `u[2]` moves them as well.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let viewed = self.viewed(wo);
         let (p, third) = viewed.choose(u[2]);
@@ -335,8 +340,8 @@ mod tests {
         (0..n[0]).map(ring).sum::<f64>() * cell
     }
 
-    /// A fibre that absorbs nothing sends back all light: the integral of S · cos θi over all directions is 1 for every h, and so is
-    /// its mean.
+    /// A fibre that absorbs nothing sends back all light: the integral of S · cos θi over all
+    /// directions is 1 for every h, and so is its mean.
     #[test]
     fn a_white_fibre_loses_nothing() {
         let mut random = Random::new(1);
@@ -366,7 +371,8 @@ mod tests {
         }
     }
 
-    /// Samples of a white fibre have the weight 1, as they are drawn by all of what it scatters; those of others never more.
+    /// Samples of a white fibre have the weight 1, as they are drawn by all of what it scatters;
+    /// those of others never more.
     #[test]
     fn weights_are_what_is_not_absorbed() {
         let mut random = Random::new(3);
@@ -407,7 +413,8 @@ mod tests {
         }
     }
 
-    /// Seen straight on, a smooth fibre reflects the share of Fresnel's equations, and lets the rest through.
+    /// Seen straight on, a smooth fibre reflects the share of Fresnel's equations, and lets the
+    /// rest through.
     #[test]
     fn a_smooth_fibre_is_glass() {
         let hair = fibre(0.0, [0.05, 0.05], 0.0);
@@ -417,7 +424,8 @@ mod tests {
         for (found, expected) in shares.into_iter().zip([f, t, t * f, t * f * f / (1.0 - f)]) {
             assert!((found - expected).abs() < 1e-6, "{shares:?}");
         }
-        // Off the middle, what is reflected is mirrored by the normal, and what goes through is bent twice.
+        // Off the middle, what is reflected is mirrored by the normal, and what goes through is
+        // bent twice.
         let gamma = 0.6f64;
         let wo = direction(0.0, gamma);
         let mirrored = direction(0.0, -gamma);

@@ -1,8 +1,8 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`gains`]: the energy of layered and principled lobes. [`numbers`]: whatever they are asked. [`world`]: they do
-//! so on surfaces in the world. [`lobe_width`]: for viewers side by side.
+//! [`gains`]: the energy of layered and principled lobes. [`numbers`]: finite results for all
+//! arguments. [`world`]: the same laws on surfaces in world space. [`spread`]: viewers side by side.
 
 mod gains;
 mod numbers;
@@ -232,7 +232,8 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 /// wrong density fails at the first point.
 ///
 /// A lobe that chooses one of several maps reaches a direction by each of them, so there the
-/// density is more than that of one map. The directions of fibres come from three numbers, and no two of them are such a map.
+/// density is more than that of one map. The directions of fibres come from three numbers, and no
+/// two of them are such a map.
 #[test]
 fn stretch_is_one_over_the_density() {
     let of_two_numbers = |l: &&AnyLobe| !l.is_delta() && !matches!(l, AnyLobe::Hair(_));

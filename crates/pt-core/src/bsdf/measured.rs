@@ -23,13 +23,14 @@ const MIN_AREA: f32 = 1e-6;
 /// The least of u sin θ: nearer to the normal, single precision does not tell normals apart.
 const MIN_SINE: f32 = 1e-7;
 
-/// f cos θi = C(s) · D(m) / 4σ(ωo), by the tables of a material. [Dupuy & Jakob 2018, "An Adaptive Parameterization for
-/// Efficient Material Acquisition and Rendering", §4]
+/// f cos θi = C(s) · D(m) / 4σ(ωo), by the tables of a material. [Dupuy & Jakob 2018, "An Adaptive
+/// Parameterization for Efficient Material Acquisition and Rendering", §4]
 ///
-/// The normal m of facets that mirror `wi` to `wo` is a point u of the unit square, by √(2θ/π) and φ; the visible normals
-/// of `wo`, whose density on the square is a table, map s to u, and C is a table of s. `wo` is what files call the
-/// incident direction: reciprocal is what was measured but for the errors of measuring, and what is between the
-/// numbers of tables is not. Directions are drawn by the table of the luminance over s, and the same map.
+/// The normal m of facets that mirror `wi` to `wo` is a point u of the unit square, by √(2θ/π) and
+/// φ; the visible normals of `wo`, whose density on the square is a table, map s to u, and C is a
+/// table of s. `wo` is what files call the incident direction: reciprocal is what was measured but
+/// for the errors of measuring, and what is between the numbers of tables is not. Directions are
+/// drawn by the table of the luminance over s, and the same map.
 #[derive(Clone, Copy)]
 pub struct Measured<'t> {
     /// Its number among the tables of the scene.
@@ -142,8 +143,8 @@ impl<'t> Measured<'t> {
         Self { number, mirrored: false, tables }
     }
 
-    /// Its mirror image, in which y is −y: what a back side is whose frame has its x and the other normal, if the
-    /// surface is to look as if its front were seen through the back.
+    /// Its mirror image, in which y is −y: what a back side is whose frame has its x and the other
+    /// normal, if the surface is to look as if its front were seen through the back.
     pub fn mirrored(self) -> Self {
         Self { mirrored: !self.mirrored, ..self }
     }
@@ -169,8 +170,8 @@ impl<'t> Measured<'t> {
         Some(Viewed { wo, turn, blend, from_phi, area })
     }
 
-    /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; both are 0 where the latter is all but 0, so
-    /// that all light is found by sampling.
+    /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; both are 0 where the
+    /// latter is all but 0, so that all light is found by sampling.
     fn look(&self, viewed: &Viewed, wi: Vec3) -> Option<(Spectrum, f32)> {
         if wi.z <= 0.0 {
             return None;

@@ -1,6 +1,6 @@
-//! Distributions of microfacets, and the facets that a viewer sees. [Walter et al. 2007, "Microfacet
-//! Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing
-//! Function in Microfacet-Based BRDFs"]
+//! Distributions of microfacets, and the facets that a viewer sees. [Walter et al. 2007,
+//! "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
+//! Masking-Shadowing Function in Microfacet-Based BRDFs"]
 
 use std::f32::consts::PI;
 
@@ -129,15 +129,15 @@ impl MicrofacetDistribution {
         Vec3::new(h.x * ax, h.y * ay, h.z).normalize()
     }
 
-    /// D(h) G₁(wo) (wo·h)⁺ / cos θo. [Heitz & d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs
-    /// using the Distribution of Visible Normals"]
+    /// D(h) G₁(wo) (wo·h)⁺ / cos θo. [Heitz & d'Eon 2014, "Importance Sampling Microfacet-Based
+    /// BSDFs using the Distribution of Visible Normals"]
     #[inline]
     pub fn visible_pdf(&self, wo: Vec3, h: Vec3) -> f32 {
         self.d(h) * self.g1(wo) * wo.dot(h).max(0.0) / wo.z
     }
 
-    /// The mean of a function of direction and facet over the facets that are seen at a cosine in the plane of
-    /// x and z, by n × n of them.
+    /// The mean of a function of direction and facet over the facets that are seen at a cosine in
+    /// the plane of x and z, by n × n of them.
     pub(super) fn mean_of_visible(&self, cos: f32, n: u16, of: impl Fn(Vec3, Vec3) -> f32) -> f32 {
         let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos.max(1e-6));
         // Midpoints, dense towards the ends, where the map to facets is steep.
@@ -158,8 +158,8 @@ impl MicrofacetDistribution {
     }
 }
 
-/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other; its
-/// own inverse.
+/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other;
+/// its own inverse.
 #[inline]
 pub(super) fn stretched(cos: f32, alpha: f32) -> f32 {
     let k = 1.5 * alpha * (1.0 + alpha);

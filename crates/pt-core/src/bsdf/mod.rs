@@ -51,8 +51,8 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// f(wo, wi) · |cos θi| / pdf — what the path's throughput is multiplied by.
     pub weight: Spectrum,
-    /// Density of `wi`, or `None` for a Dirac delta, which has none: of a perfectly specular lobe, or the
-    /// part of one that is so.
+    /// Density of `wi`, or `None` for a Dirac delta, which has none: of a perfectly specular lobe,
+    /// or the part of one that is so.
     pub pdf: Option<Pdf<SolidAngle>>,
     /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
     /// divided; else 1. Since radiance gains it back on the way out, it says nothing about how
@@ -124,27 +124,31 @@ pub trait Lobe<'t>: Copy {
     fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses the map
-    /// where there are several and the choice has to wait for the other two. Fibres need all three for a direction.
+    /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses
+    /// the map where there are several and the choice has to wait for the other two. Fibres
+    /// need all three for a direction.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
-    /// The angle in radians by which `wo` may be turned, seen from the normal, without much change of what is
-    /// reflected towards it (see [`Bsdf::is_similar_direction`]): infinite if nothing changes, 0 if light goes through or some
-    /// is reflected into single directions.
+    /// The angle in radians by which `wo` may be turned, seen from the normal, without much change
+    /// of what is reflected towards it (see [`Bsdf::is_similar_direction`]): infinite if
+    /// nothing changes, 0 if light goes through or some is reflected into single directions.
     #[inline(always)]
     fn lobe_width(&self) -> f32 {
         0.0
     }
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
-    /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's own
-    /// models may say no, those of fibres, which do not know where on them light leaves, and what was measured.
+    /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's
+    /// own models may say no, those of fibres, which do not know where on them light leaves,
+    /// and what was measured.
     const RECIPROCAL: bool = true;
-    /// Whether it stands for all of something thin and round: light leaves on any side, whichever side the surface
-    /// looks to, and normals that look away from the viewer are beyond its edge.
+    /// Whether it stands for all of something thin and round: light leaves on any side, whichever
+    /// side the surface looks to, and normals that look away from the viewer are beyond its
+    /// edge.
     const IS_FIBER: bool = false;
     /// Whether light goes through the surface.
     const TRANSMITS: bool = false;
-    /// Whether light that goes through leaves as it came, so that what is behind is seen in its place.
+    /// Whether light that goes through leaves as it came, so that what is behind is seen in its
+    /// place.
     const STRAIGHT: bool = false;
     /// The share of light that goes straight on from `wo`.
     fn straight(&self, _wo: Vec3) -> Spectrum {
@@ -317,7 +321,8 @@ macro_rules! lobes {
             pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 match self { $(Self::$name(l) => l.sample(wo, u)),* }
             }
-            /// Settings of all lobes, for the laws; those that refer to tables do so to [`LobeTables::examples`].
+            /// Example parameters of all lobes, for the laws; tables are those of
+            /// [`LobeTables::examples`].
             pub fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
             }
@@ -482,8 +487,8 @@ impl<'a> Bsdf<'a> {
         self.lobe.lobe_width(self.tables)
     }
 
-    /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where it might
-    /// look otherwise, or is not seen.
+    /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where
+    /// it might look otherwise, or is not seen.
     #[inline(always)]
     pub fn with_wo(&self, wo: Vec3) -> Option<Self> {
         let local = self.frame.to_local(wo);
@@ -491,8 +496,8 @@ impl<'a> Bsdf<'a> {
         is_alike.then_some(Self { wo: local, ..*self })
     }
 
-    /// Whether directions that were drawn for this viewer serve another as well, to whom the same surface is
-    /// `other`.
+    /// Whether directions that were drawn for this viewer serve another as well, to whom the same
+    /// surface is `other`.
     #[inline(always)]
     pub fn is_similar_direction(&self, other: &Self) -> bool {
         serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
@@ -558,8 +563,9 @@ impl<'a> Bsdf<'a> {
     }
 }
 
-/// Whether the distance of two unit directions above a surface is within its spread. Towards grazing angles less
-/// will do: the normal of the facets that reflect from `wi` to `a` turns by up to 1 / (2 cos θ) times as much as `a`.
+/// Whether the distance of two unit directions above a surface is within its spread. Towards
+/// grazing angles less will do: the normal of the facets that reflect from `wi` to `a` turns by up
+/// to 1 / (2 cos θ) times as much as `a`.
 #[inline(always)]
 fn serves(lobe_width: f32, a: Vec3, b: Vec3) -> bool {
     let least = lobe_width * a.z.min(b.z);

@@ -1,9 +1,10 @@
 //! Light that facets scatter more than once, which microfacet lobes lose.
 //!
-//! What is lost of light from a direction, 1 − E, leaves in another one as if it were light from there that was
-//! lost: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)). That is reciprocal, and nothing is lost of what reflects
-//! all. [Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"; the shares lost are tables of the
-//! lobes of this program, made when they are first asked for]
+//! What is lost of light from a direction, 1 − E, leaves in another one as if it were light from
+//! there that was lost: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)). That is reciprocal, and
+//! nothing is lost of what reflects all. [Kulla & Conty 2017, "Revisiting Physically Based Shading
+//! at Imageworks"; the shares lost are tables of the lobes of this program, made when they are
+//! first asked for]
 
 mod schlick;
 
@@ -22,15 +23,16 @@ pub(super) use schlick::SchlickGloss;
 const RATIOS: usize = 9;
 /// Indices of refraction in the tables of dielectrics: even in (η − 1) / (η + 1), from ⅓ to 3.
 const INDICES: usize = 129;
-/// Roughnesses of a table, the greater of two: even in √α, up to 1. Rougher facets lose more than it says.
+/// Roughnesses of a table, the greater of two: even in √α, up to 1. Rougher facets lose more than
+/// it says.
 const ALPHAS: usize = 64;
 /// Cosines of a table, by [`place`].
 const COSINES: usize = 40;
 /// What is smoother is as the smoothest of a table.
 const MIN_ALPHA: f32 = 1e-3;
 
-/// 1 − E of facets of one kind, and its mean over evenly spread light; in rows of which each is made when it is
-/// asked for.
+/// 1 − E of facets of one kind, and its mean over evenly spread light; in rows of which each is
+/// made when it is asked for.
 struct EnergyLossTable<const ROWS: usize> {
     distribution: MicrofacetDistribution,
     /// Makes an entry for facets of a roughness, from where its row is between 0 and 1.
@@ -61,16 +63,18 @@ fn cosine(place: f32, alpha: f32) -> f32 {
     stretched(1.0 - (1.0 - place) * (1.0 - place), alpha)
 }
 
-/// How far a direction is across the greater of two roughnesses, from 0 to 1, by the cosine to the normal and the square of
-/// the sine of its azimuth to the greater one: as the masking of Smith's facets changes between both, or a little less far, as
-/// was fitted to integrals for roughnesses of ratios from 2 to 16 (they differ by at most 0.017).
+/// How far a direction is across the greater of two roughnesses, from 0 to 1, by the cosine to the
+/// normal and the square of the sine of its azimuth to the greater one: as the masking of Smith's
+/// facets changes between both, or a little less far, as was fitted to integrals for roughnesses of
+/// ratios from 2 to 16 (they differ by at most 0.017).
 #[inline]
 fn across([greater, lesser]: [f32; 2], cos: f32, sin2: f32) -> f32 {
     if greater == lesser {
         return 0.5;
     }
     let tan2 = (1.0 - cos * cos).max(0.0) / (cos * cos).max(f32::MIN_POSITIVE);
-    // Smith's 1 + 2 Λ along a roughness. [Heitz 2014, "Understanding the Masking-Shadowing Function", eq. 72, 86]
+    // Smith's 1 + 2 Λ along a roughness. [Heitz 2014, "Understanding the Masking-Shadowing
+    // Function", eq. 72, 86]
     let spread = |alpha2: f32| (1.0 + alpha2 * tan2).sqrt();
     let [x2, y2] = [greater * greater, lesser * lesser];
     let [x, y, seen] = [spread(x2), spread(y2), spread(x2.lerp(y2, sin2))];
@@ -92,8 +96,8 @@ fn node(i: usize, n: usize) -> f32 {
 }
 
 impl Entry {
-    /// `scattered` says E of facets at a cosine in the plane of x and z, at places by a `stretch`, which is their roughness but
-    /// of what changes with angles by other reasons, too.
+    /// `scattered` says E of facets at a cosine in the plane of x and z, at places by a `stretch`,
+    /// which is their roughness but of what changes with angles by other reasons, too.
     fn new(
         distribution: MicrofacetDistribution,
         stretch: f32,
@@ -175,7 +179,8 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
         })
     }
 
-    /// The least number of the entries around a roughness and a place between 0 and 1 among the rows.
+    /// The least number of the entries around a roughness and a place between 0 and 1 among the
+    /// rows.
     fn least_around(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
         let ((i, _), (k, s)) = (locate(alpha.sqrt(), ALPHAS), locate(place, ROWS));
         // Rows at whose place the index is are alone.
@@ -267,13 +272,15 @@ fn dielectrics(distribution: MicrofacetDistribution, place: f32) -> Entry {
     .growing(distribution.alpha[0])
 }
 
-/// By which stretch places are, of what a gloss leaves: even smooth ones reflect more along the surface.
+/// By which stretch places are, of what a gloss leaves: even smooth ones reflect more along the
+/// surface.
 #[inline]
 fn stretch_of_gloss(alpha: f32) -> f32 {
     alpha.max(0.12)
 }
 
-/// Facets of a dielectric of which the index is at a `place`: light that they reflect is not lost, all other is.
+/// Facets of a dielectric of which the index is at a `place`: light that they reflect is not lost,
+/// all other is.
 fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let eta = index_at(place);
     Entry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
@@ -286,9 +293,10 @@ fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
     })
 }
 
-/// Facets of white metal under a smooth coat, of which the index is at a `place`: of light that gets through the coat, seen from outside, all is
-/// lost that does not leave after it was reflected by one facet, by it and the coat again and again as
-/// [`CoatedConductor`](super::CoatedConductor) has it.
+/// Facets of white metal under a smooth coat, of which the index is at a `place`: of light that
+/// gets through the coat, seen from outside, all is lost that does not leave after it was reflected
+/// by one facet, by it and the coat again and again as [`CoatedConductor`](super::CoatedConductor)
+/// has it.
 fn beneath(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let eta = index_at(place);
     let reflected = |cos: f32| fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
@@ -353,8 +361,8 @@ impl Reflected {
         }
     }
 
-    /// How much of [`Self::eval`] there is where facets reflect `f` of evenly spread light: F² Ē / (1 − F (1 − Ē)),
-    /// the sum over numbers of facets. [Kulla & Conty 2017]
+    /// How much of [`Self::eval`] there is where facets reflect `f` of evenly spread light: F² Ē /
+    /// (1 − F (1 − Ē)), the sum over numbers of facets. [Kulla & Conty 2017]
     #[inline]
     pub(super) fn colored(&self, f: Spectrum) -> Spectrum {
         f.map(|f| f * f * (1.0 - self.mean) / (1.0 - f * self.mean))
@@ -369,8 +377,8 @@ pub(super) struct Gloss {
 }
 
 impl Gloss {
-    /// Of facets of GGX, whose roughness is taken as the same in all directions, with the index `eta` of the other side over that of
-    /// this one.
+    /// Of facets of GGX, whose roughness is taken as the same in all directions, with the index
+    /// `eta` of the other side over that of this one.
     #[inline]
     pub(super) fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         let [ax, ay] = distribution.alpha;
@@ -384,7 +392,8 @@ impl Gloss {
     pub(super) fn left(self, w: Vec3) -> f32 {
         let x = place(w.z, stretch_of_gloss(self.alpha));
         let left = if self.place < place_of_index(1.0) {
-            // Beyond the critical angle nothing is left, and between nodes on both sides of it no more than on one.
+            // Beyond the critical angle nothing is left, and between nodes on both sides of it no
+            // more than on one.
             GLOSSES.least_around(self.alpha, self.place, |entry| entry.least_at(x))
         } else {
             GLOSSES.between(self.alpha, self.place, |entry| entry.at(x, 0.5))
@@ -401,7 +410,8 @@ pub(super) struct Beneath {
 }
 
 impl Beneath {
-    /// Of facets of GGX whose roughness is the same in all directions, under a coat with the index `eta` over that above it.
+    /// Of facets of GGX whose roughness is the same in all directions, under a coat with the index
+    /// `eta` over that above it.
     #[inline]
     pub(super) fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         Self { alpha: distribution.alpha[0].clamp(MIN_ALPHA, 1.0), place: place_of_index(eta) }
@@ -415,8 +425,8 @@ impl Beneath {
     }
 }
 
-/// What facets of a dielectric scatter more than once, as seen from one of its sides. Their roughness is the same in
-/// all directions.
+/// What facets of a dielectric scatter more than once, as seen from one of its sides. Their
+/// roughness is the same in all directions.
 #[derive(Clone, Copy)]
 pub(super) struct Interface {
     losses: &'static EnergyLossTable<INDICES>,
@@ -437,8 +447,8 @@ impl Interface {
         let alpha = distribution.alpha[0].clamp(MIN_ALPHA, 1.0);
         let places = [eta, 1.0 / eta].map(place_of_index);
         let means = places.map(|place| losses.between(alpha, place, |e| e.mean) * alpha * alpha);
-        // What goes through is as much as smooth surfaces let through, or less, so that it is reciprocal: its
-        // shares of both sides, times means of losses, are as 1 to η².
+        // What goes through is as much as smooth surfaces let through, or less, so that it is
+        // reciprocal: its shares of both sides, times means of losses, are as 1 to η².
         let [here, there] = means;
         let less = if here > there { there / here } else { 1.0 };
         let through = (1.0 - fresnel::mean_dielectric(eta)) * less;
@@ -458,7 +468,8 @@ impl Interface {
         self.lost_on(0, cos)
     }
 
-    /// f cos θi of power, from this side with the cosine of `cos_o` to where wi.z is `z`: the side of its sign.
+    /// f cos θi of power, from this side with the cosine of `cos_o` to where wi.z is `z`: the side
+    /// of its sign.
     #[inline]
     pub(super) fn eval(&self, cos_o: f32, z: f32) -> f32 {
         let (side, share) = if z > 0.0 { (0, self.reflected) } else { (1, 1.0 - self.reflected) };

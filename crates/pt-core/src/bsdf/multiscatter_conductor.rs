@@ -129,7 +129,8 @@ mod tests {
             .map(|((u, du), (v, dv))| ([u, v], du * dv))
     }
 
-    /// Albedos without and with what is scattered more than once, where the metal reflects all light.
+    /// Albedos without and with what is scattered more than once, where the metal reflects all
+    /// light.
     fn albedos(distribution: MicrofacetDistribution, wo: Vec3) -> [f32; 2] {
         let (eta, k, reflectance) = (Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE);
         let once = RoughConductor { metal: SmoothConductor { eta, k, reflectance }, distribution };
@@ -165,8 +166,8 @@ mod tests {
         }
     }
 
-    /// White furnace: a rough metal that reflects all light loses less than 1 % of it, and gains less than ½ %,
-    /// which is what the tables err by.
+    /// White furnace: a rough metal that reflects all light loses less than 1 % of it, and gains
+    /// less than ½ %, which is what the tables err by.
     #[test]
     fn rough_metals_lose_nothing() {
         let alphas = [0.001, 0.004, 0.02, 0.07, 0.15, 0.25, 0.4, 0.6, 0.85, 1.0].map(|a| [a, a]);
@@ -175,7 +176,8 @@ mod tests {
         });
     }
 
-    /// Brushed metals lose less than 3 % at any angle, and gain less than 1.5 %; without, they lose up to half.
+    /// Brushed metals lose less than 3 % at any angle, and gain less than 1.5 %; without, they lose
+    /// up to half.
     #[test]
     fn brushed_metals_lose_little() {
         for_all_facets(
@@ -186,8 +188,8 @@ mod tests {
         );
     }
 
-    /// Light is coloured again by each facet: rough gold is more saturated than smooth gold, and so is what is
-    /// scattered more than once by itself.
+    /// Light is coloured again by each facet: rough gold is more saturated than smooth gold, and so
+    /// is what is scattered more than once by itself.
     #[test]
     fn more_facets_colour_light_more() {
         let distribution = MicrofacetDistribution::isotropic(Distribution::Ggx, 0.8);

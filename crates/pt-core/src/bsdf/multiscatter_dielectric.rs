@@ -6,8 +6,8 @@ use super::multiscatter::Interface;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS};
 
-/// A rough interface, and the light that goes from one of its facets to others before it leaves on either side; see
-/// `compensation.rs`. Its roughness is the same in all directions.
+/// A rough interface, and the light that goes from one of its facets to others before it leaves on
+/// either side; see `compensation.rs`. Its roughness is the same in all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct CompensatedDielectric {
     /// What is scattered once.
@@ -147,8 +147,9 @@ mod tests {
         [sum / n, (sum + again) / n].map(|x| x as f32)
     }
 
-    /// White furnace: rough glass that absorbs nothing loses less than 1 % of the power from either side, and gains
-    /// less than 1 %, which is what the tables err by. Without, it loses up to nine tenths.
+    /// White furnace: rough glass that absorbs nothing loses less than 1 % of the power from either
+    /// side, and gains less than 1 %, which is what the tables err by. Without, it loses up to
+    /// nine tenths.
     #[test]
     fn rough_glass_loses_nothing() {
         let settings = [0.05, 0.2, 0.5, 1.0].into_iter();

@@ -24,8 +24,9 @@ impl Orientation {
         Self { normal, tangent, shadowing: Shadowing::default(), is_for_viewer: false }
     }
 
-    /// The x and y of a unit vector that is near the normal, in the frame of the lobe, of which it is above the surface; of the
-    /// back of a surface that is the same from both sides with `is_back`.
+    /// The x and y of a unit vector that is near the normal, in the frame of the lobe, of which it
+    /// is above the surface; of the back of a surface that is the same from both sides with
+    /// `is_back`.
     pub(crate) fn place_of(&self, v: Vec3, is_back: bool) -> [f32; 2] {
         const MIN_COSINE: f32 = 0.05;
         let sign = if is_back { -1.0 } else { 1.0 };

@@ -13,9 +13,9 @@ use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
 ///
-/// T(θ) is what facets let through of light from outside, and Fᵢ what they reflect of diffuse light from
-/// inside. Light that meets a second facet is lost, so that rough coats are darker than smooth ones. Facets
-/// hide each other by G = G₁(θo) G₁(θi).
+/// T(θ) is what facets let through of light from outside, and Fᵢ what they reflect of diffuse light
+/// from inside. Light that meets a second facet is lost, so that rough coats are darker than smooth
+/// ones. Facets hide each other by G = G₁(θo) G₁(θi).
 /// [Mitsuba 3's "roughplastic"; facets: Walter et al. 2007]
 #[derive(Clone, Copy, Debug)]
 pub struct RoughCoatedDiffuse {
@@ -38,8 +38,9 @@ impl RoughCoatedDiffuse {
     /// Where the tint of the coat is.
     pub(crate) const SPECULAR: usize = 3;
 
-    /// A base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and roughness `alpha`.
-    /// Without `nonlinear`, light that the coat throws back is not coloured again by the base.
+    /// A base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and roughness
+    /// `alpha`. Without `nonlinear`, light that the coat throws back is not coloured again by
+    /// the base.
     pub fn new(
         rho: Spectrum,
         specular: Spectrum,
@@ -92,8 +93,8 @@ fn isotropic_distribution(distribution: Distribution, alpha: f32) -> MicrofacetD
     MicrofacetDistribution { distribution, masking: Masking::Separable, alpha: [alpha; 2] }
 }
 
-/// T(θ), fitted: that of a smooth coat at a cosine that is raised by the roughness, times a polynomial of
-/// degree 4.
+/// T(θ), fitted: that of a smooth coat at a cosine that is raised by the roughness, times a
+/// polynomial of degree 4.
 ///
 /// For roughnesses from 0.01 to 1 and indices from 1.1 to 2.4 the fit errs by less than 0.3 %.
 #[derive(Clone, Copy, Debug)]
@@ -173,8 +174,8 @@ fn reflectance(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32
 
 /// What they reflect of evenly spread light: 2 ∫ R(cos θ) cos θ d cos θ.
 ///
-/// As Mitsuba has it, by the mean over 64 cosines of which the first is 0 and the last is 1. That is
-/// less than the integral by about 1/64 of it, and so errs to the side of loss.
+/// As Mitsuba has it, by the mean over 64 cosines of which the first is 0 and the last is 1. That
+/// is less than the integral by about 1/64 of it, and so errs to the side of loss.
 fn diffuse_reflectance(distribution: &MicrofacetDistribution, eta: f32) -> f32 {
     const COSINES: u16 = 64;
     let cos = |i: u16| f32::from(i) / f32::from(COSINES - 1);
@@ -281,7 +282,8 @@ mod tests {
         assert!(worst.0 < 3e-3, "{worst:?}");
     }
 
-    /// The base alone, as Mitsuba 3.9.1 evaluates it: ρ = 0.5, seen at these cosines, lit from the normal.
+    /// The base alone, as Mitsuba 3.9.1 evaluates it: ρ = 0.5, seen at these cosines, lit from the
+    /// normal.
     #[test]
     fn the_base_is_that_of_mitsuba() {
         let [beckmann, ggx] = DISTRIBUTIONS;

@@ -45,8 +45,8 @@ pub(super) fn eta_from(wo: Vec3, eta: f32) -> f32 {
     if wo.z > 0.0 { eta } else { 1.0 / eta }
 }
 
-/// Where a facet of normal `h` that `wo` sees under the cosine `cos` refracts it, if the refracted cosine
-/// is `cos_t`. [Snell's law about h: across, the sine over η]
+/// Where a facet of normal `h` that `wo` sees under the cosine `cos` refracts it, if the refracted
+/// cosine is `cos_t`. [Snell's law about h: across, the sine over η]
 #[inline]
 pub(super) fn refract(wo: Vec3, h: Vec3, [cos, cos_t]: [f32; 2], eta: f32) -> Vec3 {
     (h * (cos / eta - cos_t) - wo / eta).normalize()
@@ -84,8 +84,8 @@ impl Pair {
         self.eta * self.eta * cos_i.abs() / (s * s)
     }
 
-    /// Density of `wi` if facets are drawn as they are seen, and this one sends light there with the
-    /// probability `chosen`.
+    /// Density of `wi` if facets are drawn as they are seen, and this one sends light there with
+    /// the probability `chosen`.
     #[inline]
     pub(super) fn density(&self, chosen: f32, distribution: &MicrofacetDistribution) -> f32 {
         let pdf = chosen * distribution.visible_pdf(self.wo, self.h) * self.jacobian();
@@ -99,7 +99,8 @@ impl Pair {
         distribution.shadowing(self.wo, Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs()))
     }
 
-    /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's equations.
+    /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's
+    /// equations.
     #[inline]
     fn pdf(&self, distribution: &MicrofacetDistribution) -> f32 {
         self.density(if self.is_reflected { self.f } else { 1.0 - self.f }, distribution)

@@ -2,16 +2,17 @@
 
 use pt_math::Vec3;
 
-/// The light that a relief leaves at a point: as if its normal were one of facets about the normal of
-/// the shape, of which some hide the others. Without it, light ends abruptly where the relief still
-/// faces it and the shape does not. Not reciprocal: only the direction of light is shadowed.
+/// The light that a relief leaves at a point: as if its normal were one of facets about the normal
+/// of the shape, of which some hide the others. Without it, light ends abruptly where the relief
+/// still faces it and the shape does not. Not reciprocal: only the direction of light is shadowed.
 /// [Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump
 /// Terminator Problem", Ray Tracing Gems, chapter 12]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shadowing {
     /// Unit normal of the shape.
     normal: Vec3,
-    /// Square of the roughness of facets, of which the relief's slope is an extreme one; 0 shadows nothing.
+    /// Square of the roughness of facets, of which the relief's slope is an extreme one; 0 shadows
+    /// nothing.
     alpha_squared: f32,
 }
 
@@ -47,8 +48,9 @@ fn tangent_squared(cos: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// A slope of √8 is that of facets with α = 1, whose shadowing at tan θ = √3 is 2/3; a surface that is
-    /// not raised shadows nothing, and none lets through more than all light or less than none.
+    /// A slope of √8 is that of facets with α = 1, whose shadowing at tan θ = √3 is 2/3; a surface
+    /// that is not raised shadows nothing, and none lets through more than all light or less
+    /// than none.
     #[test]
     fn slopes_hide_what_facets_hide() {
         let steep = Vec3::new(8.0_f32.sqrt(), 0.0, 1.0).normalize();

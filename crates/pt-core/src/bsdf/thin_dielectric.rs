@@ -6,8 +6,8 @@ use super::fresnel;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// Both interfaces at once, with all that light does between them: of reflectance F each, they reflect
-/// F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and let the rest through as it came.
+/// Both interfaces at once, with all that light does between them: of reflectance F each, they
+/// reflect F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and let the rest through as it came.
 #[derive(Clone, Copy, Debug)]
 pub struct ThinDielectric {
     /// Tint of what is reflected.

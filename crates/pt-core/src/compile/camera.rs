@@ -14,10 +14,11 @@ use crate::meter::Meter;
 const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
 /// Width and height of a panorama, by which its size is chosen: 360 × 180 degrees.
 const PANORAMA: [f64; 2] = [2.0, 1.0];
-/// Distance from the middle of the scene, in diagonals of the box around its surfaces, from which one
-/// without a camera is seen.
+/// Distance from the middle of the scene, in diagonals of the box around its surfaces, from which
+/// one without a camera is seen.
 const DISTANCE: f64 = 1.5;
-/// The same in a studio, where the sphere around the box is seen in full: 1 / (2 sin 19.28°), and 6 % more.
+/// The same in a studio, where the sphere around the box is seen in full: 1 / (2 sin 19.28°), and 6
+/// % more.
 const STUDIO_DISTANCE: f64 = 1.6;
 /// What is said of a scene without a camera.
 const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
@@ -30,7 +31,8 @@ const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera stands
 const FITS_ANYWHERE: &str = "a panorama shows all directions: --camera fit leaves it where it is";
 /// The course's window, to which it fits the field of view before the size is known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
-/// The size of the course's pictures. Elsewhere than in its own mode, images of any size show what these do.
+/// The size of the course's pictures. Elsewhere than in its own mode, images of any size show what
+/// these do.
 const COURSE_IMAGE: [u32; 2] = [480, 360];
 
 /// The camera where it is when the shutter opens, and how it moves, if it does.
@@ -105,8 +107,8 @@ pub(super) fn meter(
     meter::compile(author, surfaces, metres)
 }
 
-/// Where the camera stands: where it is asked to, where the course puts that of a scene, or where its
-/// author says.
+/// Where the camera stands: where it is asked to, where the course puts that of a scene, or where
+/// its author says.
 pub(super) fn placement(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> Placement {
     let of_author = author.map_or(Placement::Node, |camera| camera.placement);
     let of_course = options.course && options.camera.is_none();

@@ -79,7 +79,8 @@ impl Lights {
     }
 }
 
-/// The sun in a unit direction, in axes where +y is up. The irradiance is that of the sun as it is, however wide it is.
+/// The sun in a unit direction, in axes where +y is up. The irradiance is that of the sun as it is,
+/// however wide it is.
 fn sun_of(light: &Daylight, limb: Option<u32>, to_sun: DVec3) -> Sun {
     let radius = 0.5 * light.aperture.to_radians();
     let half_sines = [hosek_wilkie::SUN_RADIUS, radius].map(|r| libm::sin(0.5 * r));

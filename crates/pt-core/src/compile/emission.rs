@@ -16,7 +16,8 @@ use crate::light::{EmitterTriangle, ProjectedImage, SphereLight, SphereMap, Text
 use crate::shapes::FLAT;
 use crate::texture::{TextureRecord, Textures};
 
-/// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a slide.
+/// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a
+/// slide.
 const LOOKUPS: usize = 1 << 20;
 /// Most parts along an edge of a triangle.
 const MAX_PARTS: usize = 64;
@@ -25,7 +26,8 @@ const PARTS: u16 = 64;
 /// Where lookups find less than this share of the mean, they may have missed some light.
 const MIN_SHARE: f32 = 0.01;
 
-/// Refuses images that are no light where textures give off some. Negative numbers count as 0, with a note.
+/// Refuses images that are no light where textures give off some. Negative numbers count as 0, with
+/// a note.
 pub(super) fn check(scene: &Scene, notes: &mut Vec<String>) -> Result<(), CompileError> {
     let mut seen = HashSet::new();
     let mut check_texture = |texture: &Texture| {
@@ -109,7 +111,8 @@ pub(super) fn textured_triangles(
     all
 }
 
-/// The coordinates at the corners of a triangle, as [`crate::RenderScene::texture_eval_context`] has them.
+/// The coordinates at the corners of a triangle, as [`crate::RenderScene::texture_eval_context`]
+/// has them.
 fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
     match shapes.triangle_uvs.get(triangle) {
         Some(corners) if *corners != FLAT => corners.map(|i| shapes.uvs[i as usize]),

@@ -244,8 +244,8 @@ pub(super) struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    /// Which objects that stand still are kept once, however often they are placed; the course's program
-    /// has no such ones.
+    /// Which objects that stand still are kept once, however often they are placed; the course's
+    /// program has no such ones.
     fn shared(&self, tracks: &[Vec<MotionKey>], most: Option<usize>) -> Vec<bool> {
         if self.course {
             return vec![false; self.scene.objects.len()];
@@ -282,8 +282,9 @@ impl Collector<'_> {
         }
     }
 
-    /// The surface of a material slot, and what it emits, if it glows. Glowing surfaces are made anew for
-    /// each object, because each is a light of its own, and so are those between media.
+    /// The surface of a material slot, and what it emits, if it glows. Glowing surfaces are made
+    /// anew for each object, because each is a light of its own, and so are those between
+    /// media.
     pub(super) fn surface(
         &mut self,
         object: &Object,

@@ -25,8 +25,8 @@ pub(super) const MAX_MOVING_LIGHTS: usize = 16;
 /// Objects with the numbers that they have in the scene, and where they are.
 pub(super) type Tracks = Vec<(usize, Vec<MotionKey>)>;
 
-/// The identity of an object but for its place: the mesh or the points, by their address, the radius of these, the
-/// materials, and the media.
+/// The identity of an object but for its place: the mesh or the points, by their address, the
+/// radius of these, the materials, and the media.
 type InstanceKey = (usize, Option<u64>, Vec<Option<u32>>, Option<Sides>);
 
 fn instance_key(object: &Object) -> Option<InstanceKey> {
@@ -48,8 +48,8 @@ fn primitives(object: &Object) -> usize {
     }
 }
 
-/// Which objects are worth keeping once: those of the meshes with the most triangles of copies, until
-/// the copies of all others together have no more than `most`. `may` says which may be.
+/// Which objects are worth keeping once: those of the meshes with the most triangles of copies,
+/// until the copies of all others together have no more than `most`. `may` says which may be.
 pub(super) fn choose_instances(
     scene: &Scene,
     most: Option<usize>,

@@ -21,9 +21,9 @@ struct Plan {
 }
 
 impl Lights {
-    /// Where lights in the scene are more than `most`, or the triangles of one of them are many, puts
-    /// them into trees, from which one is chosen at a time: one tree of those that have an extent, one of
-    /// those of them that nobody sees, and one of those that have none.
+    /// Where lights in the scene are more than `most`, or the triangles of one of them are many,
+    /// puts them into trees, from which one is chosen at a time: one tree of those that have an
+    /// extent, one of those of them that nobody sees, and one of those that have none.
     pub(super) fn plant_trees(&mut self, shapes: &mut Shapes, most: usize) {
         let Plan { extended, hidden, points } = self.plan(shapes, most);
         if extended.is_empty() && hidden.is_empty() && points.is_empty() {
@@ -69,7 +69,8 @@ impl Lights {
         self.table = table;
     }
 
-    /// Keeps what lights were made of, where they moved to in a table of `count`, or, if points went into a tree, there.
+    /// Keeps what lights were made of, where they moved to in a table of `count`, or, if points
+    /// went into a tree, there.
     fn follow_origins(
         &mut self,
         moved: &[Option<Id<AnyLight>>],

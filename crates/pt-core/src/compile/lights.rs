@@ -303,7 +303,8 @@ impl Lights {
     /// Makes lights of glowing shapes that move.
     pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Vec<String>) {
         let mut placed = std::mem::take(&mut shapes.placed);
-        // Coats weaken light by its angle in the world, which the coordinates of what moves do not have.
+        // Coats weaken light by its angle in the world, which the coordinates of what moves do not
+        // have.
         let count = placed.add_lights(shapes, |shapes, emitter| {
             let is_plain = emitter.emission.coat == 0.0;
             is_plain.then(|| self.emissive(shapes, emitter))?
@@ -402,8 +403,8 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
     })
 }
 
-/// The axes of a picture that a spot throws along −z of a node, and that grows with its x and y; if it may
-/// throw one.
+/// The axes of a picture that a spot throws along −z of a node, and that grows with its x and y; if
+/// it may throw one.
 fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
     let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
         let message = "the transformation of a light with a slide may only turn, mirror and scale";

@@ -233,7 +233,8 @@ impl Lower for Principled {
             clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
             clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
             base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
-            // Without a difference of indices, there are no half vectors of light that goes through.
+            // Without a difference of indices, there are no half vectors of light that goes
+            // through.
             eta: if self.transmits() && (ior - 1.0).abs() < MIN_CONTRAST {
                 1.0 + MIN_CONTRAST.copysign(ior - 1.0)
             } else {
@@ -295,7 +296,8 @@ impl Lower for MetallicRoughness {
             sheen_color: cx.share(&self.sheen_color, Lobe::SHEEN_COLOR),
             rotation: self.anisotropy_rotation,
             film_ior: self.film_ior,
-            // Without a difference of indices, there are no half vectors of light that goes through.
+            // Without a difference of indices, there are no half vectors of light that goes
+            // through.
             eta: if self.thin { self.ior } else { self.ior.max(1.0 + MIN_CONTRAST) },
             coat_normal: [0.0; 2],
             thin: self.thin,
@@ -374,8 +376,8 @@ impl Lower for TwoSided {
     }
 }
 
-/// In which direction of (u, v) of a surface u of an image grows while its v stays; that of u where a transform to the
-/// image flattens it.
+/// In which direction of (u, v) of a surface u of an image grows while its v stays; that of u where
+/// a transform to the image flattens it.
 fn growth_of_u(to_pattern: DMat3) -> Vec2 {
     let [x, y] = [to_pattern.x_axis, to_pattern.y_axis].map(DVec3::truncate);
     let along = DVec2::new(y.y, -x.y) * x.perp_dot(y).signum();

@@ -179,7 +179,8 @@ fn field(placed: &PlacedGrid, metres: f64) -> Field {
     }
 }
 
-/// Clouds, and their extinction per metre where they are densest; `area` is that of what they are made of.
+/// Clouds, and their extinction per metre where they are densest; `area` is that of what they are
+/// made of.
 fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32), String> {
     let &WrittenCloud { extinction, density, wispiness, frequency, low, high, to_world, .. } =
         written;

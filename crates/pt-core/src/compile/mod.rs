@@ -46,20 +46,22 @@ pub struct CompileOptions {
     pub course: bool,
     /// How to build the hierarchy of boxes.
     pub bvh: BuildOptions,
-    /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up to
-    /// as many, each is sampled. `None` is a small number.
+    /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up
+    /// to as many, each is sampled. `None` is a small number.
     pub most_single_lights: Option<usize>,
-    /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
-    /// more, those with the most are kept once and referred to, unless they glow. Copies are found
-    /// faster, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
+    /// Most triangles of copies of meshes that are placed more than once, without the first of
+    /// each. Of more, those with the most are kept once and referred to, unless they glow.
+    /// Copies are found faster, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
-    /// Whether a scene without any light gets soft light from three sides, and one without a camera is looked
-    /// at from the front, the right and above; else the one is black, and the other looked at from +z.
+    /// Whether a scene without any light gets soft light from three sides, and one without a
+    /// camera is looked at from the front, the right and above; else the one is black, and the
+    /// other looked at from +z.
     pub studio: bool,
-    /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that
-    /// weighs one sample of each light against one of the BSDF, which finds all of the sky as well.
+    /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator
+    /// that weighs one sample of each light against one of the BSDF, which finds all of the
+    /// sky as well.
     pub compensated: bool,
     /// Whether texture coordinates are kept where no texture asks for them.
     pub texture_coordinates: bool,
@@ -76,7 +78,8 @@ pub struct CompileOptions {
     /// Show all directions around the camera in place of what it shows.
     pub panorama: bool,
     /// Light meshes with normals at their corners as the round shapes that these belong to: see
-    /// [`RenderScene::smooth_shadows`]. Not in scenes with media, nor on what moves or is kept once.
+    /// [`RenderScene::smooth_shadows`]. Not in scenes with media, nor on what moves or is kept
+    /// once.
     pub smooth_shadows: bool,
 }
 
@@ -96,8 +99,8 @@ pub struct Compiled {
     pub scene: RenderScene,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the hierarchies of
-    /// those that are placed there.
+    /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the
+    /// hierarchies of those that are placed there.
     pub geometry_time: Duration,
     /// Wall-clock time of building the hierarchy.
     pub bvh_time: Duration,

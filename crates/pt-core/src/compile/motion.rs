@@ -7,8 +7,8 @@ use pt_scene::{Key, Motion, Object, Scene, Span};
 
 use super::{CompileError, CompileOptions};
 
-/// When the shutter opens and closes, in seconds; the course's program knows no time but that at which
-/// it opens.
+/// When the shutter opens and closes, in seconds; the course's program knows no time but that at
+/// which it opens.
 ///
 /// # Errors
 /// If these are no finite times, or not in this order.

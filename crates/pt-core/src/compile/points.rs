@@ -16,8 +16,9 @@ use crate::texture::MeshColors;
 const ALONE: f64 = 1.0 / 20.0;
 
 impl Collector<'_> {
-    /// Adds points and segments. Their spheres stay round, whatever the transform does to space. What emits of them is
-    /// not sampled as lights, but for the cylinders: paths find spheres by chance.
+    /// Adds points and segments. Their spheres stay round, whatever the transform does to space.
+    /// What emits of them is not sampled as lights, but for the cylinders: paths find spheres
+    /// by chance.
     pub(super) fn add_points(
         &mut self,
         object: &Object,

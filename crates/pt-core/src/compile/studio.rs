@@ -1,8 +1,9 @@
-//! A studio for scenes that have no light of their own: soft light from three sides before a grey ground.
+//! A studio for scenes that have no light of their own: soft light from three sides before a grey
+//! ground.
 //!
-//! The key stands to the left of the camera and above it, the fill lower to its right, and the rim behind
-//! what is looked at, high above. All are discs with soft edges on the sky, outside of what the studio's camera
-//! sees, so the light is as good for a ring as for a house. There is no floor.
+//! The key stands to the left of the camera and above it, the fill lower to its right, and the rim
+//! behind what is looked at, high above. All are discs with soft edges on the sky, outside of what
+//! the studio's camera sees, so the light is as good for a ring as for a house. There is no floor.
 
 use std::f32::consts::PI;
 
@@ -10,8 +11,8 @@ use pt_math::{Vec3, trig};
 
 use crate::light::EnvironmentMap;
 
-/// Where the camera of the studio stands, seen from the middle of the scene: azimuth from +z towards +x, and
-/// height above the horizon, in degrees.
+/// Where the camera of the studio stands, seen from the middle of the scene: azimuth from +z
+/// towards +x, and height above the horizon, in degrees.
 const CAMERA: [f32; 2] = [35.0, 20.0];
 /// Columns and rows of the map: its edges are soft, so 1.4 degrees are enough.
 const SIZE: [u32; 2] = [256, 128];

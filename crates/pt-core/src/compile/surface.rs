@@ -84,8 +84,8 @@ impl CompiledSurface {
     }
 }
 
-/// The share of a surface that is under a clear coat through which it emits: of the material of glTF, whose texts say so. A
-/// coat that differs from point to point leaves all.
+/// The share of a surface that is under a clear coat through which it emits: of the material of
+/// glTF, whose texts say so. A coat that differs from point to point leaves all.
 fn coat_of(surface: &Surface) -> f32 {
     match surface {
         Surface::MetallicRoughness(layers) => match &layers.clearcoat {

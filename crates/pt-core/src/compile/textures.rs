@@ -106,8 +106,8 @@ impl Lowering {
         self.stored(lobe.into().record(), two_sided)
     }
 
-    /// A lobe by tables, which are made once for all that share them. A back that reflects has the same x and y as the front, as in
-    /// Mitsuba and pbrt-v4.
+    /// A lobe by tables, which are made once for all that share them. A back that reflects has the
+    /// same x and y as the front, as in Mitsuba and pbrt-v4.
     pub(super) fn measured(&mut self, of: &Arc<Measurements>, two_sided: bool) -> Material {
         let tables = &mut self.lobe_tables.measured;
         let number = *self.measured.entry(Arc::as_ptr(of)).or_insert_with(|| {
@@ -179,7 +179,8 @@ impl Lowering {
         }
     }
 
-    /// What fibres absorb that have a colour together, which the next lobe packs from `first` on; see [`hair::slope`].
+    /// What fibres absorb that have a colour together, which the next lobe packs from `first` on;
+    /// see [`hair::slope`].
     pub(super) fn absorption(&mut self, color: &Color, first: usize, slope: f32) -> Spectrum {
         match color {
             Color::Value(value) => hair::absorption(*value, slope).into(),

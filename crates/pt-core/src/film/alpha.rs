@@ -3,11 +3,11 @@
 use super::{Aov, Film, aov};
 
 impl Film {
-    /// The coverage of each pixel, in rows from the top: the mean over its samples of 1 where light is
-    /// scattered or stopped, or the background is seen, and 0 where nothing is behind what lets
-    /// light through as it came. It is weighed as light is, by the filter and by halves, so that the
-    /// image is multiplied with it already; filters with negative parts leave [0, 1]. `None` if the
-    /// film does not keep it.
+    /// The coverage of each pixel, in rows from the top: the mean over its samples of 1 where light
+    /// is scattered or stopped, or the background is seen, and 0 where nothing is behind what
+    /// lets light through as it came. It is weighed as light is, by the filter and by halves,
+    /// so that the image is multiplied with it already; filters with negative parts leave [0,
+    /// 1]. `None` if the film does not keep it.
     pub fn alpha(&self) -> Option<Vec<f32>> {
         Some(self.coverage()?.map(|pixel| pixel.mean() as f32).collect())
     }

@@ -10,8 +10,9 @@ use super::{ExactSum, Film, HalfBuffer, PixelSums};
 
 /// A quantity of which an image is written beside that of the light.
 ///
-/// Those of surfaces are means over the samples of the pixel that see one, at the first surface, and 0
-/// where none does; numbers of things are those of what sample 0 sees, from 1 on, and 0 for nothing.
+/// Those of surfaces are means over the samples of the pixel that see one, at the first surface,
+/// and 0 where none does; numbers of things are those of what sample 0 sees, from 1 on, and 0 for
+/// nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
     /// Share of the light from all around that is scattered towards the camera.
@@ -193,7 +194,8 @@ impl Aov {
     }
 }
 
-/// How many sums a film keeps per pixel: if any, one more for the number of samples that see a surface.
+/// How many sums a film keeps per pixel: if any, one more for the number of samples that see a
+/// surface.
 pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
     let sums: usize = aovs.iter().map(|aov| aov.sums()).sum();
     if sums == 0 { 0 } else { sums + 1 }
@@ -233,13 +235,14 @@ pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
     }
 }
 
-/// Bytes that a film needs per pixel for these, and their images while they are written where those are large.
+/// Bytes that a film needs per pixel for these, and their images while they are written where those
+/// are large.
 pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
     sums_per_pixel(aovs) * size_of::<ExactSum>() + ids(aovs).count() * THINGS_BYTES
 }
 
-/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0; returns whether all
-/// are numbers.
+/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0;
+/// returns whether all are numbers.
 pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstHit) -> bool {
     let Some((hits, mut rest)) = sums.split_first_mut() else { return true };
     hits.add(1.0);
@@ -315,8 +318,9 @@ pub fn channels(film: &Film) -> Vec<Channel> {
     channels
 }
 
-/// Means of a quantity with three real channels over all samples of each pixel, in which those that see no surface are 0,
-/// as is their light: at the edge of a shape, what is seen of it. `None` if the film does not keep it.
+/// Means of a quantity with three real channels over all samples of each pixel, in which those that
+/// see no surface are 0, as is their light: at the edge of a shape, what is seen of it. `None` if
+/// the film does not keep it.
 pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
     let first = sum_index(&film.aovs, aov)?;
     let (channels, ChannelSource::Mean(_)) = aov.source() else { return None };
@@ -369,7 +373,8 @@ mod tests {
         assert_eq!(Aov::from_name("shadow"), None);
     }
 
-    /// Pixel 0 sees three surfaces in four samples, pixel 1 none in the first of two, pixel 2 nothing.
+    /// Pixel 0 sees three surfaces in four samples, pixel 1 none in the first of two, pixel 2
+    /// nothing.
     #[test]
     fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
         let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());

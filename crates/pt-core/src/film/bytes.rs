@@ -1,16 +1,20 @@
 //! Films as bytes: all that is needed to go on, or to add films up.
 //!
-//! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32 each);
-//! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
-//! counts (u32) pixel by pixel; the four sums of each pixel; those of the other
-//! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
-//! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
-//! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (a sum); how many
-//! samples were refused for each reason (u64 each, in the order of [`InvalidReason::ALL`]), how many of them are named (u32), and of each its row, column and
-//! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
-//! else 0 (u32). Sums are of three words of 64 bits in units of 2⁻⁶⁴, those of squares of four in units of 2⁻¹²⁷. Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
-//! (f64, NaN for none), 0, or 1 and the densities of the pixels (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for
-//! each other (u8). Nothing else.
+//! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32
+//! each); how many quantities are kept besides light (u32), and of each the length of its name
+//! (u32) and the name; counts (u32) pixel by pixel; the four sums of each pixel; those of the other
+//! quantities; of each pixel for each quantity that counts things, how many things there are (u32),
+//! and of each its number and how many samples see it (u32 each), in the order of the numbers; of
+//! each pixel the three sums of each group of lights, which are quantities too, behind the others,
+//! called `light group` and their name; the luminance that was cut off (a sum); how many
+//! samples were refused for each reason (u64 each, in the order of [`InvalidReason::ALL`]), how
+//! many of them are named (u32), and of each its row, column and number, and the number of the
+//! reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
+//! else 0 (u32). Sums are of three words of 64 bits in units of 2⁻⁶⁴, those of squares of four in
+//! units of 2⁻¹²⁷. Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is
+//! expected (three u64), the error (f64, NaN for none), 0, or 1 and the densities of the pixels
+//! (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for each other
+//! (u8). Nothing else.
 
 use std::io::{self, Write};
 
@@ -192,8 +196,8 @@ fn pixel_of_bytes(bytes: [u8; PIXEL]) -> Sums {
     Sums { light, squares: SquareSum::from_words(squares) }
 }
 
-/// What is wrong with the sums of pixels that have so many samples each, if something is. Sums of more than samples can have could
-/// not be added up any more.
+/// What is wrong with the sums of pixels that have so many samples each, if something is. Sums of
+/// more than samples can have could not be added up any more.
 fn fault_of_sums(film: &Film) -> Option<FilmError> {
     let Film { first, counts, sums, aov_sums, group_sums, .. } = film;
     let (per_pixel, groups) = (aov::sums_per_pixel(&film.aovs), film.light_groups.len());
@@ -420,7 +424,8 @@ mod tests {
         }
     }
 
-    /// Else the samples of a thing that is there twice would be added up, beyond what a count holds.
+    /// Else the samples of a thing that is there twice would be added up, beyond what a count
+    /// holds.
     #[test]
     fn things_of_a_pixel_are_in_order_and_each_once() {
         let mut film = Film::with_aovs(Region::full([1, 1]), &[Aov::CryptomatteObject]);
@@ -441,7 +446,8 @@ mod tests {
         }
     }
 
-    /// A pixel of one sample, with sums at their limit and beyond, and one whose samples have no numbers.
+    /// A pixel of one sample, with sums at their limit and beyond, and one whose samples have no
+    /// numbers.
     #[test]
     fn sums_and_counts_are_those_of_samples_that_can_be() {
         let mut film = Film::new(Region::full([1, 1]));

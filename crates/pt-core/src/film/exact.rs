@@ -1,15 +1,18 @@
 //! Exact sums.
 
-/// A sum of floating-point numbers as a fixed-point number of `WORDS` words of 64 bits, the least significant first, in
-/// two's complement, whose last bit is 2^−`FRACTION`: exact, hence associative and commutative.
+/// A sum of floating-point numbers as a fixed-point number of `WORDS` words of 64 bits, the least
+/// significant first, in two's complement, whose last bit is 2^−`FRACTION`: exact, hence
+/// associative and commutative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Zeroable)]
 pub struct FixedPoint<const WORDS: usize, const FRACTION: i32>([u64; WORDS]);
 
-/// A sum of `f32` values of at most 2⁴⁸, in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do not fill it.
-/// A pixel has fewer than 2³² samples, and an image of all pixels that memory holds fewer than 2⁷⁹.
+/// A sum of `f32` values of at most 2⁴⁸, in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do
+/// not fill it. A pixel has fewer than 2³² samples, and an image of all pixels that memory holds
+/// fewer than 2⁷⁹.
 pub type ExactSum = FixedPoint<3, 64>;
 
-/// A sum of squares of such values, in steps of 2⁻¹²⁷, below 2¹²⁸: as many as a pixel has samples do not fill it.
+/// A sum of squares of such values, in steps of 2⁻¹²⁷, below 2¹²⁸: as many as a pixel has samples
+/// do not fill it.
 pub(super) type SquareSum = FixedPoint<4, 127>;
 
 impl ExactSum {
@@ -146,8 +149,8 @@ mod tests {
         sum
     }
 
-    /// All powers of two that samples may have, of both signs, as often as all samples of a pixel (2³²) and of the largest
-    /// image (2⁷⁹ − 1 at most; here 2⁷⁸): the sum is the product.
+    /// All powers of two that samples may have, of both signs, as often as all samples of a pixel
+    /// (2³²) and of the largest image (2⁷⁹ − 1 at most; here 2⁷⁸): the sum is the product.
     #[test]
     fn no_magnitude_sign_or_count_wraps_a_sum() {
         for power in -64..=48 {

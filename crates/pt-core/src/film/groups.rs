@@ -8,14 +8,16 @@ use super::{ExactSum, Film, InvalidReason, Moments, PixelSums, Sums};
 /// Red, green and blue of a group.
 pub(super) type GroupSums = [ExactSum; 3];
 
-/// Bytes per pixel that are reckoned for each group: the sums, and its channels once apart and once in the file.
+/// Bytes per pixel that are reckoned for each group: the sums, and its channels once apart and once
+/// in the file.
 pub const BYTES_PER_PIXEL: usize = size_of::<GroupSums>() + 2 * size_of::<[f32; 3]>();
 
 /// Before its name, a group is called so among what a film keeps.
 pub(super) const PREFIX: &str = "light group ";
 
-/// Adds samples of a pixel, of which `parts` has that of each group, one sample behind the other, each times what it counts by
-/// the filter if that is given. What the film refuses as a whole it refuses in parts.
+/// Adds samples of a pixel, of which `parts` has that of each group, one sample behind the other,
+/// each times what it counts by the filter if that is given. What the film refuses as a whole it
+/// refuses in parts.
 pub(super) fn add(
     sums: &mut [GroupSums],
     samples: &[Spectrum],
@@ -37,7 +39,8 @@ pub(super) fn add(
 }
 
 impl Film {
-    /// What is known of the light of a group in each pixel, in rows from the top: its mean is taken as that of the whole.
+    /// What is known of the light of a group in each pixel, in rows from the top: its mean is taken
+    /// as that of the whole.
     fn pixels_of_group(&self, group: usize) -> impl Iterator<Item = PixelSums> {
         let moments = move |film: &Self, i: usize| {
             let light = film.group_sums[i * film.light_groups.len() + group];
@@ -86,8 +89,9 @@ mod tests {
         values.clone()
     }
 
-    /// Pixel 0 has two samples in the first half and three in the second, pixel 1 some in one half alone, pixel 2 none. Each
-    /// group counts as the image does: of two halves, the mean of their means.
+    /// Pixel 0 has two samples in the first half and three in the second, pixel 1 some in one half
+    /// alone, pixel 2 none. Each group counts as the image does: of two halves, the mean of
+    /// their means.
     #[test]
     fn groups_of_halves_are_together_the_mean_of_the_halves() {
         let film = Film::new(Region::full([3, 1]));
@@ -102,7 +106,8 @@ mod tests {
         assert_eq!(image, [5.5, 6.0, 0.0]);
     }
 
-    /// What is no light as a whole is none in its parts, and a weight counts for the whole and for its parts.
+    /// What is no light as a whole is none in its parts, and a weight counts for the whole and for
+    /// its parts.
     #[test]
     fn parts_are_refused_and_weighed_as_their_whole_is() {
         let mut sums = [GroupSums::default(); 2];

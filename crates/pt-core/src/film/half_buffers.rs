@@ -1,4 +1,5 @@
-//! Films of two halves, whose samples know nothing of each other: how much they differ is how large the error is.
+//! Films of two halves, whose samples know nothing of each other: how much they differ is how large
+//! the error is.
 
 use pt_math::sampler::HALF_B_OFFSET;
 
@@ -21,16 +22,18 @@ impl HalfBuffer {
 /// How many samples each pixel of a film of two halves is to have, until more is decided.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SamplePlan {
-    /// Samples of a pixel in each half: of all pixels on average, or of each as long as nothing is known of
-    /// how they differ.
+    /// Samples of a pixel in each half: of all pixels on average, or of each as long as nothing is
+    /// known of how they differ.
     pub goal: u32,
     /// How often it was decided that more are needed, since pixels are told apart or before.
     pub rounds: u32,
     /// Samples that each pixel is to have in each half at least.
     pub least: u32,
-    /// Once pixels are told apart, how many each is to have for each of the goal; empty if all are to have the same.
+    /// Once pixels are told apart, how many each is to have for each of the goal; empty if all are
+    /// to have the same.
     pub densities: Option<Vec<f32>>,
-    /// Pixels of which all samples are known to be the same, since they see nothing but an even sky; empty if there are none.
+    /// Pixels of which all samples are known to be the same, since they see nothing but an even
+    /// sky; empty if there are none.
     pub vacant: Vec<bool>,
     /// The error when this was decided.
     pub error: Option<f64>,
@@ -39,9 +42,10 @@ pub struct SamplePlan {
 }
 
 impl SamplePlan {
-    /// How many samples pixel number `pixel` is to have in each half. Where pixels differ these are powers of two, of which the
-    /// points of a sequence are best: in two scenes, variance times samples was 6 to 15 % above what powers of two around
-    /// them had at 1¼ to 1¾ times a power, and counts that are off by up to √2 take 2 % more samples for the same.
+    /// How many samples pixel number `pixel` is to have in each half. Where pixels differ these are
+    /// powers of two, of which the points of a sequence are best: in two scenes, variance times
+    /// samples was 6 to 15 % above what powers of two around them had at 1¼ to 1¾ times a
+    /// power, and counts that are off by up to √2 take 2 % more samples for the same.
     #[inline]
     pub fn wanted(&self, pixel: usize) -> u32 {
         if self.is_background_only(pixel) {
@@ -75,7 +79,8 @@ fn nearest_power_of_two(number: f64) -> u32 {
 }
 
 impl Film {
-    /// The same with a second half beside the samples that it takes: those of each have scramblings of their own.
+    /// The same with a second half beside the samples that it takes: those of each have scramblings
+    /// of their own.
     ///
     /// # Panics
     /// If it has samples, or does not begin with sample 0.

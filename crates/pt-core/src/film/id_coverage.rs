@@ -11,16 +11,17 @@ pub struct IdCount {
     pub samples: u32,
 }
 
-/// All things that the samples of a pixel see, in the order of their numbers. Counts are exact and none is left out, so
-/// that neither the order of samples nor how they are shared out changes them.
+/// All things that the samples of a pixel see, in the order of their numbers. Counts are exact and
+/// none is left out, so that neither the order of samples nor how they are shared out changes them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IdCoverage(SmallVec<[IdCount; IN_PLACE]>);
 
 /// Most pixels see one thing, those on an edge two; more have memory of their own.
 const IN_PLACE: usize = 2;
 
-/// Bytes per pixel that are reckoned for them: the pixel, on average as much again for those that see more, and 12 numbers
-/// of the image that is made of them, once as a channel and once in the file.
+/// Bytes per pixel that are reckoned for them: the pixel, on average as much again for those that
+/// see more, and 12 numbers of the image that is made of them, once as a channel and once in the
+/// file.
 pub(super) const THINGS_BYTES: usize = 2 * size_of::<IdCoverage>() + 2 * 12 * size_of::<f32>();
 
 impl IdCoverage {

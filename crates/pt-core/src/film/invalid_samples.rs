@@ -18,8 +18,8 @@ pub enum InvalidReason {
     Negative,
     /// A channel, or what it counts by the filter, is beyond 2⁴⁸.
     TooLarge,
-    /// Something that is kept of the surface that it sees is no number, or beyond that limit; its light
-    /// may be as it should.
+    /// Something that is kept of the surface that it sees is no number, or beyond that limit; its
+    /// light may be as it should.
     Surface,
 }
 
@@ -28,7 +28,8 @@ impl InvalidReason {
     pub const ALL: [Self; 5] =
         [Self::NotANumber, Self::Infinite, Self::Negative, Self::TooLarge, Self::Surface];
 
-    /// What is wrong with the light of a sample that counts `weight` by the filter, if something is.
+    /// What is wrong with the light of a sample that counts `weight` by the filter, if something
+    /// is.
     pub fn of(light: Spectrum, weight: f32) -> Option<Self> {
         let any = |is: fn(f32) -> bool| light.to_array().into_iter().any(is);
         if any(f32::is_nan) {
@@ -78,8 +79,8 @@ pub struct InvalidSample {
     pub reason: InvalidReason,
 }
 
-/// Samples that were refused: how many of each [`InvalidReason`], and the first ones. One whose light and whose
-/// surface are no numbers is there twice.
+/// Samples that were refused: how many of each [`InvalidReason`], and the first ones. One whose
+/// light and whose surface are no numbers is there twice.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InvalidSamples {
     /// How many, in the order of [`InvalidReason::ALL`].

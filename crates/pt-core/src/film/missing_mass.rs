@@ -1,14 +1,17 @@
 //! What no sample of an image has found.
 //!
-//! A pixel may hold a small bright thing (the reflection of the sun in a ball) that none of its n samples met. How much
-//! samples differ knows nothing of it. But if every sample of pixel i finds one with probability pᵢ, none of all pixels finds
-//! any with probability q = exp(−Σnpᵢ), and then the image lacks −b ln q/n of light in all, if they are as bright as b. Nothing
-//! that is rarer than what was seen is taken to be brighter than it, so b is that of the brightest samples of the image. The sum of squares of
-//! errors is greatest where one pixel lacks it alone or, as pixels are at worst black in place of white, as few as can. (That what was seen
-//! rarely tells of what was not seen: Good, "The Population Frequencies of Species and the Estimation of Population Parameters",
-//! Biometrika 40, 1953.)
+//! A pixel may hold a small bright thing (the reflection of the sun in a ball) that none of its n
+//! samples met. How much samples differ knows nothing of it. But if every sample of pixel i finds
+//! one with probability pᵢ, none of all pixels finds any with probability q = exp(−Σnpᵢ), and then
+//! the image lacks −b ln q/n of light in all, if they are as bright as b. Nothing that is rarer
+//! than what was seen is taken to be brighter than it, so b is that of the brightest samples of the
+//! image. The sum of squares of errors is greatest where one pixel lacks it alone or, as pixels are
+//! at worst black in place of white, as few as can. (That what was seen rarely tells of what was
+//! not seen: Good, "The Population Frequencies of Species and the Estimation of Population
+//! Parameters", Biometrika 40, 1953.)
 //!
-//! In large images it is next to nothing of the whole; in small ones it says how many samples a single pixel needs.
+//! In large images it is next to nothing of the whole; in small ones it says how many samples a
+//! single pixel needs.
 
 use super::Film;
 use super::error_estimate::displayed;
@@ -29,7 +32,8 @@ pub(crate) struct MissingMass {
 }
 
 impl MissingMass {
-    /// The greatest sum if each pixel has so many samples, and all are missed with probability exp(−`rarity`).
+    /// The greatest sum if each pixel has so many samples, and all are missed with probability
+    /// exp(−`rarity`).
     fn square(&self, rarity: f64, samples: u32) -> f64 {
         let share = rarity * self.brightness / f64::from(samples.max(1));
         self.pixels_per_sample * share * share.min(self.max_darkening)
@@ -42,8 +46,9 @@ impl MissingMass {
         rarity * self.brightness / share
     }
 
-    /// By how much an error is more than what was found, whose standard deviation is `deviation`, if each pixel has so many
-    /// samples: at most but with the probabilities of `budget`, whatever the things are that no sample found.
+    /// By how much an error is more than what was found, whose standard deviation is `deviation`,
+    /// if each pixel has so many samples: at most but with the probabilities of `budget`,
+    /// whatever the things are that no sample found.
     pub(crate) fn margin(&self, deviation: f64, samples: u32, budget: ErrorBudget) -> f64 {
         let rarest = -libm::log(budget.missing_mass);
         let missed: Vec<(f64, f64)> = (0..=STEPS)
@@ -69,8 +74,9 @@ impl MissingMass {
 pub(crate) struct ErrorBudget {
     /// At one look at a film.
     pub(crate) noise: f64,
-    /// At all looks together, by things that no sample found, beside: what was missed by many samples, was missed by fewer, so
-    /// the probability that something is missed which matters is that at the first look that could be wrong by it.
+    /// At all looks together, by things that no sample found, beside: what was missed by many
+    /// samples, was missed by fewer, so the probability that something is missed which matters
+    /// is that at the first look that could be wrong by it.
     pub(crate) missing_mass: f64,
 }
 
@@ -94,8 +100,8 @@ fn smallest_where(most: f64, is: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// How bright the samples are to which a pixel owes its light: Σy²/Σy of their luminances y, in the colour of the pixel, as the
-/// length of a vector of red, green and blue.
+/// How bright the samples are to which a pixel owes its light: Σy²/Σy of their luminances y, in the
+/// colour of the pixel, as the length of a vector of red, green and blue.
 fn brightness(pixel: PixelSums) -> f64 {
     let (luminance, of_squares) = pixel.luminances();
     let length = pixel.mean().iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -159,8 +165,9 @@ mod tests {
         assert_eq!(MissingMass { max_darkening: 0.0, ..sun }.margin(0.0, 16, budget), 0.0);
     }
 
-    /// Images with normal noise and one pixel that holds a thing, which all samples miss with different probabilities: the margin is
-    /// exceeded as often as was said, and with the worst of them hardly less.
+    /// Images with normal noise and one pixel that holds a thing, which all samples miss with
+    /// different probabilities: the margin is exceeded as often as was said, and with the worst
+    /// of them hardly less.
     #[test]
     fn a_margin_is_exceeded_as_often_as_is_said() {
         let mut random = Random::new(11);

@@ -193,10 +193,11 @@ impl Film {
         (self.pixels().map(sum).sum(), removed.value())
     }
 
-    /// An estimate of the root of the mean square error of the luminance, as a share of the root of its mean
-    /// square: √(Σσ²/n) / √(Σy²) over all pixels, with the luminance y of a pixel, the variance σ² of its n samples.
-    /// It takes samples as independent: those of a sampler that lays out its points come closer.
-    /// None if a pixel has fewer than two samples, or nothing is lit.
+    /// An estimate of the root of the mean square error of the luminance, as a share of the root of
+    /// its mean square: √(Σσ²/n) / √(Σy²) over all pixels, with the luminance y of a pixel, the
+    /// variance σ² of its n samples. It takes samples as independent: those of a sampler that
+    /// lays out its points come closer. None if a pixel has fewer than two samples, or nothing
+    /// is lit.
     pub fn relative_error(&self) -> Option<f64> {
         let add = |(signal, noise): (f64, f64), (mean, error): (f64, f64)| {
             (signal + mean * mean, noise + error * error)
@@ -206,8 +207,8 @@ impl Film {
     }
 
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
-    /// samples; what they refuse is to be handed to [`Self::add_invalid_samples`], and what was cut off from samples to
-    /// [`Self::add_clamped`].
+    /// samples; what they refuse is to be handed to [`Self::add_invalid_samples`], and what was cut
+    /// off from samples to [`Self::add_clamped`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
         let groups = self.light_groups.len();
         let Self { region, first, counts, sums, aovs, aov_sums, ids, group_sums, .. } = self;
@@ -235,9 +236,9 @@ impl Film {
         tiles
     }
 
-    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same. In
-    /// whatever order the films of several parts are added up, and however they are grouped, the sums are the
-    /// same to the bit.
+    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same.
+    /// In whatever order the films of several parts are added up, and however they are grouped,
+    /// the sums are the same to the bit.
     ///
     /// # Panics
     /// If it keeps something else, one is in halves, or a pixel has 2³² samples in both together.
@@ -264,8 +265,8 @@ impl Film {
         self.removed.merge(other.removed);
     }
 
-    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both halves if there are two;
-    /// `None` if the film does not keep it, or it counts none.
+    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both
+    /// halves if there are two; `None` if the film does not keep it, or it counts none.
     pub fn id_coverage(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = IdCoverage>> {
         let place = aov::id_index(&self.aovs, aov)?;
         let per_pixel = aov::ids(&self.aovs).count();
@@ -321,8 +322,8 @@ mod tests {
         assert_eq!(film(&[&grey([0.0; 2])]).relative_error(), None);
     }
 
-    /// Samples of the largest radiance, of both signs by a filter's weights, merged until a pixel has nearly all samples
-    /// that it may have: sums and errors are those of the closed form.
+    /// Samples of the largest radiance, of both signs by a filter's weights, merged until a pixel
+    /// has nearly all samples that it may have: sums and errors are those of the closed form.
     #[test]
     fn films_hold_the_largest_light_of_all_samples_of_a_pixel() {
         let bright = Spectrum::splat(ExactSum::LIMIT);
@@ -353,8 +354,9 @@ mod tests {
         }
     }
 
-    /// The relative error of an image is the same, to the bit, for light that is 2ᵏ times as bright, as long as all digits of
-    /// its samples are above 2⁻⁶⁴; below, as far as the image itself has digits.
+    /// The relative error of an image is the same, to the bit, for light that is 2ᵏ times as
+    /// bright, as long as all digits of its samples are above 2⁻⁶⁴; below, as far as the image
+    /// itself has digits.
     #[test]
     fn relative_errors_do_not_depend_on_how_bright_a_scene_is() {
         let mut random = pt_testing::Random::new(4);

@@ -16,8 +16,8 @@ impl Moments {
         self.sums.light.map(|s| s.value() / n)
     }
 
-    /// Mean luminance, and the variance of a sample, with Bessel's correction: (Σy² − (Σy)²/n)/(n − 1). Infinite
-    /// below two samples.
+    /// Mean luminance, and the variance of a sample, with Bessel's correction: (Σy² − (Σy)²/n)/(n −
+    /// 1). Infinite below two samples.
     pub(super) fn luminance(&self) -> (f64, f64) {
         let [r, g, b] = self.mean();
         let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -56,8 +56,8 @@ impl PixelSums {
         }
     }
 
-    /// Mean radiance; black without samples. Of two halves the mean of their means, whatever their numbers of
-    /// samples: how much a half counts must not depend on what it saw.
+    /// Mean radiance; black without samples. Of two halves the mean of their means, whatever their
+    /// numbers of samples: how much a half counts must not depend on what it saw.
     pub fn mean(&self) -> [f64; 3] {
         match self.halves() {
             (half, None) => half.mean(),

@@ -59,8 +59,8 @@ impl Region {
         (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 
-    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row. Tiles begin at multiples of
-    /// `size` less `shift`, by columns and rows, or with the region.
+    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row. Tiles begin at
+    /// multiples of `size` less `shift`, by columns and rows, or with the region.
     pub fn tiles(&self, size: u32, shift: [u32; 2]) -> Vec<Self> {
         let columns = cut(self.x, self.width, size, shift[0]);
         let mut tiles = Vec::new();
@@ -71,7 +71,8 @@ impl Region {
     }
 }
 
-/// Cuts `start..start + len` before multiples of `size` less `shift`: starts and lengths of the pieces.
+/// Cuts `start..start + len` before multiples of `size` less `shift`: starts and lengths of the
+/// pieces.
 fn cut(start: u32, len: u32, size: u32, shift: u32) -> Vec<(u32, u32)> {
     let mut pieces = Vec::new();
     let mut at = start;

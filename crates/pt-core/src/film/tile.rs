@@ -94,9 +94,9 @@ impl<'a> Tile<'a> {
         PixelSums::new(Moments { sums: sums[column], count: counts[column] }, None)
     }
 
-    /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what it counts by
-    /// the filter if that is given. One that is no light (see [`InvalidReason`]) counts as black, and is reported in
-    /// [`Self::invalid_samples`].
+    /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what
+    /// it counts by the filter if that is given. One that is no light (see [`InvalidReason`])
+    /// counts as black, and is reported in [`Self::invalid_samples`].
     #[inline]
     pub fn add(
         &mut self,
@@ -145,8 +145,8 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Adds the light of groups of lights of the samples that [`Self::add`] was given; `parts` has that of each group, one sample
-    /// behind the other. A film without groups takes none.
+    /// Adds the light of groups of lights of the samples that [`Self::add`] was given; `parts` has
+    /// that of each group, one sample behind the other. A film without groups takes none.
     pub fn add_light_groups(
         &mut self,
         pixel: [u32; 2],
@@ -215,8 +215,8 @@ impl<'a> Tile<'a> {
         aov::keeps_surfaces(self.aovs)
     }
 
-    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one. What is no number
-    /// counts as 0, and is reported in [`Self::invalid_samples`].
+    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one.
+    /// What is no number counts as 0, and is reported in [`Self::invalid_samples`].
     pub fn add_aovs(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);

@@ -1,8 +1,8 @@
 //! Lights on shapes that move: sampled in the coordinates of the shape, at the time of the path.
 //!
-//! With M the linear part of the transform, the direction ω' in these coordinates is ω = Mω'/|Mω'| in
-//! the world, and dω = |det M| / |Mω'|³ dω': the cone over an area grows as its volume, and as the
-//! cube of its length.
+//! With M the linear part of the transform, the direction ω' in these coordinates is ω = Mω'/|Mω'|
+//! in the world, and dω = |det M| / |Mω'|³ dω': the cone over an area grows as its volume, and as
+//! the cube of its length.
 
 use pt_math::float_error::EPSILON;
 use pt_math::{DAffine3, DVec3, Pdf, SolidAngle, Vec3};

@@ -116,13 +116,13 @@ impl EnvironmentMap {
             .collect()
     }
 
-    /// Takes directions from which little light comes away from light sampling, for one light sample
-    /// beside one BSDF sample, which has to find these directions then.
+    /// Takes directions from which little light comes away from light sampling, for one light
+    /// sample beside one BSDF sample, which has to find these directions then.
     ///
     /// The two together should have the density of the light: with q that of BSDF sampling,
-    /// p + q = 2 L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres; with the mean
-    /// L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄). [Karlík et al. 2019, "MIS Compensation: Optimizing
-    /// Sampling Techniques in Multiple Importance Sampling"]
+    /// p + q = 2 L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres; with the
+    /// mean L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄). [Karlík et al. 2019, "MIS Compensation:
+    /// Optimizing Sampling Techniques in Multiple Importance Sampling"]
     pub fn compensate(&mut self) {
         let Some(density) = &self.density else { return };
         let [w, h] = self.cells();

@@ -67,10 +67,10 @@ impl HosekWilkieModel {
         Piecewise2D::new(&weights, COLUMNS, ROWS)
     }
 
-    /// F(θ, γ) = (1 + A e^(B / (cos θ + 0.01))) (C + D e^(Eγ) + F cos²γ + G χ(I, γ) + H √cos θ) at the
-    /// angles θ to the zenith and γ to the sun, with χ(g, γ) = (1 + cos²γ) / (1 + g² − 2g cos γ)^(3/2),
-    /// times the mean radiance; black below the horizon. [ibid., equations 8 and 9, where H and I are
-    /// named the other way around]
+    /// F(θ, γ) = (1 + A e^(B / (cos θ + 0.01))) (C + D e^(Eγ) + F cos²γ + G χ(I, γ) + H √cos θ) at
+    /// the angles θ to the zenith and γ to the sun, with χ(g, γ) = (1 + cos²γ) / (1 + g² − 2g
+    /// cos γ)^(3/2), times the mean radiance; black below the horizon. [ibid., equations 8 and
+    /// 9, where H and I are named the other way around]
     #[inline]
     pub(super) fn radiance(&self, d: Vec3) -> Spectrum {
         if d.y < 0.0 {
@@ -171,8 +171,8 @@ impl Light for HosekWilkieSky {
 mod tests {
     use super::*;
 
-    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sun; its +z is up. For a sun and an air
-    /// each, at five places of the sky.
+    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sun; its +z is up. For a sun
+    /// and an air each, at five places of the sky.
     #[test]
     fn the_sky_has_the_colours_of_mitsuba() {
         let directions = [

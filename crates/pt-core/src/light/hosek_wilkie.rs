@@ -19,8 +19,8 @@ pub(crate) const SUN_RADIUS: f64 = 0.5 * 0.5358 * PI / 180.0;
 /// Parameters A to I of a channel, and its mean radiance.
 pub(crate) type Channel = [f32; 10];
 
-/// Parts of the sky by elevation, each with its polynomial of the sun's radiance: part i of n begins at
-/// π/2 (i/n)³.
+/// Parts of the sky by elevation, each with its polynomial of the sun's radiance: part i of n
+/// begins at π/2 (i/n)³.
 pub(super) const PARTS: usize = 45;
 /// Coefficients of such a polynomial: by channel, power of the elevation above the beginning of the
 /// part, and power of the cosine on the sun.
@@ -61,8 +61,8 @@ fn at_turbidity(table: usize, size: usize, turbidity: f64, i: usize) -> f64 {
     entry(level) * (1.0 - t) + entry(level + 1) * t
 }
 
-/// The parameters of the sky, channel by channel, with the sun at an elevation in [0, π/2], an air of
-/// [`TURBIDITIES`], and a ground of an albedo in [0, 1].
+/// The parameters of the sky, channel by channel, with the sun at an elevation in [0, π/2], an air
+/// of [`TURBIDITIES`], and a ground of an albedo in [0, 1].
 ///
 /// Each is a Bézier curve of degree 5 over ∛(2η/π) of the elevation η. [Hosek & Wilkie 2012]
 pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [Channel; 3] {

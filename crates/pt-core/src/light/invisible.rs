@@ -8,7 +8,8 @@ use super::{
     SphereLight, TexturedMesh, TexturedSphere,
 };
 
-/// What lights as another light does, but emits nothing towards rays that meet it: only sampling finds it.
+/// What lights as another light does, but emits nothing towards rays that meet it: only sampling
+/// finds it.
 #[derive(Clone, Copy, Debug)]
 pub enum InvisibleLight {
     /// Glowing triangles.

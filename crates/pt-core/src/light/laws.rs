@@ -42,8 +42,8 @@ fn all_lights() -> Vec<Example> {
     all
 }
 
-/// Points that are lit: for lights that ask for the surface, also on some that face them, are turned half
-/// away, and let light through.
+/// Points that are lit: for lights that ask for the surface, also on some that face them, are
+/// turned half away, and let light through.
 fn lit_points((light, _): &Example) -> Vec<LightSampleContext> {
     let surfaces: &[(Vec3, bool)] = match light.shown() {
         AnyLight::ManyLights(_) | AnyLight::ManyPoints(_) => &[
@@ -76,7 +76,8 @@ const DIRECTION_ERROR: f64 = 2e-7;
 
 /// Where a ray from `p` meets the side of a light's geometry that glows; in `f64`.
 ///
-/// Rims are moved outwards by what rounding of the direction may cost. So there may be several in a tree.
+/// Rims are moved outwards by what rounding of the direction may cost. So there may be several in a
+/// tree.
 fn hits((light, tables): &Example, p: Vec3, wi: Vec3) -> Vec<LightHit> {
     let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
     let hit = match &light.shown() {

@@ -1,4 +1,5 @@
-//! Daylight that changes, as its mean over time: maps of the sky and of the trace that the sun leaves.
+//! Daylight that changes, as its mean over time: maps of the sky and of the trace that the sun
+//! leaves.
 
 use std::f32::consts::{PI, TAU};
 
@@ -50,7 +51,8 @@ pub(crate) fn sky(light: &Daylight, span: &TimeRange) -> Image {
     Image { width, height, pixels: (0..width * height).map(texel).collect() }
 }
 
-/// The mean radiance of the sun, where it is at one time or another. `sun_at` is the sun in a unit direction.
+/// The mean radiance of the sun, where it is at one time or another. `sun_at` is the sun in a unit
+/// direction.
 pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3) -> Sun) -> Image {
     let [width, height] = SUN;
     let mut pixels = vec![[0.0; 3]; (width * height) as usize];
@@ -69,7 +71,8 @@ pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3)
         let frame = Frame::from_normal(sun.disk.to_light);
         let share = TAU * sun.disk.one_minus_cos / (POINTS * SUNS) as f32;
         for j in 0..POINTS {
-            // Evenly in 1 − cos, and turned by the golden ratio: as even over the disk as light wants it whose rim is darker.
+            // Evenly in 1 − cos, and turned by the golden ratio: as even over the disk as light
+            // wants it whose rim is darker.
             let one_minus_cos = sun.disk.one_minus_cos * (j as f32 + 0.5) / POINTS as f32;
             let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
             let (sin_phi, cos_phi) = trig::sin_cos_tau((j as f32 * GOLDEN).fract());
@@ -101,7 +104,8 @@ mod tests {
         }
     }
 
-    /// The irradiance of an image of the sky on the ground, ∫ L cos θ dω, by the middles of its texels.
+    /// The irradiance of an image of the sky on the ground, ∫ L cos θ dω, by the middles of its
+    /// texels.
     fn irradiance(image: &Image) -> f64 {
         let Image { width, height, pixels } = image;
         let texel = |i: u32| {
@@ -137,7 +141,8 @@ mod tests {
         assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
     }
 
-    /// Likewise with a rim that is darker, as far as that is known of each sun by many points of it.
+    /// Likewise with a rim that is darker, as far as that is known of each sun by many points of
+    /// it.
     #[test]
     fn rims_are_as_dark_as_they_are() {
         const TIMES: u32 = 200;
@@ -167,7 +172,8 @@ mod tests {
         assert!((got / want - 1.0).abs() < 4e-3, "{got} {want}");
     }
 
-    /// Half of the time the sun is down, and the sky dark: the mean is half of that of the other half.
+    /// Half of the time the sun is down, and the sky dark: the mean is half of that of the other
+    /// half.
     #[test]
     fn nights_are_dark() {
         let light = Daylight::default();

@@ -20,7 +20,8 @@ pub struct EmitterTriangle {
     pub e2: Vec3,
     /// Unit vector of the side that glows.
     pub normal: Vec3,
-    /// The share of it that is under a clear coat, which weakens what it emits; see [`emitted_through`].
+    /// The share of it that is under a clear coat, which weakens what it emits; see
+    /// [`emitted_through`].
     pub coat: f32,
 }
 
@@ -125,8 +126,8 @@ impl TrianglePoint {
     }
 }
 
-/// A point of a triangle that shows its front to `p`, by solid angle if it is given as `p` sees it, or
-/// else by area.
+/// A point of a triangle that shows its front to `p`, by solid angle if it is given as `p` sees it,
+/// or else by area.
 #[inline(always)]
 pub(super) fn point_of(
     triangle: &EmitterTriangle,

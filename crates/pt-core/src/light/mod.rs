@@ -83,7 +83,8 @@ pub struct LightHit {
 pub trait Light {
     /// Whether all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
-    /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has an extent.
+    /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has
+    /// an extent.
     const INVISIBLE: bool = false;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.

@@ -11,10 +11,12 @@ use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A sky whose light arrives only along rays that go through a rectangle from its front.
-/// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such lights]
+/// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such
+/// lights]
 ///
-/// Half of the samples are directions to the rectangle, half are those of the map, of which many miss it:
-/// p = ½ p_rectangle + ½ p_map within the rectangle. Without a map, all are directions to the rectangle.
+/// Half of the samples are directions to the rectangle, half are those of the map, of which many
+/// miss it: p = ½ p_rectangle + ½ p_map within the rectangle. Without a map, all are directions to
+/// the rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct PortalSky {
     /// The sky.
@@ -53,7 +55,8 @@ impl VisiblePart {
 }
 
 impl Portal {
-    /// A corner, and the edges from there to the next and to the last one, counter-clockwise from the front.
+    /// A corner, and the edges from there to the next and to the last one, counter-clockwise from
+    /// the front.
     pub fn new(corner: DVec3, e1: DVec3, e2: DVec3) -> Self {
         let across = e2.cross(e1);
         Self {
@@ -65,8 +68,8 @@ impl Portal {
         }
     }
 
-    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does; the rim is moved
-    /// outwards by about what rounding of a direction moves it.
+    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does;
+    /// the rim is moved outwards by about what rounding of a direction moves it.
     #[inline]
     fn crossing(&self, p: Vec3, d: Vec3) -> Option<Crossing> {
         const ROUNDING: f32 = f32::EPSILON;
@@ -201,8 +204,8 @@ impl Light for PortalSky {
         }
     }
 
-    /// A square window in the ceiling under an even sky, and a tilted one, longer than wide, under a map with a
-    /// bright texel, which it shows from some places.
+    /// A square window in the ceiling under an even sky, and a tilted one, longer than wide, under
+    /// a map with a bright texel, which it shows from some places.
     fn examples() -> Vec<(Self, LightTables)> {
         let ceiling = Portal::new(DVec3::new(-1.0, 2.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0);
         let even = Environment { radiance: Spectrum::splat(0.5), map: None };

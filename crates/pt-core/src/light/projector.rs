@@ -37,9 +37,9 @@ pub struct ProjectedImage {
 const EDGE: f32 = 1e-6;
 
 impl ProjectedImage {
-    /// The share of the light that goes towards the unit vector `w`, which is at an acute angle to the
-    /// axis: (u, v) = ½ + ½ (x, y) / (z tan θ), and none beyond the unit square. [Mitsuba 3.9 documentation,
-    /// `spot`, `projector`]
+    /// The share of the light that goes towards the unit vector `w`, which is at an acute angle to
+    /// the axis: (u, v) = ½ + ½ (x, y) / (z tan θ), and none beyond the unit square. [Mitsuba
+    /// 3.9 documentation, `spot`, `projector`]
     pub fn share(&self, textures: &Textures, w: Vec3) -> Spectrum {
         let Vec3 { x, y, z } = self.axes.transpose() * w;
         let at = Vec2::new(x, y) / (Vec2::from(self.tangents) * z);
@@ -67,7 +67,8 @@ impl Light for Projector {
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })
     }
 
-    /// A slide of six fields, turned, that points down, before a spot and before light that falls evenly on a plane.
+    /// A slide of six fields, turned, that points down, before a spot and before light that falls
+    /// evenly on a plane.
     fn examples() -> Vec<(Self, LightTables)> {
         let values = [1.0, 0.5, 0.2, 0.1, 3.0, 1.5];
         let (texture, textures) = Textures::of_image(3, 2, &values.map(|v| [v; 3]));

@@ -38,7 +38,8 @@ impl RenderScene {
         LightSourceId::Node(node.unwrap_or(u32::MAX))
     }
 
-    /// What each light is, by its place in [`Self::lights`]: as many for each as may be chosen there, or one.
+    /// What each light is, by its place in [`Self::lights`]: as many for each as may be chosen
+    /// there, or one.
     pub fn light_source_ids(&self) -> Vec<Vec<LightSourceId>> {
         let LightSourceIds { lights, points, .. } = &self.light_origins;
         let mut first_primitives = vec![None; self.lights.as_slice().len()];

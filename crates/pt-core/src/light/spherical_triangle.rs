@@ -24,14 +24,15 @@ pub(super) struct SphericalTriangle {
     pub(super) solid_angle: f32,
 }
 
-/// Height of the lit point above the plane, squared, per |e₁|² + |e₂|², below which rounding shows: at
-/// this height, directions are off by a hundredth of the triangle at worst, solid angles by 10⁻³,
-/// and by far less for all but one in a thousand. There is no such bound for small or far triangles.
+/// Height of the lit point above the plane, squared, per |e₁|² + |e₂|², below which rounding shows:
+/// at this height, directions are off by a hundredth of the triangle at worst, solid angles by
+/// 10⁻³, and by far less for all but one in a thousand. There is no such bound for small or far
+/// triangles.
 const MIN_HEIGHT: f32 = 1e-6;
 
 impl SphericalTriangle {
-    /// The triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the point that sees it; `None`
-    /// where it sees it on edge.
+    /// The triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the point that sees it;
+    /// `None` where it sees it on edge.
     #[inline]
     pub(super) fn new(d0: Vec3, e1: Vec3, e2: Vec3) -> Option<Self> {
         let across = e1.cross(e2);
@@ -58,10 +59,10 @@ impl SphericalTriangle {
     /// Barycentric coordinates [b₁, b₂] of the point of the triangle in a direction that is uniform
     /// in solid angle.
     ///
-    /// First x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the share u₀ of the solid
-    /// angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and what is asked of Ω' = u₀ Ω is
-    /// linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then a direction on the arc from v₁ to
-    /// x, whose height above the plane with normal v₁ is uniform.
+    /// First x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the share u₀ of the
+    /// solid angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and what is asked of Ω'
+    /// = u₀ Ω is linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then a direction on the
+    /// arc from v₁ to x, whose height above the plane with normal v₁ is uniform.
     #[inline]
     pub(super) fn sample(&self, [u0, u1]: [f32; 2]) -> [f32; 2] {
         let (sin, cos) = trig::sin_cos(0.5 * u0 * self.solid_angle);

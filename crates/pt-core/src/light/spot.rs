@@ -43,9 +43,10 @@ pub enum Falloff {
         /// Where it ends, below a right angle, in radians.
         cutoff: f32,
     },
-    /// 1 up to an inner angle, and from there ((cos θ − cos o) / (cos i − cos o))² down to 0 at an outer one. The text guards
-    /// the division by a difference of at least 0.001, which would darken narrow cones; here it is exact.
-    /// [KHR_lights_punctual, "Inner and Outer Cone Angles"]
+    /// 1 up to an inner angle, and from there ((cos θ − cos o) / (cos i − cos o))² down to 0 at an
+    /// outer one. The text guards the division by a difference of at least 0.001, which would
+    /// darken narrow cones; here it is exact. [KHR_lights_punctual, "Inner and Outer Cone
+    /// Angles"]
     Punctual {
         /// The inner angle i, in radians.
         inner: f32,

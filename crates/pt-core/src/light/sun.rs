@@ -1,5 +1,5 @@
-//! The disk of the sun through the air. [Hosek & Wilkie 2013, "Adding a Solar-Radiance Function to the
-//! Hosek-Wilkie Skylight Model"]
+//! The disk of the sun through the air. [Hosek & Wilkie 2013, "Adding a Solar-Radiance Function to
+//! the Hosek-Wilkie Skylight Model"]
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -28,8 +28,8 @@ impl LimbDarkening {
         Self(hosek_wilkie::limb(turbidity))
     }
 
-    /// Σ c_jk x^j cos^k ψ at a sine of the elevation, where x is the elevation above the beginning of its
-    /// part of the sky, and ψ the angle between the normal of the sun and the ray.
+    /// Σ c_jk x^j cos^k ψ at a sine of the elevation, where x is the elevation above the beginning
+    /// of its part of the sky, and ψ the angle between the normal of the sun and the ray.
     fn radiance(&self, sin_elevation: f32, cos_psi: f32) -> Spectrum {
         let elevation = FRAC_PI_2 - trig::acos(sin_elevation.clamp(0.0, 1.0));
         let part = (libm::cbrtf(elevation / FRAC_PI_2) * PARTS as f32) as usize;
@@ -97,7 +97,8 @@ impl Light for Sun {
         self.radiance(tables, d)
     }
 
-    /// A high sun as it is, a wide one without and a low one with limb darkening, cut by the horizon.
+    /// A high sun as it is, a wide one without and a low one with limb darkening, cut by the
+    /// horizon.
     fn examples() -> Vec<(Self, LightTables)> {
         let of = |to_light, radius, limb: Option<f64>| {
             let disk = DistantDisk::of_radiance(to_light, radius, Spectrum::splat(1e-2));
@@ -118,8 +119,8 @@ impl Light for Sun {
 mod tests {
     use super::*;
 
-    /// Place of the sun, turbidity, radiance of the sun that is even, and that of the one with limb darkening
-    /// in the middle, to its side, above and below it.
+    /// Place of the sun, turbidity, radiance of the sun that is even, and that of the one with limb
+    /// darkening in the middle, to its side, above and below it.
     type Case = (Vec3, f64, [f32; 3], [(Vec3, [f32; 3]); 4]);
 
     /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sky; +z is up, as there.

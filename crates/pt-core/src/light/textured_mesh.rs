@@ -45,8 +45,8 @@ impl TexturedTriangle {
     }
 }
 
-/// Triangles with a texture. One of them is chosen by its area times its mean luminance, and a point
-/// of it as [`super::MeshLight`] does.
+/// Triangles with a texture. One of them is chosen by its area times its mean luminance, and a
+/// point of it as [`super::MeshLight`] does.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturedMesh {
     /// First of its triangles in [`LightTables::triangles`].
@@ -61,8 +61,8 @@ pub struct TexturedMesh {
 }
 
 impl TexturedMesh {
-    /// Enters triangles, and how each lies on the texture, into the tables; `None` if they have no area,
-    /// or no light was found on them.
+    /// Enters triangles, and how each lies on the texture, into the tables; `None` if they have no
+    /// area, or no light was found on them.
     pub fn new(
         tables: &mut LightTables,
         triangles: &[EmitterTriangle],
@@ -131,8 +131,8 @@ impl Light for TexturedMesh {
         }
     }
 
-    /// A square of side 2 at height 2, facing down, of four triangles with colours at their corners, of
-    /// which one is nearly black.
+    /// A square of side 2 at height 2, facing down, of four triangles with colours at their
+    /// corners, of which one is nearly black.
     fn examples() -> Vec<(Self, LightTables)> {
         let corner = |x, z| Vec3::new(x, 2.0, z);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];

@@ -1,4 +1,5 @@
-//! Clouds of noise. [pbrt-v4, `CloudMedium`; its noise sums five scales, at places that two others have moved]
+//! Clouds of noise. [pbrt-v4, `CloudMedium`; its noise sums five scales, at places that two others
+//! have moved]
 
 use pt_math::{Mat3, Spectrum, Vec3, noise};
 
@@ -98,7 +99,8 @@ mod tests {
         }
     }
 
-    /// Full at the bottom, torn in between, thin towards the top; and never more than the bound for its height.
+    /// Full at the bottom, torn in between, thin towards the top; and never more than the bound for
+    /// its height.
     #[test]
     fn clouds_get_thinner_with_height() {
         let mut random = Random::new(5);

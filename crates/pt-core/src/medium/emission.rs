@@ -4,8 +4,8 @@ use pt_math::{Spectrum, Vec3, cie, trig};
 
 use super::grid::Field;
 
-/// The radiance Le of so much of a medium that nothing is seen through it, if it only absorbs: it emits σa Le per metre. Outside of
-/// grids there is none.
+/// The radiance Le of so much of a medium that nothing is seen through it, if it only absorbs: it
+/// emits σa Le per metre. Outside of grids there is none.
 #[derive(Clone, Debug)]
 pub enum MediumEmission {
     /// The same everywhere.
@@ -27,9 +27,11 @@ impl MediumEmission {
     }
 }
 
-/// Below this, in kelvins, nothing glows: the strongest of visible light is less than 10⁻⁷⁰ of that at 3000 K.
+/// Below this, in kelvins, nothing glows: the strongest of visible light is less than 10⁻⁷⁰ of that
+/// at 3000 K.
 const COLDEST: f32 = 100.0;
-/// Colours per factor e of temperatures: between them, colours at 700 K are off by less than 10⁻³, and less above.
+/// Colours per factor e of temperatures: between them, colours at 700 K are off by less than 10⁻³,
+/// and less above.
 const PER_E: f32 = 512.0;
 
 /// Light by Planck's law, the strongest wavelength of which has the same radiance everywhere.
@@ -65,8 +67,9 @@ impl BlackbodyEmission {
     }
 }
 
-/// Linear Rec. 709 of the light of a black body, the strongest wavelength of which has radiance 1; channels below 0, which the reddest
-/// light has, are 0. Equal energy of radiance 1 has luminance 1. [Planck's law, and Wien's, with the constants of CODATA 2018]
+/// Linear Rec. 709 of the light of a black body, the strongest wavelength of which has radiance 1;
+/// channels below 0, which the reddest light has, are 0. Equal energy of radiance 1 has luminance
+/// 1. [Planck's law, and Wien's, with the constants of CODATA 2018]
 fn black_body(kelvin: f64) -> [f64; 3] {
     /// hc / k in metre kelvins, and what the strongest wavelength times the temperature is.
     const SECOND: f64 = 1.438_776_877e-2;
@@ -106,7 +109,8 @@ mod tests {
         BlackbodyEmission::new(field, scale).at(Vec3::splat(0.5))
     }
 
-    /// What is between the entries of the table is as Planck's law has it, and only what is hot is seen.
+    /// What is between the entries of the table is as Planck's law has it, and only what is hot is
+    /// seen.
     #[test]
     fn heat_glows_by_plancks_law() {
         for kelvin in [700.0, 1000.0, 2856.0, 6504.0, 30_000.0, 1e6_f32] {
@@ -122,8 +126,9 @@ mod tests {
         }
     }
 
-    /// Correlated colour temperatures: of 2856 K, standard illuminant A has x = 0.4476, y = 0.4074. [ISO 11664-2:2007] And
-    /// where the strongest wavelength is in the middle of the visible ones, most of the light is seen.
+    /// Correlated colour temperatures: of 2856 K, standard illuminant A has x = 0.4476, y = 0.4074.
+    /// [ISO 11664-2:2007] And where the strongest wavelength is in the middle of the visible
+    /// ones, most of the light is seen.
     #[test]
     fn black_bodies_have_their_colours() {
         let [r, g, b] = black_body(2856.0);

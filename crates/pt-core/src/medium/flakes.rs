@@ -14,7 +14,8 @@ pub struct Flakes {
 }
 
 impl Flakes {
-    /// Flakes whose matrices are those of a grid, and linear between; `None` if one is not positive definite.
+    /// Flakes whose matrices are those of a grid, and linear between; `None` if one is not positive
+    /// definite.
     pub fn new(field: Field) -> Option<Self> {
         let cells = field.grid.values.as_chunks::<6>().0.iter();
         let most = cells.map(|entries| Some(Microflakes::new(*entries)?.greatest_area()));

@@ -56,8 +56,8 @@ pub struct GridMedium {
 }
 
 impl Field {
-    /// The cells between which a point of the unit cube lies along an axis, and how far it is from the
-    /// first to the second.
+    /// The cells between which a point of the unit cube lies along an axis, and how far it is from
+    /// the first to the second.
     #[inline]
     fn neighbours(&self, axis: usize, x: f32) -> ([usize; 2], f32) {
         let count = self.grid.resolution[axis];
@@ -228,9 +228,10 @@ impl GridMedium {
         MediumSample::Scattered { t, weight: weight * self.albedo.at(ray.at(t)) }
     }
 
-    /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`: the sum over
-    /// collisions of σa Le over the majorant, each weighted by what gets from there to the start. Its mean is ∫ T σa Le dt.
-    /// [Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.3: by collisions]
+    /// The light that comes to the start of a ray from all of its interval, for a path with
+    /// throughput `beta`: the sum over collisions of σa Le over the majorant, each weighted by
+    /// what gets from there to the start. Its mean is ∫ T σa Le dt. [Novák et al. 2018, "Monte
+    /// Carlo methods for volumetric light transport simulation", §5.3: by collisions]
     pub fn emitted(
         &self,
         ray: &Ray,
@@ -256,9 +257,9 @@ impl GridMedium {
         sum
     }
 
-    /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the end,
-    /// whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014, "Residual Ratio
-    /// Tracking for Estimating Attenuation in Participating Media"]
+    /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the
+    /// end, whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014,
+    /// "Residual Ratio Tracking for Estimating Attenuation in Participating Media"]
     pub fn transmittance(&self, ray: &Ray, phase: &Phase, stream: &mut RngStream) -> Spectrum {
         if self.is_grey() {
             let mut product = 1.0;
@@ -293,24 +294,25 @@ impl GridMedium {
         self.extinction.channels(p).map(|density| (density / majorant).min(1.0))
     }
 
-    /// Light is scattered with the probability that the extinction is of the majorant. [Woodcock et al. 1965;
-    /// Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.1.2]
+    /// Light is scattered with the probability that the extinction is of the majorant. [Woodcock et
+    /// al. 1965; Novák et al. 2018, "Monte Carlo methods for volumetric light transport
+    /// simulation", §5.1.2]
     fn collide_grey(&self, ray: &Ray, phase: &Phase, stream: &mut RngStream) -> Option<f32> {
         self.collide((ray, phase), stream, |p, _, majorant, choice| {
             choice < self.share(p, majorant)
         })
     }
 
-    /// The same by one majorant of all channels; light is scattered with the mean of their probabilities, each by
-    /// its share of what is left of the throughput. So the density is the mean of those of the channels for the
-    /// whole of the way, and the weight, the extinction over the density for each, is at most the inverse of the
-    /// share that the channel has at first.
-    /// [Miller, Georgiev & Jarosz 2019, "A null-scattering path integral formulation of light transport", §5.1, by
-    /// the balance heuristic; Kutz et al. 2017, "Spectral and Decomposition Tracking for Rendering Heterogeneous
-    /// Volumes", §4.3]
+    /// The same by one majorant of all channels; light is scattered with the mean of their
+    /// probabilities, each by its share of what is left of the throughput. So the density is
+    /// the mean of those of the channels for the whole of the way, and the weight, the
+    /// extinction over the density for each, is at most the inverse of the share that the
+    /// channel has at first. [Miller, Georgiev & Jarosz 2019, "A null-scattering path integral
+    /// formulation of light transport", §5.1, by the balance heuristic; Kutz et al. 2017,
+    /// "Spectral and Decomposition Tracking for Rendering Heterogeneous Volumes", §4.3]
     ///
-    /// `see` is told of each collision, by where it is on the ray, and the weight before it times the share of the majorant that is
-    /// extinction.
+    /// `see` is told of each collision, by where it is on the ray, and the weight before it times
+    /// the share of the majorant that is extinction.
     fn collide_colored(
         &self,
         (ray, phase): (&Ray, &Phase),
@@ -333,9 +335,10 @@ impl GridMedium {
         (found, weight)
     }
 
-    /// Goes through the collisions that there would be if all of a part of the grid were as dense as
-    /// its densest place, until `stop` says so of one, by where it is in the unit cube and on the ray, the majorant there (over the share of flakes that is
-    /// seen) and a number from [0, 1).
+    /// Goes through the collisions that there would be if all of a part of the grid were as dense
+    /// as its densest place, until `stop` says so of one, by where it is in the unit cube and
+    /// on the ray, the majorant there (over the share of flakes that is seen) and a number from
+    /// [0, 1).
     fn collide(
         &self,
         (ray, phase): (&Ray, &Phase),
@@ -355,8 +358,8 @@ impl GridMedium {
         let found = self.majorants.walk(&local, |[from, to], majorant| {
             let per_t = majorant * scale;
             let depth = (to - from) * per_t;
-            // Depths are added up, not places, so that there is an end even where the steps are smaller
-            // than what single precision tells apart.
+            // Depths are added up, not places, so that there is an end even where the steps are
+            // smaller than what single precision tells apart.
             let mut passed = 0.0;
             loop {
                 let [u, choice] = stream.next_2d();

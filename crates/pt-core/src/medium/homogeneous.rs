@@ -4,8 +4,8 @@ use pt_math::{Ray, Spectrum, trig};
 
 use super::MediumSample;
 
-/// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer distances are
-/// soon more than single precision holds.
+/// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer
+/// distances are soon more than single precision holds.
 const FARTHEST: f32 = 1e15;
 
 /// The same extinction and albedo everywhere.
@@ -32,16 +32,17 @@ impl Homogeneous {
         self.extinction.map(|sigma| trig::exp(-sigma * distance))
     }
 
-    /// The light that comes to the start of a ray from all of its interval: ∫ T σa Le dt = (1 − T) (σa / σt) Le.
+    /// The light that comes to the start of a ray from all of its interval: ∫ T σa Le dt = (1 − T)
+    /// (σa / σt) Le.
     pub fn emitted(&self, ray: &Ray) -> Spectrum {
         let distance = ((ray.t_max - ray.t_min) * ray.direction.length()).min(FARTHEST);
         let taken = self.extinction.map(|sigma| -libm::expm1f(-sigma * distance));
         taken * (Spectrum::ONE - self.albedo) * self.emission
     }
 
-    /// A distance by the extinction of one channel, which is chosen by the throughput: the density is
-    /// the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model with the balance
-    /// heuristic]
+    /// A distance by the extinction of one channel, which is chosen by the throughput: the density
+    /// is the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model with the
+    /// balance heuristic]
     #[inline]
     pub fn sample(&self, ray: &Ray, beta: Spectrum, [u, choice]: [f32; 2]) -> MediumSample {
         if self.albedo.is_black() {
@@ -72,8 +73,8 @@ impl Homogeneous {
     }
 }
 
-/// What each channel has, over the mean of all by their shares. Nothing where even the most of them is
-/// too little for single precision.
+/// What each channel has, over the mean of all by their shares. Nothing where even the most of them
+/// is too little for single precision.
 #[inline]
 pub(super) fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
     let [r, g, b] = (share * channels).to_array();

@@ -15,7 +15,8 @@ use crate::phase::{Isotropic, Microflakes};
 
 const SAMPLES: u32 = 40_000;
 
-/// From where a ray enters to where it leaves, the part that counts; its direction is no unit vector.
+/// From where a ray enters to where it leaves, the part that counts; its direction is no unit
+/// vector.
 fn ray() -> Ray {
     let direction = Vec3::new(0.48, 0.64, 0.6) * 1.5;
     Ray { t_min: 0.1, t_max: 0.9, ..Ray::new(Vec3::new(-0.05, -0.1, 0.02), direction) }
@@ -217,7 +218,8 @@ fn clouds_are_as_dense_as_their_noise() {
     check("clouds", want, 2, |_, stream| medium.le(&ray(), Spectrum::ONE, stream));
 }
 
-/// ∫ T σa Le dt is what is taken away times the share that is absorbed times Le, if the latter two are the same everywhere.
+/// ∫ T σa Le dt is what is taken away times the share that is absorbed times Le, if the latter two
+/// are the same everywhere.
 #[test]
 fn matter_emits_as_it_absorbs() {
     let beta = Spectrum::rgb(0.9, 0.2, 0.5);
@@ -233,8 +235,8 @@ fn matter_emits_as_it_absorbs() {
     }
 }
 
-/// Radiance that differs from place to place: twice as much at the end of a grid as at its start, in one part of it; and none
-/// outside of its box.
+/// Radiance that differs from place to place: twice as much at the end of a grid as at its start,
+/// in one part of it; and none outside of its box.
 #[test]
 fn grids_may_glow_in_places() {
     const STEPS: u32 = 20_000;
@@ -292,8 +294,8 @@ fn homogeneous_transmittance_is_exact() {
     }
 }
 
-/// What only absorbs lets all paths through, with the transmittance as their weight; for homogeneous
-/// media it is that in closed form.
+/// What only absorbs lets all paths through, with the transmittance as their weight; for
+/// homogeneous media it is that in closed form.
 #[test]
 fn absorption_takes_no_random_distances() {
     for (name, medium, depth) in &media(0.0)[..2] {
@@ -344,8 +346,8 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
     }
 }
 
-/// What paths carry in all channels together stays the same, whatever happens on their way: no weight is more than
-/// the inverse of the share of its channel.
+/// What paths carry in all channels together stays the same, whatever happens on their way: no
+/// weight is more than the inverse of the share of its channel.
 #[test]
 fn coloured_grids_keep_the_sum_of_the_throughput() {
     let medium = colored_gradient(12.0, 1.0);
@@ -383,8 +385,8 @@ fn grey_grids_are_coloured_ones_of_equal_channels() {
     }
 }
 
-/// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is not
-/// too far away to be computed with.
+/// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is
+/// not too far away to be computed with.
 #[test]
 fn rays_may_be_infinite() {
     let ray = Ray { t_max: f32::INFINITY, ..ray() };

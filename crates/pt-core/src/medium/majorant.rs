@@ -42,9 +42,9 @@ impl Majorants {
         Self { resolution: [1, SLABS, 1], values: (0..SLABS).map(slab).collect() }
     }
 
-    /// Visits the boxes that a ray goes through, in order: the part of its interval that is in each, and
-    /// its bound; those without anything in them are left out. [Amanatides & Woo 1987, "A Fast Voxel
-    /// Traversal Algorithm for Ray Tracing"]
+    /// Visits the boxes that a ray goes through, in order: the part of its interval that is in
+    /// each, and its bound; those without anything in them are left out. [Amanatides & Woo
+    /// 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"]
     pub(super) fn walk<B>(
         &self,
         ray: &Ray,
@@ -95,8 +95,8 @@ impl Majorants {
     }
 }
 
-/// The cells of an axis, first and last, by which numbers in each of its boxes are made: those in it,
-/// and one more at both ends for what is between the middles of two.
+/// The cells of an axis, first and last, by which numbers in each of its boxes are made: those in
+/// it, and one more at both ends for what is between the middles of two.
 fn ranges(cells: u32, boxes: usize) -> Vec<[usize; 2]> {
     let cells = cells as usize;
     let range = |i: usize| {
@@ -152,8 +152,8 @@ mod tests {
         Grid { resolution, channels: 1, values }
     }
 
-    /// Every part of a ray in the cube is visited once and in order, or in a box without anything in it,
-    /// and nothing there is above the bound.
+    /// Every part of a ray in the cube is visited once and in order, or in a box without anything
+    /// in it, and nothing there is above the bound.
     #[test]
     fn rays_go_through_all_boxes_in_order() {
         let mut random = Random::new(8);

@@ -82,8 +82,9 @@ impl Phase {
 }
 
 impl MediumRecord {
-    /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more numbers
-    /// than anybody can tell ahead, by the stream. What only absorbs lets all paths through.
+    /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more
+    /// numbers than anybody can tell ahead, by the stream. What only absorbs lets all paths
+    /// through.
     #[inline]
     pub fn sample(
         &self,
@@ -107,8 +108,8 @@ impl MediumRecord {
         }
     }
 
-    /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`, or an estimate of
-    /// it that is right on average.
+    /// The light that comes to the start of a ray from all of its interval, for a path with
+    /// throughput `beta`, or an estimate of it that is right on average.
     pub fn le(&self, ray: &Ray, beta: Spectrum, stream: &mut RngStream) -> Spectrum {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),

@@ -6,8 +6,8 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 use super::{PhaseFunction, turned};
 
-/// p = (1 − g²) / (4π (1 + g² − 2g cos θ)^{3/2}), with θ the angle by which light is turned. [Henyey &
-/// Greenstein 1941, "Diffuse radiation in the Galaxy"]
+/// p = (1 − g²) / (4π (1 + g² − 2g cos θ)^{3/2}), with θ the angle by which light is turned.
+/// [Henyey & Greenstein 1941, "Diffuse radiation in the Galaxy"]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HenyeyGreenstein {
     /// The mean of cos θ, in (−1, 1): light goes on forwards above 0, and is thrown back below.
@@ -17,8 +17,8 @@ pub struct HenyeyGreenstein {
 impl HenyeyGreenstein {
     /// cos θ whose share of smaller ones is u, in [−1, 1].
     ///
-    /// With s = 2u − 1, cos θ = (1 + g² − ((1 − g²) / (1 + gs))²) / 2g [Witt 1977, "Multiple scattering in
-    /// reflection nebulae I"], multiplied out so that g may be 0.
+    /// With s = 2u − 1, cos θ = (1 + g² − ((1 − g²) / (1 + gs))²) / 2g [Witt 1977, "Multiple
+    /// scattering in reflection nebulae I"], multiplied out so that g may be 0.
     #[inline]
     fn cosine(self, u: f32) -> f64 {
         let (g, s) = (f64::from(self.g), 2.0 * f64::from(u) - 1.0);

@@ -6,8 +6,8 @@ use pt_math::{DMat3, DVec3, Frame, Pdf, SolidAngle, Vec3, trig};
 
 use super::PhaseFunction;
 
-/// The SGGX microflakes: mirrors whose normals are distributed as those of the ellipsoid x ᵀ S⁻¹ x = 1.
-/// [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution", §3 and §4]
+/// The SGGX microflakes: mirrors whose normals are distributed as those of the ellipsoid x ᵀ S⁻¹ x
+/// = 1. [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution", §3 and §4]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microflakes {
     /// The symmetric, positive definite matrix S: σ(ω)² = ωᵀ S ω.
@@ -32,8 +32,8 @@ impl Microflakes {
         })
     }
 
-    /// No less than the greatest σ: the root of the greatest eigenvalue, which is at most the trace, and the greatest sum of a
-    /// row's absolute values.
+    /// No less than the greatest σ: the root of the greatest eigenvalue, which is at most the
+    /// trace, and the greatest sum of a row's absolute values.
     pub fn greatest_area(&self) -> f32 {
         let m = &self.matrix;
         let rows = [m.x_axis, m.y_axis, m.z_axis].map(|row| row.abs().element_sum());
@@ -47,15 +47,16 @@ impl Microflakes {
         1.0 / (PI * self.root * stretch * stretch)
     }
 
-    /// A normal of the flakes that `wo` sees, with the density ⟨ωo, ω⟩ D(ω) / σ(ωo): a point of the ellipsoid that is seen, which
-    /// is an affine image of the unit sphere seen from ωo.
+    /// A normal of the flakes that `wo` sees, with the density ⟨ωo, ω⟩ D(ω) / σ(ωo): a point of the
+    /// ellipsoid that is seen, which is an affine image of the unit sphere seen from ωo.
     fn visible_normal(&self, wo: Vec3, [u, v]: [f32; 2]) -> DVec3 {
         let frame = Frame::from_normal(wo);
         let [k, j, i] = [frame.s, frame.t, frame.n].map(Vec3::as_dvec3);
         let entry = |a: DVec3, b: DVec3| a.dot(self.matrix * b);
         let (jj, ii) = (entry(j, j), entry(i, i));
         let (kj, ki, ji) = (entry(k, j), entry(k, i), entry(j, i));
-        // S = L Lᵀ with the sphere's pole at ωo; its columns are those of the root of S in this frame.
+        // S = L Lᵀ with the sphere's pole at ωo; its columns are those of the root of S in this
+        // frame.
         let pole = ii.sqrt();
         let minor = (jj * ii - ji * ji).sqrt();
         let on_k = DVec3::new(self.root / minor, 0.0, 0.0);

@@ -1,7 +1,8 @@
-//! Scattering inside of media: the [`PhaseFunction`] contract and the closed set of phase functions.
+//! Scattering inside of media: the [`PhaseFunction`] contract and the closed set of phase
+//! functions.
 //!
-//! To add one: write `my_phase.rs`, add one line to `phases!` below. The laws of `laws.rs` then hold it
-//! to its contract.
+//! To add one: write `my_phase.rs`, add one line to `phases!` below. The laws of `laws.rs` then
+//! hold it to its contract.
 
 mod blend;
 mod henyey_greenstein;
@@ -16,16 +17,17 @@ use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
 
 /// How a particle scatters light: p(wo, wi), which integrates to 1 over all `wi`.
 ///
-/// Both directions are of unit length and point away from the particle: `wo` to the camera side, `wi` to
-/// the light side. What goes straight on has `wi` = −`wo`.
+/// Both directions are of unit length and point away from the particle: `wo` to the camera side,
+/// `wi` to the light side. What goes straight on has `wi` = −`wo`.
 pub trait PhaseFunction: Clone {
     /// The phase function, which is also the density with which [`Self::sample`] returns `wi`: so a
     /// sample's weight is 1.
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
     /// Draws `wi` by a map from the unit square.
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3;
-    /// The area of the particles across a direction, by which extinction is multiplied there: 1 where it is the same from all
-    /// sides. Light may go backwards: area(wo) p(wo, wi) = area(wi) p(wi, wo).
+    /// The area of the particles across a direction, by which extinction is multiplied there: 1
+    /// where it is the same from all sides. Light may go backwards: area(wo) p(wo, wi) =
+    /// area(wi) p(wi, wo).
     fn area(&self, _w: Vec3) -> f32 {
         1.0
     }
@@ -33,8 +35,8 @@ pub trait PhaseFunction: Clone {
     fn examples() -> Vec<Self>;
 }
 
-/// The direction `wi` of light that is turned by an angle of this cosine, at a share `v` of a whole turn
-/// around `wo`.
+/// The direction `wi` of light that is turned by an angle of this cosine, at a share `v` of a whole
+/// turn around `wo`.
 #[inline]
 fn turned(wo: Vec3, cos: f64, v: f32) -> Vec3 {
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt() as f32;

@@ -11,9 +11,9 @@ use super::{PhaseFunction, turned};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rayleigh;
 
-/// cos θ whose share of smaller ones is u, in [−1, 1]: the root of μ³ + 3μ = 8u − 4, which is a − 1/a with
-/// a³ = z + √(z² + 1) and z = 4u − 2. [Cardano; Frisvad 2011, "Importance sampling the Rayleigh phase
-/// function"]
+/// cos θ whose share of smaller ones is u, in [−1, 1]: the root of μ³ + 3μ = 8u − 4, which is a −
+/// 1/a with a³ = z + √(z² + 1) and z = 4u − 2. [Cardano; Frisvad 2011, "Importance sampling the
+/// Rayleigh phase function"]
 #[inline]
 fn cosine(u: f32) -> f32 {
     let z = 4.0 * u - 2.0;

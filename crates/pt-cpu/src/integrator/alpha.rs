@@ -16,8 +16,8 @@ fn dimension(bounces: u32, count: u32) -> u32 {
     FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
 }
 
-/// Lets paths that met holes between two bounces go on, each by its time and numbers of its own; `passed`
-/// hears of what they leave behind: the number of the ray, the ray, and its hit.
+/// Lets paths that met holes between two bounces go on, each by its time and numbers of its own;
+/// `passed` hears of what they leave behind: the number of the ray, the ray, and its hit.
 pub(super) fn skip_transparent(
     tracer: &mut Tracer,
     bounces: u32,
@@ -66,9 +66,10 @@ pub(crate) fn first_hits(
     }
 }
 
-/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says. It
-/// is told the number of the ray, how many holes it went through before, the ray, what it hit, and the
-/// share of the surface that is there, which is less than 1. `time` tells the time of a ray.
+/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says.
+/// It is told the number of the ray, how many holes it went through before, the ray, what it hit,
+/// and the share of the surface that is there, which is less than 1. `time` tells the time of a
+/// ray.
 pub(super) fn continue_through(
     tracer: &mut Tracer,
     rays: &[Ray],
@@ -83,8 +84,8 @@ pub(super) fn continue_through(
     });
 }
 
-/// Moves hits to what is behind them, as long as `passes` says by the number of the ray, how many surfaces
-/// it went through before, and what it hit. `time` gives the time of a ray.
+/// Moves hits to what is behind them, as long as `passes` says by the number of the ray, how many
+/// surfaces it went through before, and what it hit. `time` gives the time of a ray.
 ///
 /// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
 /// distance, which its interval no longer holds.
@@ -114,8 +115,8 @@ fn continue_while(
     }
 }
 
-/// The share of the light that gets along each ray, in place of what `transmittance` held; `time` tells the
-/// time of a ray.
+/// The share of the light that gets along each ray, in place of what `transmittance` held; `time`
+/// tells the time of a ray.
 pub(super) fn shadow_transmittance(
     tracer: &mut Tracer,
     rays: &[Ray],

@@ -10,8 +10,8 @@ use super::transparency::Transparency;
 use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, alpha};
 use crate::Tracer;
 
-/// ∫ V(ω) cos θ / π dω over the hemisphere on the side that is seen of the first hit, where V is 1 if
-/// nothing is nearer than some distance in direction ω, else 0; black where there is no hit.
+/// ∫ V(ω) cos θ / π dω over the hemisphere on the side that is seen of the first hit, where V is 1
+/// if nothing is nearer than some distance in direction ω, else 0; black where there is no hit.
 /// [Zhukov, Iones & Kronin 1998, "An Ambient Light Illumination Model"]
 ///
 /// Directions have the density of the cosine, so each counts the same.

@@ -316,8 +316,9 @@ impl<'a, R: PathEstimator, W: PathObserver> LightSampling<'a, '_, R, W> {
         self.shading_block.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
     }
 
-    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::shading_points`; those of a light
-    /// that is hidden, which rays do not find, bring all of it.
+    /// Asks for the samples that were drawn, in a loop of its own for the reason of
+    /// `Wavefront::shading_points`; those of a light that is hidden, which rays do not find,
+    /// bring all of it.
     #[inline(always)]
     fn push_shadow_rays(mut self, is_invisible: bool) {
         let ShadingBlock { estimator, settings, surfaces, .. } = *self.shading_block;

@@ -40,7 +40,8 @@ pub(super) trait PathEstimator {
         true
     }
 
-    /// Weighted radiance of these lights of the sky towards a ray that left the scene in direction `d`.
+    /// Weighted radiance of these lights of the sky towards a ray that left the scene in direction
+    /// `d`.
     fn sky_radiance(
         &self,
         cx: Context,

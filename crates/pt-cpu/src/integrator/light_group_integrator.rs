@@ -9,8 +9,8 @@ use crate::Tracer;
 use crate::light_groups::LightGroups;
 use crate::trace::{Contribution, LightSource};
 
-/// An integrator that also tells the light of each group: the samples are those of `inner`, which writes down where
-/// its light came from.
+/// An integrator that also tells the light of each group: the samples are those of `inner`, which
+/// writes down where its light came from.
 pub(crate) struct LightGroupIntegrator<'a> {
     inner: Box<dyn TracedIntegrator + 'a>,
     scene: &'a RenderScene,
@@ -29,7 +29,8 @@ impl<'a> LightGroupIntegrator<'a> {
     }
 }
 
-/// Adds light of the sky, of which each of its lights gave a share in proportion to what it brought.
+/// Adds light of the sky, of which each of its lights gave a share in proportion to what it
+/// brought.
 fn add_shares(
     parts: &mut [Spectrum],
     groups: &LightGroups,

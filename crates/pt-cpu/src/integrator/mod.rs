@@ -72,8 +72,9 @@ pub const MAX_SPLIT: u32 = 64;
 
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
-/// An integrator belongs to one thread of a render. What it holds from call to call is memory to work in, on
-/// which no result depends; nor does the radiance of a start depend on other starts than those of its [`ReuseGroup`].
+/// An integrator belongs to one thread of a render. What it holds from call to call is memory to
+/// work in, on which no result depends; nor does the radiance of a start depend on other starts
+/// than those of its [`ReuseGroup`].
 pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
@@ -89,13 +90,15 @@ pub trait Integrator {
         ExactSum::default()
     }
 
-    /// Of each start of the last call the share of its ray that nothing scattered or stopped, and behind which no
-    /// background is seen: what coverage leaves of 1. None if the settings do not ask for coverage.
+    /// Of each start of the last call the share of its ray that nothing scattered or stopped, and
+    /// behind which no background is seen: what coverage leaves of 1. None if the settings do
+    /// not ask for coverage.
     fn transparency(&self) -> &[f32] {
         &[]
     }
 
-    /// Of each start of the last call in turn the light of each group of lights; none if it does not tell them apart.
+    /// Of each start of the last call in turn the light of each group of lights; none if it does
+    /// not tell them apart.
     fn light_group_radiance(&self) -> &[Spectrum] {
         &[]
     }
@@ -131,8 +134,8 @@ impl Registration {
 /// What some integrators do and others do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and weighs these
-    /// against light samples.
+    /// Under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and weighs
+    /// these against light samples.
     SkyMis,
     /// It sees media; to the others, what fills space is not there.
     Media,
@@ -224,8 +227,8 @@ pub fn by_name(name: &str) -> Option<&'static Registration> {
 }
 
 /// Whether a scene that is rendered with these settings may be compiled with
-/// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from dark
-/// directions more than it gives to bright ones.
+/// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from
+/// dark directions more than it gives to bright ones.
 pub fn uses_mis_compensation(settings: &Settings) -> bool {
     let weighs = by_name(&settings.integrator)
         .is_some_and(|integrator| integrator.supports(Feature::SkyMis));

@@ -14,8 +14,9 @@ use crate::trace::{
     Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
 };
 
-/// Hears what becomes of the samples of a batch, each of which is a path that does not split. Of each it hears in
-/// the order of the path; light that was asked for is answered in the order of the questions.
+/// Hears what becomes of the samples of a batch, each of which is a path that does not split. Of
+/// each it hears in the order of the path; light that was asked for is answered in the order of the
+/// questions.
 ///
 /// A render has nobody who hears: `()`, for whom nothing is computed.
 pub(super) trait PathObserver: Default {
@@ -36,10 +37,11 @@ pub(super) trait PathObserver: Default {
         value: [Spectrum; 2],
         source: impl FnOnce() -> LightSource,
     );
-    /// What it found last is of the sky, to which each of its lights brings so much before the path weighs it.
+    /// What it found last is of the sky, to which each of its lights brings so much before the path
+    /// weighs it.
     fn on_sky_split(&mut self, start: u32, infinite_lights: impl FnOnce() -> Vec<Spectrum>);
-    /// What it asked for first of what was not answered yet brings light, of which `kept` was added; more may
-    /// come unless this is the last of it.
+    /// What it asked for first of what was not answered yet brings light, of which `kept` was
+    /// added; more may come unless this is the last of it.
     fn on_light_result(&mut self, start: u32, value: [Spectrum; 2], is_last: bool);
 }
 

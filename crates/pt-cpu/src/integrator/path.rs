@@ -24,17 +24,17 @@ pub(super) struct Path {
 /// Short paths carry most of the light; to end them early would only add noise.
 const FREE_BOUNCES: u32 = 3;
 
-/// What a path may still bring is to be weighed against the light of its pixel. [Vorba & Křivánek 2016,
-/// adjoint-driven Russian roulette] Of that nothing is known here but that a surface has scattered it
-/// once, whose albedo may be a half.
+/// What a path may still bring is to be weighed against the light of its pixel. [Vorba & Křivánek
+/// 2016, adjoint-driven Russian roulette] Of that nothing is known here but that a surface has
+/// scattered it once, whose albedo may be a half.
 const PIXEL_ALBEDO: f32 = 0.5;
 
 /// A path that goes on with probability q brings its light with weight 1/q; a bound on q bounds
 /// the length of paths between perfect mirrors.
 const MAX_SURVIVAL: f32 = 0.95;
 
-/// The same in media, which take at each collision what they absorb: light goes through hundreds of them where that is little, and
-/// weights of 0.95⁻ⁿ would grow faster than long ways get rare.
+/// The same in media, which take at each collision what they absorb: light goes through hundreds of
+/// them where that is little, and weights of 0.95⁻ⁿ would grow faster than long ways get rare.
 const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
 
 impl Path {
@@ -151,8 +151,8 @@ impl PathEstimator for Path {
     }
 }
 
-/// Weight of one of `n` samples of a light against one of the BSDF or phase function, which finds the same
-/// light and has the density `pdf`.
+/// Weight of one of `n` samples of a light against one of the BSDF or phase function, which finds
+/// the same light and has the density `pdf`.
 #[inline(always)]
 pub(super) fn light_mis_weight(
     settings: &Settings,

@@ -1,20 +1,22 @@
 //! Light that the paths of neighbouring pixels bring to each other. [Bekaert, Sbert & Halton 2002,
 //! "Accelerating Path Tracing by Re-Using Paths", §3]
 //!
-//! The pixels of a square take their samples together. Each path sees a point xₖ, and from there a point yₖ
-//! in the direction that the BSDF drew. The light that arrives at yⱼ is thrown back towards all of them, so
-//! that every xₖ takes it, and not only xⱼ:
+//! The pixels of a square take their samples together. Each path sees a point xₖ, and from there a
+//! point yₖ in the direction that the BSDF drew. The light that arrives at yⱼ is thrown back
+//! towards all of them, so that every xₖ takes it, and not only xⱼ:
 //!
 //! ```text
-//! Lₖ = Σⱼ fₖ(yⱼ) Vₖⱼ Gₖⱼ Bⱼₖ / Σₘ pₘ(yⱼ) Vₘⱼ Gₘⱼ        f with the cosine at x, G = cos at y / distance²
+//! Lₖ = Σⱼ fₖ(yⱼ) Vₖⱼ Gₖⱼ Bⱼₖ / Σₘ pₘ(yⱼ) Vₘⱼ Gₘⱼ
+//!     f with the cosine at x, G = cos at y / distance²
 //! ```
 //!
-//! This is the balance heuristic of what the BSDFs of all of them might have drawn. A term costs a shadow ray,
-//! where another path costs one at each of its surfaces.
+//! This is the balance heuristic of what the BSDFs of all of them might have drawn. A term costs a
+//! shadow ray, where another path costs one at each of its surfaces.
 //!
-//! Of matte surfaces Bⱼₖ is the same for all. Others keep the light that arrived from each of the directions
-//! which were sampled, and throw it back anew; since these directions were sampled for one viewer, only those
-//! take it to whom the surface looks much the same ([`Bsdf::lobe_width`]). The sums of a taker are over these.
+//! Of matte surfaces Bⱼₖ is the same for all. Others keep the light that arrived from each of the
+//! directions which were sampled, and throw it back anew; since these directions were sampled for
+//! one viewer, only those take it to whom the surface looks much the same ([`Bsdf::lobe_width`]).
+//! The sums of a taker are over these.
 
 use arrayvec::ArrayVec;
 use pt_core::bsdf::Bsdf;
@@ -171,8 +173,8 @@ impl Reuse {
         target
     }
 
-    /// A path goes on from its glossy second surface: its light is added up by itself, and without what the
-    /// path carries; Russian roulette still knows that.
+    /// A path goes on from its glossy second surface: its light is added up by itself, and without
+    /// what the path carries; Russian roulette still knows that.
     pub(super) fn continue_path(
         &mut self,
         path: &mut PathState,
@@ -319,8 +321,8 @@ impl Donor {
         }
     }
 
-    /// What another may take, if it sees the surface, which is `own` towards the path, from the same side and
-    /// scatters its light.
+    /// What another may take, if it sees the surface, which is `own` towards the path, from the
+    /// same side and scatters its light.
     #[inline(always)]
     fn connection(
         &self,

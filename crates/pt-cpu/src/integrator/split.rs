@@ -5,7 +5,8 @@ use pt_math::sampler::Sampler;
 use super::CameraRays;
 use super::path_queue::PathState;
 
-/// The number of ways that each start has, a power of two. The ways of all starts are numbered start by start.
+/// The number of ways that each start has, a power of two. The ways of all starts are numbered
+/// start by start.
 #[derive(Clone, Copy)]
 pub(super) struct PathSplitting {
     log2: u32,

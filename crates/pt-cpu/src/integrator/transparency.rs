@@ -1,9 +1,11 @@
 //! What is seen through the scene, and what is hidden from who sees it directly.
 //!
-//! A path that nothing has scattered yet carries how clear its way is ([`PathState::camera_transmittance`]): 1 at the camera; times what
-//! media let through on average over the channels; the same behind holes and where a surface lets light through as it
-//! came, but for Russian roulette, which it makes up for; and 0 once it is scattered. If the path then leaves the scene,
-//! so much of the sample is transparent. What is hidden is hidden as long as the way is clear.
+//! A path that nothing has scattered yet carries how clear its way is
+//! ([`PathState::camera_transmittance`]): 1 at the camera; times what media let through on average
+//! over the channels; the same behind holes and where a surface lets light through as it
+//! came, but for Russian roulette, which it makes up for; and 0 once it is scattered. If the path
+//! then leaves the scene, so much of the sample is transparent. What is hidden is hidden as long as
+//! the way is clear.
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;

@@ -14,8 +14,8 @@
 //! ```
 //!
 //! Paths share nothing but the memory they stand in, and all sums of a path are in the order of
-//! its bounces and of its light samples. So its radiance does not depend on the other paths, but on those of
-//! its group where these bring their light to each other ([`super::reuse`]).
+//! its bounces and of its light samples. So its radiance does not depend on the other paths, but on
+//! those of its group where these bring their light to each other ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
@@ -56,8 +56,8 @@ pub(super) struct ShadingPoint<'a> {
 }
 
 impl ShadingPoint<'_> {
-    /// Its light, which others may have, is added up apart from now on, and without what the path carried here;
-    /// Russian roulette still knows that.
+    /// Its light, which others may have, is added up apart from now on, and without what the path
+    /// carried here; Russian roulette still knows that.
     pub(super) fn share(&mut self, shared: SharedRadiance) {
         if let SharedRadiance::Diffuse(target) = shared {
             self.eta_scale *= self.beta.max_channel();
@@ -93,7 +93,8 @@ impl BlockSamples {
         self.samplers.points(self.first.wrapping_add(dimensions.wrapping_sub(2)))
     }
 
-    /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF chooses.
+    /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF
+    /// chooses.
     fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
         [self.pair(i), self.pair(i.wrapping_add(1))]
     }
@@ -378,8 +379,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         self.materials = materials;
     }
 
-    /// Lets rays that met holes go on, and adds what glows there; the emission of a surface does not
-    /// depend on how much of it is there.
+    /// Lets rays that met holes go on, and adds what glows there; the emission of a surface does
+    /// not depend on how much of it is there.
     fn pass_alpha(
         &mut self,
         bounces: u32,
@@ -458,8 +459,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
 
     /// How a block scatters.
     ///
-    /// In a loop of its own, which is short enough for the next paths to run while one waits: one loop
-    /// with the surface points costs 4 % of a render.
+    /// In a loop of its own, which is short enough for the next paths to run while one waits: one
+    /// loop with the surface points costs 4 % of a render.
     fn shading_points<'s>(
         &self,
         block: &[(u32, Hit)],
@@ -517,7 +518,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for materials.
+    /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for
+    /// materials.
     #[inline(always)]
     fn sample_block_dimensions(
         &self,
@@ -530,7 +532,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         BlockSamples { samplers: Samplers::new(block.iter().map(sampler)), first }
     }
 
-    /// [`Wavefront::sample_bsdf_and_roulette`] behind the first surface, once for each way, with numbers of its own.
+    /// [`Wavefront::sample_bsdf_and_roulette`] behind the first surface, once for each way, with
+    /// numbers of its own.
     #[inline(never)]
     fn split_paths(
         &mut self,
@@ -566,7 +569,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     }
 
     /// Continues the block's paths after interaction number `bounces`: those that live, with their
-    /// rays, are stored from `live` on, in `split` if there is room. Returns where the next may be stored.
+    /// rays, are stored from `live` on, in `split` if there is room. Returns where the next may be
+    /// stored.
     fn sample_bsdf_and_roulette(
         &mut self,
         block: &[(u32, Hit)],

@@ -37,8 +37,8 @@ pub(super) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     v
 }
 
-/// A dimension as the hashes want it: words that differ in their highest bits alone have hashes that
-/// belong together. Those below 2¹⁶ stay as they are.
+/// A dimension as the hashes want it: words that differ in their highest bits alone have hashes
+/// that belong together. Those below 2¹⁶ stay as they are.
 #[inline(always)]
 pub(super) fn mixed(d: u32) -> u32 {
     d ^ (d >> 16)

@@ -57,12 +57,14 @@ impl SamplerKind {
     }
 }
 
-/// The number of the first sample of a second half: a sample of this number and one behind it are, in a point set of their own
-/// with scramblings of their own, what those from 0 on are in the first. So means of the two halves are
-/// independent of each other, also where points of one are laid out to complete each other.
+/// The number of the first sample of a second half: a sample of this number and one behind it are,
+/// in a point set of their own with scramblings of their own, what those from 0 on are in the
+/// first. So means of the two halves are independent of each other, also where points of one are
+/// laid out to complete each other.
 pub const HALF_B_OFFSET: u32 = 1 << 31;
 
-/// A pixel that is told apart in the two halves, and the number of a sample in its half. No pixel has so large a row.
+/// A pixel that is told apart in the two halves, and the number of a sample in its half. No pixel
+/// has so large a row.
 #[inline(always)]
 fn in_half([x, y]: [u32; 2], sample: u32) -> ([u32; 2], u32) {
     ([x, y | sample & HALF_B_OFFSET], sample & !HALF_B_OFFSET)
@@ -75,9 +77,10 @@ pub struct SamplerConfig {
     pub kind: SamplerKind,
     /// What tells sets of the same kind apart.
     pub seed: u32,
-    /// Samples of a pixel for which the points are laid out: the numbers of [`SamplerKind::ZSobol`]
-    /// (which rounds it up to a power of two) and [`SamplerKind::Stratified`] depend on it. Samples
-    /// beyond are as good, but do not complete the ones before.
+    /// Samples of a pixel for which the points are laid out: the numbers of
+    /// [`SamplerKind::ZSobol`] (which rounds it up to a power of two) and
+    /// [`SamplerKind::Stratified`] depend on it. Samples beyond are as good, but do not
+    /// complete the ones before.
     pub spp: u32,
 }
 
@@ -121,9 +124,9 @@ impl Sampler {
         Self { dimension, ..self }
     }
 
-    /// The numbers of a part of the sample: of its 2ᵏ parts (k = `log2_parts`) the one with this number. The
-    /// parts of all samples are the points of a set that is laid out for as many, and those of
-    /// one sample are next to each other in it.
+    /// The numbers of a part of the sample: of its 2ᵏ parts (k = `log2_parts`) the one with this
+    /// number. The parts of all samples are the points of a set that is laid out for as many,
+    /// and those of one sample are next to each other in it.
     #[inline]
     pub fn split(self, log2_parts: u32, part: u32) -> Self {
         let spp = u64::from(self.set.spp) << log2_parts;
@@ -137,8 +140,8 @@ impl Sampler {
         self.dimension
     }
 
-    /// Independent numbers without end, others for each pair `number`, and the same for each of them:
-    /// for what takes more than anybody can tell ahead.
+    /// Independent numbers without end, others for each pair `number`, and the same for each of
+    /// them: for what takes more than anybody can tell ahead.
     #[inline]
     pub fn stream(&self, number: [u32; 2]) -> RngStream {
         RngStream::new(self.key, self.index, number)

@@ -3,7 +3,8 @@
 use super::independent::{pcg3d, pcg4d};
 use super::unit;
 
-/// A sequence of independent numbers, each a hash of its place in it; see [`super::Sampler::stream`].
+/// A sequence of independent numbers, each a hash of its place in it; see
+/// [`super::Sampler::stream`].
 #[derive(Clone, Copy, Debug)]
 pub struct RngStream {
     key: [u32; 2],

@@ -1,14 +1,14 @@
-//! Multi-jittered points [Chiu, Shirley & Wang 1994, "Multi-Jittered Sampling", Graphics Gems IV] by
-//! hashed permutations. [Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar Technical Memo
-//! 13-01]
+//! Multi-jittered points [Chiu, Shirley & Wang 1994, "Multi-Jittered Sampling", Graphics Gems IV]
+//! by hashed permutations. [Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar Technical
+//! Memo 13-01]
 //!
-//! n points are one in each of the cells of a grid of about √n × √n, and at the same time one in each
-//! of n equal intervals of either coordinate. Which sample takes which cell, and where in it, is told
-//! by permutations that are computed, so any of them can be asked for alone.
+//! n points are one in each of the cells of a grid of about √n × √n, and at the same time one in
+//! each of n equal intervals of either coordinate. Which sample takes which cell, and where in it,
+//! is told by permutations that are computed, so any of them can be asked for alone.
 //!
-//! Kensler's points are shifted by the same permutation in all rows of the grid, which costs a quarter
-//! of an order: their error falls as n^−¾ where that of these, with a permutation for each row and
-//! column, falls as n⁻¹.
+//! Kensler's points are shifted by the same permutation in all rows of the grid, which costs a
+//! quarter of an order: their error falls as n^−¾ where that of these, with a permutation for each
+//! row and column, falls as n⁻¹.
 
 use super::independent;
 
@@ -43,7 +43,8 @@ fn permute(mut i: u32, len: u32, seed: u32) -> u32 {
     }
 }
 
-/// The width of the grid of n cells. A grid that is not full costs more than one that is not square.
+/// The width of the grid of n cells. A grid that is not full costs more than one that is not
+/// square.
 #[inline(always)]
 fn columns(n: u32) -> u32 {
     if n.is_power_of_two() { 1 << (n.ilog2() / 2) } else { n.isqrt() }
@@ -55,8 +56,8 @@ fn of_line(seed: u32, line: u32) -> u32 {
     (seed ^ line).wrapping_mul(0x9e37_79b1)
 }
 
-/// The point of one of `spp` samples at dimension `d`; those from number `spp` on are other sets of as
-/// many.
+/// The point of one of `spp` samples at dimension `d`; those from number `spp` on are other sets of
+/// as many.
 #[inline]
 pub(super) fn point(key: [u32; 2], spp: u32, sample: u32, d: u32) -> [f32; 2] {
     let n = spp.max(1);

@@ -3,13 +3,13 @@
 //! form with one sequence: Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §8.7]
 //!
 //! The pixels of a square of 2ᵗ × 2ᵗ take consecutive runs of 2ᵏ points of one scrambled sequence,
-//! in the order of the Z-curve. So the points of a pixel are a (0, 2)-net, and those of each aligned
-//! square of pixels are one as well: what one pixel gets too much of, its neighbours get too little,
-//! and the error is high frequencies, which the eye averages.
+//! in the order of the Z-curve. So the points of a pixel are a (0, 2)-net, and those of each
+//! aligned square of pixels are one as well: what one pixel gets too much of, its neighbours get
+//! too little, and the error is high frequencies, which the eye averages.
 //!
-//! Every dimension or pair of dimensions shuffles the order, as in [`sobol`](super::sobol), here of all
-//! points of the square: an Owen scramble of the index turns each quarter of a square around. The
-//! quarters that are neighbours in the order would be next to each other in the row in all
+//! Every dimension or pair of dimensions shuffles the order, as in [`sobol`](super::sobol), here of
+//! all points of the square: an Owen scramble of the index turns each quarter of a square around.
+//! The quarters that are neighbours in the order would be next to each other in the row in all
 //! dimensions; so they take turns with those of the column and of the diagonal.
 
 use super::independent::pcg4d;
@@ -30,7 +30,8 @@ fn log2_side(log2_run: u32) -> u32 {
     LOG2_SIDE.min((32 - log2_run) / 2)
 }
 
-/// What tells sequences apart: the square of a pixel, and how many runs a sample is beyond the first.
+/// What tells sequences apart: the square of a pixel, and how many runs a sample is beyond the
+/// first.
 #[inline(always)]
 pub(super) fn square(log2_run: u32, [x, y]: [u32; 2], sample: u32) -> [u32; 3] {
     let side = log2_side(log2_run);

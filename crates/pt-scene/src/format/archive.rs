@@ -1,4 +1,5 @@
-//! Scenes in archives: ZIP files with a scene and what it names, and `.zae` of COLLADA. [COLLADA 1.5.0, §"Zipped archives"]
+//! Scenes in archives: ZIP files with a scene and what it names, and `.zae` of COLLADA. [COLLADA
+//! 1.5.0, §"Zipped archives"]
 //!
 //! An archive is unpacked into a temporary folder, which paths of the scene cannot leave.
 
@@ -85,8 +86,8 @@ fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, 
     Ok(names)
 }
 
-/// The name of the scene: the one that a manifest names, or the only one of those in the outermost folder that has some. The
-/// error is a message.
+/// The name of the scene: the one that a manifest names, or the only one of those in the outermost
+/// folder that has some. The error is a message.
 fn scene_of(root: &Path, names: &[PathBuf]) -> Result<PathBuf, String> {
     if let Some(named) = of_manifest(root) {
         return Ok(named);

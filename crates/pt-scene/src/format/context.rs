@@ -1,8 +1,10 @@
-//! What the readers of scenes share: the files, what may be read of them, and what is wrong with a scene.
+//! What the readers of scenes share: the files, what may be read of them, and what is wrong with a
+//! scene.
 //!
 //! An error about an item of a scene (a shape, a material, a parameter …) does not end the reading:
-//! [`Context::ok_or_report`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
-//! What follows from an error that was told is [`LoadError::AlreadyReported`], and is not told again.
+//! [`Context::ok_or_report`] notes it, and the reader goes on without the item, so that all that is
+//! wrong is told at once. What follows from an error that was told is
+//! [`LoadError::AlreadyReported`], and is not told again.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -114,8 +116,9 @@ impl Context {
         Ok(bytes)
     }
 
-    /// Reads the scene's own file, of so many bytes, by `read`, which does not hold all of it; `None` if it cannot, or the limits
-    /// do not allow it: then [`Self::scene_file`] is to tell.
+    /// Reads the scene's own file, of so many bytes, by `read`, which does not hold all of it;
+    /// `None` if it cannot, or the limits do not allow it: then [`Self::scene_file`] is to
+    /// tell.
     pub(super) fn scene_in_pieces<T>(
         &self,
         length: usize,
@@ -135,8 +138,9 @@ impl Context {
     /// Reads a file that the scene names.
     ///
     /// # Errors
-    /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and pipes may never
-    /// end; or if a limit is reached. The message is meant for the place where the scene names it.
+    /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and
+    /// pipes may never end; or if a limit is reached. The message is meant for the place where
+    /// the scene names it.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
         self.check_admissible(path)?;
         let (bytes, source) =
@@ -164,7 +168,8 @@ impl Context {
         }
     }
 
-    /// Reads a picture that the scene names. Values that are no finite numbers are replaced, with a note.
+    /// Reads a picture that the scene names. Values that are no finite numbers are replaced, with a
+    /// note.
     ///
     /// # Errors
     /// As [`Self::read`], or if it is no picture, or larger than the limits allow.
@@ -177,8 +182,8 @@ impl Context {
         self.check_picture(Ok(whole), path)
     }
 
-    /// As [`Self::picture`], but the pixels alone that the file has, wherever they lie in the picture, as Mitsuba and pbrt-v4
-    /// read them.
+    /// As [`Self::picture`], but the pixels alone that the file has, wherever they lie in the
+    /// picture, as Mitsuba and pbrt-v4 read them.
     ///
     /// # Errors
     /// As [`Self::picture`].
@@ -199,8 +204,8 @@ impl Context {
         Ok(decoded)
     }
 
-    /// Says which pictures the scene is likely to ask for, in this order, so that threads can decode several at once. Where
-    /// memory is limited, they are decoded one by one.
+    /// Says which pictures the scene is likely to ask for, in this order, so that threads can
+    /// decode several at once. Where memory is limited, they are decoded one by one.
     pub(super) fn expect_pictures(
         &self,
         pictures: impl IntoIterator<Item = (PathBuf, PixelEncoding)>,
@@ -337,7 +342,8 @@ impl Context {
         }
     }
 
-    /// What an item of the scene is, or `None` after its error is noted, so that the rest can be read.
+    /// What an item of the scene is, or `None` after its error is noted, so that the rest can be
+    /// read.
     ///
     /// # Errors
     /// If nothing more can be read.
@@ -372,8 +378,9 @@ impl Context {
         }
     }
 
-    /// What an item of the scene is, or `None` after its error became a note of what is done instead, which costs nothing else; an
-    /// error where everything has to be as the file says ([`LoadOptions::strict`]).
+    /// What an item of the scene is, or `None` after its error became a note of what is done
+    /// instead, which costs nothing else; an error where everything has to be as the file says
+    /// ([`LoadOptions::strict`]).
     ///
     /// # Errors
     /// Those that are not about the content of the file, and all of them if it has to be so.

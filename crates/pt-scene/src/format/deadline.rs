@@ -5,11 +5,12 @@ use std::sync::mpsc;
 use std::thread::Builder;
 use std::time::Duration;
 
-/// That of the main thread of a program on most systems, for which the nesting of formats is limited.
+/// That of the main thread of a program on most systems, for which the nesting of formats is
+/// limited.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What some work gives, which another thread does; `None` if that takes longer than it may. What is under way then goes on,
-/// and what it gives is lost.
+/// What some work gives, which another thread does; `None` if that takes longer than it may. What
+/// is under way then goes on, and what it gives is lost.
 ///
 /// # Errors
 /// If no thread can be started.

@@ -1,8 +1,8 @@
 //! Decimal numbers of texts, read in one go where they are short, as most are.
 //!
-//! m · 10ⁿ with whole m < 2⁵³ and |n| ≤ 22 is one product or quotient of two numbers that double precision has exactly, so
-//! it is rounded correctly. [Clinger 1990, "How to Read Floating Point Numbers Accurately", §6] Other numbers are left to
-//! [`str::parse`], and so is what is none.
+//! m · 10ⁿ with whole m < 2⁵³ and |n| ≤ 22 is one product or quotient of two numbers that double
+//! precision has exactly, so it is rounded correctly. [Clinger 1990, "How to Read Floating Point
+//! Numbers Accurately", §6] Other numbers are left to [`str::parse`], and so is what is none.
 
 use std::str::FromStr;
 
@@ -14,8 +14,8 @@ const POWERS: [f64; 23] = [
 /// Digits that always fit into 64 bits.
 const DIGITS: usize = 19;
 
-/// The next number of a text and what follows it: as `quick` finds it, or else the next word as the standard library
-/// reads it. `None` if that is no number.
+/// The next number of a text and what follows it: as `quick` finds it, or else the next word as the
+/// standard library reads it. `None` if that is no number.
 pub(super) fn next<T: FromStr>(
     text: &[u8],
     quick: impl Fn(&[u8]) -> Option<(T, &[u8])>,
@@ -28,13 +28,13 @@ pub(super) fn next<T: FromStr>(
     })
 }
 
-/// The number of single precision at the beginning of a text, and what follows it: a space or nothing. `None` if
-/// it takes longer to tell.
+/// The number of single precision at the beginning of a text, and what follows it: a space or
+/// nothing. `None` if it takes longer to tell.
 pub(super) fn leading_f32(text: &[u8]) -> Option<(f32, &[u8])> {
     let (number, rest) = leading_f64(text)?;
-    // Rounding twice is rounding once, unless the first time ends in the middle between two numbers of single
-    // precision: then it is not known from which side. (Numbers too small for this test to be right are below any but 0
-    // here: 10⁻²² is above 2⁻¹²⁶.)
+    // Rounding twice is rounding once, unless the first time ends in the middle between two numbers
+    // of single precision: then it is not known from which side. (Numbers too small for this
+    // test to be right are below any but 0 here: 10⁻²² is above 2⁻¹²⁶.)
     let is_in_the_middle = number.to_bits() & 0x1FFF_FFFF == 0x1000_0000;
     (!is_in_the_middle).then_some((number as f32, rest))
 }
@@ -67,8 +67,8 @@ pub(super) fn leading_f64(text: &[u8]) -> Option<(f64, &[u8])> {
     ends_word(rest).then_some((if is_negative { -size } else { size }, rest))
 }
 
-/// The whole number without a sign at the beginning of a text, and what follows it: a space or nothing. `None` if
-/// it takes longer to tell.
+/// The whole number without a sign at the beginning of a text, and what follows it: a space or
+/// nothing. `None` if it takes longer to tell.
 pub(super) fn leading_whole(text: &[u8]) -> Option<(u64, &[u8])> {
     let (number, rest) = digits(text, 0);
     let is_short = (1..=DIGITS).contains(&(text.len() - rest.len()));
@@ -87,7 +87,8 @@ fn signed(text: &[u8]) -> Option<(i64, &[u8])> {
     is_short.then_some((if is_negative { -(size as i64) } else { size as i64 }, rest))
 }
 
-/// Appends the digits at the beginning of a text to a number, which wraps around, and tells what follows them.
+/// Appends the digits at the beginning of a text to a number, which wraps around, and tells what
+/// follows them.
 fn digits(text: &[u8], mut number: u64) -> (u64, &[u8]) {
     let mut rest = text;
     while let [digit @ b'0'..=b'9', others @ ..] = rest {
@@ -160,7 +161,8 @@ mod tests {
         assert!(quick > 600_000, "{quick}");
     }
 
-    /// The middle of two neighbours in single precision, and the texts next to it: where rounding twice goes wrong.
+    /// The middle of two neighbours in single precision, and the texts next to it: where rounding
+    /// twice goes wrong.
     #[test]
     fn middles_between_numbers_are_rounded_once() {
         let mut next = random(3);

@@ -10,8 +10,8 @@ pub(super) const MIN: f32 = 0.02;
 /// Exponent of glosses that give none: what modelling tools start with.
 pub(super) const DEFAULT_EXPONENT: f32 = 50.0;
 
-/// A diffuse surface with the gloss of a specular colour and Phong's exponent, from 0 up; without a gloss where the
-/// colour is as good as black. It is the same from both sides.
+/// A diffuse surface with the gloss of a specular colour and Phong's exponent, from 0 up; without a
+/// gloss where the colour is as good as black. It is the same from both sides.
 pub(super) fn phong(diffuse: Color, specular: Color, exponent: f32) -> Surface {
     if amount(&specular) <= MIN {
         return Diffuse { reflectance: diffuse, two_sided: true }.into();
@@ -19,13 +19,14 @@ pub(super) fn phong(diffuse: Color, specular: Color, exponent: f32) -> Surface {
     Plastic { diffuse, specular, alpha: alpha(exponent), two_sided: true }.into()
 }
 
-/// Roughness α of the Beckmann distribution nearest to cosˢ: α² = 2/(s + 2). [Walter et al. 2007, section 5.2]
+/// Roughness α of the Beckmann distribution nearest to cosˢ: α² = 2/(s + 2). [Walter et al. 2007,
+/// section 5.2]
 pub(super) fn alpha(exponent: f32) -> f32 {
     (2.0 / (exponent + 2.0)).sqrt()
 }
 
-/// The roughness, from 0 to 1, of the coat of Burley of a gloss: its square α is 0.1 at gloss 0 and 0.001 at gloss 1.
-/// [Burley 2012, app. B]
+/// The roughness, from 0 to 1, of the coat of Burley of a gloss: its square α is 0.1 at gloss 0 and
+/// 0.001 at gloss 1. [Burley 2012, app. B]
 pub(super) fn roughness_of_coat(gloss: f32) -> f32 {
     (0.1 - (0.1 - 0.001) * gloss.clamp(0.0, 1.0)).sqrt()
 }

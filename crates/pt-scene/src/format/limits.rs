@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use super::xml::{did_you_mean, quote};
 
-/// What the reading of a scene may take. What is `None` is limited by what each format has by itself, which
-/// docs/formats.md lists.
+/// What the reading of a scene may take. What is `None` is limited by what each format has by
+/// itself, which docs/formats.md lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of the files that are read, of the pictures in them, and of the meshes of the scene, together.
+    /// Bytes of the files that are read, of the pictures in them, and of the meshes of the scene,
+    /// together.
     pub memory: Option<u64>,
     /// Nesting of elements, objects, nodes and attributes; a format may have a lower limit.
     pub depth: Option<u64>,
@@ -24,10 +25,12 @@ pub struct Limits {
     pub include_depth: Option<u64>,
     /// Files that are included.
     pub files: Option<u64>,
-    /// Seconds of reading, which are looked at between items; half a second later, reading of a file is given up in the middle of one,
-    /// which goes on until its end on a thread of its own, for nothing.
+    /// Seconds of reading, which are looked at between items; half a second later, reading of a
+    /// file is given up in the middle of one, which goes on until its end on a thread of its
+    /// own, for nothing.
     pub seconds: Option<u64>,
-    /// Triangles that the round and bent shapes of pbrt-v4 scenes, and each file of curves of Mitsuba, are cut into.
+    /// Triangles that the round and bent shapes of pbrt-v4 scenes, and each file of curves of
+    /// Mitsuba, are cut into.
     pub triangles: Option<u64>,
 }
 
@@ -72,7 +75,8 @@ impl Limits {
         Ok(())
     }
 
-    /// What nesting may reach, where a format has this limit by itself, which is not exceeded: readers recurse.
+    /// What nesting may reach, where a format has this limit by itself, which is not exceeded:
+    /// readers recurse.
     pub(super) fn depth(&self, of_format: usize) -> usize {
         or(self.depth, of_format).min(of_format)
     }
@@ -92,8 +96,8 @@ impl Limits {
         or(self.elements, of_format)
     }
 
-    /// What the nesting of included files may reach, where a format has this limit by itself, which is not
-    /// exceeded.
+    /// What the nesting of included files may reach, where a format has this limit by itself, which
+    /// is not exceeded.
     pub(super) fn include_depth(&self, of_format: usize) -> usize {
         or(self.include_depth, of_format).min(of_format)
     }

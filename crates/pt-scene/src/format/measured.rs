@@ -1,4 +1,5 @@
-//! Files of measured materials (`.bsdf`): tensor files with the fields of the RGL. [Dupuy & Jakob 2018]
+//! Files of measured materials (`.bsdf`): tensor files with the fields of the RGL. [Dupuy & Jakob
+//! 2018]
 
 use super::spectra;
 use super::tensor::{OutField, TensorFile, write as write_tensors};
@@ -9,14 +10,15 @@ const SPECTRA: &str = "spectra";
 /// What is reflected in linear Rec. 709.
 const COLORS: &str = "rgb";
 
-/// The tables of a file. Spectra become colours as those of reflectances do, under D65: with three channels in place of
-/// 195 wavelengths they are interpolated as spectra are, since what makes colours of them is linear; but for channels
-/// below 0, of colours outside of Rec. 709, which become 0 at the points of the table, so that light is never taken away.
-/// What is below 0 in `luminance` is taken for 0, as noise of what was measured.
+/// The tables of a file. Spectra become colours as those of reflectances do, under D65: with three
+/// channels in place of 195 wavelengths they are interpolated as spectra are, since what makes
+/// colours of them is linear; but for channels below 0, of colours outside of Rec. 709, which
+/// become 0 at the points of the table, so that light is never taken away. What is below 0 in
+/// `luminance` is taken for 0, as noise of what was measured.
 ///
 /// # Errors
-/// If the file is none, a field is missing or does not fit to the others, or a number makes no sense; the message is meant
-/// for the place where the scene names it.
+/// If the file is none, a field is missing or does not fit to the others, or a number makes no
+/// sense; the message is meant for the place where the scene names it.
 pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
     let file = TensorFile::parse(bytes)?;
     let ([_], theta) = file.floats("theta_i")?;
@@ -221,7 +223,8 @@ mod tests {
         }
     }
 
-    /// A colour that no mixture of the primaries of Rec. 709 gives has channels below 0, which become 0.
+    /// A colour that no mixture of the primaries of Rec. 709 gives has channels below 0, which
+    /// become 0.
     #[test]
     fn no_channel_takes_light_away() {
         let read = parse(&tensor::write(&fields([0.0, 1.0, 0.0]))).unwrap();
@@ -291,8 +294,8 @@ mod tests {
 
     const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
-    /// The file that Mitsuba's scene has, by wavelengths, as pbrt-v4 wants it: blue up to 480 nm, green at 550 nm and red from
-    /// 610 nm on.
+    /// The file that Mitsuba's scene has, by wavelengths, as pbrt-v4 wants it: blue up to 480 nm,
+    /// green at 550 nm and red from 610 nm on.
     fn by_wavelengths(measurements: &Measurements) -> Vec<u8> {
         const CHANNELS: [(f32, usize); 5] =
             [(360.0, 2), (480.0, 2), (550.0, 1), (610.0, 0), (830.0, 0)];
@@ -309,8 +312,8 @@ mod tests {
         tensor::write(&fields)
     }
 
-    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15 %. `PT_WRITE_GENERATED=1`
-    /// writes it.
+    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15
+    /// %. `PT_WRITE_GENERATED=1` writes it.
     #[test]
     fn the_file_of_a_scene_has_spectra() {
         let colors =

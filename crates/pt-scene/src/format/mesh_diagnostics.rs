@@ -1,8 +1,8 @@
 //! What is wrong with a mesh file, told all at once.
 //!
-//! A reader of meshes notes what is wrong with a statement or a row, and goes on with something in its place, so that what
-//! follows means the same. Pieces of a file that are read side by side have lists of their own, which are
-//! joined in the order of the file.
+//! A reader of meshes notes what is wrong with a statement or a row, and goes on with something in
+//! its place, so that what follows means the same. Pieces of a file that are read side by side have
+//! lists of their own, which are joined in the order of the file.
 
 use super::context::Context;
 use crate::LoadError;
@@ -11,7 +11,8 @@ use crate::LoadError;
 #[derive(Debug, Default)]
 pub(super) struct MeshDiagnostics {
     list: Vec<LoadError>,
-    /// What costs nothing but itself in a file that is a scene by itself, and what is done instead.
+    /// What costs nothing but itself in a file that is a scene by itself, and what is done
+    /// instead.
     pardoned: Vec<(LoadError, &'static str)>,
 }
 
@@ -26,7 +27,8 @@ impl MeshDiagnostics {
         }
     }
 
-    /// Adds one that costs nothing but itself, unless there are [`Self::MAX`] of them; see [`Context::forgive`].
+    /// Adds one that costs nothing but itself, unless there are [`Self::MAX`] of them; see
+    /// [`Context::forgive`].
     pub(super) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
         if self.pardoned.len() < Self::MAX {
             self.pardoned.push((fault, instead));
@@ -50,7 +52,8 @@ impl MeshDiagnostics {
         self.pardoned.truncate(Self::MAX);
     }
 
-    /// Adds those that were found in the same lines in another way: all are in the order of the lines then.
+    /// Adds those that were found in the same lines in another way: all are in the order of the
+    /// lines then.
     pub(super) fn merge(&mut self, others: Self) {
         self.list.extend(others.list);
         self.list.sort_by_key(place);
@@ -67,7 +70,8 @@ impl MeshDiagnostics {
         self.list
     }
 
-    /// The error that ends the reading with a message that is worth nothing where faults were told that may be why.
+    /// The error that ends the reading with a message that is worth nothing where faults were told
+    /// that may be why.
     pub(super) fn because_of(&self, error: LoadError) -> LoadError {
         if self.is_empty() { error } else { LoadError::AlreadyReported }
     }

@@ -35,8 +35,9 @@ impl Default for ColorLevels {
 }
 
 impl MeshFile {
-    /// A scene with the mesh as its only object, in its own colours or of the default material. Whole numbers
-    /// of colours are levels of sRGB, as programs that show such files by themselves have them.
+    /// A scene with the mesh as its only object, in its own colours or of the default material.
+    /// Whole numbers of colours are levels of sRGB, as programs that show such files by
+    /// themselves have them.
     pub(super) fn into_scene(self, path: &Path) -> Scene {
         let Self { mut mesh, levels, warnings } = self;
         levels.linearize(&mut mesh);
@@ -72,7 +73,8 @@ pub(super) struct PointsFile {
 }
 
 impl PointsFile {
-    /// The vertices of a mesh that has no triangles, without those that are nowhere, and segments between them.
+    /// The vertices of a mesh that has no triangles, without those that are nowhere, and segments
+    /// between them.
     pub(super) fn new(file: MeshFile, segments: Vec<[u32; 2]>, path: &Path) -> Self {
         let MeshFile { mut mesh, levels, mut warnings } = file;
         levels.linearize(&mut mesh);
@@ -123,7 +125,8 @@ pub(super) fn map_colors(mesh: &mut Mesh, change: impl Fn(f32, bool) -> f32) {
     }
 }
 
-/// The matte material that shows the colours of a mesh: those of its vertices, or else of its faces.
+/// The matte material that shows the colours of a mesh: those of its vertices, or else of its
+/// faces.
 fn colored(mesh: &Mesh) -> Option<Material> {
     let pattern = match (&mesh.colors, &mesh.face_colors) {
         (Some(_), _) => Pattern::VertexColors,
@@ -145,8 +148,9 @@ fn showing(name: &str, pattern: Pattern) -> Material {
     }
 }
 
-/// The path of a file that a scene names: as it is written, or with slashes in place of the backslashes of Windows. An absolute
-/// path that leads nowhere is one of another machine: the file is the longest end of it that is in the folder, if there is one.
+/// The path of a file that a scene names: as it is written, or with slashes in place of the
+/// backslashes of Windows. An absolute path that leads nowhere is one of another machine: the file
+/// is the longest end of it that is in the folder, if there is one.
 pub(super) fn locate(folder: &Path, name: &str) -> PathBuf {
     let as_written = folder.join(name);
     if as_written.is_file() {

@@ -62,15 +62,17 @@ pub struct LoadOptions {
     pub allowed_folders: Vec<PathBuf>,
     /// What the reading may take.
     pub limits: Limits,
-    /// The time in seconds at which animations are shown, where the format has them; `None` is at rest.
+    /// The time in seconds at which animations are shown, where the format has them; `None` is at
+    /// rest.
     pub time: Option<f64>,
-    /// Whether the scene is read as the course's program CS184 reads it, where that differs: lights of COLLADA fall off with the square
-    /// of the distance, whatever the file says.
+    /// Whether the scene is read as the course's program CS184 reads it, where that differs:
+    /// lights of COLLADA fall off with the square of the distance, whatever the file says.
     pub course: bool,
-    /// The camera that is used: its name or, if none is called so, its number in the order of the file,
-    /// from 0. `None` is the one that the format says.
+    /// The camera that is used: its name or, if none is called so, its number in the order of the
+    /// file, from 0. `None` is the one that the format says.
     pub camera: Option<String>,
-    /// Radius of all points and segments, above 0, in units of the scene; `None` is as the file says.
+    /// Radius of all points and segments, above 0, in units of the scene; `None` is as the file
+    /// says.
     pub point_radius: Option<f64>,
 }
 
@@ -91,8 +93,8 @@ pub struct LoadResult {
 /// into a scene. With errors that the context keeps, it is what is left of one.
 type Parser = fn(&[u8], &Path, &Arc<Context>) -> Result<Scene, LoadError>;
 
-/// Reads a file in pieces, without holding all of it; `None` if it is none of those that can be, or anything is wrong with it: then
-/// all of it is read for the [`Parser`].
+/// Reads a file in pieces, without holding all of it; `None` if it is none of those that can be, or
+/// anything is wrong with it: then all of it is read for the [`Parser`].
 type PieceReader = fn(&Path, &Context) -> Option<Scene>;
 
 /// A scene format.
@@ -114,8 +116,8 @@ impl Format {
     /// Reads a scene of this format; see [`parse_with`].
     ///
     /// # Errors
-    /// If the content is wrong, names are defined twice or not used, or a time is asked for that the format does not
-    /// have.
+    /// If the content is wrong, names are defined twice or not used, or a time is asked for that
+    /// the format does not have.
     pub fn parse(
         &self,
         bytes: &[u8],
@@ -126,7 +128,8 @@ impl Format {
         self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
     }
 
-    /// Reads a file. Where that may take some time alone, it is given up soon after that time, whatever it is at.
+    /// Reads a file. Where that may take some time alone, it is given up soon after that time,
+    /// whatever it is at.
     fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> LoadResult {
         /// For what looks at the time by itself, and tells where it was.
         const GRACE: Duration = Duration::from_millis(500);
@@ -246,7 +249,8 @@ pub static FORMATS: &[Format] = &[
     },
 ];
 
-/// A format without names that stand for something, without animations that are read, and without files that are read in pieces.
+/// A format without names that stand for something, without animations that are read, and without
+/// files that are read in pieces.
 const fn format(name: &'static str, extensions: &'static [&'static str], parser: Parser) -> Format {
     Format { name, extensions, parser, in_pieces: None, has_names: false, has_times: false }
 }

@@ -1,13 +1,16 @@
-//! Sparse grids (`.nvdb`), which are made dense. [Museth 2021, "NanoVDB: A GPU-Friendly and Portable VDB Data Structure For
-//! Real-Time Rendering And Simulation"; the layout is that of version 32, which its headers tell]
+//! Sparse grids (`.nvdb`), which are made dense. [Museth 2021, "NanoVDB: A GPU-Friendly and
+//! Portable VDB Data Structure For Real-Time Rendering And Simulation"; the layout is that of
+//! version 32, which its headers tell]
 //!
 //! ```text
-//! file  "NanoVDB0" or "NanoVDB2", version, grids, codec │ 176 bytes and the name of each grid │ each grid, as it is or by zlib
-//! grid  672 bytes: map, type … │ tree: where nodes are │ root ─▶ upper nodes (32³) ─▶ lower nodes (16³) ─▶ leaves (8³ values)
+//! file  "NanoVDB0" or "NanoVDB2", version, grids, codec │ 176 bytes and the name of each grid
+//!       │ each grid, raw or compressed by zlib
+//! grid  672 bytes: map, type … │ tree: offsets of nodes
+//!       │ root ─▶ upper nodes (32³) ─▶ lower nodes (16³) ─▶ leaves (8³ values)
 //! ```
 //!
-//! All numbers are little-endian. Each node has a table: of its children, by how far they are behind it, and of the values of
-//! parts that are the same everywhere.
+//! All numbers are little-endian. Each node has a table: of its children, by how far they are
+//! behind it, and of the values of parts that are the same everywhere.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -39,7 +42,8 @@ pub(super) struct SparseGrid {
     pub(super) to_world: DAffine3,
 }
 
-/// The grid of a name, and the names of the others; `ask` grants the memory of a dense grid. The message of an error is meant for the place where the scene names the file.
+/// The grid of a name, and the names of the others; `ask` grants the memory of a dense grid. The
+/// message of an error is meant for the place where the scene names the file.
 pub(super) fn parse(
     bytes: &[u8],
     name: &str,
@@ -364,8 +368,9 @@ mod tests {
         }
     }
 
-    /// A leaf at (0, 0, 0), a value of the node above it for the one beside, one of the node above that beyond y = 128, one of the root
-    /// where x alone is below 0, and ½ everywhere else. A step of x is one of 2 along y of the world.
+    /// A leaf at (0, 0, 0), a value of the node above it for the one beside, one of the node above
+    /// that beyond y = 128, one of the root where x alone is below 0, and ½ everywhere else. A
+    /// step of x is one of 2 along y of the world.
     fn grid() -> Vec<u8> {
         let (upper, lower) = (ROOT + 64 + 2 * 32, ROOT + 64 + 2 * 32 + UPPER_SIZE);
         let leaf = lower + LOWER_SIZE;

@@ -1,4 +1,5 @@
-//! What stands in for files that are missing: squares in magenta and black, which nobody takes for a picture of the scene.
+//! What stands in for files that are missing: squares in magenta and black, which nobody takes for
+//! a picture of the scene.
 
 use std::sync::Arc;
 
@@ -36,7 +37,8 @@ pub(super) fn light() -> Image {
     Image { width: side, height: side, pixels: (0..side * side).map(color).collect() }
 }
 
-/// The measurements in place of those that are missing: magenta however they are lit and seen, as bright as they can be.
+/// The measurements in place of those that are missing: magenta however they are lit and seen, as
+/// bright as they can be.
 pub(super) fn measurements() -> Measurements {
     const SHARE: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
     Measurements::even(MAGENTA.map(|channel| channel * SHARE))

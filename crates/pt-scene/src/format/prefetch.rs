@@ -7,7 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
-/// Things by their keys. When one is asked for, those that are likely asked for next are made beside it.
+/// Things by their keys. When one is asked for, those that are likely asked for next are made
+/// beside it.
 #[derive(Debug)]
 pub(super) struct Prefetcher<K, T> {
     state: Mutex<PrefetchState<K, T>>,
@@ -44,8 +45,9 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
         }
     }
 
-    /// The thing of a key, made here or before of what is prepared for it in the order of the list. Twice as many are made at
-    /// once as there are threads, so that few are in memory that are not needed yet.
+    /// The thing of a key, made here or before of what is prepared for it in the order of the list.
+    /// Twice as many are made at once as there are threads, so that few are in memory that are
+    /// not needed yet.
     pub(super) fn get<P: Send>(
         &self,
         key: &K,
@@ -73,7 +75,8 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
 }
 
 impl<K: Clone + Eq + Hash, T> PrefetchState<K, T> {
-    /// Those of the next `count` after a key that are not made yet, which are to be made now, as the key itself.
+    /// Those of the next `count` after a key that are not made yet, which are to be made now, as
+    /// the key itself.
     fn after(&mut self, key: &K, count: usize) -> Vec<K> {
         let Some(place) = self.places.remove(key) else { return Vec::new() };
         let next = self.expected[place + 1..].iter().take(count);

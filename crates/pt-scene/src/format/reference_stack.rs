@@ -1,9 +1,10 @@
-//! The way down through what refers to others of its kind: nodes that show nodes, files that include files, materials that are
-//! mixtures of materials.
+//! The way down through what refers to others of its kind: nodes that show nodes, files that
+//! include files, materials that are mixtures of materials.
 //!
-//! What is entered is bounded before it is read: how deep it lies, and how many there are, each as often as it is referred
-//! to, so that what doubles at each step ends as soon as what does not; and nothing leads to itself. What it takes in memory
-//! is asked of the ledger ([`super::context::Context::reserve`]).
+//! What is entered is bounded before it is read: how deep it lies, and how many there are, each as
+//! often as it is referred to, so that what doubles at each step ends as soon as what does not; and
+//! nothing leads to itself. What it takes in memory is asked of the ledger
+//! ([`super::context::Context::reserve`]).
 
 use std::path::{Path, PathBuf};
 
@@ -75,7 +76,8 @@ impl<K: PartialEq> ReferenceStack<K> {
 }
 
 impl ReferenceStack<PathBuf> {
-    /// The files of a scene, of which the first one is its own, with the bounds of a format or of the user.
+    /// The files of a scene, of which the first one is its own, with the bounds of a format or of
+    /// the user.
     pub(super) fn of_files(limits: &Limits, deep: usize, many: usize) -> Self {
         let included =
             ReferenceLimits { deep: limits.include_depth(deep), many: limits.files(many) };
@@ -123,7 +125,8 @@ mod tests {
         assert_eq!(way.enter(3), Err(ReferenceError::Many(6)));
     }
 
-    /// Things that each refer twice to the next one are entered as often as they are bounded, and not 2⁴⁰ times.
+    /// Things that each refer twice to the next one are entered as often as they are bounded, and
+    /// not 2⁴⁰ times.
     #[test]
     fn doublings_end() {
         fn all(

@@ -70,12 +70,13 @@ static WRITERS: &[Writer] = &[
 
 /// Writes a scene in the format that the ending of the name says, and tells what that cannot say.
 ///
-/// What a scene of the format `.json` holds of meshes, images and grids goes to a folder beside it, `NAME_files`;
-/// the scene itself is written last and in one step, so that whoever reads it finds all of it.
+/// What a scene of the format `.json` holds of meshes, images and grids goes to a folder beside it,
+/// `NAME_files`; the scene itself is written last and in one step, so that whoever reads it finds
+/// all of it.
 ///
 /// # Errors
-/// If the ending is unknown, the scene does not fit into the format, the file or its folder exists and is not to be
-/// overwritten, or something cannot be written.
+/// If the ending is unknown, the scene does not fit into the format, the file or its folder exists
+/// and is not to be overwritten, or something cannot be written.
 pub fn save(scene: &Scene, path: &Path, overwrite: bool) -> Result<Vec<String>, SaveError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     let writer = WRITERS.iter().find(|writer| writer.ending == ending).ok_or_else(|| {

@@ -94,8 +94,9 @@ fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
     Spectrum { emitted: color(emitted), reflected: color(reflected), most }
 }
 
-/// What each wavelength (in nanometres) of what multiplies light adds to its colour, where it is linear between them and
-/// beyond them as at the nearest one: the sum of values times weights is linear Rec. 709. Weights may be below 0.
+/// What each wavelength (in nanometres) of what multiplies light adds to its colour, where it is
+/// linear between them and beyond them as at the nearest one: the sum of values times weights is
+/// linear Rec. 709. Weights may be below 0.
 ///
 /// # Errors
 /// If there are fewer than two, they do not increase, or none is visible.
@@ -139,9 +140,9 @@ struct Seen {
     daylight: [f64; 3],
 }
 
-/// The 1000 wavelengths over which Mitsuba sums, with its two factors: the sum of ȳ, which makes Y of equal energy 1, and
-/// the mean of D65 weighted by ȳ. The latter is off by 0.1 %, so that a perfect reflector has Y = 0.9989; it is kept, for
-/// both renderers to have the same colours.
+/// The 1000 wavelengths over which Mitsuba sums, with its two factors: the sum of ȳ, which makes Y
+/// of equal energy 1, and the mean of D65 weighted by ȳ. The latter is off by 0.1 %, so that a
+/// perfect reflector has Y = 0.9989; it is kept, for both renderers to have the same colours.
 fn seen() -> impl Iterator<Item = Seen> {
     const COUNT: u32 = 1000;
     const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;

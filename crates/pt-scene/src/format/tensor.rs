@@ -1,8 +1,9 @@
-//! Tensor files: named arrays of numbers. [Dupuy & Jakob 2018, the files of "An Adaptive Parameterization for Efficient
-//! Material Acquisition and Rendering"]
+//! Tensor files: named arrays of numbers. [Dupuy & Jakob 2018, the files of "An Adaptive
+//! Parameterization for Efficient Material Acquisition and Rendering"]
 //!
 //! ```text
-//! "tensor_file\0" │ version 1, 0 │ fields: name, axes, kind of number, offset, sizes │ … numbers, each field at its offset
+//! "tensor_file\0" │ version 1, 0 │ fields: name, axes, number type, offset, sizes
+//!     │ … numbers, each field at its offset
 //! ```
 //!
 //! All is little-endian; the last axis runs fastest.
@@ -53,7 +54,8 @@ impl<'a> TensorFile<'a> {
     /// The fields, whose numbers are all within the file.
     ///
     /// # Errors
-    /// If the file is none, ends early, or makes no sense; the message is meant for the place where the scene names it.
+    /// If the file is none, ends early, or makes no sense; the message is meant for the place where
+    /// the scene names it.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut rest = Cursor(bytes);
         if rest.take(IDENTIFIER.len())? != IDENTIFIER {
@@ -288,8 +290,8 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_told() {
-        // Bytes of the header: 12 identifier, 2 version, 4 count; then the length of the first name, the name "a",
-        // the number of axes, the kind, the offset, and the sizes.
+        // Bytes of the header: 12 identifier, 2 version, 4 count; then the length of the first
+        // name, the name "a", the number of axes, the kind, the offset, and the sizes.
         let cases = [
             (damaged(0, b'T'), "begins with the word tensor_file"),
             (damaged(12, 2), "version 2.0"),

@@ -1,4 +1,5 @@
-//! What text files have around and between their lines: byte-order marks, line breaks, and lines that are continued.
+//! What text files have around and between their lines: byte-order marks, line breaks, and lines
+//! that are continued.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -9,8 +10,8 @@ use crate::LoadError;
 /// The byte-order mark of UTF-8, which some editors write. [The Unicode Standard 15.0, §23.8]
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// A file without the byte-order mark of UTF-8, and a text in UTF-16 or UTF-32 as UTF-8: those that begin with a mark, or whose first
-/// two characters are of ASCII.
+/// A file without the byte-order mark of UTF-8, and a text in UTF-16 or UTF-32 as UTF-8: those that
+/// begin with a mark, or whose first two characters are of ASCII.
 ///
 /// # Errors
 /// If it is such a text, but ends within a character, or has numbers that are none.
@@ -59,7 +60,8 @@ impl Unit {
     }
 }
 
-/// A text without a byte-order mark, of which all lines end in line feeds, also where they end in carriage returns alone.
+/// A text without a byte-order mark, of which all lines end in line feeds, also where they end in
+/// carriage returns alone.
 ///
 /// # Errors
 /// Those of [`unmarked`].
@@ -81,8 +83,9 @@ pub(crate) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str
     })
 }
 
-/// As [`lines`], where a backslash at the end of a line joins the next one to it. Empty lines behind those that were joined keep
-/// the numbers of all others. Comments (from a `#` that begins a word) are not continued, as they may end in the path of a folder.
+/// As [`lines`], where a backslash at the end of a line joins the next one to it. Empty lines
+/// behind those that were joined keep the numbers of all others. Comments (from a `#` that begins a
+/// word) are not continued, as they may end in the path of a folder.
 ///
 /// # Errors
 /// Those of [`unmarked`].

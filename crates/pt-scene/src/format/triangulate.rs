@@ -2,8 +2,8 @@
 
 use pt_math::DVec3;
 
-/// Corners up to which concave polygons are cut well; beyond, the time could grow too long (it is the number of corners times that of the
-/// concave ones that lie near, which may be all of them).
+/// Corners up to which concave polygons are cut well; beyond, the time could grow too long (it is
+/// the number of corners times that of the concave ones that lie near, which may be all of them).
 const MAX_CONCAVE: usize = 10_000;
 /// Concave corners for each cell of the grid in which they are looked for.
 const PER_CELL: usize = 2;

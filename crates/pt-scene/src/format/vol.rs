@@ -5,8 +5,8 @@
 //! "VOL", version 3 │ encoding, cells along x, y, z, channels │ box: least, greatest │ numbers
 //! ```
 //!
-//! All numbers are little-endian and of 32 bits. Those of a cell are side by side; x runs fastest, then
-//! y, then z.
+//! All numbers are little-endian and of 32 bits. Those of a cell are side by side; x runs fastest,
+//! then y, then z.
 
 use pt_math::{DAffine3, DVec3};
 
@@ -29,8 +29,8 @@ pub(super) struct VolFile {
 /// A grid of finite numbers.
 ///
 /// # Errors
-/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1, 3 and 6;
-/// the message is meant for the place where the scene names it.
+/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1, 3
+/// and 6; the message is meant for the place where the scene names it.
 pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     let Some((identifier, rest)) = bytes.split_first_chunk::<4>() else {
         return Err("the file is too short to be a grid".to_owned());

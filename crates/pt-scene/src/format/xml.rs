@@ -131,7 +131,8 @@ impl<'a> Document<'a> {
         Ok(numbers)
     }
 
-    /// Where the first number with a comma in place of the point was read, as programs write them in some languages.
+    /// Where the first number with a comma in place of the point was read, as programs write them
+    /// in some languages.
     pub(super) fn first_comma(&self) -> Option<Span> {
         self.first_comma.borrow().clone()
     }
@@ -397,7 +398,8 @@ pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c st
     }
 }
 
-/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or nothing.
+/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
+/// nothing.
 pub(super) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
     match quoted(&suggestions(written, names), " or ") {
         none if none.is_empty() => none,

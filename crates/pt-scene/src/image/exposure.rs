@@ -2,14 +2,15 @@
 
 use super::Image;
 
-/// Target of the logarithmic mean of the luminance. [Reinhard, Stark, Shirley & Ferwerda 2002, "Photographic Tone Reproduction for
-/// Digital Images", eq. 1 and 2: the key of an image]
+/// Target of the logarithmic mean of the luminance. [Reinhard, Stark, Shirley & Ferwerda 2002,
+/// "Photographic Tone Reproduction for Digital Images", eq. 1 and 2: the key of an image]
 const KEY: f64 = 0.18;
 /// The share of pixels that stay below white.
 const BELOW_WHITE: f64 = 0.95;
 /// The share of pixels that is nearly all.
 const NEARLY_ALL: f64 = 0.99;
-/// Less is the lowest level of 8 bits, or none: half of 1/255 in the straight part of the curve of sRGB.
+/// Less is the lowest level of 8 bits, or none: half of 1/255 in the straight part of the curve of
+/// sRGB.
 const BLACK: f64 = 0.5 / 255.0 / 12.92;
 
 /// An image of which nearly all is of one kind.
@@ -23,8 +24,9 @@ pub enum Extreme {
     Bright,
 }
 
-/// Stops with which an image fits a screen: the logarithmic mean of the luminance of the pixels that are not black becomes 0.18, but
-/// 19 of 20 of them stay below white. 0 of an image without such pixels.
+/// Stops with which an image fits a screen: the logarithmic mean of the luminance of the pixels
+/// that are not black becomes 0.18, but 19 of 20 of them stay below white. 0 of an image without
+/// such pixels.
 pub fn auto_exposure(image: &Image) -> f32 {
     let mut luminances = luminances(image);
     luminances.retain(|y| *y > 0.0);
@@ -77,7 +79,8 @@ mod tests {
         Image { width, height: 1, pixels: pixels.into_iter().map(|v| [v; 3]).collect() }
     }
 
-    /// Pixels of 2⁻⁶ and 2⁻⁴ in equal numbers have the mean 2⁻⁵; black does not count, in any order.
+    /// Pixels of 2⁻⁶ and 2⁻⁴ in equal numbers have the mean 2⁻⁵; black does not count, in any
+    /// order.
     #[test]
     fn the_mean_of_logarithms_becomes_the_key() {
         let want = (0.18f64 * 32.0).log2() as f32;

@@ -32,8 +32,8 @@ const REC709: Chromaticities = Chromaticities {
 /// How much red, green and blue of Rec. 709 count for the luminance. [ITU-R BT.709]
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// See [`super::Writer`]. One part with channels B, G, R, A if there is an opacity, and those of the options, in scan
-/// lines.
+/// See [`super::Writer`]. One part with channels B, G, R, A if there is an opacity, and those of
+/// the options, in scan lines.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
     let plane = |c: usize| real(image.pixels.iter().map(|p| p[c]), options.exr_type);
@@ -167,9 +167,9 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY, of the part
-/// without a name or of the first that has them, and A beside them; other channels are ignored.
-/// What is stored is linear light.
+/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY,
+/// of the part without a name or of the first that has them, and A beside them; other channels are
+/// ignored. What is stored is linear light.
 pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
@@ -236,11 +236,12 @@ fn check_blocks(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses a block of DWA whose counts ask for more memory than any such block needs, as the library takes what they say. Without
-/// compression it would have `stored` bytes.
+/// Refuses a block of DWA whose counts ask for more memory than any such block needs, as the
+/// library takes what they say. Without compression it would have `stored` bytes.
 ///
-/// They are eleven numbers of 64 bits: the version, sizes and counts of four sections, and a kind of compression. A section has
-/// at most the numbers of all channels, in squares of 8 pixels, and codes twice as long.
+/// They are eleven numbers of 64 bits: the version, sizes and counts of four sections, and a kind
+/// of compression. A section has at most the numbers of all channels, in squares of 8 pixels, and
+/// codes twice as long.
 fn check_counts(header: &Header, block: &[u8], stored: usize) -> Result<(), String> {
     /// The places of sizes before compression, and of counts.
     const COUNTS: [usize; 5] = [1, 6, 7, 8, 9];
@@ -302,8 +303,8 @@ impl Colors {
     }
 }
 
-/// Red, green and blue from RY = (R − Y) / Y, Y and BY = (B − Y) / Y. [Kainz & Bogart, "Technical Introduction to OpenEXR",
-/// section on luminance/chroma images]
+/// Red, green and blue from RY = (R − Y) / Y, Y and BY = (B − Y) / Y. [Kainz & Bogart, "Technical
+/// Introduction to OpenEXR", section on luminance/chroma images]
 fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
     let [weight_r, weight_g, weight_b] = LUMINANCE;
     let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
@@ -347,8 +348,8 @@ fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) ->
 }
 
 /// The colours among the channels of a part: R, G, B without a prefix,
-/// else Y, perhaps with RY and BY, else the first prefix (a layer's name and a dot) that has them; and that of A with the
-/// same prefix.
+/// else Y, perhaps with RY and BY, else the first prefix (a layer's name and a dot) that has them;
+/// and that of A with the same prefix.
 fn color_channels(names: &[String]) -> Option<(Colors, Option<usize>)> {
     let position = |name: String| names.iter().position(|n| *n == name);
     let with_prefix = |prefix: &str| {

@@ -187,7 +187,8 @@ impl Data<'_> {
     }
 
     /// A row pixel by pixel. Mantissas of 1, 1, 1 are no colour, but say that the pixel before
-    /// comes as often again as the exponent says; each that follows another counts 256 times as much.
+    /// comes as often again as the exponent says; each that follows another counts 256 times as
+    /// much.
     fn pixels(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
         let (mut at, mut shift) = (0, 0);
         while at < row.len() {

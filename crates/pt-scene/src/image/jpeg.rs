@@ -34,7 +34,8 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
     Ok(Decoded { image: Image { width, height, pixels }, alpha: None, frame: None })
 }
 
-/// Refuses pictures whose scans go through their blocks of 64 samples more often than those of any encoder.
+/// Refuses pictures whose scans go through their blocks of 64 samples more often than those of any
+/// encoder.
 fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
     /// Scans of a picture; encoders make 10 or so.
     const MAX_SCANS: u64 = 200;

@@ -41,8 +41,9 @@ pub struct Image {
 }
 
 impl Image {
-    /// Replaces what is no number by 0, and what is infinite by the greatest finite number of the image, of either sign. Says
-    /// how many pixels had such a channel, and where the first one is; `None` if none had.
+    /// Replaces what is no number by 0, and what is infinite by the greatest finite number of the
+    /// image, of either sign. Says how many pixels had such a channel, and where the first one
+    /// is; `None` if none had.
     pub fn make_finite(&mut self) -> Option<String> {
         self.mend(f32::NEG_INFINITY, "that are no finite numbers")
     }
@@ -75,7 +76,8 @@ impl Image {
         ))
     }
 
-    /// What may be meant otherwise of an image that is taken as a sky in latitude and longitude: a square one.
+    /// What may be meant otherwise of an image that is taken as a sky in latitude and longitude: a
+    /// square one.
     pub fn doubt_as_sky(&self) -> Option<String> {
         (self.width == self.height && self.width > 1).then(|| {
             format!(
@@ -112,7 +114,8 @@ impl Image {
         Err(format!("pixel ({x}, {y}) is {:?}; {rule}", self.pixels[i]))
     }
 
-    /// A note of how many pixels are negative, and where the first one is, for an image of emission, in which they count as 0.
+    /// A note of how many pixels are negative, and where the first one is, for an image of
+    /// emission, in which they count as 0.
     pub fn negative_radiance(&self) -> Option<String> {
         let is_negative = |p: &[f32; 3]| p.iter().any(|v| *v < 0.0);
         let first = self.pixels.iter().position(is_negative)?;
@@ -153,7 +156,8 @@ pub enum Precision {
     /// 32 bits.
     #[default]
     Float,
-    /// 16 bits, up to 65504, for the colours and those channels for which they suffice; 32 for the others.
+    /// 16 bits, up to 65504, for the colours and those channels for which they suffice; 32 for the
+    /// others.
     Half,
 }
 
@@ -173,7 +177,8 @@ pub enum Compression {
     Piz,
     /// Deflate; of 32-bit real numbers, only 24 bits are kept.
     Pxr24,
-    /// Blocks of 4 × 4 16-bit numbers of 14 bytes each, with losses; other numbers are kept as they are.
+    /// Blocks of 4 × 4 16-bit numbers of 14 bytes each, with losses; other numbers are kept as they
+    /// are.
     B44,
     /// Likewise, and blocks of one value are 3 bytes.
     B44a,
@@ -186,7 +191,8 @@ pub struct SaveOptions {
     pub png_bits: BitDepth,
     /// Transfer of a PNG file; EXR files are linear.
     pub transfer: Transfer,
-    /// Exposure and tone curve of a PNG file, before the transfer; EXR files have the light itself.
+    /// Exposure and tone curve of a PNG file, before the transfer; EXR files have the light
+    /// itself.
     pub tone: Tone,
     /// Numbers of an EXR file.
     pub exr_type: Precision,
@@ -194,9 +200,9 @@ pub struct SaveOptions {
     pub exr_compression: Compression,
     /// Keys and values to write into the file, as text chunks or attributes.
     pub metadata: Vec<(String, String)>,
-    /// The opacity of each pixel, with which its colour is multiplied already, if the file is to have
-    /// it. PNG files have it from 0 to 1, and colours that are not multiplied with it; where it is
-    /// 0, black.
+    /// The opacity of each pixel, with which its colour is multiplied already, if the file is to
+    /// have it. PNG files have it from 0 to 1, and colours that are not multiplied with it;
+    /// where it is 0, black.
     pub alpha: Option<Vec<f32>>,
     /// More channels of an EXR file; other files have no place for them.
     pub channels: Vec<Channel>,
@@ -257,7 +263,8 @@ pub struct Decoded {
     /// The opacity of each pixel in the order of the colours, if the file has it; 0 is clear and 1
     /// is opaque.
     pub alpha: Option<Vec<f32>>,
-    /// Where the pixels lie in the picture, if that has another size: the display window of OpenEXR.
+    /// Where the pixels lie in the picture, if that has another size: the display window of
+    /// OpenEXR.
     pub frame: Option<Frame>,
 }
 
@@ -310,7 +317,8 @@ impl Decoded {
 /// Bytes of a file to pixels. The error says what is wrong with the content.
 pub type Reader = fn(&[u8], PixelEncoding, &Room) -> Result<Decoded, String>;
 
-/// Keys and values of the texts in a file, of which no more is read than what they need. The error says what is wrong with the content.
+/// Keys and values of the texts in a file, of which no more is read than what they need. The error
+/// says what is wrong with the content.
 pub type MetadataReader = fn(BufReader<File>) -> Result<Vec<(String, String)>, String>;
 
 /// Pixels to the bytes of a file. The error says what cannot be written.
@@ -404,13 +412,14 @@ pub fn encode(image: &Image, path: &Path, options: &SaveOptions) -> Result<Vec<u
     write(image, options).map_err(refused)
 }
 
-/// How many finite numbers an EXR file of these options cannot hold, since they are beyond ±65504, the greatest
-/// 16-bit number, which takes their place.
+/// How many finite numbers an EXR file of these options cannot hold, since they are beyond ±65504,
+/// the greatest 16-bit number, which takes their place.
 pub fn count_beyond_half(image: &Image, options: &SaveOptions) -> usize {
     exr::count_beyond_half(image, options)
 }
 
-/// The bytes of a PNG file of numbers from 0 to 1 as they are to be stored, with the opacity if there is one.
+/// The bytes of a PNG file of numbers from 0 to 1 as they are to be stored, with the opacity if
+/// there is one.
 ///
 /// # Errors
 /// If there are not as many as the size says, or they do not fit into the format.
@@ -482,7 +491,8 @@ pub fn check_readable(path: &Path) -> Result<(), ImageError> {
     codec_with(path, |codec| codec.read).map(drop)
 }
 
-/// Keys and values of the texts in an image file: what [`SaveOptions::metadata`] said, and what others wrote.
+/// Keys and values of the texts in an image file: what [`SaveOptions::metadata`] said, and what
+/// others wrote.
 ///
 /// # Errors
 /// If the ending is unknown, or of a format without texts, or the file cannot be read or is none.
@@ -505,8 +515,8 @@ fn decode_framed(bytes: &[u8], path: &Path, numbers: PixelEncoding) -> Result<De
     decode_as(bytes, path, numbers)?.framed().map_err(content_error(path))
 }
 
-/// Decodes the content of a file; `path` gives the ending, and the name for messages. The pixels are those that the file has,
-/// wherever they lie in the [picture](Decoded::framed).
+/// Decodes the content of a file; `path` gives the ending, and the name for messages. The pixels
+/// are those that the file has, wherever they lie in the [picture](Decoded::framed).
 ///
 /// # Errors
 /// As [`decode`].

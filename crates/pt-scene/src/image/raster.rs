@@ -31,8 +31,9 @@ pub(super) const WEBP: Codec = readable("WebP", &["webp"], |bytes, numbers, room
     read(bytes, numbers, room, ImageFormat::WebP)
 });
 
-/// See [`Reader`]. Grey becomes three equal channels. Files do not say how whole numbers relate to light; they are taken as sRGB
-/// whatever those of other formats would be. Real numbers of TIFF are light. Of animations, the first picture is read.
+/// See [`Reader`]. Grey becomes three equal channels. Files do not say how whole numbers relate to
+/// light; they are taken as sRGB whatever those of other formats would be. Real numbers of TIFF are
+/// light. Of animations, the first picture is read.
 fn read(
     bytes: &[u8],
     numbers: PixelEncoding,
@@ -66,8 +67,9 @@ fn read(
     })
 }
 
-/// Refuses large pictures that their bytes cannot hold. No packing of these formats makes more of a byte than the LZW of GIF: a
-/// code of 12 bits stands for at most 4096 pixels. WebP may have one colour for all pixels, and TIFF a bit for an empty row.
+/// Refuses large pictures that their bytes cannot hold. No packing of these formats makes more of a
+/// byte than the LZW of GIF: a code of 12 bits stands for at most 4096 pixels. WebP may have one
+/// colour for all pixels, and TIFF a bit for an empty row.
 fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
     const SMALL: u64 = 1 << 22;
     let most = (bytes * 4096 * 2 / 3).max(SMALL);

@@ -1,6 +1,7 @@
-//! Files of textures in the forms of graphics processors: DDS, KTX 2.0 and Basis Universal. Of arrays, cubes, volumes and
-//! pyramids, the first and largest picture is read. [Microsoft, "DDS_HEADER"; Khronos, "KTX File Format Specification 2.0";
-//! Binomial, ".basis File Format and ETC1S Texture Video Specification"]
+//! Files of textures in the forms of graphics processors: DDS, KTX 2.0 and Basis Universal. Of
+//! arrays, cubes, volumes and pyramids, the first and largest picture is read. [Microsoft,
+//! "DDS_HEADER"; Khronos, "KTX File Format Specification 2.0"; Binomial, ".basis File Format and
+//! ETC1S Texture Video Specification"]
 
 use std::io::{Cursor, Read};
 
@@ -40,8 +41,8 @@ enum Curve {
     Linear,
 }
 
-/// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without that name, as most
-/// programs write it for colours.
+/// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without
+/// that name, as most programs write it for colours.
 fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let dds =
         Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
@@ -78,7 +79,8 @@ fn of_no_type(format: DxgiFormat) -> Option<ImageFormat> {
     })
 }
 
-/// Pixels of up to 32 bits whose channels are where masks are, as 8 bits of red, green, blue and opacity.
+/// Pixels of up to 32 bits whose channels are where masks are, as 8 bits of red, green, blue and
+/// opacity.
 fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Result<Vec<u8>, String> {
     let is_grey = form.flags.contains(PixelFormatFlags::LUMINANCE);
     let bits = form.rgb_bit_count.unwrap_or(0);
@@ -148,7 +150,8 @@ fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decode
 
 /// Refuses blocks of 256 texels along a side, at which the crate `ktx2` fails.
 fn check_texel_block(bytes: &[u8]) -> Result<(), String> {
-    /// Where the file has the place of the description of its data, and the description the size of a block.
+    /// Where the file has the place of the description of its data, and the description the size of
+    /// a block.
     const PLACE: usize = 48;
     const BLOCK: usize = 16;
     let place = bytes
@@ -168,7 +171,8 @@ fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
     Ok(data)
 }
 
-/// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as sRGB.
+/// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as
+/// sRGB.
 fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     if has_wrong_slices(bytes) {
         return Err(
@@ -179,9 +183,9 @@ fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decod
     transcoded(bytes, (Curve::Srgb, numbers), room)
 }
 
-/// Whether a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or more than one for 4 × 4 texels. Descriptions
-/// of slices have 23 bytes, of which four are the width and height and four the numbers of blocks; where they and how many
-/// they are is in the header.
+/// Whether a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or more
+/// than one for 4 × 4 texels. Descriptions of slices have 23 bytes, of which four are the width and
+/// height and four the numbers of blocks; where they and how many they are is in the header.
 fn has_wrong_slices(bytes: &[u8]) -> bool {
     const COUNT: usize = 14;
     const PLACE: usize = 65;
@@ -342,7 +346,8 @@ impl Kind {
     }
 }
 
-/// The form that a number of Vulkan names; `None` for those of Basis Universal and ASTC, and those that are not read.
+/// The form that a number of Vulkan names; `None` for those of Basis Universal and ASTC, and those
+/// that are not read.
 fn image_format(format: Format) -> Option<ImageFormat> {
     Some(match format {
         Format::BC1_RGB_UNORM_BLOCK | Format::BC1_RGBA_UNORM_BLOCK => ImageFormat::BC1RgbaUnorm,
@@ -385,7 +390,8 @@ mod tests {
     use super::super::{Transfer, decode_as};
     use super::*;
 
-    /// Two files that fuzzing found, at which the decoder panics: a length beyond the file, and a block that ends early.
+    /// Two files that fuzzing found, at which the decoder panics: a length beyond the file, and a
+    /// block that ends early.
     #[test]
     fn files_at_which_the_decoder_panics_are_damaged() {
         let folder: PathBuf =

@@ -1,6 +1,7 @@
 //! From the light of a scene to that of a screen, which ends at 1.
 //!
-//! The curves compute in double precision: no light overflows, and what is clamped at the end lies in [0, 1].
+//! The curves compute in double precision: no light overflows, and what is clamped at the end lies
+//! in [0, 1].
 
 /// How bright the image is, and what becomes of light beyond the screen's white.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,16 +13,16 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// Linear light of a scene to linear light of a screen, both Rec. 709. At 0 stops, [`ToneCurve::Linear`] changes
-    /// no bit.
+    /// Linear light of a scene to linear light of a screen, both Rec. 709. At 0 stops,
+    /// [`ToneCurve::Linear`] changes no bit.
     pub fn map(self, rgb: [f32; 3]) -> [f32; 3] {
         let scale = libm::exp2f(self.exposure);
         self.curve.map(rgb.map(|v| v * scale))
     }
 }
 
-/// Curves from the light of scenes, which has no end, to that of screens. Black stays black, and a brighter grey does
-/// not become darker.
+/// Curves from the light of scenes, which has no end, to that of screens. Black stays black, and a
+/// brighter grey does not become darker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
     /// Light as it is; files cut it off at 1.
@@ -38,8 +39,8 @@ pub enum ToneCurve {
 }
 
 impl ToneCurve {
-    /// Linear Rec. 709 to linear Rec. 709; all curves but the linear one give numbers in [0, 1], for light that is
-    /// negative or no number those of 0.
+    /// Linear Rec. 709 to linear Rec. 709; all curves but the linear one give numbers in [0, 1],
+    /// for light that is negative or no number those of 0.
     pub fn map(self, rgb: [f32; 3]) -> [f32; 3] {
         let curve = match self {
             Self::Linear => return rgb,
@@ -59,10 +60,10 @@ fn multiply(matrix: &[Rgb; 3], v: Rgb) -> Rgb {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// f(2 L) / f(W) of each channel, f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F, with shoulder A, linear
-/// strength B and angle C, toe strength D, numerator E and denominator F, and white W. Bright colours change their hue,
-/// as the channels reach white one by one. [Hable 2010, "Uncharted 2: HDR Lighting", GDC; "Filmic Tonemapping
-/// Operators" for the 2, its exposure bias]
+/// f(2 L) / f(W) of each channel, f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F, with
+/// shoulder A, linear strength B and angle C, toe strength D, numerator E and denominator F, and
+/// white W. Bright colours change their hue, as the channels reach white one by one. [Hable 2010,
+/// "Uncharted 2: HDR Lighting", GDC; "Filmic Tonemapping Operators" for the 2, its exposure bias]
 fn filmic(rgb: Rgb) -> Rgb {
     const A: f64 = 0.15;
     const B: f64 = 0.50;
@@ -91,9 +92,9 @@ const AGX_OUTSET: [Rgb; 3] = [
     [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
 ];
 
-/// A sigmoid of log₂ L in each channel, of primaries that are drawn together, so that bright colours of any hue go to
-/// white. Its signal is that of a screen with the exponent 2.2. [Sobotka, "AgX", base image; primaries in Rec. 709
-/// as in Wrensch, "Minimal AgX Implementation"]
+/// A sigmoid of log₂ L in each channel, of primaries that are drawn together, so that bright
+/// colours of any hue go to white. Its signal is that of a screen with the exponent 2.2. [Sobotka,
+/// "AgX", base image; primaries in Rec. 709 as in Wrensch, "Minimal AgX Implementation"]
 fn agx(rgb: Rgb) -> Rgb {
     /// log₂ of the darkest light that is told from black, 10 stops below a grey of 0.18 …
     const MIN: f64 = -12.473_93;
@@ -107,9 +108,9 @@ fn agx(rgb: Rgb) -> Rgb {
     multiply(&AGX_OUTSET, signal).map(|v| libm::pow(v.max(0.0), EXPONENT))
 }
 
-/// The sigmoid on [0, 1] that goes through (10/16.5, 1/2), grey, with the slope 2, and has the powers 3 at its toe and
-/// 3.25 at its shoulder: y = ½ ± k h(2 |x − x₀| / k), h(t) = t / (1 + tᵖ)^(1/p), and k such that the ends are 0 and 1.
-/// [Sobotka, "AgX"; the sigmoid is Jed Smith's]
+/// The sigmoid on [0, 1] that goes through (10/16.5, 1/2), grey, with the slope 2, and has the
+/// powers 3 at its toe and 3.25 at its shoulder: y = ½ ± k h(2 |x − x₀| / k), h(t) = t / (1 +
+/// tᵖ)^(1/p), and k such that the ends are 0 and 1. [Sobotka, "AgX"; the sigmoid is Jed Smith's]
 fn agx_sigmoid(x: f64) -> f64 {
     const PIVOT: [f64; 2] = [10.0 / 16.5, 0.5];
     const SLOPE: f64 = 2.0;
@@ -127,8 +128,9 @@ fn agx_sigmoid(x: f64) -> f64 {
     PIVOT[1] + side * k * t / libm::pow(1.0 + libm::pow(t, p), 1.0 / p)
 }
 
-/// The reference rendering and output transforms of ACES for sRGB screens, fitted by a rational function between two
-/// matrices, by which bright colours go to white. Grey of 0.18 becomes 0.106; nothing makes up for that here. [Stephen Hill, "ACES.hlsl" in Pettineo's BakingLab]
+/// The reference rendering and output transforms of ACES for sRGB screens, fitted by a rational
+/// function between two matrices, by which bright colours go to white. Grey of 0.18 becomes 0.106;
+/// nothing makes up for that here. [Stephen Hill, "ACES.hlsl" in Pettineo's BakingLab]
 fn aces(rgb: Rgb) -> Rgb {
     /// From Rec. 709 over AP1 to the channels that the curve is for, less saturated.
     const INTO: [Rgb; 3] = [
@@ -148,8 +150,9 @@ fn aces(rgb: Rgb) -> Rgb {
     multiply(&BACK, multiply(&INTO, rgb).map(fit))
 }
 
-/// What is less bright than 0.8 stays as it is, but for the 0.04 that dielectrics reflect in front; what is brighter is
-/// compressed, with its hue, and goes slowly to white. [Khronos, "PBR Neutral Tone Mapper Specification"]
+/// What is less bright than 0.8 stays as it is, but for the 0.04 that dielectrics reflect in front;
+/// what is brighter is compressed, with its hue, and goes slowly to white. [Khronos, "PBR Neutral
+/// Tone Mapper Specification"]
 fn pbr_neutral(rgb: Rgb) -> Rgb {
     /// Fresnel reflection of common dielectrics seen from the front.
     const F90: f64 = 0.04;
@@ -180,8 +183,9 @@ mod tests {
     const CURVES: [ToneCurve; 4] =
         [ToneCurve::Filmic, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::PbrNeutral];
 
-    /// The sums of the rows of AgX' published matrices are not quite 1: those of [`AGX_OUTSET`] from 0.99983 to
-    /// 1.00006, which the exponent 2.2 makes 5.1·10⁻⁴ at most (those of [`AGX_INSET`] pull the other way).
+    /// The sums of the rows of AgX' published matrices are not quite 1: those of [`AGX_OUTSET`]
+    /// from 0.99983 to 1.00006, which the exponent 2.2 makes 5.1·10⁻⁴ at most (those of
+    /// [`AGX_INSET`] pull the other way).
     const AGX_GREY_ERROR: f32 = 5.1e-4;
 
     /// 0, and light from 10⁻⁶ to 10³⁰.
@@ -275,8 +279,8 @@ mod tests {
         );
     }
 
-    /// The polynomial of degree 6 that Wrensch publishes as a fit of the same sigmoid, its mean squared error
-    /// 3.7·10⁻⁶.
+    /// The polynomial of degree 6 that Wrensch publishes as a fit of the same sigmoid, its mean
+    /// squared error 3.7·10⁻⁶.
     #[test]
     fn the_sigmoid_of_agx_is_near_its_published_fit() {
         let fit = |x: f64| {
@@ -309,7 +313,8 @@ mod tests {
         }
     }
 
-    /// (1·1.0245786 − 0.000090537) / (1·1.41668 + 0.238081) = 0.61911: white light through the fit by hand.
+    /// (1·1.0245786 − 0.000090537) / (1·1.41668 + 0.238081) = 0.61911: white light through the fit
+    /// by hand.
     #[test]
     fn aces_maps_one_to_the_value_of_its_fit() {
         let white = ToneCurve::Aces.map([1.0; 3]);
@@ -327,7 +332,8 @@ mod tests {
         }
     }
 
-    /// From 0.08 to 0.8, the light is 0.04 less; beyond, the hue stays: (middle − least) / (greatest − least).
+    /// From 0.08 to 0.8, the light is 0.04 less; beyond, the hue stays: (middle − least) /
+    /// (greatest − least).
     #[test]
     fn pbr_neutral_keeps_base_colours_and_every_hue() {
         let [r, g, b] = ToneCurve::PbrNeutral.map([0.79, 0.3, 0.08]);

@@ -9,11 +9,12 @@ use tempfile::NamedTempFile;
 use super::ImageError;
 
 /// Writes a file in one step: into a temporary file in the same folder, which then takes the name
-/// of the file. Whoever reads it sees the old content or the new one; after an error, the old. When it returns, the disk
-/// has the content and then the name, so that what the file takes the place of may be removed.
+/// of the file. Whoever reads it sees the old content or the new one; after an error, the old. When
+/// it returns, the disk has the content and then the name, so that what the file takes the place of
+/// may be removed.
 ///
-/// A link is followed, and what is no regular file (`/dev/stdout`) is written to directly, but for named pipes, of which nobody may
-/// ever read.
+/// A link is followed, and what is no regular file (`/dev/stdout`) is written to directly, but for
+/// named pipes, of which nobody may ever read.
 ///
 /// # Errors
 /// If the folder does not exist or nothing can be created in it, or the file cannot be written.
@@ -38,7 +39,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     place(&mut System, file, bytes, &target).map_err(failed)
 }
 
-/// Whether a path is that of a pipe in a folder; those that the program was given when it started are open already.
+/// Whether a path is that of a pipe in a folder; those that the program was given when it started
+/// are open already.
 #[cfg(unix)]
 fn is_named_pipe(path: &Path, found: &fs::Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;
@@ -111,8 +113,8 @@ fn place(
     disk.sync_folder(&folder_of(target))
 }
 
-/// Waits until the disk has the names of a folder, where that can be asked for: not where the system has no such call,
-/// or the folder may be written and not read.
+/// Waits until the disk has the names of a folder, where that can be asked for: not where the
+/// system has no such call, or the folder may be written and not read.
 ///
 /// # Errors
 /// If the folder is not there, or the disk fails.
@@ -186,8 +188,9 @@ mod tests {
 
     const STEPS: [&str; 4] = ["write", "sync", "rename", "sync folder"];
 
-    /// The content is on the disk before the name is, and the name before the call returns; whichever step fails is an error,
-    /// no later one is taken, and before the file has its name the old content stays.
+    /// The content is on the disk before the name is, and the name before the call returns;
+    /// whichever step fails is an error, no later one is taken, and before the file has its
+    /// name the old content stays.
     #[test]
     fn a_file_is_on_the_disk_before_its_name_and_both_before_the_end() {
         let folder = tempfile::tempdir().expect("a folder");

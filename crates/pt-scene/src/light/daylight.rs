@@ -5,9 +5,10 @@ use std::ops::RangeInclusive;
 
 use pt_math::DVec3;
 
-/// The sun and a clear sky by the model of Hosek & Wilkie, in W m⁻² sr⁻¹ nm⁻¹; black below the horizon, and
-/// everywhere if the sun is there. [Hosek & Wilkie 2012, "An Analytic Model for Full Spectral
-/// Sky-Dome Radiance"; 2013, "Adding a Solar-Radiance Function to the Hosek-Wilkie Skylight Model"]
+/// The sun and a clear sky by the model of Hosek & Wilkie, in W m⁻² sr⁻¹ nm⁻¹; black below the
+/// horizon, and everywhere if the sun is there. [Hosek & Wilkie 2012, "An Analytic Model for Full
+/// Spectral Sky-Dome Radiance"; 2013, "Adding a Solar-Radiance Function to the Hosek-Wilkie
+/// Skylight Model"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Daylight {
     /// Towards the sun, of any length. +y is up.
@@ -20,8 +21,8 @@ pub struct Daylight {
     pub sky: f32,
     /// By what the sun is multiplied; not negative.
     pub sun: f32,
-    /// The angle under which the sun is seen, in degrees, from 0.0116 to 180. What arrives from a sun that
-    /// is the same everywhere does not depend on it.
+    /// The angle under which the sun is seen, in degrees, from 0.0116 to 180. What arrives from a
+    /// sun that is the same everywhere does not depend on it.
     pub aperture: f64,
     /// Whether the sun is darker at its rim, and below than above.
     pub limb_darkening: bool,
@@ -29,7 +30,8 @@ pub struct Daylight {
     pub span: Option<TimeRange>,
 }
 
-/// A span of days, and of hours of each day, by the clock of a place. In the axes of the light, north is −x, and east is +z.
+/// A span of days, and of hours of each day, by the clock of a place. In the axes of the light,
+/// north is −x, and east is +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRange {
     /// Where.
@@ -42,7 +44,8 @@ pub struct TimeRange {
     pub days: u32,
     /// Beginning and end of the hours of each day, from 0 to 24.
     pub hours: [f64; 2],
-    /// The part of this time that counts, as shares of it from 0 to 1. Where they are the same, the sun stands still.
+    /// The part of this time that counts, as shares of it from 0 to 1. Where they are the same,
+    /// the sun stands still.
     pub part: [f64; 2],
 }
 
@@ -73,8 +76,8 @@ impl TimeRange {
         Err(format!("the span of days {self:?} is out of range; expected {what}"))
     }
 
-    /// The unit vector towards the sun after a share from 0 to 1 of the part that counts; the hours of the days follow one
-    /// another.
+    /// The unit vector towards the sun after a share from 0 to 1 of the part that counts; the hours
+    /// of the days follow one another.
     pub fn to_sun(&self, share: f64) -> DVec3 {
         let [from, to] = self.part;
         let days = f64::from(self.days);
@@ -186,9 +189,9 @@ impl DateTime {
 }
 
 impl GeoLocation {
-    /// The angle of the sun to the zenith, and its azimuth from north over east, both in radians; within
-    /// 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al. 2001, "Computing the Solar
-    /// Vector"]
+    /// The angle of the sun to the zenith, and its azimuth from north over east, both in radians;
+    /// within 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al. 2001,
+    /// "Computing the Solar Vector"]
     pub fn sun(&self, moment: &DateTime) -> [f64; 2] {
         const EARTH_RADIUS_KM: f64 = 6371.01;
         const ASTRONOMICAL_UNIT_KM: f64 = 149_597_890.0;
@@ -226,9 +229,10 @@ impl GeoLocation {
 mod tests {
     use super::*;
 
-    /// Golden, Colorado, on 17 October 2003 at 12:30:30 of its standard time: 50.11162° to the zenith
-    /// (with refraction, which lifts the sun by 0.016332° there) and 194.34024° of azimuth. [Reda &
-    /// Andreas 2004, "Solar Position Algorithm for Solar Radiation Applications", table A5.1]
+    /// Golden, Colorado, on 17 October 2003 at 12:30:30 of its standard time: 50.11162° to the
+    /// zenith (with refraction, which lifts the sun by 0.016332° there) and 194.34024° of
+    /// azimuth. [Reda & Andreas 2004, "Solar Position Algorithm for Solar Radiation
+    /// Applications", table A5.1]
     #[test]
     fn the_sun_stands_where_the_ephemeris_says() {
         let place = GeoLocation { latitude: 39.742_476, longitude: -105.1786 };
@@ -242,7 +246,8 @@ mod tests {
         );
     }
 
-    /// In Tokyo on 10 July 2010 the sun rises in the north-east and culminates in the south; days follow one another.
+    /// In Tokyo on 10 July 2010 the sun rises in the north-east and culminates in the south; days
+    /// follow one another.
     #[test]
     fn spans_of_days_go_from_morning_to_evening() {
         let span = TimeRange {

@@ -31,7 +31,8 @@ pub struct IesProfile {
 /// Files of more numbers than this are no luminaires.
 const MAX_VALUES: usize = 1 << 24;
 
-/// More candela than any lamp has, of which all intensities of a file may be added up: searchlights have 10⁹.
+/// More candela than any lamp has, of which all intensities of a file may be added up: searchlights
+/// have 10⁹.
 const MAX_CANDELA: f32 = 1e15;
 
 impl IesProfile {
@@ -79,14 +80,15 @@ impl IesProfile {
         })
     }
 
-    /// A table of all horizontal angles: degrees that increase, from 0 to 360 around the axis, and the
-    /// intensities of all vertical angles of one horizontal angle after the other.
+    /// A table of all horizontal angles: degrees that increase, from 0 to 360 around the axis, and
+    /// the intensities of all vertical angles of one horizontal angle after the other.
     pub(crate) fn of_table(vertical: Vec<f32>, horizontal: Vec<f32>, candela: Vec<f32>) -> Self {
         debug_assert_eq!(candela.len(), vertical.len() * horizontal.len());
         Self { vertical, horizontal, candela }
     }
 
-    /// The vertical and the horizontal angles, and the intensities, as [`Self::of_table`] takes them.
+    /// The vertical and the horizontal angles, and the intensities, as [`Self::of_table`] takes
+    /// them.
     pub(crate) fn table(&self) -> (&[f32], &[f32], &[f32]) {
         (&self.vertical, &self.horizontal, &self.candela)
     }

@@ -43,8 +43,8 @@ pub enum LightKind {
         portal: Option<Portal>,
     },
     /// An image in latitude and longitude, all around and far away. Seen in the node, its upper row
-    /// is +y, its left edge looks along −x, and a quarter of the width further on, along +z. The node
-    /// may turn and mirror; its size does not count.
+    /// is +y, its left edge looks along −x, and a quarter of the width further on, along +z. The
+    /// node may turn and mirror; its size does not count.
     Environment {
         /// Radiance, finite and not negative.
         image: Arc<Image>,
@@ -60,7 +60,8 @@ pub enum LightKind {
         /// Irradiance on a surface that faces the light.
         irradiance: [f32; 3],
     },
-    /// A disk towards +z of the node, infinitely far away: the sun. Rays that leave the scene see it.
+    /// A disk towards +z of the node, infinitely far away: the sun. Rays that leave the scene see
+    /// it.
     DistantDisk {
         /// Irradiance on a surface that faces the middle of the disk.
         irradiance: [f32; 3],
@@ -91,13 +92,15 @@ pub enum LightKind {
         beam_angle: f64,
         /// Angle to the axis, in degrees, beyond which there is no light.
         cutoff_angle: f64,
-        /// By what the intensity is multiplied, as if it were a slide before the light: in the middle of the
-        /// slide is the axis, and its edges are at the cutoff angle, which is below 90 then; u grows with x of
-        /// the node, and v with y. The node may turn, mirror and scale.
+        /// By what the intensity is multiplied, as if it were a slide before the light: in the
+        /// middle of the slide is the axis, and its edges are at the cutoff angle, which
+        /// is below 90 then; u grows with x of the node, and v with y. The node may turn,
+        /// mirror and scale.
         texture: Option<Arc<Texture>>,
     },
     /// A point at the origin of the node that shines into a cone around −z; between two angles to
-    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [glTF 2.0, KHR_lights_punctual]
+    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [glTF
+    /// 2.0, KHR_lights_punctual]
     PunctualSpot {
         /// Radiant intensity along the axis.
         intensity: [f32; 3],
@@ -106,8 +109,9 @@ pub enum LightKind {
         /// Angle to the axis, in degrees, beyond which there is no light.
         outer_angle: f64,
     },
-    /// A point at the origin of the node that throws a picture along −z, which a plane across that axis shows
-    /// evenly lit: the intensity at the angle θ to the axis is that of the axis over cos³ θ.
+    /// A point at the origin of the node that throws a picture along −z, which a plane across that
+    /// axis shows evenly lit: the intensity at the angle θ to the axis is that of the axis over
+    /// cos³ θ.
     Projector {
         /// Radiant intensity along the axis where the picture is 1.
         intensity: [f32; 3],
@@ -115,8 +119,8 @@ pub enum LightKind {
         x_fov: f64,
         /// Angle in degrees, in (0, 180), that it takes along y.
         y_fov: f64,
-        /// The picture: u grows with x of the node, and v with y. Nothing of it is shown beyond the unit square.
-        /// The node may turn, mirror and scale.
+        /// The picture: u grows with x of the node, and v with y. Nothing of it is shown beyond
+        /// the unit square. The node may turn, mirror and scale.
         texture: Arc<Texture>,
     },
     /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:

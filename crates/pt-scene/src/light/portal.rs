@@ -5,8 +5,8 @@ use pt_math::DVec3;
 /// A rectangle, such as a window: light of the sky arrives only along rays that go through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Portal {
-    /// Its corners in the world, counter-clockwise as seen from where the light arrives. On the other side, nothing
-    /// of the sky is seen.
+    /// Its corners in the world, counter-clockwise as seen from where the light arrives. On the
+    /// other side, nothing of the sky is seen.
     pub corners: [[f64; 3]; 4],
 }
 

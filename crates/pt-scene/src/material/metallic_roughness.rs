@@ -16,15 +16,17 @@ pub enum CoatNormals {
     Relief(NormalOrBump),
 }
 
-/// The material of glTF, with its extensions: a mixture of a metal and of a dielectric with a diffuse base, or with one that light
-/// goes through, under a sheen and a clear coat. Each layer has the light that those above leave to it, so that no light is gained
-/// (to 0.6 %, the precision of the tables), and light that one facet reflects to another is followed on. Numbers are from 0 to 1 where nothing else is said.
-/// [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen,
-/// _specular, _transmission, _volume]
+/// The material of glTF, with its extensions: a mixture of a metal and of a dielectric with a
+/// diffuse base, or with one that light goes through, under a sheen and a clear coat. Each layer
+/// has the light that those above leave to it, so that no light is gained (to 0.6 %, the precision
+/// of the tables), and light that one facet reflects to another is followed on. Numbers are from 0
+/// to 1 where nothing else is said. [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy,
+/// _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen, _specular, _transmission,
+/// _volume]
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetallicRoughness {
-    /// Colour of the base, of the metal, and of light that goes through: at once of a sheet, else its square root at each
-    /// surface.
+    /// Colour of the base, of the metal, and of light that goes through: at once of a sheet, else
+    /// its square root at each surface.
     pub base_color: Color,
     /// Share of metal.
     pub metallic: Scalar,
@@ -44,12 +46,13 @@ pub struct MetallicRoughness {
     pub diffuse_transmission_color: Color,
     /// How far the roughness α along a direction is from that across it to 1, by its square.
     pub anisotropy: Scalar,
-    /// That direction along the surface, where u and then v grow: −1 to 1 as these numbers go from 0 to 1.
+    /// That direction along the surface, where u and then v grow: −1 to 1 as these numbers go from
+    /// 0 to 1.
     pub anisotropy_direction: [Scalar; 2],
     /// The angle in radians by which it is turned, from where u grows to where v does.
     pub anisotropy_rotation: f32,
-    /// The direction that stands for that in which u grows, if another one does: its red and green are the shares of ∂p/∂u and
-    /// ∂p/∂v.
+    /// The direction that stands for that in which u grows, if another one does: its red and green
+    /// are the shares of ∂p/∂u and ∂p/∂v.
     pub anisotropy_along: Option<Arc<Texture>>,
     /// Share of the surface with a thin film.
     pub iridescence: Scalar,
@@ -69,7 +72,8 @@ pub struct MetallicRoughness {
     pub clearcoat_normals: CoatNormals,
     /// Whether it is a sheet without an inside, the same from both sides.
     pub thin: bool,
-    /// Whether the back side of what light does not go through reflects as the front does; else it is black.
+    /// Whether the back side of what light does not go through reflects as the front does; else it
+    /// is black.
     pub two_sided: bool,
 }
 

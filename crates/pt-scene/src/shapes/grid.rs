@@ -8,8 +8,8 @@ use crate::{Attribute, Attributes, Mesh};
 /// A surface at (u, v): its position and its normal.
 pub(crate) type Point = (DVec3, DVec3);
 
-/// The mesh of a surface with so many pieces along u and v. The front is where ∂p/∂u × ∂p/∂v looks, and (u, v)
-/// are its texture coordinates.
+/// The mesh of a surface with so many pieces along u and v. The front is where ∂p/∂u × ∂p/∂v looks,
+/// and (u, v) are its texture coordinates.
 pub(crate) fn grid(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
     let share = |i: u32, count: u32| f64::from(i) / f64::from(count);
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());

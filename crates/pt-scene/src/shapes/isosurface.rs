@@ -1,7 +1,7 @@
 //! The zero set of a grid of signed distances, as a mesh.
 //!
-//! Between the samples of the grid, distances are trilinear. [Hansson-Söderlund, Evans & Akenine-Möller 2022, "Ray Tracing of
-//! Signed Distance Function Grids", JCGT 11(3)]
+//! Between the samples of the grid, distances are trilinear. [Hansson-Söderlund, Evans &
+//! Akenine-Möller 2022, "Ray Tracing of Signed Distance Function Grids", JCGT 11(3)]
 
 use std::collections::HashMap;
 
@@ -17,8 +17,8 @@ const FINE_TRIANGLES: usize = 1 << 20;
 /// Triangles of a cell that the surface crosses, on average and rounded up.
 const TRIANGLES_PER_CELL: usize = 8;
 
-/// The six tetrahedra around the diagonal of a cube [Kuhn 1960]: the bits of a corner are its coordinates, and each corner lies
-/// along +x, +y or +z of the one before.
+/// The six tetrahedra around the diagonal of a cube [Kuhn 1960]: the bits of a corner are its
+/// coordinates, and each corner lies along +x, +y or +z of the one before.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 3, 7], [0, 1, 5, 7], [0, 2, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 4, 6, 7]];
 
@@ -46,8 +46,8 @@ impl<'a> Distances<'a> {
         is_fit.then_some(Self { samples, values: &grid.values })
     }
 
-    /// The surface, with its front where distances are positive, in pieces of at most 1/8 of a voxel, and of up to a whole one
-    /// where there would be more than 2²⁰ triangles.
+    /// The surface, with its front where distances are positive, in pieces of at most 1/8 of a
+    /// voxel, and of up to a whole one where there would be more than 2²⁰ triangles.
     ///
     /// # Errors
     /// If it has more than `most` triangles.
@@ -57,7 +57,8 @@ impl<'a> Distances<'a> {
                 "the surface has more than {most} triangles; set --limit triangles to allow more"
             )
         };
-        // Each corner of a voxel belongs to two tetrahedra at least, so that there are two triangles in each.
+        // Each corner of a voxel belongs to two tetrahedra at least, so that there are two
+        // triangles in each.
         let voxels: Vec<_> = self.crossed_voxels().take(most / 2 + 1).collect();
         if voxels.len() > most / 2 {
             return Err(too_many());
@@ -96,8 +97,9 @@ impl<'a> Distances<'a> {
         (voxel, point - real(voxel))
     }
 
-    /// The distance on the plane of samples `plane` across `axis`, which the voxel extends to, where `place` is along the two
-    /// other axes. Planes beyond the grid are those at its sides.
+    /// The distance on the plane of samples `plane` across `axis`, which the voxel extends to,
+    /// where `place` is along the two other axes. Planes beyond the grid are those at its
+    /// sides.
     fn on_plane(&self, axis: usize, plane: isize, voxel: [usize; 3], place: DVec3) -> f64 {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
         let plane = plane.clamp(0, self.samples[axis] as isize - 1) as usize;
@@ -127,7 +129,8 @@ impl<'a> Distances<'a> {
         self.gradient_of(voxel.map(|x| x as isize), voxel, place)
     }
 
-    /// The gradient whose components are the differences across `layers`, each at the place of the two other axes.
+    /// The gradient whose components are the differences across `layers`, each at the place of the
+    /// two other axes.
     fn gradient_of(&self, layers: [isize; 3], voxel: [usize; 3], place: DVec3) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|a| {
             let [low, high] =
@@ -136,8 +139,8 @@ impl<'a> Distances<'a> {
         }))
     }
 
-    /// The directions of the gradients of the eight voxels around the nearest sample, blended by the place between their
-    /// middles; voxels below the grid have no weight.
+    /// The directions of the gradients of the eight voxels around the nearest sample, blended by
+    /// the place between their middles; voxels below the grid have no weight.
     fn smooth_gradient(&self, point: DVec3) -> DVec3 {
         let (voxel, place) = self.voxel_at(point);
         let lower = [0, 1, 2].map(|a| point[a].round() as isize - 1);
@@ -165,9 +168,9 @@ fn real(point: [usize; 3]) -> DVec3 {
     DVec3::from_array(point.map(|x| x as f64))
 }
 
-/// A mesh in the making: voxels are cut into cells, and those into tetrahedra, whose edges the surface crosses once at most.
-/// Neighbours share their vertices. [Doi & Koide 1991, "An Efficient Method of Triangulating Equi-Valued Surfaces by Using
-/// Tetrahedral Cells"]
+/// A mesh in the making: voxels are cut into cells, and those into tetrahedra, whose edges the
+/// surface crosses once at most. Neighbours share their vertices. [Doi & Koide 1991, "An Efficient
+/// Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells"]
 struct Builder<'a> {
     distances: &'a Distances<'a>,
     /// Cells of a voxel along an axis.
@@ -243,7 +246,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The vertex on an edge with ends of either sign: the root between them, a little away from the ends.
+    /// The vertex on an edge with ends of either sign: the root between them, a little away from
+    /// the ends.
     fn vertex(&mut self, from: [usize; 3], axes: usize) -> u32 {
         const END: f64 = 1.0 / 4096.0;
         if let Some(vertex) = self.vertices.get(&(from, axes)) {
@@ -337,7 +341,8 @@ mod tests {
 
     #[test]
     fn vertices_are_where_the_distance_is_zero_and_edges_are_shared() {
-        // Numbers from −1 to 1 without a rule, around which every edge has to be closed but at the sides.
+        // Numbers from −1 to 1 without a rule, around which every edge has to be closed but at the
+        // sides.
         let jumble =
             |p: DVec3| 2.0 * (4321.1 * p.dot(DVec3::new(1.3, 2.7, 5.1)).sin()).fract() - 1.0;
         for grid in [sampled([9, 6, 12], sphere), sampled([5, 6, 4], jumble)] {
@@ -348,7 +353,8 @@ mod tests {
                 let size = DVec3::from_array(grid.resolution.map(|n| f64::from(n - 1)));
                 for p in &mesh.positions {
                     let d = distances.distance(DVec3::from_array(p.map(f64::from)) * size);
-                    // Vertices may be moved by 1/4096 of an edge, along which samples change by less than 2·√3.
+                    // Vertices may be moved by 1/4096 of an edge, along which samples change by
+                    // less than 2·√3.
                     assert!(d.abs() < cut * 4.0 / 4096.0, "{p:?}: {d}");
                 }
                 let mut edges = HashMap::new();

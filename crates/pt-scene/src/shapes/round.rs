@@ -36,8 +36,8 @@ pub fn disk() -> Mesh {
     }
 }
 
-/// The sphere of radius 1 around the origin, with its normals; the front looks outwards. u is the longitude from +x
-/// towards +y over a full turn, and v the angle from +z over half a turn.
+/// The sphere of radius 1 around the origin, with its normals; the front looks outwards. u is the
+/// longitude from +x towards +y over a full turn, and v the angle from +z over half a turn.
 ///
 /// Its triangles are at most 1.6 · 10⁻⁴ inside of it.
 pub fn sphere() -> Mesh {

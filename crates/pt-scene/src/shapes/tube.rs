@@ -19,8 +19,8 @@ pub(crate) struct Detail {
 }
 
 impl Detail {
-    /// Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with this (8 % with six sides), as rays that graze fibres
-    /// are missed.
+    /// Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with this (8 % with six
+    /// sides), as rays that graze fibres are missed.
     pub(crate) const MIN: Self = Self { sides: 12, turn: 8.0 };
     /// For what is not much.
     pub(crate) const FINE: Self = Self { sides: 48, turn: 2.0 };
@@ -31,8 +31,8 @@ impl Detail {
 /// Least and most pieces of a segment along the curve.
 const PIECES: [f64; 2] = [2.0, 32.0];
 
-/// A curve of segments by their control points: lines, or polynomials of degree 2 or 3 by the basis of Bernstein, or by that
-/// of uniform B-splines.
+/// A curve of segments by their control points: lines, or polynomials of degree 2 or 3 by the basis
+/// of Bernstein, or by that of uniform B-splines.
 pub(crate) struct Spline {
     pub(crate) points: Vec<DVec3>,
     pub(crate) degree: usize,
@@ -76,8 +76,8 @@ impl Spline {
         self.segments() * self.pieces(detail) * 2 * detail.sides as usize
     }
 
-    /// Into how many pieces each segment is cut, by how much the line through its control points turns, which is no
-    /// less than the curve does.
+    /// Into how many pieces each segment is cut, by how much the line through its control points
+    /// turns, which is no less than the curve does.
     fn pieces(&self, detail: Detail) -> usize {
         if self.degree == 1 {
             return 1;
@@ -90,8 +90,9 @@ impl Spline {
         (degrees / detail.turn / self.segments() as f64).ceil().clamp(PIECES[0], PIECES[1]) as usize
     }
 
-    /// What the curve has at a place of something that is known at its control points: sums by Bernstein polynomials, or by
-    /// uniform B-splines, which are convolutions of boxes with each other.
+    /// What the curve has at a place of something that is known at its control points: sums by
+    /// Bernstein polynomials, or by uniform B-splines, which are convolutions of boxes with
+    /// each other.
     pub(crate) fn between<T>(&self, values: &[T], TubePoint { segment, t, .. }: TubePoint) -> T
     where
         T: Copy + Mul<f64, Output = T> + Sum,
@@ -111,8 +112,9 @@ impl Spline {
         (0..=self.degree).map(|i| values[first + i] * weights[i]).sum()
     }
 
-    /// A tube of a radius that varies, with the texture coordinate u along it, open at its ends. Its outline is as wide on average
-    /// as that of a round one: the mean width of what is convex is the length of its outline over π.
+    /// A tube of a radius that varies, with the texture coordinate u along it, open at its ends.
+    /// Its outline is as wide on average as that of a round one: the mean width of what is
+    /// convex is the length of its outline over π.
     pub(crate) fn tube(&self, detail: Detail, radius: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(detail, None);
         let half_a_side = PI / f64::from(detail.sides);
@@ -125,7 +127,8 @@ impl Spline {
         })
     }
 
-    /// A ribbon of a width that varies, which lies across normals that are given where segments meet.
+    /// A ribbon of a width that varies, which lies across normals that are given where segments
+    /// meet.
     pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(Detail::MIN, Some(normals));
         spanned(&stations, 1, |station, v| {
@@ -134,8 +137,8 @@ impl Spline {
         })
     }
 
-    /// Places along a curve, with the direction across as given, or else carried on with as little turning as
-    /// possible.
+    /// Places along a curve, with the direction across as given, or else carried on with as little
+    /// turning as possible.
     fn stations(&self, detail: Detail, normals: Option<&[DVec3]>) -> Vec<Station> {
         let pieces = self.pieces(detail);
         let count = self.segments() * pieces;
@@ -187,8 +190,8 @@ mod tests {
         Spline { points, degree, is_bspline }
     }
 
-    /// Weights that add up to 1, and segments that go on where those before end, in the same direction if they are
-    /// B-splines.
+    /// Weights that add up to 1, and segments that go on where those before end, in the same
+    /// direction if they are B-splines.
     #[test]
     fn segments_meet_and_follow_straight_lines() {
         const STEP: f64 = 1e-6;

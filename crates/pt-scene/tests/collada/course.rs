@@ -24,10 +24,11 @@ const AREA: &[&str] = &["area 10 10 10"];
 const GLASS: (&str, usize) = ("glass 1 1 1, 1 1 1, 1.45", 1);
 const MIRROR: (&str, usize) = ("mirror 1 1 1", 1);
 
-/// What the course's renderer reads from its scenes; but the lights of two scenes without its marks are attenuated
-/// as COLLADA has it, by 1 + 0.001599907 d², and as strong as there at the middle distance to the box of the scene: d²
-/// is 8.831196 in `cube`, from (0, 0, 1.49) to a cube of edges 0.4291 around (0.1298, −2.5714, 0.0216), and 3.049820
-/// in `plane`, to a rectangle of 2 by 1.5 around (0, −0.9957, 0.25).
+/// What the course's renderer reads from its scenes; but the lights of two scenes without its marks
+/// are attenuated as COLLADA has it, by 1 + 0.001599907 d², and as strong as there at the middle
+/// distance to the box of the scene: d² is 8.831196 in `cube`, from (0, 0, 1.49) to a cube of edges
+/// 0.4291 around (0.1298, −2.5714, 0.0216), and 3.049820 in `plane`, to a rectangle of 2 by 1.5
+/// around (0, −0.9957, 0.25).
 const COURSE: &[Content] = &[
     (
         "keenan/banana",

@@ -207,8 +207,8 @@ fn parse_anywhere(bytes: &[u8], file: &Path) -> Result<Scene, LoadError> {
     parse_with(bytes, file, &LoadOptions { allow_outside: true, ..LoadOptions::default() })
 }
 
-/// A texture is found behind sampler, surface and image, as far as the exporter wrote these. Images have
-/// pyramids, and are read once.
+/// A texture is found behind sampler, surface and image, as far as the exporter wrote these. Images
+/// have pyramids, and are read once.
 #[test]
 fn images_paint_materials() {
     let file = Path::new(FILES).join("textures.dae");
@@ -290,8 +290,9 @@ fn images_are_found_by_url_and_path() {
     assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }
 
-/// At the middle distance from it, a light is as strong as the file says: 3 units beside a cube of side 2, √10; twice as far away it has
-/// a quarter. One that falls off by the square alone is the same everywhere. The course's program follows no attenuation.
+/// At the middle distance from it, a light is as strong as the file says: 3 units beside a cube of
+/// side 2, √10; twice as far away it has a quarter. One that falls off by the square alone is the
+/// same everywhere. The course's program follows no attenuation.
 #[test]
 fn lights_are_as_strong_as_their_attenuation_says() {
     let text = |terms: &str| {

@@ -1,4 +1,5 @@
-//! What exporters leave out or write in their own way: sides of views, opacity, paths, sets of texture coordinates.
+//! What exporters leave out or write in their own way: sides of views, opacity, paths, sets of
+//! texture coordinates.
 
 use std::path::Path;
 
@@ -6,8 +7,8 @@ use pt_scene::format::parse;
 use pt_scene::image::{Image, SaveOptions, save};
 use pt_scene::{Color, Fit, Geometry, Projection, Scene, Surface};
 
-/// A square with two sets of texture coordinates, of which the second is twice the first, in a material of an effect, in front of
-/// a camera.
+/// A square with two sets of texture coordinates, of which the second is twice the first, in a
+/// material of an effect, in front of a camera.
 fn text(optics: &str, binding: &str, effect: &str) -> String {
     let source = |id: &str, names: &[&str], values: &str| {
         let param = |name: &&str| format!("<param name=\"{name}\" type=\"float\"/>");
@@ -52,7 +53,8 @@ fn seen(optics: &str) -> (Projection, Fit, String) {
     (scene.cameras[0].projection, scene.cameras[0].fit, notes.join("\n"))
 }
 
-/// A side that is given alone is that of each image; with a ratio, or both sides, all of the view is in each image.
+/// A side that is given alone is that of each image; with a ratio, or both sides, all of the view
+/// is in each image.
 #[test]
 fn a_side_of_a_view_that_stands_alone_is_kept() {
     let view = |inner: &str| seen(&format!("<perspective>{inner}</perspective>"));
@@ -83,8 +85,8 @@ fn a_side_of_a_view_that_stands_alone_is_kept() {
     assert!(notes.contains("no <xfov> and no <yfov>; <xfov> 50 is taken"), "{notes}");
 }
 
-/// What passes is 1 − a t, a t, 1 − c t and c t for a colour c with an alpha a, and t alone scales a colour of ones.
-/// [COLLADA 1.5.0, "Determining Transparency"]
+/// What passes is 1 − a t, a t, 1 − c t and c t for a colour c with an alpha a, and t alone scales
+/// a colour of ones. [COLLADA 1.5.0, "Determining Transparency"]
 #[test]
 fn all_modes_of_opacity_say_what_passes() {
     let color = |mode: &str, color: &str| {

@@ -1,8 +1,9 @@
 //! What the tests of several formats share: their folders of files, damage, and what is true of
 //! every scene that was read.
 //!
-//! Beside each bad file stand its errors, beside a good one what it misses and its warnings, if there are any.
-//! `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the difference before keeping it.
+//! Beside each bad file stand its errors, beside a good one what it misses and its warnings, if
+//! there are any. `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the difference before
+//! keeping it.
 
 mod panics;
 
@@ -93,8 +94,8 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
     check_damage(&all, rounds);
 }
 
-/// Files with damage, some at a time, are read or refused, without a panic. There are so many rounds, and at least
-/// those that [`most_rounds`] asks for.
+/// Files with damage, some at a time, are read or refused, without a panic. There are so many
+/// rounds, and at least those that [`most_rounds`] asks for.
 pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
     check_damage_with(all, rounds, parse);
 }
@@ -125,8 +126,8 @@ pub(crate) fn check_damage_with(
     assert!(read > rounds / 100 && read < rounds, "{read} of {rounds} were read");
 }
 
-/// The number of rounds, but so many that each of the files is damaged 200 times, or as often as the variable
-/// `PT_MUTATIONS` says, which `cargo xtask soak mutations` sets.
+/// The number of rounds, but so many that each of the files is damaged 200 times, or as often as
+/// the variable `PT_MUTATIONS` says, which `cargo xtask soak mutations` sets.
 pub(crate) fn most_rounds(rounds: usize, files: usize) -> usize {
     rounds.max(files * number_in("PT_MUTATIONS").unwrap_or(200))
 }

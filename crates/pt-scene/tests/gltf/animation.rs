@@ -120,7 +120,8 @@ fn skins_follow_their_animated_joints() {
         let Geometry::Mesh(mesh) = &arm.geometry else { panic!("a mesh") };
         DVec3::from_array(mesh.positions.last().expect("a tip").map(f64::from))
     };
-    // The shoulder is at (−0.4, 0, −0.4); upper arm, forearm and hand are 1 long, and the hand is 1.3 times as large at 1.
+    // The shoulder is at (−0.4, 0, −0.4); upper arm, forearm and hand are 1 long, and the hand is
+    // 1.3 times as large at 1.
     let chain = |elbow: f64, wrist: f64, hand: f64| {
         let along =
             |angle: f64| DVec3::new(-angle.to_radians().sin(), angle.to_radians().cos(), 0.0);

@@ -34,9 +34,10 @@ fn good(name: &str) -> Scene {
     load(&folder("gltf").join("good").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A torus, as it is and as other programs wrote it: Google's Draco 1.5.7 by both of its methods with 16 bits for positions, 12
-/// for normals, 14 for texture coordinates and 10 for colours, and meshoptimizer without loss and gltfpack with 14, 8, 12 and 8
-/// bits, in both forms of the extension.
+/// A torus, as it is and as other programs wrote it: Google's Draco 1.5.7 by both of its methods
+/// with 16 bits for positions, 12 for normals, 14 for texture coordinates and 10 for colours, and
+/// meshoptimizer without loss and gltfpack with 14, 8, 12 and 8 bits, in both forms of the
+/// extension.
 #[test]
 fn compressed_geometry_is_the_geometry() {
     let plain = corners(&good("torus.glb"));

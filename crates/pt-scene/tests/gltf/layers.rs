@@ -34,7 +34,8 @@ fn reflections_have_a_strength_and_a_colour() {
     assert_eq!((index(1.25), index(0.0)), (1.25, 100.0));
 }
 
-/// The direction is in the first two channels of its image, and a share of the strength in the third.
+/// The direction is in the first two channels of its image, and a share of the strength in the
+/// third.
 #[test]
 fn highlights_have_a_direction() {
     let fields = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 0.75});
@@ -96,7 +97,8 @@ fn light_goes_through_sheets_diffusely() {
     assert!(solid.warnings.iter().any(|note| note.message.contains("diffusely")));
 }
 
-/// The roughness of the coat is in the second channel of its image, and that of the sheen in the opacity.
+/// The roughness of the coat is in the second channel of its image, and that of the sheen in the
+/// opacity.
 #[test]
 fn layers_have_a_roughness() {
     let coat = with(

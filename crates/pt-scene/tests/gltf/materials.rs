@@ -174,7 +174,8 @@ fn glow_has_its_strength() {
     assert_eq!(glow(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
 }
 
-/// The coverage of a surface multiplies what it emits, by numbers, images and masks. [glTF 2.0, §3.9.4]
+/// The coverage of a surface multiplies what it emits, by numbers, images and masks. [glTF 2.0,
+/// §3.9.4]
 #[test]
 fn emission_is_that_of_the_share_that_is_there() {
     let of = |mode: &str, base: Value| {
@@ -195,7 +196,8 @@ fn emission_is_that_of_the_share_that_is_there() {
     }
 }
 
-/// A copy just behind the surface emits the same, with its front where that has its back, and lets all light through.
+/// A copy just behind the surface emits the same, with its front where that has its back, and lets
+/// all light through.
 #[test]
 fn double_sided_surfaces_emit_on_both_sides() {
     let of = |is_double: bool, emissive: [f32; 3]| {
@@ -232,8 +234,9 @@ fn normals_keep_the_numbers_of_their_image() {
     }
 }
 
-/// Images that are turned or run backwards take their normals with them; where they are mirrored, these lean to the other
-/// side of the normal of the shape, as on triangles on which coordinates lie mirrored.
+/// Images that are turned or run backwards take their normals with them; where they are mirrored,
+/// these lean to the other side of the normal of the shape, as on triangles on which coordinates
+/// lie mirrored.
 #[test]
 fn normals_turn_with_the_transform_of_their_image() {
     let relief = |transform: Value| {
@@ -265,8 +268,8 @@ fn normals_turn_with_the_transform_of_their_image() {
     }
 }
 
-/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no effect elsewhere, of which
-/// a note says so where the surface is cut.
+/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no
+/// effect elsewhere, of which a note says so where the surface is cut.
 #[test]
 fn vertices_have_opacities() {
     for (mode, factor) in [("BLEND", 0.5), ("BLEND", 1.0), ("OPAQUE", 0.5), ("MASK", 1.0)] {
@@ -300,8 +303,8 @@ fn vertices_have_opacities() {
     }
 }
 
-/// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v runs down there: a tangent along +y is −1 of ∂p/∂v. With w = −1 the side of +y
-/// of the image is the other one.
+/// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v runs down there: a tangent along +y is −1 of
+/// ∂p/∂v. With w = −1 the side of +y of the image is the other one.
 #[test]
 fn normals_lie_along_tangents() {
     for w in [1.0, -1.0] {
@@ -334,8 +337,8 @@ fn normals_lie_along_tangents() {
     }
 }
 
-/// Tangents have the direction of anisotropy, also where a morph target or a joint turns them; where their side is −1, it turns the
-/// other way, as does the second number of its image.
+/// Tangents have the direction of anisotropy, also where a morph target or a joint turns them;
+/// where their side is −1, it turns the other way, as does the second number of its image.
 #[test]
 fn anisotropy_is_along_tangents() {
     for (w, is_bent) in [(1.0, false), (-1.0, false), (1.0, true), (-1.0, true)] {
@@ -393,7 +396,8 @@ fn anisotropy_is_along_tangents() {
     }
 }
 
-/// Normals, or else what comes first, lie on the coordinates of the mesh; textures on other sets by their numbers.
+/// Normals, or else what comes first, lie on the coordinates of the mesh; textures on other sets by
+/// their numbers.
 #[test]
 fn textures_lie_on_several_sets_of_coordinates() {
     let file = |material: Value| {

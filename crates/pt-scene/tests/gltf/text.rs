@@ -22,7 +22,8 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    /// An accessor of bytes that are numbers of a type, such as "VEC3", and a component, such as 5126.
+    /// An accessor of bytes that are numbers of a type, such as "VEC3", and a component, such as
+    /// 5126.
     pub(crate) fn accessor(
         &mut self,
         bytes: &[u8],
@@ -46,7 +47,8 @@ impl Text {
         self.accessor(&bytes, kind, 5126, vectors.len())
     }
 
-    /// An accessor of colours of 8 bits, each padded to four bytes; whether it says that they are shares.
+    /// An accessor of colours of 8 bits, each padded to four bytes; whether it says that they are
+    /// shares.
     pub(crate) fn levels(&mut self, colors: &[[u8; 3]], is_normalized: bool) -> usize {
         let bytes: Vec<u8> = colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0]).collect();
         let accessor = self.accessor(&bytes, "VEC3", 5121, colors.len());

@@ -154,7 +154,8 @@ fn validate(bytes: &[u8]) {
     }
 }
 
-/// Whether the numbers of an accessor are in its view, as it says; normals and indices are what they should be.
+/// Whether the numbers of an accessor are in its view, as it says; normals and indices are what
+/// they should be.
 fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     let number = |value: &Value| value.as_u64().expect("a number") as usize;
     let width = match accessor["type"].as_str() {
@@ -283,7 +284,8 @@ fn scenes_of_all_formats_can_be_written() {
     }
 }
 
-/// In files of Blender for the course, a square light and the surface that glows are the same lamp, which lights once.
+/// In files of Blender for the course, a square light and the surface that glows are the same lamp,
+/// which lights once.
 #[test]
 fn a_light_on_what_glows_is_not_written_beside_it() {
     let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };

@@ -1,4 +1,5 @@
-//! Textures in the forms of graphics processors: files that other programs wrote of one picture, and blocks made by hand.
+//! Textures in the forms of graphics processors: files that other programs wrote of one picture,
+//! and blocks made by hand.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,8 +46,9 @@ fn differences(name: &str) -> [f32; 2] {
     sums.map(|sum| sum / image.pixels.len() as f32)
 }
 
-/// Files of Pillow 13 (BC1 to BC3 and plain ones; the opacity of BC2 is by hand, as Pillow's is wrong), etcpak 0.9 (BC7) and Binomial's encoder (Basis Universal), in containers of
-/// theirs and, for KTX 2.0 without Basis Universal, of a script after the specification.
+/// Files of Pillow 13 (BC1 to BC3 and plain ones; the opacity of BC2 is by hand, as Pillow's is
+/// wrong), etcpak 0.9 (BC7) and Binomial's encoder (Basis Universal), in containers of theirs and,
+/// for KTX 2.0 without Basis Universal, of a script after the specification.
 #[test]
 fn textures_show_their_picture() {
     for (name, most, has_alpha) in [
@@ -85,7 +87,8 @@ fn levels_are_light_by_what_the_file_says() {
     assert_eq!(stored, light);
 }
 
-/// One channel is grey; of normals with two channels, the third is the one that makes their length 1.
+/// One channel is grey; of normals with two channels, the third is the one that makes their length
+/// 1.
 #[test]
 fn channels_that_are_missing_are_made() {
     let grey = read("grey.dds", PixelEncoding::Stored).image.pixels;
@@ -111,8 +114,8 @@ fn dds_of_block(format: u32, block: [u8; 16]) -> Vec<u8> {
     bytes
 }
 
-/// A block of BC6H in mode 11 whose ends are both (256, 512, 768) of 1023: the end e stands for the half with the bits
-/// (((e · 2¹⁶ + 2¹⁵) / 2¹⁰) · 31) / 2⁶. [Microsoft, "BC6H Format"]
+/// A block of BC6H in mode 11 whose ends are both (256, 512, 768) of 1023: the end e stands for the
+/// half with the bits (((e · 2¹⁶ + 2¹⁵) / 2¹⁰) · 31) / 2⁶. [Microsoft, "BC6H Format"]
 #[test]
 fn real_blocks_are_light() {
     let ends = [256_u128, 512, 768];

@@ -129,9 +129,10 @@ fn exr_files_have_halves_where_they_suffice() {
 const LOSSLESS: [Compression; 5] =
     [Compression::None, Compression::Rle, Compression::Zips, Compression::Zip, Compression::Piz];
 
-/// Of what takes fewer bits only those: 24 of 32 with PXR24, and with B44 differences of 6 bits in blocks of 16-bit numbers.
-/// These are in steps of 2ⁿ units in the last place, of which 31 have to reach from the least to the greatest number of a
-/// block: from 0 to 1.25, whose bits are 0x3d00, with n = 9. So each number is off by 256 units at most.
+/// Of what takes fewer bits only those: 24 of 32 with PXR24, and with B44 differences of 6 bits in
+/// blocks of 16-bit numbers. These are in steps of 2ⁿ units in the last place, of which 31 have to
+/// reach from the least to the greatest number of a block: from 0 to 1.25, whose bits are 0x3d00,
+/// with n = 9. So each number is off by 256 units at most.
 #[test]
 fn every_compression_is_read_back_and_keeps_what_it_should() {
     let folder = folder();

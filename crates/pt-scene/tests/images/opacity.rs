@@ -16,7 +16,8 @@ fn colours_have_an_opacity_straight_in_png_and_premultiplied_in_exr() {
         let path = folder.path().join("a.png");
         let options = SaveOptions { alpha: Some(alpha.clone()), png_bits, ..Default::default() };
         save(&image, &path, &options).unwrap();
-        // What it stores of the first three is 0.5 in each, of the fifth 0.4, and where nothing is opaque 0.
+        // What it stores of the first three is 0.5 in each, of the fifth 0.4, and where nothing is
+        // opaque 0.
         let stored = load_rgba_raw(&path).unwrap();
         let straight = [0.5, 0.5, 0.5, 0.0, 0.4, 0.0].map(|v| [v, 0.5 * v, 0.0]);
         for (got, want) in load(&path).unwrap().pixels.iter().zip(straight) {

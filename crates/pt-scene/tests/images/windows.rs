@@ -29,7 +29,8 @@ fn window(position: (i32, i32), size: (usize, usize)) -> Vec<u8> {
     out.into_inner()
 }
 
-/// The picture is the display window: black where the file has no pixels, and without those beyond its edges.
+/// The picture is the display window: black where the file has no pixels, and without those beyond
+/// its edges.
 #[test]
 fn the_display_window_is_the_picture() {
     for (position, size) in [
@@ -112,8 +113,9 @@ fn square_skies_are_doubted() {
     assert_eq!(image(1, 1).doubt_as_sky(), None);
 }
 
-/// Files of OpenEXR 3.3.2 with Y = ¼ + x/64 + y/128, RY = x/32 − y/128 and BY = ¼ − x/64, of which the latter have every second
-/// column and row: between these all is linear, and at the end as before.
+/// Files of OpenEXR 3.3.2 with Y = ¼ + x/64 + y/128, RY = x/32 − y/128 and BY = ¼ − x/64, of which
+/// the latter have every second column and row: between these all is linear, and at the end as
+/// before.
 #[test]
 fn chroma_may_have_fewer_pixels() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images");

@@ -1,5 +1,5 @@
-//! Scenes that were written are read as they were: equal, and to the bit, but for where things were written and for
-//! notes.
+//! Scenes that were written are read as they were: equal, and to the bit, but for where things were
+//! written and for notes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,8 @@ fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// Writes a scene, reads it, and writes that: both times there are the same bytes, and both are equal.
+/// Writes a scene, reads it, and writes that: both times there are the same bytes, and both are
+/// equal.
 fn check(path: &Path) {
     check_scene(load(path).unwrap_or_else(|error| panic!("{error}")), path);
 }

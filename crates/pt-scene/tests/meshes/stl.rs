@@ -56,7 +56,8 @@ pub(super) fn stl_files(triangles: &[[[f32; 3]; 3]]) -> [Vec<u8>; 2] {
     [binary, text.into_bytes()]
 }
 
-/// Corners that are not united cost memory only; here all but those along the cuts and some others are.
+/// Corners that are not united cost memory only; here all but those along the cuts and some others
+/// are.
 #[test]
 fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
     let n = 180;
@@ -78,8 +79,9 @@ fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
     }
 }
 
-/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827 of them), and where the
-/// limit of memory or a value that is not finite has the file read as a whole.
+/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827
+/// of them), and where the limit of memory or a value that is not finite has the file read as a
+/// whole.
 #[test]
 fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     let triangles = sheet(255);

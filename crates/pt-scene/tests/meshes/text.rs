@@ -59,7 +59,8 @@ fn marks_and_line_breaks_change_no_scene() {
     }
 }
 
-/// A row of a binary file may begin with the byte of a line feed, which belongs to no header of carriage returns.
+/// A row of a binary file may begin with the byte of a line feed, which belongs to no header of
+/// carriage returns.
 #[test]
 fn headers_of_binary_ply_files_may_end_their_lines_in_carriage_returns() {
     for (name, ten) in [("little", 10_i32.to_le_bytes()), ("big", 10_i32.to_be_bytes())] {

@@ -51,7 +51,8 @@ fn shown(scene: &Scene) -> Vec<([f32; 3], [[f32; 2]; 3])> {
     (0..mesh.triangles.len()).map(of_triangle).collect()
 }
 
-/// Two numbers for each corner, in the order of the corners; each triangle of a polygon has those of its own corners.
+/// Two numbers for each corner, in the order of the corners; each triangle of a polygon has those
+/// of its own corners.
 #[test]
 fn faces_show_their_images_by_coordinates_of_their_own() {
     let folder = folder();

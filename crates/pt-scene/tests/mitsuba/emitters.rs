@@ -17,8 +17,8 @@ fn daylight(scene: &Scene) -> (Daylight, DVec3) {
     (daylight.clone(), light.to_world.transform_vector3(daylight.to_sun.into()))
 }
 
-/// By Mitsuba 3.9.1, which counts days since the year 2000 in single precision: of such a day, it knows a
-/// quarter, and the place of the sun to 0.2°.
+/// By Mitsuba 3.9.1, which counts days since the year 2000 in single precision: of such a day, it
+/// knows a quarter, and the place of the sun to 0.2°.
 #[test]
 fn the_sun_stands_where_it_does_in_mitsuba() {
     let cases = [

@@ -105,7 +105,8 @@ fn plastic_is_a_base_under_a_coat() {
 }
 
 /// Indices of transition metals, n and k, at these wavelengths in nanometres.
-/// [Johnson & Christy 1974, "Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and Pd"]
+/// [Johnson & Christy 1974, "Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
+/// Pd"]
 const NANOMETRES: [u16; 18] =
     [354, 368, 381, 397, 413, 431, 451, 471, 496, 521, 549, 582, 617, 659, 704, 756, 821, 892];
 #[expect(clippy::approx_constant, reason = "numbers that were measured")]
@@ -439,7 +440,8 @@ fn a_texture_is_read_once_for_all_that_refer_to_it() {
     assert_eq!(a.pattern, Pattern::Checkerboard([[1.0, 0.5, 0.0], [0.2; 3]]));
 }
 
-/// Mitsuba 3.9.1, at uv (0.2, 0.2) of a checkerboard of 0.1 and 0.9: `eval` gives 0.1, `eval_1` 0.9.
+/// Mitsuba 3.9.1, at uv (0.2, 0.2) of a checkerboard of 0.1 and 0.9: `eval` gives 0.1, `eval_1`
+/// 0.9.
 #[test]
 fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
     let chess = |name: &str| {
@@ -456,7 +458,8 @@ fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
     assert_eq!(opacity, Pattern::Checkerboard([[0.9; 3], [0.1; 3]]));
 }
 
-/// Mitsuba accepts levels above 1 by a <float>; here they are shown as 1 where they are shares, with a note.
+/// Mitsuba accepts levels above 1 by a <float>; here they are shown as 1 where they are shares,
+/// with a note.
 #[test]
 fn levels_of_textures_may_be_above_1() {
     let texture = "<texture type=\"checkerboard\" name=\"reflectance\"><float name=\"color1\" value=\"1.4\"/></texture>";

@@ -25,8 +25,9 @@ fn reliefs_are_normals_or_heights() {
     assert!(matches!(heights, NormalOrBump::Heights(_, 0.5)));
 }
 
-/// Shadowing and the turning of normals are on unless they are switched off, in both kinds; the back of what is
-/// outside of "twosided" is its mirror image, that of what is inside of it its other side.
+/// Shadowing and the turning of normals are on unless they are switched off, in both kinds; the
+/// back of what is outside of "twosided" is its mirror image, that of what is inside of it its
+/// other side.
 #[test]
 fn reliefs_shade_as_they_are_told() {
     let embossed = |bsdf: &str| {
@@ -56,7 +57,8 @@ fn reliefs_shade_as_they_are_told() {
     }
 }
 
-/// The opacity of a mask and a sheet of nothing, and the surface of the mask, in a scene with this content.
+/// The opacity of a mask and a sheet of nothing, and the surface of the mask, in a scene with this
+/// content.
 fn holes(content: &str) -> ([Scalar; 2], Surface) {
     let mask = "<shape type=\"sphere\"><bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
                 <bsdf type=\"diffuse\"/></bsdf></shape>";
@@ -66,8 +68,8 @@ fn holes(content: &str) -> ([Scalar; 2], Surface) {
     ([mask.opacity.clone(), null.opacity.clone()], mask.surface.clone())
 }
 
-/// Without media, holes scatter straight on, as thin glass of index 1 does, where a limit counts them or a light
-/// without extent might shine through; else, and for media, they are holes.
+/// Without media, holes scatter straight on, as thin glass of index 1 does, where a limit counts
+/// them or a light without extent might shine through; else, and for media, they are holes.
 #[test]
 fn holes_are_counted_where_mitsuba_counts_them() {
     let path = |depth: i32| {

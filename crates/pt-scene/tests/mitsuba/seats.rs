@@ -46,7 +46,8 @@ fn the_sensors_of_a_batch_are_cameras() {
     assert!(message.contains("a multiple of its 7 sensors"), "{message}");
 }
 
-/// A ray from its origin along its direction, which may be given by a node; from beyond all surfaces, if it has a target.
+/// A ray from its origin along its direction, which may be given by a node; from beyond all
+/// surfaces, if it has a target.
 #[test]
 fn meters_measure_along_a_ray() {
     let meter = |kind: &str, inside: &str| {
@@ -83,8 +84,8 @@ fn meters_measure_along_a_ray() {
     assert!(message.contains("expected direction or to_world, not both"), "{message}");
 }
 
-/// A "distant" sensor aims at a shape, which need not be of the scene, or at the disk around the sphere around the scene's box; an
-/// "irradiancemeter" is the shape that it is in.
+/// A "distant" sensor aims at a shape, which need not be of the scene, or at the disk around the
+/// sphere around the scene's box; an "irradiancemeter" is the shape that it is in.
 #[test]
 fn meters_are_attached_to_surfaces() {
     let cube = "<shape type=\"cube\"><transform name=\"to_world\"><translate x=\"5\"/></transform></shape>";
@@ -127,8 +128,9 @@ fn meters_are_attached_to_surfaces() {
     assert!(refusal(large).contains("an \"irradiancemeter\" has one pixel"));
 }
 
-/// Mitsuba 3.9.1: seen along +z of its node, +x is at the left of the picture and +y at its top; the width takes the angle,
-/// unless `fov_axis` says otherwise; where the picture is 1, a plane at distance 1 has the irradiance π.
+/// Mitsuba 3.9.1: seen along +z of its node, +x is at the left of the picture and +y at its top;
+/// the width takes the angle, unless `fov_axis` says otherwise; where the picture is 1, a plane at
+/// distance 1 has the irradiance π.
 #[test]
 fn projectors_throw_pictures_as_there() {
     let projector = |inside: &str| {
@@ -197,7 +199,8 @@ fn volumes_are_textures_in_space() {
     assert!(message.contains("expected one <volume name=\"volume\">"), "{message}");
 }
 
-/// The texture of a relief by heights may have any name, and the shapes of a "merge" are shapes of the scene.
+/// The texture of a relief by heights may have any name, and the shapes of a "merge" are shapes of
+/// the scene.
 #[test]
 fn names_of_heights_and_merged_shapes_do_not_matter() {
     for name in ["arbitrary", "heights", ""] {

@@ -74,8 +74,8 @@ fn spots_throw_pictures_upright() {
     assert_close(light.to_world.translation, DVec3::X * 5.0);
 }
 
-/// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of the
-/// node and goes on towards +z.
+/// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of
+/// the node and goes on towards +z.
 #[test]
 fn images_of_the_sky_are_turned_to_our_convention() {
     let folder = tempfile::tempdir().unwrap();
@@ -350,7 +350,8 @@ fn samplers_say_how_many_samples_there_are() {
     }
 }
 
-/// A film has an opacity by its pixel format, whose letters may be large; an "aov" around the integrator adds to it.
+/// A film has an opacity by its pixel format, whose letters may be large; an "aov" around the
+/// integrator adds to it.
 #[test]
 fn films_and_integrators_say_what_is_cut_out() {
     let settings = |format: &str, integrator: &str| {

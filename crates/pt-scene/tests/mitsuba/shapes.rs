@@ -482,10 +482,11 @@ fn few_lines_cannot_ask_for_any_number_of_shapes() {
     assert!(error.to_string().contains("more than 1000000 shapes"), "{error}");
 }
 
-/// Two triangles that meet at an edge, in the file `fold.obj`: with n₁ = (0, 0, 1) and n₂ = (1, 0, 0) in the coordinates of the file,
-/// also after a scale along the axes. In the world, the angles at the vertex (0, 0, 0) are atan(a / b): of the first triangle with
-/// the corner (−1, 0, 0) scaled by x, and of the second with (0, 0, −1) scaled by z, and the edge to (0, 1, 0) scaled by y. They are
-/// right angles there; at (0, 1, 0), they are atan(x / y) and atan(z / y).
+/// Two triangles that meet at an edge, in the file `fold.obj`: with n₁ = (0, 0, 1) and n₂ = (1, 0,
+/// 0) in the coordinates of the file, also after a scale along the axes. In the world, the angles
+/// at the vertex (0, 0, 0) are atan(a / b): of the first triangle with the corner (−1, 0, 0) scaled
+/// by x, and of the second with (0, 0, −1) scaled by z, and the edge to (0, 1, 0) scaled by y. They
+/// are right angles there; at (0, 1, 0), they are atan(x / y) and atan(z / y).
 #[test]
 fn smooth_normals_are_made_in_the_world() {
     let normal = |steps: &str, scale: DVec3| {
@@ -507,11 +508,13 @@ fn smooth_normals_are_made_in_the_world() {
     normal("", DVec3::ONE);
     normal("<scale value=\"3\"/>", DVec3::splat(3.0));
     let stretched = normal("<scale x=\"3\" z=\"0.5\"/>", DVec3::new(3.0, 1.0, 0.5));
-    // In the coordinates of the file both angles are equal, and the inverse transpose of (1, 0, 1) is (1 / 3, 0, 2).
+    // In the coordinates of the file both angles are equal, and the inverse transpose of (1, 0, 1)
+    // is (1 / 3, 0, 2).
     assert!(stretched.distance(DVec3::new(1.0 / 3.0, 0.0, 2.0).normalize()) > 0.1, "{stretched}");
 }
 
-/// Where the mesh is mirrored, normals are made of the mirrored triangles, which look the other way, as in Mitsuba.
+/// Where the mesh is mirrored, normals are made of the mirrored triangles, which look the other
+/// way, as in Mitsuba.
 #[test]
 fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
     let scene = read(
@@ -530,8 +533,9 @@ fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
     assert!(world.distance(expected) < 1e-6, "{world} is not {expected}");
 }
 
-/// Radii are three standard deviations, whose logarithms the file holds; 45° of a quaternion are a quarter turn. Where they fade, a
-/// radius is √(2 ln(opacity / 0.01)) standard deviations, and what is clearer than 0.01 is not there.
+/// Radii are three standard deviations, whose logarithms the file holds; 45° of a quaternion are a
+/// quarter turn. Where they fade, a radius is √(2 ln(opacity / 0.01)) standard deviations, and what
+/// is clearer than 0.01 is not there.
 #[test]
 fn splats_are_ellipsoids() {
     let shape = |kind: &str, inside: &str| {

@@ -43,9 +43,10 @@ const COLORS: [(&str, [f32; 3], [f32; 3]); 8] = [
     ("550:0, 551:1, 552:0", [0.0, 0.013_670_95, 0.0], [0.0, 0.014_312_52, 0.0]),
 ];
 
-/// Black bodies at some temperatures: what Mitsuba 3.9.1 evaluates in the variant `scalar_spectral`,
-/// summed every 0.1 nm over its observer, times 0.999: its spectra over wavelengths are sums at 1000
-/// places that are a 999th of the range apart and weigh a 1000th of it.
+/// Black bodies at some temperatures: what Mitsuba 3.9.1 evaluates in the variant
+/// `scalar_spectral`, summed every 0.1 nm over its observer, times 0.999: its spectra over
+/// wavelengths are sums at 1000 places that are a 999th of the range apart and weigh a 1000th of
+/// it.
 const BLACK_BODIES: [(&str, [f32; 3]); 3] = [
     ("2000", [16.0303 * 0.999, 4.115_978 * 0.999, 0.130_521_7 * 0.999]),
     ("3000", [733.8449 * 0.999, 349.9184 * 0.999, 112.8222 * 0.999]),

@@ -19,7 +19,8 @@ fn emission(text: &str) -> MediumEmission {
     }
 }
 
-/// As of lights, spectra have luminance 1, and colours are taken as they are; both spellings of the scale are in files.
+/// As of lights, spectra have luminance 1, and colours are taken as they are; both spellings of the
+/// scale are in files.
 #[test]
 fn media_emit_what_is_told() {
     let even = |more: &str| emission(&format!("\"string type\" \"homogeneous\" {more}"));

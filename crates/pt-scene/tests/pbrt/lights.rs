@@ -56,7 +56,8 @@ fn power_is_what_goes_into_all_directions() {
     assert!((f64::from(r) - 10.0 / (16.0 * PI * PI)).abs() < 1e-6);
 }
 
-/// A number multiplies what a shape emits, and a texture varies it; the power is that of the whole shape.
+/// A number multiplies what a shape emits, and a texture varies it; the power is that of the whole
+/// shape.
 #[test]
 fn what_is_masked_emits_nothing() {
     let light = "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6]";
@@ -76,8 +77,9 @@ fn what_is_masked_emits_nothing() {
     assert_eq!(factors.as_ref(), &[[2.0, 4.0, 6.0].into(), Color::Texture(opacity.clone())]);
 }
 
-/// A shape of which nothing is there is a light that nobody sees, by a number or a constant texture; of two sheets that
-/// shine as one, one is there as far as the shape is, and the other not at all.
+/// A shape of which nothing is there is a light that nobody sees, by a number or a constant
+/// texture; of two sheets that shine as one, one is there as far as the shape is, and the other not
+/// at all.
 #[test]
 fn nobody_sees_what_is_not_there() {
     let light =
@@ -162,7 +164,8 @@ fn what_is_in_an_object_and_what_is_only_a_border_do_not_shine() {
     }
 }
 
-/// Half of the sky above z = 0 is red there: where the red half is, and no other, the map is red here.
+/// Half of the sky above z = 0 is red there: where the red half is, and no other, the map is red
+/// here.
 #[test]
 fn a_square_map_shines_from_where_it_does_there() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -203,8 +206,9 @@ fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DA
     (light.kind, light.to_world)
 }
 
-/// The middle of the square is +z of the map, which is +y of the light; the middle of its right edge is +x of both, and that of
-/// its lower edge +y of the map, which is +z of the light. [pbrt-v4, `GoniometricLight`; Clarberg 2008]
+/// The middle of the square is +z of the map, which is +y of the light; the middle of its right
+/// edge is +x of both, and that of its lower edge +y of the map, which is +z of the light.
+/// [pbrt-v4, `GoniometricLight`; Clarberg 2008]
 #[test]
 fn goniometric_maps_have_their_z_along_y() {
     const SIDE: u32 = 33;
@@ -216,7 +220,8 @@ fn goniometric_maps_have_their_z_along_y() {
         let text = "LightSource \"goniometric\" \"string filename\" \"slide.exr\"";
         let (kind, to_world) = with_picture(SIDE, pixels, text);
         let LightKind::Ies { profile, .. } = kind else { panic!("{kind:?}") };
-        // Intensity along a direction of the light, by the angles of the luminaire, which hangs along −z of its own.
+        // Intensity along a direction of the light, by the angles of the luminaire, which hangs
+        // along −z of its own.
         let along = |direction: DVec3| {
             let DVec3 { x, y, z } = to_world.matrix3.inverse() * direction;
             let vertical = (-z).acos().to_degrees();
@@ -269,7 +274,8 @@ fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3
     [0, 1, 2].map(|c| texel[c] * intensity[c])
 }
 
-/// The shorter side is as wide as the angle; x goes to the right, and y up; nothing is beyond the edges.
+/// The shorter side is as wide as the angle; x goes to the right, and y up; nothing is beyond the
+/// edges.
 #[test]
 fn a_picture_is_thrown_as_it_is_there() {
     const PLACED: &str = "Translate 1 2 3 Rotate 30 1 2 3 Scale 2 2 2";
@@ -321,7 +327,8 @@ fn the_power_of_a_picture_is_what_it_throws() {
     };
     let sum: f64 = (0..POINTS).map(|i| f64::from(luminance(thrown(&light, direction(i))))).sum();
     let power = sum * 4.0 * PI / f64::from(POINTS);
-    // The sum over texels is by their middles, of which the middle of the cosine's cube is not quite the mean.
+    // The sum over texels is by their middles, of which the middle of the cosine's cube is not
+    // quite the mean.
     assert!((power / 25.0 - 1.0).abs() < 0.03, "{power}");
     let bad = refusal(
         "LightSource \"projection\" \"string filename\" \"parts/dots.png\" \"float fov\" 180",

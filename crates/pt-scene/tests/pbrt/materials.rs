@@ -173,7 +173,8 @@ fn textures_are_mixed_and_put_on_squares() {
     assert_eq!(share.texture().expect("a texture").to_pattern.x_axis.x, 4.0);
 }
 
-/// What coloured light makes of the colour of a material, it makes of one that is mixed with a texture.
+/// What coloured light makes of the colour of a material, it makes of one that is mixed with a
+/// texture.
 #[test]
 fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
     let red = [0.63, 0.065, 0.05];
@@ -393,7 +394,8 @@ fn hair_has_the_roughness_the_index_and_the_scales_that_are_given() {
     assert!((mean.roughness - 0.3).abs() < 1e-6 && scene.warnings.len() == 1, "{mean:?}");
 }
 
-/// Tubes are closed, so that their back is not there, whichever way they are turned; ribbons and other shapes have two sides.
+/// Tubes are closed, so that their back is not there, whichever way they are turned; ribbons and
+/// other shapes have two sides.
 #[test]
 fn only_tubes_of_hair_have_no_back() {
     const CURVE: &str =
@@ -423,7 +425,8 @@ fn only_tubes_of_hair_have_no_back() {
     );
 }
 
-/// Where metals have textures, they reflect by Schlick's formula, or if they are smooth, the same at all angles.
+/// Where metals have textures, they reflect by Schlick's formula, or if they are smooth, the same
+/// at all angles.
 #[test]
 fn metals_may_have_textures() {
     const SQUARES: &str = "Texture \"s\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.2 .4 .8] \"rgb tex2\" [.8 .4 .2] ";

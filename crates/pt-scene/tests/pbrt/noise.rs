@@ -38,7 +38,8 @@ fn at(texture: &Texture, p: DVec3) -> DVec3 {
 const PLACED: &str = "Translate 1 2 3 Scale 2 4 8";
 const POINT: DVec3 = DVec3::new(3.0, 6.0, 11.0);
 
-/// Points are those in the coordinates that hold where the texture stands; layers of marble are finer by their scale.
+/// Points are those in the coordinates that hold where the texture stands; layers of marble are
+/// finer by their scale.
 #[test]
 fn noise_is_where_its_directive_stands() {
     let marble = texture(&format!(
@@ -89,7 +90,8 @@ fn mappings_are_those_of_their_names() {
     assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
 }
 
-/// The direction is in the coordinates that hold where the texture stands, and of length 1 in the world.
+/// The direction is in the coordinates that hold where the texture stands, and of length 1 in the
+/// world.
 #[test]
 fn textures_are_mixed_by_where_surfaces_look_to() {
     let of = |parameters: &str| {

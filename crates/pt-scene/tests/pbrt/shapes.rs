@@ -110,7 +110,8 @@ fn meshes_without_coordinates_get_those_of_pbrt_where_a_texture_asks() {
     assert_eq!(ball.uvs.as_ref().expect("coordinates").values[top][1], 1.0);
 }
 
-/// v is 0 at −z where a sphere stands as one, too: +z of the sphere of ours, where its v is 0, is there. Its x and y stay.
+/// v is 0 at −z where a sphere stands as one, too: +z of the sphere of ours, where its v is 0, is
+/// there. Its x and y stay.
 #[test]
 fn v_grows_upwards_on_spheres_without_textures() {
     for (text, scale) in [("", 1.0), ("Scale 2 2 2 ", 2.0), ("Scale -1 1 1 ", 1.0)] {
@@ -147,7 +148,8 @@ fn a_flat_patch_is_two_triangles_and_a_bent_one_is_many() {
     assert_eq!(front(mesh_of(&scene.objects[0])), DVec3::Z);
 }
 
-/// A tube around a straight line: its points are at half of its width from it, and its front looks outwards.
+/// A tube around a straight line: its points are at half of its width from it, and its front looks
+/// outwards.
 #[test]
 fn a_curve_is_a_tube_or_a_ribbon() {
     let line = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3] \"float width0\" .4 \"float width1\" .1";
@@ -196,7 +198,8 @@ fn curves_in_a_row_are_joined() {
     assert_eq!(count(&of_object), [48, 96, 96]);
 }
 
-/// The triangles of a prism are cut until their edges are short, and its sides are pushed in where the image is bright.
+/// The triangles of a prism are cut until their edges are short, and its sides are pushed in where
+/// the image is bright.
 #[test]
 fn meshes_of_files_may_be_displaced() {
     let prism = |more: &str| {

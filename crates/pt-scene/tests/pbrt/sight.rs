@@ -9,8 +9,8 @@ fn seen(text: &str) -> Scene {
     read_all(&format!("{text} WorldBegin"))
 }
 
-/// In camera space +x is to the right; the camera looks from +z to the origin, where +x of the world is then
-/// to the left, as axes are left-handed there.
+/// In camera space +x is to the right; the camera looks from +z to the origin, where +x of the
+/// world is then to the left, as axes are left-handed there.
 #[test]
 fn left_is_left_and_right_is_right() {
     let scene = seen("LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\"");
@@ -40,7 +40,8 @@ fn the_field_of_view_is_that_of_the_shorter_side() {
     assert!((wide - 60.0).abs() < 1e-9 && (tangent(high) / tangent(60.0) - 2.0).abs() < 1e-9);
 }
 
-/// A window from −1 to 3 shows the axis after a quarter of its width; without an offset it would be in the middle.
+/// A window from −1 to 3 shows the axis after a quarter of its width; without an offset it would be
+/// in the middle.
 #[test]
 fn a_window_moves_the_picture() {
     let text = "Film \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 100 \
@@ -86,7 +87,8 @@ fn filters_have_their_radii() {
     assert_eq!(filter("\"sinc\" \"float xradius\" 3 \"float yradius\" 3"), Some(Filter::LANCZOS));
 }
 
-/// The left edge of a spherical picture looks along +x of the camera, a quarter of its width further on, along +z.
+/// The left edge of a spherical picture looks along +x of the camera, a quarter of its width
+/// further on, along +z.
 #[test]
 fn a_spherical_camera_turns_from_the_right_over_the_front_to_the_left() {
     let text = "Camera \"spherical\" \"string mapping\" \"equirectangular\"";
@@ -97,7 +99,8 @@ fn a_spherical_camera_turns_from_the_right_over_the_front_to_the_left() {
     assert_eq!(node.transform_vector3(DVec3::Y), DVec3::Y);
 }
 
-/// 48.4 mm at f/2.1: what is 2.5 m in front of the film is sharp. Between open and close, the shutter and the lens multiply light.
+/// 48.4 mm at f/2.1: what is 2.5 m in front of the film is sharp. Between open and close, the
+/// shutter and the lens multiply light.
 #[test]
 fn a_lens_of_many_surfaces_is_a_thin_one() {
     let lens = "\"string lensfile\" \"double_gauss.dat\" \"float focusdistance\" 2.5 \

@@ -31,7 +31,8 @@ pub enum Light {
     Environment(Map),
 }
 
-/// Radiance by direction in latitude and longitude: width, height, and texels from the upper row on.
+/// Radiance by direction in latitude and longitude: width, height, and texels from the upper row
+/// on.
 #[derive(Clone, Debug)]
 pub struct Map(pub usize, pub usize, pub Vec<[f32; 3]>);
 
@@ -70,7 +71,8 @@ impl Light {
         if let Self::Environment(map) = self { map.at(d) } else { DVec3::ZERO }
     }
 
-    /// A sample for a point: the direction towards the light, its distance, and radiance over density.
+    /// A sample for a point: the direction towards the light, its distance, and radiance over
+    /// density.
     pub(super) fn sample(&self, p: DVec3, random: &mut Random) -> Option<(DVec3, f64, DVec3)> {
         match self {
             Self::Area { middle, edges: [a, b], along, radiance } => {

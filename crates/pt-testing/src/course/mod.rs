@@ -1,11 +1,11 @@
 //! A path tracer after the handout of the course CS184, assignments 3-1 and 3-2: slow, short, and
 //! without a line of the renderer's, so that a flaw there cannot hide here.
 //!
-//! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling, all
-//! in double precision. What is peculiar to the course is kept: an area light counts times the
-//! distance to it and a point light does not fall off, emission and the sky are not found by scattered
-//! rays, mirrors and glass have no direct light, and Russian roulette goes on with one fixed probability
-//! from the second indirect bounce.
+//! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling,
+//! all in double precision. What is peculiar to the course is kept: an area light counts times the
+//! distance to it and a point light does not fall off, emission and the sky are not found by
+//! scattered rays, mirrors and glass have no direct light, and Russian roulette goes on with one
+//! fixed probability from the second indirect bounce.
 
 mod lights;
 mod metal;

@@ -9,8 +9,8 @@ use super::ply;
 /// Squares along a side, each of two triangles.
 const SIDE: u32 = 1000;
 
-/// The corners and the triangles of a rolling plain. The heights need not be the same on every machine: only
-/// time and memory are measured.
+/// The corners and the triangles of a rolling plain. The heights need not be the same on every
+/// machine: only time and memory are measured.
 pub(crate) fn waves()
 -> (impl ExactSizeIterator<Item = [f32; 3]>, impl ExactSizeIterator<Item = [u32; 3]>) {
     let row = SIDE + 1;

@@ -1,5 +1,5 @@
-//! The film is a function of scene, settings, seed and version alone: not of threads, tiles, vectors, trees, or
-//! processes among which the samples are shared out.
+//! The film is a function of scene, settings, seed and version alone: not of threads, tiles,
+//! vectors, trees, or processes among which the samples are shared out.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -33,8 +33,8 @@ const VARIANTS: [(&str, &str); 12] = [
     ("", "-t 2 --quality high"),
 ];
 
-/// Samples of the parts that are rendered by processes of their own, at the same time: how many of 32 each begins
-/// with.
+/// Samples of the parts that are rendered by processes of their own, at the same time: how many of
+/// 32 each begins with.
 const CUTS: [u32; 5] = [0, 1, 9, 25, 32];
 
 /// Compares the films of all variants of all scenes.

@@ -1,4 +1,5 @@
-//! What renders say about when they will end, against when they end, on this machine with its load of now.
+//! What renders say about when they will end, against when they end, on this machine with its load
+//! of now.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,7 +1,8 @@
-//! Bytes that nobody wrote, for each reader of files: coverage-guided fuzzing by libFuzzer, with our files as seeds.
+//! Bytes that nobody wrote, for each reader of files: coverage-guided fuzzing by libFuzzer, with
+//! our files as seeds.
 //!
-//! Each target of `fuzz/` has the name of the ending of its seeds. What makes it grow is kept in the target folder,
-//! from where the next campaign goes on.
+//! Each target of `fuzz/` has the name of the ending of its seeds. What makes it grow is kept in
+//! the target folder, from where the next campaign goes on.
 
 mod seeds;
 

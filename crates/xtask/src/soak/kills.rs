@@ -41,8 +41,8 @@ struct Tally {
     kept: u32,
 }
 
-/// Kills renders at random instants, damages the newest of two films at times, and goes on until they are
-/// finished; each image has to be the one that nobody stopped.
+/// Kills renders at random instants, damages the newest of two films at times, and goes on until
+/// they are finished; each image has to be the one that nobody stopped.
 pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
     let mut random = Random::new(args.seed);
     let mut tally = Tally::default();
@@ -131,8 +131,8 @@ impl<'a> Render<'a> {
     }
 }
 
-/// Starts a render again and again, each time killing it at some instant of the time that it takes as a
-/// whole, until one ends by itself. Its image.
+/// Starts a render again and again, each time killing it at some instant of the time that it takes
+/// as a whole, until one ends by itself. Its image.
 fn killed(
     render: &Render,
     whole: Duration,

@@ -1,5 +1,5 @@
-//! `cargo xtask soak`: long campaigns against what the renderer promises (docs/guarantees.md). A short form of each
-//! is among the tests.
+//! `cargo xtask soak`: long campaigns against what the renderer promises (docs/guarantees.md). A
+//! short form of each is among the tests.
 
 mod bits;
 mod eta;
@@ -35,7 +35,8 @@ pub(crate) struct Args {
     /// How long each fuzz target runs
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0)]
     minutes: f64,
-    /// Only this fuzz target, named as the ending of the files that it reads; may be given several times
+    /// Only this fuzz target, named as the ending of the files that it reads; may be given several
+    /// times
     #[arg(long, value_name = "ENDING")]
     format: Vec<String>,
 }

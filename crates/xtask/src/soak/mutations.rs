@@ -1,4 +1,5 @@
-//! The good files of all formats with random damage, more often than in the ordinary tests, and otherwise damaged.
+//! The good files of all formats with random damage, more often than in the ordinary tests, and
+//! otherwise damaged.
 
 use anyhow::Result;
 

@@ -1,4 +1,5 @@
-//! Commands whose output and errors are closed, full or slow, more often than in the ordinary tests.
+//! Commands whose output and errors are closed, full or slow, more often than in the ordinary
+//! tests.
 
 use anyhow::Result;
 

@@ -1,5 +1,6 @@
-//! Renders with an error target keep their word: the true error, told by a converged image, is below the target as often as
-//! they say; and they take fewer samples than a render with the same for all pixels.
+//! Renders with an error target keep their word: the true error, told by a converged image, is
+//! below the target as often as they say; and they take fewer samples than a render with the same
+//! for all pixels.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +11,8 @@ use serde_json::Value;
 
 use crate::project::{output_folder, root};
 
-/// Scenes, each with what is rendered of it, its target, and the samples of the image that is taken for the truth.
+/// Scenes, each with what is rendered of it, its target, and the samples of the image that is taken
+/// for the truth.
 const SCENES: [(&str, &str, f64, u32); 5] = [
     ("cornell.dae", "-r 64 48", 0.06, 131_072),
     ("mitsuba/spot.xml", "-r 64 64", 0.004, 65_536),
@@ -28,7 +30,8 @@ const CONFIDENCE: f64 = 0.95;
 /// With so many it is asked how many samples all pixels alike need.
 const SOME: u32 = 8;
 
-/// The share of samples of a render without adaptive sampling that should suffice, and in how many scenes.
+/// The share of samples of a render without adaptive sampling that should suffice, and in how many
+/// scenes.
 const FEWER: (f64, usize) = (0.7, 3);
 
 /// A scene that is rendered in different ways.
@@ -55,8 +58,9 @@ impl Subject<'_> {
         Ok((image::load_raw(&self.image)?.pixels, summary))
     }
 
-    /// The fewest samples of a pixel with which a render that takes the same of each has an error of at most `target`, by the same
-    /// measure and with the same confidence, if it is known how many these are and there is a single look; to 1 %.
+    /// The fewest samples of a pixel with which a render that takes the same of each has an error
+    /// of at most `target`, by the same measure and with the same confidence, if it is known
+    /// how many these are and there is a single look; to 1 %.
     fn known_samples(&self, target: f64, seed: u32) -> Result<u32> {
         let is_enough = |spp: u32| -> Result<bool> {
             let options = format!("-s {spp} --seed {seed} --aov half_a,half_b");
@@ -92,7 +96,8 @@ fn true_error(pixels: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
 /// Renders all, and compares.
 ///
 /// # Errors
-/// If more renders than allowed are worse than their target, too few need fewer samples, or a render fails.
+/// If more renders than allowed are worse than their target, too few need fewer samples, or a
+/// render fails.
 pub(super) fn run(program: &Path) -> Result<()> {
     let folder = output_folder("soak")?;
     let (mut within, mut in_interval, mut all, mut fewer) = (0, 0, 0, 0);

@@ -1,5 +1,5 @@
-//! Files of others: the meshes and scenes that packages of Python and npm ship are rendered, each in a small picture. None
-//! may crash or hang; what became of them is a table.
+//! Files of others: the meshes and scenes that packages of Python and npm ship are rendered, each
+//! in a small picture. None may crash or hang; what became of them is a table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

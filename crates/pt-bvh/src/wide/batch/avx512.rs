@@ -1,6 +1,7 @@
 //! AVX-512, where the processor has it: that it has, loads and stores of sixteen numbers, and the
 //! triangle test of packets, a triangle against sixteen rays at once. Its operations are those of
-//! [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the same bits.
+//! [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the same
+//! bits.
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
@@ -34,8 +35,8 @@ pub(in crate::wide) struct Avx512(());
 
 #[expect(clippy::unused_self, reason = "it proves that the calls are sound")]
 impl Avx512 {
-    /// Whether it has; and the rest of the build fused multiply-add, which the functions here use; and
-    /// whether `PATHTRACER_SIMD` does not ask to do without.
+    /// Whether it has; and the rest of the build fused multiply-add, which the functions here use;
+    /// and whether `PATHTRACER_SIMD` does not ask to do without.
     pub(in crate::wide) fn detect() -> Option<Self> {
         static IS_LEFT_OUT: LazyLock<bool> = LazyLock::new(|| {
             std::env::var_os("PATHTRACER_SIMD").is_some_and(|simd| simd == "avx2")
@@ -75,8 +76,8 @@ impl Avx512 {
         }
     }
 
-    /// Sixteen rays enter the tree, those in a set, and go down it as long as many of them are at one node.
-    /// Returns how many have something to visit.
+    /// Sixteen rays enter the tree, those in a set, and go down it as long as many of them are at
+    /// one node. Returns how many have something to visit.
     #[inline(always)]
     pub(super) fn enter<const ANY: bool>(
         self,

@@ -1,7 +1,7 @@
 //! Rays of one origin: a triangle that none of them can meet is told by its edges.
 //!
-//! With vertices sheared along the middle of the fan, and a ray whose slopes differ from it by δ and
-//! η, the edge function of two of them, p and q, is linear in these:
+//! With vertices sheared along the middle of the fan, and a ray whose slopes differ from it by δ
+//! and η, the edge function of two of them, p and q, is linear in these:
 //!
 //! (q_x − δq_z)(p_y − ηp_z) − (q_y − ηq_z)(p_x − δp_z)
 //!   = q_x p_y − q_y p_x + δ(p_z q_y − q_z p_y) + η(q_z p_x − p_z q_x)
@@ -11,10 +11,10 @@
 //! Shaft Culling", cull by shafts as well]
 //!
 //! The triangle test decides by sheared vertices that are rounded. Let Z be the largest depth of a
-//! vertex, and P bound what a vertex is off any of the rays. The vertices of the test err by at most
-//! 2ε(P + Z), with and without fused multiply-add, its edge functions by 12εP(P + Z), and so do
-//! those here. So triangles whose edge functions are within a margin of 64εP(P + Z) are kept, and
-//! those where products may have lost digits to underflow.
+//! vertex, and P bound what a vertex is off any of the rays. The vertices of the test err by at
+//! most 2ε(P + Z), with and without fused multiply-add, its edge functions by 12εP(P + Z), and so
+//! do those here. So triangles whose edge functions are within a margin of 64εP(P + Z) are kept,
+//! and those where products may have lost digits to underflow.
 
 use pt_math::float_error::EPSILON;
 
@@ -151,8 +151,8 @@ mod tests {
     use crate::wide::WIDTH;
     use crate::wide::collapse::triangle_block;
 
-    /// Eight triangles that share vertices, and a packet from one origin at one of these, or at points
-    /// of an edge, or closely past them.
+    /// Eight triangles that share vertices, and a packet from one origin at one of these, or at
+    /// points of an edge, or closely past them.
     fn scene(random: &mut Random, i: i32) -> (Vec<Vec3>, Vec<Ray>) {
         let size = 10f32.powi(-(i % 6));
         // Some are so small that products underflow.

@@ -163,8 +163,8 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
 }
 
 impl Group {
-    /// Takes up to eight of some rays, number `from` and the next ones, to place `first` and the next ones, and
-    /// sends them to the root. The operations are those of
+    /// Takes up to eight of some rays, number `from` and the next ones, to place `first` and the
+    /// next ones, and sends them to the root. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
     pub(super) fn take(

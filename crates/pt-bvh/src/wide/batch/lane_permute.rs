@@ -7,8 +7,8 @@ use crate::wide::WIDTH;
 /// The number of each lane.
 pub(super) const LANES: u32x8 = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
 
-/// For each set of lanes, given by its bits: those lanes, in ascending order, in four bits each from
-/// the lowest on.
+/// For each set of lanes, given by its bits: those lanes, in ascending order, in four bits each
+/// from the lowest on.
 static MEMBERS: [u32; 1 << WIDTH] = {
     let mut table = [0; 1 << WIDTH];
     let mut set = 0;

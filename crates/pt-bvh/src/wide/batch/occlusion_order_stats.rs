@@ -1,7 +1,8 @@
-//! In which order packets that look for any hit visit children: the most urgent first, or the nearest.
+//! In which order packets that look for any hit visit children: the most urgent first, or the
+//! nearest.
 //!
-//! Where a wall is behind plants, the wall is met sooner; where triangles are as small as pixels, the nearest are hit.
-//! Which is better is told by what the packets before took.
+//! Where a wall is behind plants, the wall is met sooner; where triangles are as small as pixels,
+//! the nearest are hit. Which is better is told by what the packets before took.
 
 /// What a packet visited: nodes and blocks, and how many triangles it was tested against.
 #[derive(Clone, Copy, Default)]
@@ -42,7 +43,8 @@ impl OcclusionOrders {
 mod tests {
     use super::*;
 
-    /// How many of a hundred packets go from near to far, where these are the visits of both orders.
+    /// How many of a hundred packets go from near to far, where these are the visits of both
+    /// orders.
     fn near_of_hundred(orders: &mut OcclusionOrders, visits: [u32; 2]) -> usize {
         let take = |_: &usize| {
             let near_first = orders.near_first();

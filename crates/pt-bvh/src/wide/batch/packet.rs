@@ -27,8 +27,8 @@ use crate::wide::{Child, Size, TriangleBlock, WIDTH, WideBvh};
 /// Rays of a packet.
 pub(super) const PACKET: usize = 16;
 
-/// Packets of a whole section that meet more triangles are slower than small ones, and so are, most likely, the
-/// next so many packets.
+/// Packets of a whole section that meet more triangles are slower than small ones, and so are, most
+/// likely, the next so many packets.
 pub(super) const MAX: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
 

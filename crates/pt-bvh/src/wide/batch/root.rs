@@ -1,9 +1,9 @@
 //! Rays enter the tree sixteen at a time, by AVX-512.
 //!
-//! All rays begin at the root, and those that begin next to each other go on to the same nodes for a
-//! while whatever their directions. There a box is tested against sixteen rays by the operations that
-//! elsewhere test eight boxes against one. What they visit next, and what they put off, is what
-//! [`WideBvh::visit_nodes`](crate::wide::WideBvh) would find.
+//! All rays begin at the root, and those that begin next to each other go on to the same nodes for
+//! a while whatever their directions. There a box is tested against sixteen rays by the operations
+//! that elsewhere test eight boxes against one. What they visit next, and what they put off, is
+//! what [`WideBvh::visit_nodes`](crate::wide::WideBvh) would find.
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_add_epi32, _mm512_castps_si512,
@@ -221,8 +221,8 @@ impl Group {
         queue(queues, first, usable, children)
     }
 
-    /// Those of sixteen rays that are at one node go on to what they visit next, of `children`; those
-    /// are returned that are at a node then.
+    /// Those of sixteen rays that are at one node go on to what they visit next, of `children`;
+    /// those are returned that are at a node then.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn visit_together<const ANY: bool>(
@@ -237,8 +237,8 @@ impl Group {
         let found =
             if ANY { self.find_any(stacks, &slabs) } else { self.find_nearest(stacks, &slabs) };
         let is_hit = found.more_than(0);
-        // The next child is the last that was put on the stack. All are stored, since what was stored
-        // by a mask is slow to be read again.
+        // The next child is the last that was put on the stack. All are stored, since what was
+        // stored by a mask is slow to be read again.
         let top = load_bits(&self.top, first);
         let last = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
         store_bits(&mut self.top, first, !0, _mm512_mask_mov_epi32(top, is_hit, last));

@@ -111,7 +111,8 @@ fn paths(names: Names, explanation: &Explanation) -> String {
 fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
     let mut text = line("eye", &place(trace.eye.to_array()));
     text += &finds(names, trace, 0);
-    // At the last vertex of a path which asked for its light, what else the path did is of no matter.
+    // At the last vertex of a path which asked for its light, what else the path did is of no
+    // matter.
     let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_sampled());
     for (i, vertex) in trace.vertices.iter().enumerate() {
         let has_asked = asked && i + 1 == trace.vertices.len();

@@ -1,4 +1,5 @@
-//! Materials of many parameters: layers scatter no more than arrives, and Mitsuba's as much more as is documented.
+//! Materials of many parameters: layers scatter no more than arrives, and Mitsuba's as much more as
+//! is documented.
 
 use pt_math::{Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
@@ -16,7 +17,8 @@ const GRID: u32 = 160;
 /// Kulla & Conty's tables of this program scatter this much more or less than arrives.
 const TABLES: f32 = 5e-3;
 
-/// The greatest albedo of `principled` as in Mitsuba, with a white base, sheen and a coat: see docs/formats.md.
+/// The greatest albedo of `principled` as in Mitsuba, with a white base, sheen and a coat: see
+/// docs/formats.md.
 const PRINCIPLED: f32 = 1.69 + 0.027;
 /// That of `principledthin`.
 const PRINCIPLED_THIN: f32 = 1.65;
@@ -41,7 +43,8 @@ fn albedo<'t>(lobe: impl Into<AnyLobe<'t>>, cos: f32) -> f32 {
     mean(&lobe.into(), seen_at(cos), GRID, power).max_channel()
 }
 
-/// Facets of two roughnesses scatter this much more or less, by the precision of the fit of `compensation::across`.
+/// Facets of two roughnesses scatter this much more or less, by the precision of the fit of
+/// `compensation::across`.
 const BRUSHED: f32 = 6e-3;
 
 /// Adds something to a material.
@@ -61,8 +64,8 @@ const ADDITIONS: [(&str, Add); 10] = [
     ("diffuse transmission", |m| (m.diffuse_transmission, m.thin) = (0.5, true)),
 ];
 
-/// In a furnace, no two of the additions, nor one twice, on white dielectrics and on what is half white metal, gain light: to the
-/// precision of the tables.
+/// In a furnace, no two of the additions, nor one twice, on white dielectrics and on what is half
+/// white metal, gain light: to the precision of the tables.
 #[test]
 fn no_two_layers_of_gltf_gain_light() {
     let white = MetallicRoughness { base_color: Spectrum::ONE, ..MetallicRoughness::examples()[0] };
@@ -105,8 +108,8 @@ fn white_of_gltf_loses_no_light() {
     }
 }
 
-/// White brushed metal whose facets' light is followed on scatters all that arrives, at every azimuth, to the precision of
-/// the fit in `compensation::across`.
+/// White brushed metal whose facets' light is followed on scatters all that arrives, at every
+/// azimuth, to the precision of the fit in `compensation::across`.
 #[test]
 fn brushed_metal_gains_nothing_at_any_azimuth() {
     let metal =

@@ -10,7 +10,8 @@ use crate::bsdf::{BsdfSample, LobeRecord, LobeTables};
 /// Calls of lobes in every round.
 const CALLS: u64 = 5;
 
-/// One of the lobes, which are sorted by kind; each parameter may come from another one near it, or from between.
+/// One of the lobes, which are sorted by kind; each parameter may come from another one near it, or
+/// from between.
 fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
     let first = random.below(lobes.len());
     let mut record = lobes[first];
@@ -97,7 +98,8 @@ fn lobes_answer_with_numbers() {
     ask(4_000_000);
 }
 
-/// The same with a hundred million calls: `cargo test --release -p pt-core hundred_million -- --ignored`.
+/// The same with a hundred million calls: `cargo test --release -p pt-core hundred_million --
+/// --ignored`.
 #[test]
 #[ignore = "takes a minute or more"]
 fn lobes_answer_a_hundred_million_times_with_numbers() {

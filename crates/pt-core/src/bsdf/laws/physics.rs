@@ -11,8 +11,8 @@ use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, unit_3d, with
 use crate::bsdf::mirror::reflect;
 use crate::bsdf::{BsdfSample, Lobe, PrincipledThin};
 
-/// Midpoints of n × n cells of the unit square, each with a third number; these are spread evenly over
-/// the interval in every neighbourhood (multiples of the golden ratio).
+/// Midpoints of n × n cells of the unit square, each with a third number; these are spread evenly
+/// over the interval in every neighbourhood (multiples of the golden ratio).
 fn grid(n: u32) -> impl Iterator<Item = [f32; 3]> {
     let middle = move |i: u32| (i as f32 + 0.5) / n as f32;
     let third = |i: u32| (i.wrapping_mul(0x9E37_79B9) >> 8) as f32 / (1 << 24) as f32;
@@ -37,8 +37,8 @@ pub(super) fn power(s: &BsdfSample) -> Spectrum {
     s.weight * s.eta_scale
 }
 
-/// No lobe scatters more power than arrives, from whatever direction, but those of Mitsuba, of which [`gains`] holds
-/// the gain. (The course's models, which are not reciprocal, may.)
+/// No lobe scatters more power than arrives, from whatever direction, but those of Mitsuba, of
+/// which [`gains`] holds the gain. (The course's models, which are not reciprocal, may.)
 #[test]
 fn energy_is_conserved() {
     for_all(|lobe, wo, _| {
@@ -80,7 +80,8 @@ fn perfect_lobes_lose_nothing() {
     assert_eq!(kinds.len(), 6, "an example of each lobe that can be perfect");
 }
 
-/// The albedo is the same by samples as by integration of what is evaluated, over the sphere by angles.
+/// The albedo is the same by samples as by integration of what is evaluated, over the sphere by
+/// angles.
 #[test]
 fn weights_sum_to_the_integral_of_the_lobe() {
     for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
@@ -98,10 +99,10 @@ fn weights_sum_to_the_integral_of_the_lobe() {
     }
 }
 
-/// Helmholtz: f(wo, wi) = f(wi, wo), and f(wo, wi) η² = f(wi, wo) for light that is refracted on its
-/// way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2] Thin principled sheets obey it but
-/// for facets that say themselves that they do not; coats with other normals than their base do not, since the light is by the
-/// cosine to theirs. [Veach 1997, §5.3]
+/// Helmholtz: f(wo, wi) = f(wi, wo), and f(wo, wi) η² = f(wi, wo) for light that is refracted on
+/// its way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2] Thin principled
+/// sheets obey it but for facets that say themselves that they do not; coats with other normals
+/// than their base do not, since the light is by the cosine to theirs. [Veach 1997, §5.3]
 #[test]
 fn scattering_is_reciprocal() {
     for_all_smooth(|lobe, wo, random| {
@@ -129,8 +130,8 @@ fn scattering_is_reciprocal() {
                 };
                 let f = lobe.eval(wo, wi) * (eta_scale / wi.z.abs());
                 let g = lobe.eval(wi, wo) * (1.0 / wo.z);
-                // The least numbers have fewer digits, and so have those of facets that refract edge-on,
-                // as the difference of directions tells.
+                // The least numbers have fewer digits, and so have those of facets that refract
+                // edge-on, as the difference of directions tells.
                 let (least, share) =
                     if lobe.transmits() { (1e-5, 5e-3) } else { (f32::MIN_POSITIVE * 1e4, 1e-3) };
                 let nothing = f.max_channel().max(g.max_channel()) < least;
@@ -216,7 +217,8 @@ fn rough_metal_becomes_a_mirror() {
             let albedo = mean(&nearly, *wo, 64, power);
             assert!(close(albedo, smooth, 1e-2), "{rough:?} {wo}: {albedo:?} {smooth:?}");
             // A facet turned by the angle a turns the reflection by 2a. Of Beckmann's, a is at most
-            // α √(ln 2²⁴); of GGX with 64 numbers each, α √(2·64), and more where it is seen better.
+            // α √(ln 2²⁴); of GGX with 64 numbers each, α √(2·64), and more where it is seen
+            // better.
             let furthest = match rough.distribution.distribution {
                 Distribution::Beckmann => 2.0 * ALPHA * 16.64f32.sqrt() * 1.01,
                 Distribution::Ggx => 4.0 * ALPHA * 128f32.sqrt(),

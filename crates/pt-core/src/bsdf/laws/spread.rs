@@ -1,11 +1,13 @@
-//! Directions that were drawn for one viewer serve another who stands where [`Lobe::lobe_width`] says.
+//! Directions that were drawn for one viewer serve another who stands where [`Lobe::lobe_width`]
+//! says.
 
 use pt_math::Vec3;
 
 use super::{AnyLobe, for_all_smooth, has_mirror, unit_3d};
 use crate::bsdf::serves;
 
-/// The most that the mean square of weights may grow for the other viewer; of ideal ones it is 1 at most.
+/// The most that the mean square of weights may grow for the other viewer; of ideal ones it is 1 at
+/// most.
 const MAX: f32 = 2.0;
 
 /// Another direction, as far away as light is still given.
@@ -15,8 +17,9 @@ fn turned(wo: Vec3, spread: f32, towards: Vec3) -> Option<Vec3> {
     serves(spread, wo, w).then_some(w)
 }
 
-/// What has a spread only reflects, and into more than one direction; what is matte looks the same to all; and
-/// directions make little more noise for a viewer at the edge of the spread than they might for the first.
+/// What has a spread only reflects, and into more than one direction; what is matte looks the same
+/// to all; and directions make little more noise for a viewer at the edge of the spread than they
+/// might for the first.
 #[test]
 fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
     const SAMPLES: u16 = 4000;

@@ -56,7 +56,8 @@ fn light_does_not_leak_through_surfaces() {
     });
 }
 
-/// In the world as in the frame of the surface, with a relief that shadows or without: weight · pdf = eval.
+/// In the world as in the frame of the surface, with a relief that shadows or without: weight · pdf
+/// = eval.
 #[test]
 fn weight_times_pdf_is_eval_in_the_world() {
     at_surfaces(|lobe, two_sided, v, random| {
@@ -66,8 +67,9 @@ fn weight_times_pdf_is_eval_in_the_world() {
             let b = if i % 2 == 0 { plain } else { shadowed };
             let Some(s) = b.sample(unit_3d(random)) else { continue };
             let Some(pdf) = s.pdf else { continue };
-            // Light that goes on along the surface: the facet between is known to 2⁻²³ / 2 cos θ only, and facets vary
-            // within α. For an error of 1 % in the density, cos θ is at least 2⁻²³ / 0.01 α; the least α is 0.001.
+            // Light that goes on along the surface: the facet between is known to 2⁻²³ / 2 cos θ
+            // only, and facets vary within α. For an error of 1 % in the density, cos θ
+            // is at least 2⁻²³ / 0.01 α; the least α is 0.001.
             if b.wo.z.abs() < 0.012 {
                 continue;
             }
@@ -98,8 +100,8 @@ fn sides_are_those_of_the_true_normal() {
     });
 }
 
-/// Where a relief shadows, directions are drawn as without it, and each brings the share of light that is left:
-/// never more, so that no lobe scatters more than it does without.
+/// Where a relief shadows, directions are drawn as without it, and each brings the share of light
+/// that is left: never more, so that no lobe scatters more than it does without.
 #[test]
 fn shadowing_takes_light_away_and_moves_none() {
     at_surfaces(|lobe, _, v, random| {

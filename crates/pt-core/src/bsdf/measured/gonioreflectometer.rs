@@ -1,5 +1,5 @@
-//! An instrument that measures what lobes reflect, by the way of the paper, for tests and examples: what tables tell of a
-//! lobe is then known.
+//! An instrument that measures what lobes reflect, by the way of the paper, for tests and examples:
+//! what tables tell of a lobe is then known.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
@@ -18,10 +18,11 @@ pub struct TabulatedLobe<'a> {
     pub description: &'a str,
     /// What it reflects.
     pub lobe: AnyLobe<'a>,
-    /// D(m) of facets. Those of the lobe make tables of which the numbers differ least; what they do not reflect is as
-    /// right where D is not too small for numbers between.
+    /// D(m) of facets. Those of the lobe make tables of which the numbers differ least; what they
+    /// do not reflect is as right where D is not too small for numbers between.
     pub distribution: &'a dyn Fn(Vec3) -> f32,
-    /// Whether it is the same all around; else it is measured all around a half, and has to be the same on the other.
+    /// Whether it is the same all around; else it is measured all around a half, and has to be the
+    /// same on the other.
     pub is_isotropic: bool,
     /// Whether what is reflected is written over D / 4σ.
     pub is_relative: bool,
@@ -167,7 +168,8 @@ fn projected(distribution: &dyn Fn(Vec3) -> f32, w: Vec3) -> f32 {
     (sum / f64::from(SIDE).powi(2)) as f32
 }
 
-/// A glossy surface that is the same all around, a metal that is not, and the former with what it reflects as it is.
+/// A glossy surface that is the same all around, a metal that is not, and the former with what it
+/// reflects as it is.
 pub(super) fn examples() -> [Measurements; 3] {
     let instrument = Gonioreflectometer {
         theta: 6,

@@ -1,10 +1,12 @@
-//! Functions of the unit square, by numbers at points between which they are linear, and that blend from plane to plane.
+//! Functions of the unit square, by numbers at points between which they are linear, and that blend
+//! from plane to plane.
 
 use std::ops::{Add, Mul};
 
 use pt_math::Vec2;
 
-/// The planes for a direction from which a surface is seen, and their weights, which are 1 together.
+/// The planes for a direction from which a surface is seen, and their weights, which are 1
+/// together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blend {
     planes: [(usize, f32); 4],
@@ -20,7 +22,8 @@ impl Blend {
         Self { planes: [(plane, 1.0); 4], count: 1 }
     }
 
-    /// Of planes for each of the angles `phi`, and in it for each of `theta`; beyond the ends it is as at the ends.
+    /// Of planes for each of the angles `phi`, and in it for each of `theta`; beyond the ends it is
+    /// as at the ends.
     pub(super) fn new(phi: &[f32], theta: &[f32], [at_phi, at_theta]: [f32; 2]) -> Self {
         let ((first_row, row), (first, t)) = (between(phi, at_phi), between(theta, at_theta));
         let mut blend = Self { planes: [(0, 0.0); 4], count: 0 };
@@ -47,7 +50,8 @@ impl Blend {
     }
 }
 
-/// The last of increasing numbers that is not above `x`, and the share of the way from it to the next.
+/// The last of increasing numbers that is not above `x`, and the share of the way from it to the
+/// next.
 fn between(numbers: &[f32], x: f32) -> (usize, f32) {
     let i = numbers.partition_point(|n| *n <= x).saturating_sub(1);
     match numbers.get(i + 1) {
@@ -114,8 +118,8 @@ where
     }
 }
 
-/// A map of the unit square to itself whose density is a blend of planes: first to a row, and in it to a column.
-/// [Dupuy & Jakob 2018, §4; the inversion of linear densities: Devroye 1986, §II.2]
+/// A map of the unit square to itself whose density is a blend of planes: first to a row, and in it
+/// to a column. [Dupuy & Jakob 2018, §4; the inversion of linear densities: Devroye 1986, §II.2]
 #[derive(Debug)]
 pub(super) struct Warp {
     /// The density, whose mean is 1 in every plane.
@@ -214,7 +218,8 @@ fn integrals(numbers: &[f32]) -> Vec<f32> {
     std::iter::once(0.0).chain(rest).collect()
 }
 
-/// Between which two of `count` increasing numbers `x` is, and how far beyond the first, in units of 1 / (count − 1).
+/// Between which two of `count` increasing numbers `x` is, and how far beyond the first, in units
+/// of 1 / (count − 1).
 fn search(count: usize, x: f32, number: impl Fn(usize) -> f32) -> (usize, f32) {
     let (mut first, mut end) = (0, count - 1);
     while end - first > 1 {

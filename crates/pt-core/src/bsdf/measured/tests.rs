@@ -24,8 +24,8 @@ fn direction(random: &mut Random, most: f32) -> Vec3 {
     Vec3::new(sin * c, sin * s, cos)
 }
 
-/// The mean of the differences of two lobes over the mean of one, over directions of light within 70 degrees from the normal, for
-/// views within `most`.
+/// The mean of the differences of two lobes over the mean of one, over directions of light within
+/// 70 degrees from the normal, for views within `most`.
 fn difference(measured: &AnyLobe, lobe: &AnyLobe, most: f32) -> f32 {
     let mut random = Random::new(1);
     let (mut sum, mut apart) = (0.0, 0.0);
@@ -52,8 +52,8 @@ fn measured(specimen: &TabulatedLobe<'_>) -> MeasuredTables {
     MeasuredTables::new(&FINE.measure(specimen))
 }
 
-/// What is the same all around, by relative numbers and by others, and what is not: between the numbers of the tables it
-/// differs from what was measured by 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
+/// What is the same all around, by relative numbers and by others, and what is not: between the
+/// numbers of the tables it differs from what was measured by 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
 #[test]
 fn tables_tell_what_was_measured() {
     let (isotropic, distribution) = metal([0.3; 2]);
@@ -83,7 +83,8 @@ fn tables_tell_what_was_measured() {
     assert!(found < 2e-3, "{found}");
 }
 
-/// A matte surface of facets that look to all sides reflects the same share of light wherever it is seen from.
+/// A matte surface of facets that look to all sides reflects the same share of light wherever it is
+/// seen from.
 #[test]
 fn a_matte_surface_is_one() {
     let rho = Spectrum::rgb(0.2, 0.5, 0.8);
@@ -111,8 +112,9 @@ fn a_matte_surface_is_one() {
     }
 }
 
-/// Half a turn is repeated by a half turn, and a quarter by mirrors: light and view turned or mirrored alike look alike, and a
-/// quarter tells of a brushed metal, which mirrors do not change, what a half does.
+/// Half a turn is repeated by a half turn, and a quarter by mirrors: light and view turned or
+/// mirrored alike look alike, and a quarter tells of a brushed metal, which mirrors do not change,
+/// what a half does.
 #[test]
 fn parts_of_a_turn_are_repeated() {
     let (brushed, distribution) = metal([0.5, 0.25]);

@@ -42,8 +42,8 @@ fn fresnel(cos: f32) -> f32 {
     0.04.lerp(1.0, schlick_weight(cos))
 }
 
-/// Transmittance of a coat of a share for light that the surface below emits at this cosine to the normal: 1 − c F.
-/// [glTF 2.0, KHR_materials_clearcoat, "Emission"]
+/// Transmittance of a coat of a share for light that the surface below emits at this cosine to the
+/// normal: 1 − c F. [glTF 2.0, KHR_materials_clearcoat, "Emission"]
 #[inline]
 pub fn emitted_through(coat: f32, cos: f32) -> f32 {
     1.0 - coat * fresnel(cos)
@@ -88,7 +88,8 @@ impl Coat {
     }
 }
 
-/// Directions as the coat sees them, whose normal may differ from that of the base; `None` if it does not.
+/// Directions as the coat sees them, whose normal may differ from that of the base; `None` if it
+/// does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoatFrame(pub(super) Option<Frame>);
 
@@ -103,8 +104,8 @@ impl CoatFrame {
         self.0.map_or(w, |frame| frame.to_world(w))
     }
 
-    /// The cosine between a direction and the normal, positive above the base and negative below; at least 10⁻⁶ where the coat
-    /// has the direction on its other side.
+    /// The cosine between a direction and the normal, positive above the base and negative below;
+    /// at least 10⁻⁶ where the coat has the direction on its other side.
     #[inline]
     pub(super) fn cosine(self, w: Vec3) -> f32 {
         const MIN: f32 = 1e-6;
@@ -138,9 +139,9 @@ pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
     a.lerp(b, x - lower as f32)
 }
 
-/// The share of light that gets through a layer on its way from the cosine `wi` to `wo`, of which `left` is left to
-/// directions above the surface. Light that is reflected below has the lesser of both shares: that is reciprocal, and the
-/// layer scatters with what is below no more than arrives.
+/// The share of light that gets through a layer on its way from the cosine `wi` to `wo`, of which
+/// `left` is left to directions above the surface. Light that is reflected below has the lesser of
+/// both shares: that is reciprocal, and the layer scatters with what is below no more than arrives.
 /// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
 pub(super) fn through(wo: f32, wi: f32, left: impl Fn(f32) -> f32) -> f32 {

@@ -1,5 +1,6 @@
-//! The reflectance of a thin film on a surface. [Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for
-//! the Modeling of Varying Iridescence"; as glTF 2.0, KHR_materials_iridescence, has it]
+//! The reflectance of a thin film on a surface. [Belcour & Barla 2017, "A Practical Extension to
+//! Microfacet Theory for the Modeling of Varying Iridescence"; as glTF 2.0,
+//! KHR_materials_iridescence, has it]
 
 use std::f32::consts::PI;
 
@@ -41,7 +42,8 @@ fn schlick(f0: f32, cos: f32) -> f32 {
     f0.lerp(1.0, schlick_weight(cos))
 }
 
-/// The reflectance of two surfaces whose reflected waves add up. [Born & Wolf, Principles of Optics, §7.6]
+/// The reflectance of two surfaces whose reflected waves add up. [Born & Wolf, Principles of
+/// Optics, §7.6]
 #[inline]
 fn together(first: f32, second: f32) -> f32 {
     let (a, b) = (first.sqrt(), second.sqrt());
@@ -49,8 +51,9 @@ fn together(first: f32, second: f32) -> f32 {
     sum * sum
 }
 
-/// What the eye sees of light whose phase differs by an optical path, in nanometres, and by `shift`, in linear Rec. 709:
-/// Gaussians in the frequency, fitted to the colour matching functions. [Belcour & Barla 2017, supplemental material]
+/// What the eye sees of light whose phase differs by an optical path, in nanometres, and by
+/// `shift`, in linear Rec. 709: Gaussians in the frequency, fitted to the colour matching
+/// functions. [Belcour & Barla 2017, supplemental material]
 #[inline]
 fn sensitivity(path: f32, shift: Vec3) -> Vec3 {
     const VALUE: Vec3 = Vec3::new(5.4856e-13, 4.4201e-13, 5.2481e-13);
@@ -83,7 +86,8 @@ impl Film {
         1.0.lerp(self.ior, t * t * (3.0 - 2.0 * t))
     }
 
-    /// The reflectance on a surface that without it reflects `f0` at normal incidence, from vacuum at a cosine: from 0 to 1.
+    /// The reflectance on a surface that without it reflects `f0` at normal incidence, from vacuum
+    /// at a cosine: from 0 to 1.
     pub(super) fn reflectance(self, cos: f32, f0: Spectrum) -> Spectrum {
         let index = self.index();
         let sin2 = (1.0 - cos * cos) / (index * index);
@@ -114,7 +118,8 @@ impl Film {
         Spectrum(sum.clamp(Vec3::ZERO, most))
     }
 
-    /// The reflectance from a cosine where waves add up: no less than [`Self::reflectance`] at any thickness.
+    /// The reflectance from a cosine where waves add up: no less than [`Self::reflectance`] at any
+    /// thickness.
     pub(super) fn most(self, cos: f32, f0: f32) -> f32 {
         let index = self.index();
         let inside = (1.0 - (1.0 - cos * cos) / (index * index)).max(0.0).sqrt();
@@ -149,8 +154,8 @@ mod tests {
         assert!((got - Vec3::splat(want)).abs().max_element() < 1e-4, "{got} {want}");
     }
 
-    /// A quarter of a wavelength of what has the root of the index below reflects nothing of that wavelength: green is dark, as
-    /// on coated lenses.
+    /// A quarter of a wavelength of what has the root of the index below reflects nothing of that
+    /// wavelength: green is dark, as on coated lenses.
     #[test]
     fn a_quarter_wave_reflects_least() {
         let below = 1.9_f32;

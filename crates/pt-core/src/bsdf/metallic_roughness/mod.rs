@@ -21,22 +21,26 @@ use coat::{Coat, CoatFrame, coat_albedo, through as through_layer};
 use film::Film;
 use sheen::Sheen;
 
-/// A mixture of a metal and of a dielectric with a diffuse base or one that light goes through, under a sheen and a clear coat. See
-/// [`pt_scene::material::MetallicRoughness`] for its parameters.
+/// A mixture of a metal and of a dielectric with a diffuse base or one that light goes through,
+/// under a sheen and a clear coat. See [`pt_scene::material::MetallicRoughness`] for its
+/// parameters.
 ///
-/// The parts are those of the Khronos group. Where its text weighs a layer below by what one facet above reflects, which gains
-/// light along the surface, it is weighed here by what all facets above reflect, so that the whole scatters no more than arrives.
-/// [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen,
+/// The parts are those of the Khronos group. Where its text weighs a layer below by what one facet
+/// above reflects, which gains light along the surface, it is weighed here by what all facets above
+/// reflect, so that the whole scatters no more than arrives. [glTF 2.0, app. B, and the extensions
+/// KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen,
 /// _specular, _transmission, _volume]
 #[derive(Clone, Copy, Debug)]
 pub struct MetallicRoughness {
-    /// Colour of the base, of the metal, and of light that goes through: at once of sheets, else its square root at each surface.
+    /// Colour of the base, of the metal, and of light that goes through: at once of sheets, else
+    /// its square root at each surface.
     pub base_color: Spectrum,
     /// Share of metal, from 0 to 1.
     pub metallic: f32,
     /// √α of the facets, from 0 to 1.
     pub roughness: f32,
-    /// Index of refraction below the surface over that above it, at least 1; above 1 if light goes through what is no sheet.
+    /// Index of refraction below the surface over that above it, at least 1; above 1 if light goes
+    /// through what is no sheet.
     pub eta: f32,
     /// Amount of the reflection of the dielectric, from 0 to 1.
     pub specular: f32,
@@ -223,7 +227,8 @@ impl MetallicRoughness {
         self.filmed(f0 + (Spectrum::splat(f90) - f0) * weight, cos, f0)
     }
 
-    /// That of a pair of directions. The refracted direction, which is known, has more digits than one that is computed.
+    /// That of a pair of directions. The refracted direction, which is known, has more digits than
+    /// one that is computed.
     #[inline]
     fn reflected_by_pair(&self, pair: &Pair) -> Option<Spectrum> {
         let cos = pair.wo.dot(pair.h);
@@ -233,8 +238,8 @@ impl MetallicRoughness {
         Some(self.dielectric_at(cos.min(-pair.wi.dot(pair.h))))
     }
 
-    /// The reflectance of facets of the dielectric that are seen at a cosine; `None` beyond the critical angle, where all is
-    /// reflected.
+    /// The reflectance of facets of the dielectric that are seen at a cosine; `None` beyond the
+    /// critical angle, where all is reflected.
     #[inline]
     fn reflected_by_dielectric(&self, cos: f32, eta: f32) -> Option<Spectrum> {
         // Schlick's formula is by the greater angle of the two.
@@ -250,7 +255,8 @@ impl MetallicRoughness {
         Some(self.dielectric_at(cos))
     }
 
-    /// What facets reflect that are seen at a cosine from the front or, where light goes through, from the back.
+    /// What facets reflect that are seen at a cosine from the front or, where light goes through,
+    /// from the back.
     #[inline]
     fn reflectance(&self, front: bool, cos: f32, dielectric: Option<Spectrum>) -> Spectrum {
         let dielectric = dielectric.unwrap_or(Spectrum::ONE);
@@ -312,8 +318,8 @@ impl MetallicRoughness {
         self.sheen_color.max_channel() > 0.0
     }
 
-    /// The facet that takes one direction to the other; of a sheet, light that goes through leaves as if it were reflected to the
-    /// other side.
+    /// The facet that takes one direction to the other; of a sheet, light that goes through leaves
+    /// as if it were reflected to the other side.
     #[inline]
     fn pair(&self, wo: Vec3, wi: Vec3) -> Option<Pair> {
         if self.thin && wi.z < 0.0 {
@@ -324,7 +330,8 @@ impl MetallicRoughness {
         Pair::new(if self.eta == 1.0 { 1.5 } else { self.eta }, wo, wi)
     }
 
-    /// Light that facets scatter more than once, and that of the base, both above the front or, for a sheet, beyond it.
+    /// Light that facets scatter more than once, and that of the base, both above the front or, for
+    /// a sheet, beyond it.
     #[inline]
     fn again_and_base(
         &self,
@@ -355,7 +362,8 @@ impl MetallicRoughness {
         sum
     }
 
-    /// The layers over what scatters `below`, for two directions, and the half vector if both are above the front.
+    /// The layers over what scatters `below`, for two directions, and the half vector if both are
+    /// above the front.
     #[inline]
     fn under_layers(&self, below: Spectrum, [wo, wi]: [Vec3; 2], h: Option<Vec3>) -> Spectrum {
         let mut sum = below;
@@ -418,7 +426,8 @@ impl MetallicRoughness {
         self.under_layers(f, [wo, wi], half)
     }
 
-    /// Density with which the facet of a pair leads from one of its directions to the other, if it is drawn as it is seen.
+    /// Density with which the facet of a pair leads from one of its directions to the other, if it
+    /// is drawn as it is seen.
     #[inline]
     fn density(&self, pair: &Pair, distribution: &MicrofacetDistribution) -> f32 {
         if self.thin && !pair.is_reflected {

@@ -143,7 +143,8 @@ impl MetallicRoughness {
         (wi.z > 0.0).then_some(if is_beyond { Vec3::new(wi.x, wi.y, -wi.z) } else { wi })
     }
 
-    /// Where a facet that is seen sends light, which it reflects or lets through by a number from 0 to 1.
+    /// Where a facet that is seen sends light, which it reflects or lets through by a number from 0
+    /// to 1.
     #[inline]
     fn draw_facet(&self, wo: Vec3, u: [f32; 2], choice: f32) -> Option<Vec3> {
         let up = upright(wo, wo);

@@ -1,12 +1,13 @@
-//! The sheen of cloth: facets that stand along the normal. [Estevez & Kulla 2017, "Production Friendly Microfacet Sheen
-//! BRDF"; glTF 2.0, KHR_materials_sheen]
+//! The sheen of cloth: facets that stand along the normal. [Estevez & Kulla 2017, "Production
+//! Friendly Microfacet Sheen BRDF"; glTF 2.0, KHR_materials_sheen]
 
 use std::f32::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 use pt_math::{FloatExt, Vec3, trig};
 
-/// Cosines of the table of albedos, even in their square roots: albedos change most along the surface.
+/// Cosines of the table of albedos, even in their square roots: albedos change most along the
+/// surface.
 const COSINES: usize = 48;
 /// Roughnesses of the table, even from [`MIN`] to 1.
 const ROUGHNESSES: usize = 17;
@@ -55,7 +56,8 @@ impl Sheen {
         Self { alpha: roughness * roughness, place }
     }
 
-    /// Λ, fitted by Estevez & Kulla to facets in rows. [glTF 2.0, KHR_materials_sheen, "Sheen visibility"]
+    /// Λ, fitted by Estevez & Kulla to facets in rows. [glTF 2.0, KHR_materials_sheen, "Sheen
+    /// visibility"]
     #[inline]
     fn lambda(self, cos: f32) -> f32 {
         const SMOOTH: [f32; 5] = [25.3245, 3.32435, 0.16801, -1.27393, -4.85967];
@@ -68,7 +70,8 @@ impl Sheen {
         trig::exp(exponent)
     }
 
-    /// f cos θi for two directions above the surface, by the formulas: along the surface, more light than arrives.
+    /// f cos θi for two directions above the surface, by the formulas: along the surface, more
+    /// light than arrives.
     #[inline]
     fn raw(self, wo: Vec3, wi: Vec3) -> f32 {
         let h = (wo + wi).normalize();
@@ -98,8 +101,8 @@ impl Sheen {
         self.raw_albedo(cos).min(1.0)
     }
 
-    /// f cos θi for two directions above the surface. Where the formulas scatter more than arrives, each direction has less by as
-    /// much.
+    /// f cos θi for two directions above the surface. Where the formulas scatter more than arrives,
+    /// each direction has less by as much.
     #[inline]
     pub(super) fn eval(self, wo: Vec3, wi: Vec3) -> f32 {
         let held = |cos: f32| self.raw_albedo(cos).max(1.0).recip();

@@ -11,7 +11,8 @@ fn above(random: &mut Random) -> Vec3 {
     Vec3::new(w.x, w.y, w.z.abs().max(0.3)).normalize()
 }
 
-/// D V cos θi of facets of GGX of one roughness α, from the text of glTF 2.0, app. B.3.2, in double precision.
+/// D V cos θi of facets of GGX of one roughness α, from the text of glTF 2.0, app. B.3.2, in double
+/// precision.
 fn facets_by_the_text(alpha: f64, [wo, wi, h]: [Vec3; 3]) -> f64 {
     let [wo, wi, h] = [wo, wi, h].map(Vec3::as_dvec3);
     let a2 = alpha * alpha;
@@ -72,7 +73,8 @@ fn reflections_of_metals_are_those_of_the_text() {
     }
 }
 
-/// Light that goes through a sheet is the colour of the base, less what is reflected, as if it were reflected to the other side.
+/// Light that goes through a sheet is the colour of the base, less what is reflected, as if it were
+/// reflected to the other side.
 #[test]
 fn what_goes_through_sheets_is_that_of_the_text() {
     let base_color = Spectrum::rgb(0.9, 0.5, 0.2);
@@ -117,7 +119,8 @@ fn diffuse_light_goes_to_both_sides() {
     }
 }
 
-/// A turn of the direction is one of the surface the other way round; a direction by a texture is that by an angle.
+/// A turn of the direction is one of the surface the other way round; a direction by a texture is
+/// that by an angle.
 #[test]
 fn highlights_turn_with_their_direction() {
     let brushed = MetallicRoughness { metallic: 1.0, roughness: 0.3, anisotropy: 0.8, ..plain() };

@@ -10,7 +10,8 @@ use super::{ALPHAS, COSINES, MIN_ALPHA, Reflected, cosine, locate, node, place, 
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 
-/// The mean of Schlick's weight over what facets of GGX reflect: of a roughness by the cosine, and of evenly spread light.
+/// The mean of Schlick's weight over what facets of GGX reflect: of a roughness by the cosine, and
+/// of evenly spread light.
 struct Weights {
     seen: [f32; COSINES],
     mean: f32,
@@ -64,7 +65,8 @@ impl Weights {
     }
 }
 
-/// The share of what facets of two roughnesses leave that their base has: as much less as E may be wrong, so that it gains nothing.
+/// The share of what facets of two roughnesses leave that their base has: as much less as E may be
+/// wrong, so that it gains nothing.
 const BRUSHED: f32 = 0.992;
 
 /// A gloss of facets that reflect F₀ + (F₉₀ − F₀)(1 − cos θ)⁵, and what of it they reflect again.
@@ -83,8 +85,8 @@ pub(in crate::bsdf) struct SchlickGloss {
 }
 
 impl SchlickGloss {
-    /// Of facets of GGX, whose weights are taken as if their roughness were the same in all directions. `share` of what they lose
-    /// at once is reflected again.
+    /// Of facets of GGX, whose weights are taken as if their roughness were the same in all
+    /// directions. `share` of what they lose at once is reflected again.
     #[inline]
     pub(in crate::bsdf) fn new(
         distribution: &MicrofacetDistribution,
@@ -117,10 +119,11 @@ impl SchlickGloss {
         self.kept * (1.0 - self.albedo(w)).max(0.0)
     }
 
-    /// f |cos θi| of a white matte base, for two directions, as from above the surface: light reaches the base, of which as much
-    /// leaves in each direction as would have reached it from there, but no more than is left of some other reflectance, too. So the
-    /// two together scatter all light where the base does, and are reciprocal. [Kelemen & Szirmay-Kalos 2001, "A Microfacet Based
-    /// Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
+    /// f |cos θi| of a white matte base, for two directions, as from above the surface: light
+    /// reaches the base, of which as much leaves in each direction as would have reached it
+    /// from there, but no more than is left of some other reflectance, too. So the two together
+    /// scatter all light where the base does, and are reciprocal. [Kelemen & Szirmay-Kalos 2001, "A
+    /// Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
     #[inline]
     pub(in crate::bsdf) fn eval_base(&self, wo: Vec3, wi: Vec3, other: impl Fn(f32) -> f32) -> f32 {
         if self.mean > 0.0 {

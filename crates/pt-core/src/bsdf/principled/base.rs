@@ -1,5 +1,5 @@
-//! The diffuse part of principled materials: rough diffuse reflection, something like light under a thin
-//! skin, and the sheen of cloth.
+//! The diffuse part of principled materials: rough diffuse reflection, something like light under a
+//! thin skin, and the sheen of cloth.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -33,8 +33,9 @@ fn cos_half(wo: Vec3, wi: Vec3) -> f32 {
 
 impl Base {
     /// f cos θi for two directions above the surface.
-    /// [Burley 2012, "Physically Based Shading at Disney", §5.3; flatness: Burley 2015, "Extending the
-    /// Disney BRDF to a BSDF with Integrated Subsurface Scattering", §3, after Hanrahan & Krueger 1993]
+    /// [Burley 2012, "Physically Based Shading at Disney", §5.3; flatness: Burley 2015, "Extending
+    /// the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §3, after Hanrahan &
+    /// Krueger 1993]
     #[inline]
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let (f_o, f_i) = (schlick_weight(wo.z), schlick_weight(wi.z));

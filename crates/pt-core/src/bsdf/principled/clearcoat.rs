@@ -8,8 +8,8 @@ use pt_scene::material::{Distribution, Masking};
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 
-/// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), which hide each other as
-/// those of GGX with α = ¼.
+/// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), which hide each
+/// other as those of GGX with α = ¼.
 /// [Burley 2012, "Physically Based Shading at Disney", §5.4 and appendix B.2]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clearcoat {
@@ -45,8 +45,9 @@ impl Clearcoat {
         (self.alpha2 - 1.0) / (PI * trig::ln(self.alpha2) * width)
     }
 
-    /// F D G / 4 · cos θi for two directions above the surface with half vector `h`, without the cosines that
-    /// microfacets have below: so Mitsuba 3 reads the paper. `weight` is Schlick's.
+    /// F D G / 4 · cos θi for two directions above the surface with half vector `h`, without the
+    /// cosines that microfacets have below: so Mitsuba 3 reads the paper. `weight` is
+    /// Schlick's.
     #[inline]
     pub(super) fn eval(self, weight: f32, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         0.25 * fresnel(weight) * self.d(h) * HIDING.g(wo, wi) * wi.z

@@ -18,16 +18,17 @@ use clearcoat::Clearcoat;
 
 pub use thin::PrincipledThin;
 
-/// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through, and a clear
-/// coat. See [`pt_scene::material::Principled`] for its parameters.
+/// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through,
+/// and a clear coat. See [`pt_scene::material::Principled`] for its parameters.
 ///
 /// It is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
-/// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the reflection of metals.
-/// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
-/// Integrated Subsurface Scattering"]
+/// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the
+/// reflection of metals. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015,
+/// "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering"]
 #[derive(Clone, Copy, Debug)]
 pub struct Principled {
-    /// Colour of the base, the metal, and of light that goes through (its square root at each surface).
+    /// Colour of the base, the metal, and of light that goes through (its square root at each
+    /// surface).
     pub base_color: Spectrum,
     /// √α of the facets, from 0 to 1.
     pub roughness: f32,
@@ -59,8 +60,8 @@ struct Shares {
     coat: f32,
 }
 
-/// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if there is no direction.
-/// [Burley 2012, §5.4]
+/// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if there is no
+/// direction. [Burley 2012, §5.4]
 #[inline]
 fn distribution(roughness: f32, anisotropic: f32) -> MicrofacetDistribution {
     const MIN_ALPHA: f32 = 1e-3;
@@ -73,7 +74,8 @@ fn distribution(roughness: f32, anisotropic: f32) -> MicrofacetDistribution {
     }
 }
 
-/// Schlick's weight of light that arrives at a side whose other side has the index `eta`: of the greater angle.
+/// Schlick's weight of light that arrives at a side whose other side has the index `eta`: of the
+/// greater angle.
 #[inline]
 fn schlick_weight(cos: f32, eta: f32) -> f32 {
     if eta > 1.0 {
@@ -159,7 +161,8 @@ impl Principled {
         if self.opaque() > 0.0 { self.sheen * (1.0 - self.metallic) } else { 0.0 }
     }
 
-    /// The reflectance of facets that are seen from the front at a cosine, where a dielectric reflects `f`.
+    /// The reflectance of facets that are seen from the front at a cosine, where a dielectric
+    /// reflects `f`.
     #[inline]
     fn reflectance(&self, cos: f32, f: f32) -> Spectrum {
         if f <= 0.0 {

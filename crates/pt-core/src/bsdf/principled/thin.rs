@@ -11,12 +11,13 @@ use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::rough_dielectric::upright;
 use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// Both sides of a sheet at once: diffuse reflection with sheen, diffuse transmission, and facets that reflect
-/// light or let it through unbent. See [`pt_scene::material::PrincipledThin`] for its parameters.
+/// Both sides of a sheet at once: diffuse reflection with sheen, diffuse transmission, and facets
+/// that reflect light or let it through unbent. See [`pt_scene::material::PrincipledThin`] for its
+/// parameters.
 ///
-/// As in Mitsuba 3, whose "principledthin" it is value by value: there is no gloss above what is diffuse, bright
-/// bases can scatter a little more than arrives, and facets let no light through to where their back is not seen,
-/// which is not the same for light that goes the other way.
+/// As in Mitsuba 3, whose "principledthin" it is value by value: there is no gloss above what is
+/// diffuse, bright bases can scatter a little more than arrives, and facets let no light through to
+/// where their back is not seen, which is not the same for light that goes the other way.
 /// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5]
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipledThin {
@@ -84,7 +85,8 @@ impl Pair {
     }
 }
 
-/// Whether a facet's back is not seen from a direction below the surface, which is mirrored to above it.
+/// Whether a facet's back is not seen from a direction below the surface, which is mirrored to
+/// above it.
 #[inline]
 fn hides(wi: Vec3, h: Vec3) -> bool {
     wi.x * h.x + wi.y * h.y >= wi.z * h.z
@@ -217,7 +219,8 @@ impl PrincipledThin {
             if by_facets { choice < reflects } else { choice < reflects + through + above };
         let wi = if by_facets {
             let h = self.distribution(is_reflected).sample_visible(wo, [u, v]);
-            // Facets that send light to the wrong side absorb it, and those whose back is not seen from there.
+            // Facets that send light to the wrong side absorb it, and those whose back is not seen
+            // from there.
             let wi = h * (2.0 * wo.dot(h)) - wo;
             (wi.z > 0.0 && (is_reflected || !hides(wi, h))).then_some(wi)?
         } else {
@@ -317,7 +320,8 @@ impl Lobe<'_> for PrincipledThin {
 mod tests {
     use super::*;
 
-    /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts, and the same from behind.
+    /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts, and the same from
+    /// behind.
     #[test]
     fn values_are_those_of_mitsuba() {
         let plain = PrincipledThin {

@@ -86,8 +86,9 @@ impl<'a> Group<'a> {
     }
 }
 
-/// The children of a node: groups of lights, of which the one that costs most is split again and again while it
-/// is more than a node holds; then, as there is room, all lights of a group by themselves.
+/// The children of a node: groups of lights, of which the one that costs most is split again and
+/// again while it is more than a node holds; then, as there is room, all lights of a group by
+/// themselves.
 fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
     let mut groups = vec![Group::new(items)];
     while groups.len() < WIDTH {
@@ -112,7 +113,8 @@ fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
     groups
 }
 
-/// Orders more lights than a node holds so that the first ones, whose number is returned, go into one group.
+/// Orders more lights than a node holds so that the first ones, whose number is returned, go into
+/// one group.
 fn split(items: &mut [Item], whole: &EmissionProfile, depth: u32) -> usize {
     let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
     let is_open = depth < MAX_UNEVEN && items.len() > FEW;
@@ -217,8 +219,9 @@ fn costs_from_the_end(bins: &[Bin; BINS]) -> [Option<f32>; BINS] {
     costs
 }
 
-/// Strength times area, times the measure of the directions into which lights shine, over that of a light of
-/// one axis: from 1 to 4. A box without area costs as much as a very small one: its strength still counts.
+/// Strength times area, times the measure of the directions into which lights shine, over that of a
+/// light of one axis: from 1 to 4. A box without area costs as much as a very small one: its
+/// strength still counts.
 fn cost(strength: f32, axis: Vec3, bounds: &Bounds3) -> f32 {
     let orientation = 1.0 + 12.0 * across(axis);
     strength * orientation * (bounds.half_area() + f32::MIN_POSITIVE)

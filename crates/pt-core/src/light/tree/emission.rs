@@ -14,16 +14,17 @@ pub(super) const MARGIN: f32 = 1e-3;
 const MIN: f32 = 1e-30;
 const MAX: f32 = 1e30;
 
-/// Light that shines everywhere alike is on average turned away as far as this from where it goes: the mean
-/// of max(0, cos) over all directions.
+/// Light that shines everywhere alike is on average turned away as far as this from where it goes:
+/// the mean of max(0, cos) over all directions.
 const EVERYWHERE: f32 = 0.25;
 
 /// Some lights together.
 ///
-/// Each light is one that shines by the cosine to an axis (of triangles, the normal), or everywhere alike.
-/// The irradiance at distance 1 in the direction w is about strength · max(0, m·w) with the mean axis m,
-/// which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024, "Hierarchical Light Sampling
-/// with Accurate Spherical Gaussian Lighting", tell the directions of many lights by the mean of their axes]
+/// Each light is one that shines by the cosine to an axis (of triangles, the normal), or everywhere
+/// alike. The irradiance at distance 1 in the direction w is about strength · max(0, m·w) with the
+/// mean axis m, which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024,
+/// "Hierarchical Light Sampling with Accurate Spherical Gaussian Lighting", tell the directions of
+/// many lights by the mean of their axes]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmissionProfile {
     /// Around all of them.
@@ -141,8 +142,8 @@ impl EmissionProfile {
     }
 }
 
-/// By which lights of different colours are weighed: lights that are chosen by √(r² + g² + b²) have the least
-/// sum of the variances of the three.
+/// By which lights of different colours are weighed: lights that are chosen by √(r² + g² + b²) have
+/// the least sum of the variances of the three.
 fn level(spectrum: Spectrum) -> f32 {
     let [r, g, b] = spectrum.to_array();
     ((r * r + g * g + b * b) * (1.0 / 3.0)).sqrt()
@@ -154,8 +155,8 @@ fn held(strength: f32) -> f32 {
 
 /// How much light with this mean axis shines across it, where light of one axis does not at all.
 ///
-/// Axes that are spread evenly over a cap of half angle α have |m| = (1 + cos α)/2, so α ≈ 2 √(1 − |m|), and
-/// shine across with about α/8; from a hemisphere on, with the mean over all directions.
+/// Axes that are spread evenly over a cap of half angle α have |m| = (1 + cos α)/2, so α ≈ 2 √(1 −
+/// |m|), and shine across with about α/8; from a hemisphere on, with the mean over all directions.
 pub(super) fn across(axis: Vec3) -> f32 {
     let less = (1.0 - axis.length()).clamp(0.0, 0.5);
     EVERYWHERE * (2.0 * less).sqrt()

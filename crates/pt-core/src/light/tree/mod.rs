@@ -1,6 +1,7 @@
 //! Many lights, of which one is chosen for each lit point, by how much it may matter there.
 //! [Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting";
-//! without their splitting, as Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §12.6.3]
+//! without their splitting, as Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed.,
+//! §12.6.3]
 
 mod build;
 mod emission;
@@ -86,7 +87,8 @@ impl LightTree {
 
     /// Chooses a light for each of up to [`BLOCK`] points, by the first of two numbers from [0, 1).
     ///
-    /// They go down side by side, so that none waits for the node of another, nor for what is a light.
+    /// They go down side by side, so that none waits for the node of another, nor for what is a
+    /// light.
     #[inline]
     fn choose(&self, points: &[(LightSampleContext, [f32; 2])]) -> [Option<Choice>; BLOCK] {
         let mut choices = [None; BLOCK];
@@ -435,8 +437,9 @@ mod tests {
         (0..n).map(light).collect()
     }
 
-    /// Probabilities of all lights add up to 1, or to less where parts of the tree turn out to be dark;
-    /// they are those with which lights are chosen, and not 0 for a light that shines on the point.
+    /// Probabilities of all lights add up to 1, or to less where parts of the tree turn out to be
+    /// dark; they are those with which lights are chosen, and not 0 for a light that shines on
+    /// the point.
     #[test]
     fn every_light_that_shines_is_chosen_as_often_as_it_says() {
         let mut random = Random::new(11);

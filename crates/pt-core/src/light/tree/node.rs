@@ -10,7 +10,8 @@ use super::emission::{EmissionProfile, MARGIN, across};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// [`EmissionProfile`] of up to eight children, in columns; those that are not there have no strength.
+/// [`EmissionProfile`] of up to eight children, in columns; those that are not there have no
+/// strength.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
 pub(super) struct Node {
@@ -92,12 +93,14 @@ impl Node {
 
     /// How much each child may matter to the lit point; 0 only where it brings nothing.
     ///
-    /// strength · c′ · c / (d² + r²/16), with the distance d of the middle of the lights, the radius r of the sphere
-    /// around them, and about the means of the cosines max(0, cos θ′) at the lights and max(0, cos θ) at the lit
-    /// point. Lights are seen in directions that differ by ρ = r/d, and their axes differ, so these means are
-    /// more than 0 at and below the horizon. Only where cos θ < −ρ, all of the sphere is below that of the lit
-    /// point. Of slopes below the horizon of 1/10, 1/4 and 1/2, a quarter has the least noise in a hall with
-    /// 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means for their bounds]
+    /// strength · c′ · c / (d² + r²/16), with the distance d of the middle of the lights, the
+    /// radius r of the sphere around them, and about the means of the cosines max(0, cos θ′) at
+    /// the lights and max(0, cos θ) at the lit point. Lights are seen in directions that differ
+    /// by ρ = r/d, and their axes differ, so these means are more than 0 at and below the
+    /// horizon. Only where cos θ < −ρ, all of the sphere is below that of the lit
+    /// point. Of slopes below the horizon of 1/10, 1/4 and 1/2, a quarter has the least noise in a
+    /// hall with 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means for their
+    /// bounds]
     #[inline(always)]
     pub(super) fn importances(&self, context: &Receiver) -> f32x8 {
         let splat = f32x8::splat;
@@ -119,8 +122,8 @@ impl Node {
         (!is_dark & importance).fast_min(splat(MAX))
     }
 
-    /// Chooses a child by a number from [0, 1): which, with what probability, and a number that can be used
-    /// again. `None` if none of them brings anything.
+    /// Chooses a child by a number from [0, 1): which, with what probability, and a number that can
+    /// be used again. `None` if none of them brings anything.
     #[inline(always)]
     pub(super) fn choose(&self, context: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
         let importances = self.importances(context).to_array();

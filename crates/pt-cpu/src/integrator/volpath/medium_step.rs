@@ -44,9 +44,9 @@ enum Step {
 }
 
 impl<W: PathObserver> VolPath<'_, W> {
-    /// Follows all paths until they are scattered or leave; adds what glows at the holes that they go
-    /// through. After the last interaction that is allowed, media scatter nothing that counts: there,
-    /// the share that gets through is taken.
+    /// Follows all paths until they are scattered or leave; adds what glows at the holes that they
+    /// go through. After the last interaction that is allowed, media scatter nothing that
+    /// counts: there, the share that gets through is taken.
     pub(super) fn sample_medium(
         &mut self,
         bounces: u32,

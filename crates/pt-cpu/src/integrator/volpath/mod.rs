@@ -40,13 +40,13 @@ use shadow_ray::{ShadowRay, ShadowRays};
 use vertex::Vertex;
 
 /// Volumetric path tracing: [`Path`], where paths are scattered by media as well, with direct light
-/// there too. [Kajiya & Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric light
-/// transport simulation", §5 and §7.1]
+/// there too. [Kajiya & Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric
+/// light transport simulation", §5 and §7.1]
 ///
 /// An interaction is one with a surface or with a medium. The phase function takes the place of the
-/// BSDF. Where light goes straight on for free, such interactions are not counted, and follow the last one
-/// that is. Estimators of direct light by hemispheres, which media do not have, are that of
-/// [`DirectLight::Mis`].
+/// BSDF. Where light goes straight on for free, such interactions are not counted, and follow the
+/// last one that is. Estimators of direct light by hemispheres, which media do not have, are that
+/// of [`DirectLight::Mis`].
 pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
@@ -83,8 +83,8 @@ struct VolPathState {
     stream: RngStream,
 }
 
-/// Dimensions of the sampler per bounce: a pair for distances in media, one per light sample, one for
-/// the direction, one for roulette and what the BSDF chooses, and one for materials.
+/// Dimensions of the sampler per bounce: a pair for distances in media, one per light sample, one
+/// for the direction, one for roulette and what the BSDF chooses, and one for materials.
 #[derive(Clone, Copy)]
 struct Layout {
     /// Pairs that direct light takes.
@@ -280,8 +280,8 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         events.truncate(going);
     }
 
-    /// Asks for the direct light at each place where a path is scattered, and sends the paths that live
-    /// on their way.
+    /// Asks for the direct light at each place where a path is scattered, and sends the paths that
+    /// live on their way.
     fn scatter_paths(
         &mut self,
         bounces: u32,
@@ -473,8 +473,8 @@ impl<W: PathObserver> LightVisitor for LightSampling<'_, '_, W> {
 }
 
 impl<W: PathObserver> LightSampling<'_, '_, W> {
-    /// The ray of a sample; `None` if it brings nothing. That of a light that is hidden, which rays do not find, brings all
-    /// of it.
+    /// The ray of a sample; `None` if it brings nothing. That of a light that is hidden, which rays
+    /// do not find, brings all of it.
     fn shadow(self, sample: &LightSample, is_invisible: bool) -> Option<ShadowRay> {
         let Self { integrator, vertex, path, light_number, u, n, stream, observer } = self;
         let Context { scene, settings } = integrator.context();

@@ -104,8 +104,8 @@ impl ShadowRays {
         }
     }
 
-    /// Adds to each start what its rays bring, in the order in which they were asked for, and forgets
-    /// them.
+    /// Adds to each start what its rays bring, in the order in which they were asked for, and
+    /// forgets them.
     pub(super) fn trace(
         &mut self,
         tracer: &mut Tracer,

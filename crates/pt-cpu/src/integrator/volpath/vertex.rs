@@ -41,8 +41,8 @@ enum Kind<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and `materials`
-    /// has room for what a material is that varies. `None` if it is not scattered.
+    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and
+    /// `materials` has room for what a material is that varies. `None` if it is not scattered.
     #[inline(always)]
     pub(super) fn new(
         scene: &'a RenderScene,

@@ -1,9 +1,10 @@
 //! Attenuation of lights with the distance.
 //!
-//! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light falls off by the square here. So it gets the
-//! intensity with which both are the same at one distance from it, by which the file's middle distance stands: the root of the
-//! mean square of the distances to the points of the box around the scene. Where the file falls off by the square alone, it is
-//! the same everywhere.
+//! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light falls off by
+//! the square here. So it gets the intensity with which both are the same at one distance from it,
+//! by which the file's middle distance stands: the root of the mean square of the distances to the
+//! points of the box around the scene. Where the file falls off by the square alone, it is the same
+//! everywhere.
 
 use pt_math::DVec3;
 
@@ -29,7 +30,8 @@ pub(super) struct Attenuated {
     pub(super) at: Span,
 }
 
-/// Keeps what is said of a light that is placed next, unless the course's program reads it, which follows no attenuation.
+/// Keeps what is said of a light that is placed next, unless the course's program reads it, which
+/// follows no attenuation.
 pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), LoadError> {
     let described = light::description(light);
     let fades = |n: &Node<'_>| matches!(n.tag_name().name(), "point" | "spot");
@@ -49,7 +51,8 @@ pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), L
     Ok(())
 }
 
-/// What an element says, if it says something; `None` also where it would be infinite or less than 0, with a warning.
+/// What an element says, if it says something; `None` also where it would be infinite or less than
+/// 0, with a warning.
 fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenuation>, LoadError> {
     const TAGS: [&str; 3] = ["constant_attenuation", "linear_attenuation", "quadratic_attenuation"];
     if !TAGS.iter().any(|tag| child(element, tag).is_some()) {
@@ -99,7 +102,8 @@ pub(super) fn settle(reader: &mut Reader<'_>) {
     }
 }
 
-/// The root of the mean square of the distances to the points of a box; 1 if that is a point where the light is.
+/// The root of the mean square of the distances to the points of a box; 1 if that is a point where
+/// the light is.
 fn middle_distance(p: DVec3, [low, high]: framing::Extent) -> f64 {
     let (middle, size) = (0.5 * (low + high), high - low);
     let squared = (middle - p).length_squared() + size.length_squared() / 12.0;
@@ -128,7 +132,8 @@ mod tests {
         assert_eq!(both.scale(2.0), 2.0);
     }
 
-    /// The mean square distance from the middle of a cube of side 2 is 1, and from a point 3 to the side 10.
+    /// The mean square distance from the middle of a cube of side 2 is 1, and from a point 3 to the
+    /// side 10.
     #[test]
     fn distances_are_means_over_the_box() {
         let cube = [DVec3::NEG_ONE, DVec3::ONE];

@@ -10,8 +10,8 @@ use crate::{Camera, Fit, LoadError, Placement, Projection};
 const DEFAULT_X_FOV: f64 = 50.0;
 /// Half of the width that orthographic cameras see which give no size.
 const DEFAULT_X_MAG: f64 = 1.0;
-/// Width over height where it follows from nothing, of images that have no size yet and under `--cs184` (800×600 in the
-/// course program).
+/// Width over height where it follows from nothing, of images that have no size yet and under
+/// `--cs184` (800×600 in the course program).
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 /// Limits of sight that are not written (as in the course program).
 const DEFAULT_NEAR: f64 = 0.001;
@@ -125,9 +125,9 @@ fn fields_of_view<'a>(
     sides(reader, perspective, angles, DEFAULT_X_FOV, with_tangent_of_half_times)
 }
 
-/// Two sides of a view, from what there is of them and of `aspect_ratio`; `times` makes the one of the other, by the ratio
-/// of their lengths. Without a ratio, the given side is kept, and the other follows from the shape of the image. [COLLADA
-/// 1.5.0, "perspective"]
+/// Two sides of a view, from what there is of them and of `aspect_ratio`; `times` makes the one of
+/// the other, by the ratio of their lengths. Without a ratio, the given side is kept, and the other
+/// follows from the shape of the image. [COLLADA 1.5.0, "perspective"]
 fn sides<'a>(
     reader: &mut Reader<'a>,
     view: Node<'a>,

@@ -7,9 +7,9 @@ use super::source::whole_number;
 use crate::LoadError;
 use crate::format::xml::Node;
 
-/// The set for each symbol of a material, where an instance of a geometry binds one: an effect names coordinates
-/// (`<texture texcoord="…">`), to which a `<bind_vertex_input>` gives the number of a set. [COLLADA 1.5.0, reference of
-/// `<bind_vertex_input>`]
+/// The set for each symbol of a material, where an instance of a geometry binds one: an effect
+/// names coordinates (`<texture texcoord="…">`), to which a `<bind_vertex_input>` gives the number
+/// of a set. [COLLADA 1.5.0, reference of `<bind_vertex_input>`]
 pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Sets<'a>, LoadError> {
     let mut sets = Sets::new();
     for binding in bindings(instance) {
@@ -21,7 +21,8 @@ pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Se
     Ok(sets)
 }
 
-/// The set that a material is bound to: that of its first texture that has one, with a warning where those of others differ.
+/// The set that a material is bound to: that of its first texture that has one, with a warning
+/// where those of others differ.
 fn set<'a>(reader: &mut Reader<'a>, binding: Node<'a>) -> Result<Option<usize>, LoadError> {
     let bound: Vec<_> = children(binding, "bind_vertex_input")
         .filter(|bind| matches!(bind.attribute("input_semantic"), None | Some("TEXCOORD")))

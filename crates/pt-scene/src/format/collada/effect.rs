@@ -44,7 +44,7 @@ struct Painting {
 /// |---|---|
 /// | transmits at least half of the light | [`Glass`] |
 /// | reflective, and not diffuse | [`Mirror`] |
-/// | phong or blinn, with a specular colour, in a file without the course's profile | [`Plastic`](crate::material::Plastic) |
+/// | phong or blinn with a specular colour, without the course's profile | [`Plastic`](crate::material::Plastic) |
 /// | constant | [`Black`], with its emission |
 /// | others | [`Diffuse`] |
 pub(super) fn read<'a>(
@@ -148,7 +148,8 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
 }
 
 /// The light that passes, by the colour of `<transparent>`, its `opaque` mode and
-/// `<transparency>`, which alone scales an opaque colour (COLLADA 1.5.0, "Determining Transparency").
+/// `<transparency>`, which alone scales an opaque colour (COLLADA 1.5.0, "Determining
+/// Transparency").
 fn transmittance<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -188,7 +189,8 @@ fn share_or<'a>(
     })
 }
 
-/// A share of light that is the same everywhere: for a texture there is the default, with a warning.
+/// A share of light that is the same everywhere: for a texture there is the default, with a
+/// warning.
 fn plain_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -206,9 +208,9 @@ fn plain_or<'a>(
     })
 }
 
-/// The colour or the texture of an element of the shader, or a default where it is missing. For an image
-/// that cannot be read there is the default as well, with a warning; and for those of files of the course,
-/// whose program shows none.
+/// The colour or the texture of an element of the shader, or a default where it is missing. For an
+/// image that cannot be read there is the default as well, with a warning; and for those of files
+/// of the course, whose program shows none.
 fn painted_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,

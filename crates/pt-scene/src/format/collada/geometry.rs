@@ -22,7 +22,8 @@ pub(super) struct Shape<'a> {
 /// Which set of texture coordinates the material of a symbol lies on, where an instance says so.
 pub(super) type Sets<'a> = BTreeMap<&'a str, usize>;
 
-/// Reads a geometry, once for the same sets of texture coordinates; `None`, with a warning, if there is nothing to see.
+/// Reads a geometry, once for the same sets of texture coordinates; `None`, with a warning, if
+/// there is nothing to see.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     geometry: Node<'a>,

@@ -1,9 +1,9 @@
 //! COLLADA 1.4 and 1.5 (`.dae`).
 //!
-//! Read are meshes, cameras, lights, materials of the common profile with their images (as the nearest
-//! physical material), the node hierarchy with all kinds of transforms, and skins in their bind
-//! pose. On top comes the profile `CGL` (in older files `CMU462`) of the course CS184, which adds
-//! spheres, area lights and materials with a physical meaning. Animations, physics and
+//! Read are meshes, cameras, lights, materials of the common profile with their images (as the
+//! nearest physical material), the node hierarchy with all kinds of transforms, and skins in their
+//! bind pose. On top comes the profile `CGL` (in older files `CMU462`) of the course CS184, which
+//! adds spheres, area lights and materials with a physical meaning. Animations, physics and
 //! splines are not read; the [warnings](Scene::warnings) say where a file has them.
 //!
 //! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).

@@ -11,7 +11,8 @@ use crate::LoadError;
 use crate::format::triangulate::Triangulator;
 use crate::format::xml::{Node, words};
 
-/// Adds the triangles of a primitive element to a mesh, with the set of texture coordinates of its material.
+/// Adds the triangles of a primitive element to a mesh, with the set of texture coordinates of its
+/// material.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     builder: &mut Builder<'a>,
@@ -164,8 +165,8 @@ fn all_inputs<'a>(
     Ok((found, stride))
 }
 
-/// Leaves out all texture coordinates but those of the set that is asked for; if there are none of that set, they are kept,
-/// with a warning.
+/// Leaves out all texture coordinates but those of the set that is asked for; if there are none of
+/// that set, they are kept, with a warning.
 fn keep_set<'a>(
     reader: &mut Reader<'a>,
     primitive: Node<'a>,

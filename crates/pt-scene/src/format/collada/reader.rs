@@ -33,7 +33,8 @@ pub(super) struct Reader<'a> {
     pub(super) materials: HashMap<NodeId, u32>,
     /// Each image read, or why it is missing.
     pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
-    /// Each geometry read, with the sets of texture coordinates that were asked for; `None` if there is nothing to see.
+    /// Each geometry read, with the sets of texture coordinates that were asked for; `None` if
+    /// there is nothing to see.
     pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
     /// Whether the file is written for the course, whose common materials mean their diffuse
     /// colour alone: it uses the course's profile for a material or a light.

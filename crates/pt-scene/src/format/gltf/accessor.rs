@@ -1,8 +1,8 @@
 //! Accessors: typed numbers in buffers. [glTF 2.0, §3.6.2]
 //!
-//! Most are numbers of single precision, or whole ones, as they stand in the buffer: these are read in tight
-//! loops, in parallel. The others are read as numbers of double precision, to which replacements
-//! and units are applied.
+//! Most are numbers of single precision, or whole ones, as they stand in the buffer: these are read
+//! in tight loops, in parallel. The others are read as numbers of double precision, to which
+//! replacements and units are applied.
 
 use std::cell::Cell;
 
@@ -181,7 +181,8 @@ pub(super) struct Numbers {
     pub(super) values: Vec<f64>,
     /// Numbers of an element.
     pub(super) width: usize,
-    /// The level of whole numbers that stands for 1, where the accessor does not say that they are normalized.
+    /// The level of whole numbers that stands for 1, where the accessor does not say that they are
+    /// normalized.
     pub(super) highest: Option<f64>,
 }
 
@@ -190,11 +191,12 @@ impl<'a> Accessors<'a> {
         Self { root, buffers, left: MAX_NUMBERS, zeros_left: Cell::new(MAX_ALL_ZEROS) }
     }
 
-    /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single precision, all
-    /// finite.
+    /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single
+    /// precision, all finite.
     ///
     /// # Errors
-    /// If it has other than `N` numbers in an element, is not in its buffer, or one of them is not finite.
+    /// If it has other than `N` numbers in an element, is not in its buffer, or one of them is not
+    /// finite.
     pub(super) fn vectors<const N: usize>(
         &mut self,
         from: &Item<'_>,
@@ -249,7 +251,8 @@ impl<'a> Accessors<'a> {
         Ok(Some(Numbers { values: self.values(&found)?, width, highest }))
     }
 
-    /// An accessor of one of some widths, whose numbers count as read; `None` if there is no such field.
+    /// An accessor of one of some widths, whose numbers count as read; `None` if there is no such
+    /// field.
     fn found(
         &mut self,
         from: &Item<'_>,

@@ -1,4 +1,5 @@
-//! Animations: where nodes stand, and how much of their morph targets there is, at a time. [glTF 2.0, §3.11 and app. C]
+//! Animations: where nodes stand, and how much of their morph targets there is, at a time. [glTF
+//! 2.0, §3.11 and app. C]
 
 use std::collections::HashMap;
 
@@ -26,8 +27,8 @@ impl Pose {
 }
 
 impl<'a> Reader<'a> {
-    /// What all animations together say of the nodes at the time that is asked for; nothing if none is asked for. Where
-    /// two move the same, the first one counts.
+    /// What all animations together say of the nodes at the time that is asked for; nothing if none
+    /// is asked for. Where two move the same, the first one counts.
     pub(super) fn read_poses(&mut self) -> Result<HashMap<usize, Pose>, LoadError> {
         let mut poses = HashMap::new();
         let Some(time) = self.context.options().time else {

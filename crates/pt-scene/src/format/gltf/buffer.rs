@@ -94,7 +94,8 @@ impl<'b> Buffers<'b> {
     }
 }
 
-/// The bytes of a buffer; `binary` are those that a binary file has for it. A file that is missing is noted.
+/// The bytes of a buffer; `binary` are those that a binary file has for it. A file that is missing
+/// is noted.
 fn one<'b>(
     buffer: &Item<'_>,
     binary: Option<&'b [u8]>,
@@ -137,8 +138,8 @@ fn one<'b>(
     Ok(found)
 }
 
-/// What a URI stands for: the data in it, or the content of a file. The message is meant for the place where it
-/// is written.
+/// What a URI stands for: the data in it, or the content of a file. The message is meant for the
+/// place where it is written.
 pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decoded(data);
@@ -180,8 +181,9 @@ fn decoded(data: &str) -> Result<Vec<u8>, String> {
     })
 }
 
-/// Bytes written with 64 letters, of either alphabet. [RFC 4648, §4 and §5] Blanks and what is missing of the
-/// padding are no errors; the error is the place and value of a byte that is no letter.
+/// Bytes written with 64 letters, of either alphabet. [RFC 4648, §4 and §5] Blanks and what is
+/// missing of the padding are no errors; the error is the place and value of a byte that is no
+/// letter.
 fn base64(text: &str) -> Result<Vec<u8>, (usize, u8)> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 3);
     let (mut bits, mut count) = (0_u32, 0);

@@ -1,4 +1,5 @@
-//! Cameras and lights, which shine and look along −z of their nodes. [glTF 2.0, §3.10; KHR_lights_punctual]
+//! Cameras and lights, which shine and look along −z of their nodes. [glTF 2.0, §3.10;
+//! KHR_lights_punctual]
 
 use pt_math::{DAffine3, DMat3};
 
@@ -78,8 +79,8 @@ impl<'a> Reader<'a> {
         Ok(Projection::Perspective { x_fov: x.to_degrees(), y_fov: y.to_degrees() })
     }
 
-    /// The light of a node, if it has one. Candela, lux and nits are taken as watts per steradian, per square metre
-    /// and of radiance, so that lights and what glows keep their ratio.
+    /// The light of a node, if it has one. Candela, lux and nits are taken as watts per steradian,
+    /// per square metre and of radiance, so that lights and what glows keep their ratio.
     pub(super) fn light(&mut self, node: &Item<'a>, to_world: DAffine3) -> Result<(), LoadError> {
         let Some(reference) = node.extension("KHR_lights_punctual")? else { return Ok(()) };
         let index = reference.needed("light")?;
@@ -112,8 +113,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The place and the turn of a node without its scale, which cameras do not follow; `None` if it flattens space.
-/// [glTF 2.0, §3.10.2]
+/// The place and the turn of a node without its scale, which cameras do not follow; `None` if it
+/// flattens space. [glTF 2.0, §3.10.2]
 pub(super) fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DAffine3> {
     let z = matrix3.z_axis.try_normalize()?;
     let x = matrix3.y_axis.try_normalize()?.cross(z).try_normalize()?;

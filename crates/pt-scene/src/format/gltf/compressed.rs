@@ -1,5 +1,5 @@
-//! Compressed geometry, which is decoded into buffers of its own, so that it is read like any other.
-//! [KHR_draco_mesh_compression; EXT_meshopt_compression; KHR_meshopt_compression]
+//! Compressed geometry, which is decoded into buffers of its own, so that it is read like any
+//! other. [KHR_draco_mesh_compression; EXT_meshopt_compression; KHR_meshopt_compression]
 
 use std::path::Path;
 
@@ -23,8 +23,8 @@ pub(super) const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_c
 /// Most bytes that are decoded from one view or primitive.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Decodes all compressed geometry: views and accessors of the file refer to the decoded bytes afterwards. What cannot be
-/// decoded stays as it is, after its error is noted.
+/// Decodes all compressed geometry: views and accessors of the file refer to the decoded bytes
+/// afterwards. What cannot be decoded stays as it is, after its error is noted.
 ///
 /// # Errors
 /// If nothing more can be read.

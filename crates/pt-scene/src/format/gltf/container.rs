@@ -1,4 +1,5 @@
-//! What is around the description of a scene: a file of JSON, or a binary one with the JSON and a buffer in it.
+//! What is around the description of a scene: a file of JSON, or a binary one with the JSON and a
+//! buffer in it.
 
 use std::path::Path;
 

@@ -8,8 +8,8 @@ use super::nodes::affine;
 use crate::LoadError;
 
 impl<'a> Reader<'a> {
-    /// What each joint of a skin does to the vertices that it moves, from where they were when the mesh was bound
-    /// to the world. `placed` gives the transform of a node.
+    /// What each joint of a skin does to the vertices that it moves, from where they were when the
+    /// mesh was bound to the world. `placed` gives the transform of a node.
     pub(super) fn joints_of(
         &mut self,
         skin: &Item<'a>,
@@ -33,8 +33,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Moves vertices to where their joints have them: the mean of what these do, by weights whose sum is made 1.
-/// Normals are turned by the transposed inverse, tangents go with the surface.
+/// Moves vertices to where their joints have them: the mean of what these do, by weights whose sum
+/// is made 1. Normals are turned by the transposed inverse, tangents go with the surface.
 pub(super) fn bend(
     influences: &[Vec<(u32, f32)>],
     joints: &[DAffine3],

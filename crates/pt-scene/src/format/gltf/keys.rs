@@ -45,7 +45,8 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// Keys at times, of which there is at least one; `None` if the numbers are not those of so many keys.
+    /// Keys at times, of which there is at least one; `None` if the numbers are not those of so
+    /// many keys.
     pub(super) fn new(
         times: Vec<f64>,
         values: Vec<f64>,
@@ -62,7 +63,8 @@ impl Keys {
         fits.then_some(Self { times, values, kind, width, interpolation })
     }
 
-    /// The value at a time; before the first key that of the first one, and after the last key that of the last one.
+    /// The value at a time; before the first key that of the first one, and after the last key that
+    /// of the last one.
     pub(super) fn at(&self, time: f64) -> Vec<f64> {
         let after = self.times.partition_point(|key| *key <= time);
         let (Some(before), Some(next)) = (after.checked_sub(1), self.times.get(after)) else {
@@ -109,8 +111,8 @@ fn hermite([from, to]: [f64; 2], [leaving, arriving]: [f64; 2], t: f64) -> f64 {
         + (t3 - t2) * arriving
 }
 
-/// From one rotation to another, the shorter way at constant speed. [Shoemake 1985, "Animating Rotation with Quaternion
-/// Curves", §3.3]
+/// From one rotation to another, the shorter way at constant speed. [Shoemake 1985, "Animating
+/// Rotation with Quaternion Curves", §3.3]
 fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
     /// Cosine from which on the arc is as good as straight.
     const STRAIGHT: f64 = 1.0 - 1e-12;

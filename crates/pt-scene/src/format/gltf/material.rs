@@ -15,18 +15,20 @@ use crate::{LoadError, Material, Surface};
 
 /// The highest number that is a channel or an intensity.
 const ANY: f64 = f32::MAX as f64;
-/// Light that is left of a channel behind the distance of its attenuation, at least: 0 would be an endless extinction.
+/// Light that is left of a channel behind the distance of its attenuation, at least: 0 would be an
+/// endless extinction.
 const MIN_TRANSMITTANCE: f32 = 1e-4;
 
 /// How the textures of a material lie on a mesh.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
-    /// The set of texture coordinates of the first of them, which is that of the normals if there are some; `None` if there is no
-    /// texture.
+    /// The set of texture coordinates of the first of them, which is that of the normals if there
+    /// are some; `None` if there is no texture.
     pub(super) uv_set: Option<usize>,
     /// The other sets on which some of them lie, in no order.
     pub(super) other_sets: Vec<u32>,
-    /// Whether one of them has normals, or there is anisotropy: both differ where coordinates lie mirrored.
+    /// Whether one of them has normals, or there is anisotropy: both differ where coordinates lie
+    /// mirrored.
     pub(super) has_frame: bool,
     /// Whether opacities between 0 and 1 are seen.
     pub(super) is_blended: bool,
@@ -59,7 +61,8 @@ pub(super) struct Made {
     pub(super) material: u32,
     /// Index into [`crate::Scene::media`], of what is inside.
     pub(super) medium: Option<u32>,
-    /// Index into [`crate::Scene::materials`], of what emits behind a surface that does so on both sides.
+    /// Index into [`crate::Scene::materials`], of what emits behind a surface that does so on both
+    /// sides.
     pub(super) back: Option<u32>,
 }
 
@@ -166,7 +169,8 @@ impl<'a> Reader<'a> {
         Ok((material, medium))
     }
 
-    /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and reflects nothing.
+    /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and
+    /// reflects nothing.
     fn unlit(
         &mut self,
         item: &Item<'a>,
@@ -332,7 +336,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_anisotropy: an image has the direction in its first two channels, and a share of the strength in the third.
+    /// KHR_materials_anisotropy: an image has the direction in its first two channels, and a share
+    /// of the strength in the third.
     fn anisotropy(
         &mut self,
         item: &Item<'a>,
@@ -377,7 +382,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_volume: what is left of light behind a distance says the extinction, σt = −ln(c) / d.
+    /// KHR_materials_volume: what is left of light behind a distance says the extinction, σt =
+    /// −ln(c) / d.
     fn medium(&mut self, item: &Item<'a>, volume: &Item<'a>) -> Result<Option<u32>, LoadError> {
         let color = volume.color("attenuationColor", 1.0, [1.0; 3])?;
         if color == [1.0; 3] || !volume.has("attenuationDistance") {

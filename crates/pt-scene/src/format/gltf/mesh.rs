@@ -193,7 +193,8 @@ impl<'a> Reader<'a> {
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
     }
 
-    /// The coordinates of textures that lie on another set than the first; without it, they all see one texel, with a note.
+    /// The coordinates of textures that lie on another set than the first; without it, they all see
+    /// one texel, with a note.
     fn set_of_coordinates(
         &mut self,
         primitive: &Item<'a>,
@@ -330,8 +331,8 @@ fn lies_mirrored(uvs: &[[f32; 2]], triangle: &[u32; 3]) -> bool {
     (b - a).perp_dot(c - a) < 0.0
 }
 
-/// The mean tangent of each triangle as a ∂p/∂u + b ∂p/∂v, in the plane of the triangle: (a, b, 0). Along u where the
-/// coordinates of a triangle are on a line, or its tangents cancel.
+/// The mean tangent of each triangle as a ∂p/∂u + b ∂p/∂v, in the plane of the triangle: (a, b, 0).
+/// Along u where the coordinates of a triangle are on a line, or its tangents cancel.
 fn along_tangents(
     triangles: &[[u32; 3]],
     (positions, uvs): (&[[f32; 3]], &[[f32; 2]]),

@@ -1,5 +1,5 @@
-//! Materials on triangles on which texture coordinates lie mirrored, and on objects that their nodes mirror: there, the second axis
-//! of directions along the surface is on the other side.
+//! Materials on triangles on which texture coordinates lie mirrored, and on objects that their
+//! nodes mirror: there, the second axis of directions along the surface is on the other side.
 
 use super::Reader;
 use super::item::Item;
@@ -10,8 +10,8 @@ use crate::texture::{Input, NormalOrBump, Scalar};
 use crate::{LoadError, Surface};
 
 impl<'a> Reader<'a> {
-    /// The material of the triangles on which texture coordinates lie mirrored: there, the normals of an image lean to
-    /// the other side of u.
+    /// The material of the triangles on which texture coordinates lie mirrored: there, the normals
+    /// of an image lean to the other side of u.
     pub(super) fn mirrored(&mut self, item: &Item<'a>, made: Made) -> Result<u32, LoadError> {
         if let Some(known) = self.mirrored.get(&made.material) {
             return Ok(*known);
@@ -43,8 +43,8 @@ impl<'a> Reader<'a> {
         Ok(mirrored)
     }
 
-    /// Turns the direction of anisotropy to the other side of u, for triangles on which texture coordinates lie mirrored; tells
-    /// whether there is one.
+    /// Turns the direction of anisotropy to the other side of u, for triangles on which texture
+    /// coordinates lie mirrored; tells whether there is one.
     fn mirror_anisotropy(
         &mut self,
         item: &Item<'a>,

@@ -1,5 +1,5 @@
-//! Scenes of glTF 2.0, in JSON and binary. [Khronos, "glTF 2.0 Specification", ISO/IEC 12113:2022, and the
-//! registry of its extensions]
+//! Scenes of glTF 2.0, in JSON and binary. [Khronos, "glTF 2.0 Specification", ISO/IEC 12113:2022,
+//! and the registry of its extensions]
 //!
 //! ```text
 //! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer ◀─ compressed
@@ -9,15 +9,16 @@
 //!                                           └▶ sight (cameras, lights)
 //! ```
 //!
-//! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What becomes something
-//! like it has a note, and so has an extension that is not read; where a file cannot be read without it, it is an
-//! error. Something loud stands in for images that cannot be read, and boxes for buffers.
+//! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What
+//! becomes something like it has a note, and so has an extension that is not read; where a file
+//! cannot be read without it, it is an error. Something loud stands in for images that cannot be
+//! read, and boxes for buffers.
 //!
-//! Coordinates stay as they are: +y is up, lengths are metres. Nodes, skins and morph targets are as the file has them
-//! at rest, or where its animations have them at the time that is asked for.
+//! Coordinates stay as they are: +y is up, lengths are metres. Nodes, skins and morph targets are
+//! as the file has them at rest, or where its animations have them at the time that is asked for.
 //!
-//! Files may be hostile: everything that is referred to is looked up, each node is visited once, and there are
-//! budgets for values, numbers, texels, bytes and objects.
+//! Files may be hostile: everything that is referred to is looked up, each node is visited once,
+//! and there are budgets for values, numbers, texels, bytes and objects.
 
 mod accessor;
 mod animation;

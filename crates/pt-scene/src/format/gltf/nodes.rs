@@ -14,8 +14,8 @@ use super::mesh::Form;
 use crate::medium::Sides;
 use crate::{Geometry, LoadError, Material, Mesh, Object, shapes};
 
-/// Most primitives that are shown, each as often as it is. A few lines can ask for any number: meshes of many primitives,
-/// and many nodes that show them.
+/// Most primitives that are shown, each as often as it is. A few lines can ask for any number:
+/// meshes of many primitives, and many nodes that show them.
 const MAX_OBJECTS: usize = 1_000_000;
 
 /// Most morph targets of a mesh.
@@ -80,8 +80,8 @@ impl<'a> Reader<'a> {
         Ok(Placed { order, to_world })
     }
 
-    /// The outermost nodes, and where they are named: those of the scene that is to be shown, or of the first one,
-    /// or, without a scene, all that are nobody's children.
+    /// The outermost nodes, and where they are named: those of the scene that is to be shown, or of
+    /// the first one, or, without a scene, all that are nobody's children.
     fn roots(&self, count: usize) -> Result<Vec<(usize, Item<'a>, &'static str)>, LoadError> {
         let root = &self.root;
         let asked = root.whole("scene")?;
@@ -173,8 +173,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A primitive with its material, at the origin, and its back if that emits, too; nothing if it has no triangles. By
-    /// the key it is kept for all nodes that show it alike.
+    /// A primitive with its material, at the origin, and its back if that emits, too; nothing if it
+    /// has no triangles. By the key it is kept for all nodes that show it alike.
     fn object(
         &mut self,
         node: &Item<'a>,
@@ -238,7 +238,8 @@ impl<'a> Reader<'a> {
         Ok(std::iter::once(front).chain(back).collect())
     }
 
-    /// Lets the normals of images lean as in the mirror image of the object, which its transform makes of it.
+    /// Lets the normals of images lean as in the mirror image of the object, which its transform
+    /// makes of it.
     fn mirror(&self, object: &mut Object) {
         for material in object.materials.iter_mut().flatten() {
             *material = self.mirrored.get(material).copied().unwrap_or(*material);
@@ -254,8 +255,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A box in the place of a primitive whose buffer is missing, by the extent that the file tells; `None` if it does
-    /// not tell that.
+    /// A box in the place of a primitive whose buffer is missing, by the extent that the file
+    /// tells; `None` if it does not tell that.
     fn stand_in(
         &mut self,
         node: &Item<'a>,
@@ -327,7 +328,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Where copies of a mesh stand in the node, by EXT_mesh_gpu_instancing; once where it is, without that.
+    /// Where copies of a mesh stand in the node, by EXT_mesh_gpu_instancing; once where it is,
+    /// without that.
     fn instances(&mut self, node: &Item<'a>) -> Result<Vec<DAffine3>, LoadError> {
         let Some(instancing) = node.extension("EXT_mesh_gpu_instancing")? else {
             return Ok(vec![DAffine3::IDENTITY]);
@@ -378,7 +380,8 @@ fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
     item.numbers("weights")
 }
 
-/// From a node to the world; `parent` is from its parent to the world, and the pose is what animations say.
+/// From a node to the world; `parent` is from its parent to the world, and the pose is what
+/// animations say.
 fn place_of(node: &Item<'_>, pose: Option<&Pose>, parent: DAffine3) -> Result<DAffine3, LoadError> {
     let here = parent * transform(node, pose)?;
     if here.is_finite() {

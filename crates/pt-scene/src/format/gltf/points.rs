@@ -21,8 +21,8 @@ impl<'a> Reader<'a> {
         Ok(primitive.whole("mode")?.is_some_and(|mode| mode <= LINE_STRIP))
     }
 
-    /// The object of a primitive of points or lines, at the origin; `None` without points, with a note. By the key its points
-    /// are kept for all nodes that show them alike.
+    /// The object of a primitive of points or lines, at the origin; `None` without points, with a
+    /// note. By the key its points are kept for all nodes that show them alike.
     pub(super) fn object_of_points(
         &mut self,
         node: &Item<'a>,

@@ -100,8 +100,8 @@ impl Images {
 }
 
 impl<'a> Reader<'a> {
-    /// The texture that a field of a material names; `None` if there is none. Where its image is missing, something loud
-    /// stands in for it, and the material is told.
+    /// The texture that a field of a material names; `None` if there is none. Where its image is
+    /// missing, something loud stands in for it, and the material is told.
     pub(super) fn texture(
         &mut self,
         from: &Item<'a>,
@@ -173,7 +173,8 @@ impl<'a> Reader<'a> {
         Ok(image)
     }
 
-    /// The numbers of an image as they are stored: what a file says about its colours does not count.
+    /// The numbers of an image as they are stored: what a file says about its colours does not
+    /// count.
     fn decoded(&mut self, index: usize, described: &Item<'a>) -> Result<Decoded, String> {
         if self.images.stored.is_empty() && self.context.limits().memory.is_none() {
             self.images.ahead.expect(self.shown_images());
@@ -245,8 +246,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of the image of a texture, if there is one: that of an extension before the one for programs that do not know
-/// the extension.
+/// The number of the image of a texture, if there is one: that of an extension before the one for
+/// programs that do not know the extension.
 fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
     for name in ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"] {
         if let Some(other) = texture.extension(name)? {
@@ -256,9 +257,10 @@ fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
     texture.whole("source")
 }
 
-/// From the coordinates of a surface, with v upwards, to those of an image, by KHR_texture_transform: with v downwards,
-/// coordinates are scaled, then turned by an angle so that +u goes to −v, then moved. The listing in the text of the
-/// extension turns the other way than its words and all who read it. [KhronosGroup/glTF, issue 1563]
+/// From the coordinates of a surface, with v upwards, to those of an image, by
+/// KHR_texture_transform: with v downwards, coordinates are scaled, then turned by an angle so that
+/// +u goes to −v, then moved. The listing in the text of the extension turns the other way than its
+/// words and all who read it. [KhronosGroup/glTF, issue 1563]
 pub(super) fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
     let Some(moved) = info.extension("KHR_texture_transform")? else { return Ok(DMat3::IDENTITY) };
     let [scale_u, scale_v] = moved.vector("scale")?.unwrap_or([1.0; 2]);
@@ -348,7 +350,8 @@ mod tests {
         }}});
         let info = Item::root(&turn, Path::new("a.gltf")).expect("an object");
         let placed = placement(&info).expect("a transform");
-        // With v downwards: (1, 0) is scaled to (2, 0), turned to (0, −2), and moved to (0.25, −1.5).
+        // With v downwards: (1, 0) is scaled to (2, 0), turned to (0, −2), and moved to (0.25,
+        // −1.5).
         let found = placed * DVec3::new(1.0, 1.0, 1.0);
         assert!(found.distance(DVec3::new(0.25, 1.0 + 1.5, 1.0)) < 1e-12, "{found}");
     }

@@ -123,8 +123,8 @@ impl StructCodec for Projection {
     }
 }
 
-/// A horizontal and a vertical size, of which one may be missing: it follows from the other and the shape of the
-/// image by a function of these.
+/// A horizontal and a vertical size, of which one may be missing: it follows from the other and the
+/// shape of the image by a function of these.
 fn sizes(
     keys: &mut Keys<'_>,
     [x, y]: [&'static str; 2],

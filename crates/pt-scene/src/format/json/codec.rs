@@ -1,7 +1,8 @@
 //! How types are described once, so that they can be read, written, and told in a schema.
 //!
-//! A struct is a `json_struct!` of its fields, an enum is `json_enum!` (an object whose "type" says which variant it is) or
-//! made of `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a default; what has its default is not written.
+//! A struct is a `json_struct!` of its fields, an enum is `json_enum!` (an object whose "type" says
+//! which variant it is) or made of `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a
+//! default; what has its default is not written.
 
 use super::node::{Keys, Node};
 use super::printer::{Entries, Out};
@@ -178,8 +179,9 @@ macro_rules! default_of {
 }
 pub(super) use default_of;
 
-/// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where `+` says that the keys of a
-/// field stand among those of the record, and `check` refuses what does not fit together.
+/// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where
+/// `+` says that the keys of a field stand among those of the record, and `check` refuses what does
+/// not fit together.
 macro_rules! json_struct {
     ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)? $(; $check:ident)?) => {
         impl $crate::format::json::codec::StructCodec for $type {
@@ -243,8 +245,8 @@ macro_rules! json_struct {
 }
 pub(super) use json_struct;
 
-/// The variants of an enum: `Variant { field: kind = default }`, `Variant(Record)`, `Variant[key: kind]` for
-/// a single field without a name, and `Variant()`.
+/// The variants of an enum: `Variant { field: kind = default }`, `Variant(Record)`, `Variant[key:
+/// kind]` for a single field without a name, and `Variant()`.
 macro_rules! json_enum {
     ($type:ident { $($variant:ident $body:tt),* $(,)? }) => {
         impl $crate::format::json::codec::StructCodec for $type {

@@ -1,4 +1,5 @@
-//! What lies in files beside a scene: images, grids, profiles of luminaires, and measurements of materials.
+//! What lies in files beside a scene: images, grids, profiles of luminaires, and measurements of
+//! materials.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -243,7 +244,8 @@ impl Shared for Measurements {
     }
 }
 
-/// A profile as a file of its kind. Numbers are those of double precision, so that they are read as they were.
+/// A profile as a file of its kind. Numbers are those of double precision, so that they are read as
+/// they were.
 fn ies_text(profile: &IesProfile) -> String {
     let (vertical, horizontal, candela) = profile.table();
     let mut text = String::from("IESNA:LM-63-2002\n[TEST] written by pathtracer\nTILT=NONE\n");

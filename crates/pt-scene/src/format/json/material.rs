@@ -292,8 +292,8 @@ impl StructCodec for Roughness {
     }
 }
 
-/// A colour as `reflectance`, what is absorbed as `absorption`, or concentrations as `eumelanin` and `pheomelanin`; without any, that of brown
-/// hair.
+/// A colour as `reflectance`, what is absorbed as `absorption`, or concentrations as `eumelanin`
+/// and `pheomelanin`; without any, that of brown hair.
 impl StructCodec for Pigment {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS.map(|key| keys.take(key));
@@ -345,7 +345,8 @@ impl StructCodec for Pigment {
 /// What tells pigments.
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
-/// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or `turned_normal_map`, or as a `height_map` with its `height`.
+/// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or
+/// `turned_normal_map`, or as a `height_map` with its `height`.
 impl StructCodec for NormalOrBump {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {

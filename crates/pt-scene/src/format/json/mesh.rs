@@ -1,7 +1,7 @@
 //! Meshes: in the scene itself, by the name of a shape, or in files.
 //!
-//! What is too large for the scene is written as safetensors: arrays with names, types and sizes. [Hugging Face
-//! 2022, "Safetensors", format 0.4]
+//! What is too large for the scene is written as safetensors: arrays with names, types and sizes.
+//! [Hugging Face 2022, "Safetensors", format 0.4]
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -292,7 +292,8 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     Ok(())
 }
 
-// ---- in the scene itself -------------------------------------------------------------------------
+// ---- in the scene itself
+// -------------------------------------------------------------------------
 
 fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadError> {
     let Some((positions, triangles)) = keys.take("positions").zip(keys.take("triangles")) else {
@@ -405,7 +406,8 @@ fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
         .collect()
 }
 
-// ---- in files of arrays --------------------------------------------------------------------------
+// ---- in files of arrays
+// --------------------------------------------------------------------------
 
 fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     let mut arrays =

@@ -1,9 +1,10 @@
 //! Our own scene files: all of a [`Scene`], in JSON with comments, for people and for programs.
 //!
-//! What a file may hold is told once for each type, beside its neighbours of the same concept (`material.rs`,
-//! `light.rs` …), in the words of `codec.rs`; reading, writing and the schema all follow from that. `node.rs`
-//! knows where values stand, `printer.rs` prints, and `shared.rs` has what is referred to by names. Meshes, images and
-//! grids of any size are written to files beside the scene (`mesh.rs`, `files.rs`).
+//! What a file may hold is told once for each type, beside its neighbours of the same concept
+//! (`material.rs`, `light.rs` …), in the words of `codec.rs`; reading, writing and the schema all
+//! follow from that. `node.rs` knows where values stand, `printer.rs` prints, and `shared.rs` has
+//! what is referred to by names. Meshes, images and grids of any size are written to files beside
+//! the scene (`mesh.rs`, `files.rs`).
 
 mod arrays;
 mod camera;

@@ -56,7 +56,8 @@ impl Out {
         line
     }
 
-    /// Writes it without a break, and tells whether it is no longer than so many bytes; if not, it is cut.
+    /// Writes it without a break, and tells whether it is no longer than so many bytes; if not, it
+    /// is cut.
     fn print_in_line(&self, most: usize, line: &mut String) -> bool {
         match self {
             Self::Null => line.push_str("null"),

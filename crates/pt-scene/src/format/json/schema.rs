@@ -88,7 +88,8 @@ impl Properties {
         all.into_iter().map(with).collect()
     }
 
-    /// An object that has one of these sets of keys, and no others; or a text that is enough as its "type".
+    /// An object that has one of these sets of keys, and no others; or a text that is enough as its
+    /// "type".
     pub(super) fn any_of(all: &[Self], is_tagged: bool) -> Value {
         let mut schemas: Vec<_> = all.iter().map(Self::object).collect();
         let words: Vec<_> = all.iter().filter_map(Self::word).collect();

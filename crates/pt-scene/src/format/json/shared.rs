@@ -1,5 +1,5 @@
-//! What several things refer to by a name: tables of meshes, points, images, textures, grids, profiles, measurements
-//! and motions; and
+//! What several things refer to by a name: tables of meshes, points, images, textures, grids,
+//! profiles, measurements and motions; and
 //! materials and media, which a scene numbers.
 
 use std::collections::{HashMap, HashSet};
@@ -33,7 +33,8 @@ pub(super) struct JsonReader<'a> {
     pub(super) tables: Tables,
     /// Files that were read, by what they became.
     pub(super) files: Files,
-    /// Entries of tables that have an error, or a file that is missing: the name of the table, and theirs.
+    /// Entries of tables that have an error, or a file that is missing: the name of the table, and
+    /// theirs.
     failed: HashSet<(&'static str, String)>,
 }
 

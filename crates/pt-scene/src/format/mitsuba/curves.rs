@@ -23,12 +23,12 @@ struct Curve {
     end: usize,
 }
 
-/// A file of curves, with a control point in each line: x, y, z and the radius there. An empty line ends a curve. Points are
-/// transformed, and radii are not.
+/// A file of curves, with a control point in each line: x, y, z and the radius there. An empty line
+/// ends a curve. Points are transformed, and radii are not.
 ///
 /// # Errors
-/// If a line has not four finite numbers, of which the last is not negative; if a curve has too few points, or there is none;
-/// or if the tubes have too many triangles.
+/// If a line has not four finite numbers, of which the last is not negative; if a curve has too few
+/// points, or there is none; or if the tubes have too many triangles.
 pub(super) fn parse_mesh(
     bytes: &[u8],
     path: &Path,

@@ -1,6 +1,6 @@
-//! `<emitter type="sunsky">`: the sun and a clear sky. There +z of the emitter is up, the sun of a time
-//! and place moves from −y in the morning over +x to +y, and `sun_direction` is one of the world. `timed_sunsky`
-//! is that over days, by the time of the shutter.
+//! `<emitter type="sunsky">`: the sun and a clear sky. There +z of the emitter is up, the sun of a
+//! time and place moves from −y in the morning over +x to +y, and `sun_direction` is one of the
+//! world. `timed_sunsky` is that over days, by the time of the shutter.
 
 use std::ops::RangeInclusive;
 
@@ -66,8 +66,8 @@ fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
     })
 }
 
-/// The sun and the sky over days. The part of them that counts is that of the emitter's own shutter, `[open, close]` in seconds:
-/// [`see_spans`] makes it that of the sensor.
+/// The sun and the sky over days. The part of them that counts is that of the emitter's own
+/// shutter, `[open, close]` in seconds: [`see_spans`] makes it that of the sensor.
 pub(super) fn timed_sunsky(
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
@@ -123,8 +123,8 @@ fn date(
     Ok(date)
 }
 
-/// Makes the times of a sensor's shutter, which daylight over days was read with, the part of these days that is seen; what is before the
-/// first and after the last is as then.
+/// Makes the times of a sensor's shutter, which daylight over days was read with, the part of these
+/// days that is seen; what is before the first and after the last is as then.
 pub(super) fn see_spans(lights: &mut [Light], shutter: [f64; 2]) {
     for light in lights {
         let LightKind::Daylight(Daylight { span: Some(span), .. }) = &mut light.kind else {

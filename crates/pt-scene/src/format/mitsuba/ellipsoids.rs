@@ -1,7 +1,7 @@
 //! `ellipsoids` and `ellipsoidsmesh`: the files of Gaussian splats, seen as surfaces.
 //!
-//! Each is a copy of one mesh, stretched, turned and moved. In Mitsuba rays meet them from outside alone; here they are closed
-//! surfaces, which is the same unless light gets into them.
+//! Each is a copy of one mesh, stretched, turned and moved. In Mitsuba rays meet them from outside
+//! alone; here they are closed surfaces, which is the same unless light gets into them.
 
 use std::sync::Arc;
 
@@ -19,7 +19,8 @@ pub(super) const KINDS: [&str; 2] = ["ellipsoids", "ellipsoidsmesh"];
 /// Standard deviations from the middle of a splat to its surface.
 const EXTENT: f64 = 3.0;
 
-/// The properties of a splat: its middle, the logarithms of its standard deviations, and a quaternion with its real part first.
+/// The properties of a splat: its middle, the logarithms of its standard deviations, and a
+/// quaternion with its real part first.
 const PROPERTIES: [&str; 10] =
     ["x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"];
 
@@ -81,7 +82,8 @@ pub(super) fn shapes(
     Ok(made)
 }
 
-/// A row without its opacity, and what that shortens the extent to; `None` where it is too clear to be there.
+/// A row without its opacity, and what that shortens the extent to; `None` where it is too clear to
+/// be there.
 ///
 /// √(2 ln(opacity / 0.01)) / 3: there a Gaussian of this opacity falls to 0.01.
 fn faded(row: &[f32; 11]) -> Option<([f32; 10], f64)> {
@@ -100,8 +102,9 @@ struct Placing {
 }
 
 impl Placing {
-    /// From the unit sphere to the ellipsoid of a splat. Only the turn of `to_world` and the mean of its stretches count, as in
-    /// Mitsuba. `None` where numbers overflow or the quaternion is zero.
+    /// From the unit sphere to the ellipsoid of a splat. Only the turn of `to_world` and the mean
+    /// of its stretches count, as in Mitsuba. `None` where numbers overflow or the quaternion
+    /// is zero.
     fn place(&self, pose: &Trs, row: &[f32; 10], share: f64) -> Option<DAffine3> {
         const MIN: f64 = 1e-6; // standard deviation
         let [x, y, z, a, b, c, real, i, j, k] = row.map(f64::from);
@@ -155,7 +158,8 @@ fn shell(
     }
 }
 
-/// A mesh without normals and texture coordinates, so large that no corner and no middle of a triangle is inside of the unit sphere.
+/// A mesh without normals and texture coordinates, so large that no corner and no middle of a
+/// triangle is inside of the unit sphere.
 fn around_unit_sphere(mesh: &Mesh, to_world: DAffine3) -> Mesh {
     let placed = |p: &[f32; 3]| to_world.transform_point3(DVec3::from_array(p.map(f64::from)));
     let points: Vec<DVec3> = mesh.positions.iter().map(placed).collect();
@@ -179,8 +183,8 @@ fn cube() -> Mesh {
     around_unit_sphere(&shapes::cube(), DAffine3::IDENTITY)
 }
 
-/// Rings of corners around the y axis between two poles, from below: its height and the turn of its first corner, in shares of
-/// the angle between two.
+/// Rings of corners around the y axis between two poles, from below: its height and the turn of its
+/// first corner, in shares of the angle between two.
 fn rings(name: &str, sides: u32, rings: &[(f64, f64)]) -> Mesh {
     let corner = |(height, turn): (f64, f64), i: u32| {
         let angle = std::f64::consts::TAU * (f64::from(i) + turn) / f64::from(sides);
@@ -215,7 +219,8 @@ fn icosahedron() -> Mesh {
     rings("ico_sphere", 5, &[(-height, 0.5), (height, 1.0)])
 }
 
-/// Nine sides and four rings, 36° from one another and from the poles; a corner of each is at −10° about the y axis.
+/// Nine sides and four rings, 36° from one another and from the poles; a corner of each is at −10°
+/// about the y axis.
 fn barrel() -> Mesh {
     let heights = [-36.0f64, -72.0, 72.0, 36.0].map(|degrees| {
         let cos = libm::cos(degrees.to_radians());

@@ -118,8 +118,8 @@ fn spot(
             );
             return Err(parameters.refuse("cutoff_angle", message));
         }
-        // A spot with a picture grows with x and y of the node there and here; only its axis is turned
-        // around, from +z to −z.
+        // A spot with a picture grows with x and y of the node there and here; only its axis is
+        // turned around, from +z to −z.
         Some(_) => {
             require_even(parameters, node.matrix3, "with a texture,")?;
             node.matrix3 * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0))
@@ -129,10 +129,12 @@ fn spot(
     Ok((to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture }))
 }
 
-/// A picture on a plane across the z axis. As seen along that axis, +y is up in it and +x to the left.
+/// A picture on a plane across the z axis. As seen along that axis, +y is up in it and +x to the
+/// left.
 ///
-/// Where the picture is 1, the irradiance of the plane at distance 1 is π, times the scale, and times the size of the node
-/// (as measured with Mitsuba 3.9.1, whose documentation says nothing of either).
+/// Where the picture is 1, the irradiance of the plane at distance 1 is π, times the scale, and
+/// times the size of the node (as measured with Mitsuba 3.9.1, whose documentation says nothing of
+/// either).
 fn projector(
     parameters: &mut Parameters<'_>,
     texture: Option<Arc<Texture>>,
@@ -204,7 +206,8 @@ fn envmap(
     Ok((DAffine3::from_mat3(node * swap), kind))
 }
 
-/// A luminaire, which Mitsuba lacks, by the photometric file of its maker. As a spot, it hangs along +z.
+/// A luminaire, which Mitsuba lacks, by the photometric file of its maker. As a spot, it hangs
+/// along +z.
 fn luminaire(
     tree: &Tree,
     object: &Object,

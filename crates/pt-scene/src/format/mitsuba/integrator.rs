@@ -22,8 +22,8 @@ const KINDS: [&str; 12] = [
     "direct_projective",
 ];
 
-/// Integrators whose picture is that of a path tracer: their names, whether they know media, and the
-/// `max_depth` that they have by default.
+/// Integrators whose picture is that of a path tracer: their names, whether they know media, and
+/// the `max_depth` that they have by default.
 const PATHS: [(&str, bool, i64); 8] = [
     ("path", false, -1),
     ("ptracer", false, -1),
@@ -107,9 +107,9 @@ pub(super) fn integrator(
     parameters.finish()
 }
 
-/// Makes holes ways in which their surfaces scatter light, as they are to Mitsuba's integrators without media:
-/// interactions that are counted, through which lights that have no extent are not found. Where neither can
-/// be seen, they stay holes.
+/// Makes holes ways in which their surfaces scatter light, as they are to Mitsuba's integrators
+/// without media: interactions that are counted, through which lights that have no extent are not
+/// found. Where neither can be seen, they stay holes.
 pub(super) fn fill_holes(scene: &mut Scene) {
     use LightKind::{Directional, Ies, LinearSpot, Point, Projector, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);

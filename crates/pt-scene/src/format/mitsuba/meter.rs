@@ -80,7 +80,8 @@ fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     Ok((DAffine3::IDENTITY, Some(meter)))
 }
 
-/// Radiance along a direction from beyond all surfaces: to a point, to a shape, or to the disk around the scene.
+/// Radiance along a direction from beyond all surfaces: to a point, to a shape, or to the disk
+/// around the scene.
 fn distant(
     seat: &Seat<'_>,
     parameters: &mut Parameters<'_>,

@@ -14,8 +14,8 @@
 //! Coordinates stay as they are, whichever axis the author takes as up. Differences between the
 //! two renderers:
 //!
-//! * Mitsuba's camera looks along +z of its node with +x to the left, ours along −z with +x to
-//!   the right: half a turn about y.
+//! * Mitsuba's camera looks along +z of its node with +x to the left, ours along −z with +x to the
+//!   right: half a turn about y.
 //! * Pixels at the edge of the image see light from beyond it through their filter, as with
 //!   `sample_border` there.
 //! * Parallel light shines along +z of its node there, and along −z here.
@@ -26,12 +26,14 @@
 //!   number is the equal-energy illuminant where light is emitted, and grey elsewhere.
 //! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
 //!   coordinates that they have there.
-//! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that move, in their own coordinates.
+//! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that
+//!   move, in their own coordinates.
 //! * Of `ellipsoids`, the inner side is seen too.
 //! * Disks and cylinders are meshes of 1024 sides here.
 //! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
 //! * v runs down the rows of an image there, and up here.
-//! * A grid of a medium that is turned ends at its own box here, and at the upright box around it there.
+//! * A grid of a medium that is turned ends at its own box here, and at the upright box around it
+//!   there.
 
 mod bsdf;
 mod curves;

@@ -317,8 +317,8 @@ impl<'t> Parameters<'t> {
         })
     }
 
-    /// A transform that can be undone, the identity if there is none; or what it is when it changes with
-    /// time, with the identity beside it.
+    /// A transform that can be undone, the identity if there is none; or what it is when it changes
+    /// with time, with the identity beside it.
     pub(super) fn placement(
         &mut self,
         name: &'static str,

@@ -468,8 +468,8 @@ impl Reader {
         Ok(Attributes { document, node, values })
     }
 
-    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar. The error is a
-    /// message, or nothing if it was told why a name stands for nothing.
+    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar.
+    /// The error is a message, or nothing if it was told why a name stands for nothing.
     fn substitute<'a>(&self, text: &'a str) -> Result<Cow<'a, str>, Option<String>> {
         if !text.contains('$') {
             return Ok(Cow::Borrowed(text));

@@ -48,7 +48,8 @@ impl<'t> Seat<'t> {
     }
 }
 
-/// The sensors that one stands for: those of a "batch" share its film. A note says that they are not shown side by side.
+/// The sensors that one stands for: those of a "batch" share its film. A note says that they are
+/// not shown side by side.
 pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'t>>, LoadError> {
     if object.kind != "batch" {
         return Ok(vec![Seat::alone(object)]);

@@ -48,7 +48,8 @@ pub(super) struct Shape {
 #[expect(clippy::struct_excessive_bools, reason = "they are parameters that authors write")]
 struct MeshKey {
     path: PathBuf,
-    /// Which of the meshes of the file; of an "sdfgrid", 0 with analytic normals and 1 with smooth ones.
+    /// Which of the meshes of the file; of an "sdfgrid", 0 with analytic normals and 1 with smooth
+    /// ones.
     index: u32,
     is_flat: bool,
     flips: bool,
@@ -70,7 +71,8 @@ impl MeshKey {
 pub(super) struct Meshes {
     /// With whether its smooth normals are ours, or why there is none.
     of_files: HashMap<MeshKey, Result<(Arc<Mesh>, bool), String>>,
-    /// Those whose smooth normals are ours and are made in the world, by the bits of what places them there.
+    /// Those whose smooth normals are ours and are made in the world, by the bits of what places
+    /// them there.
     placed: HashMap<(MeshKey, [u64; 9]), Arc<Mesh>>,
     /// Those made by rule, by the kind of shape and whether its front is on the other side.
     made: HashMap<(&'static str, bool), Arc<Mesh>>,
@@ -310,8 +312,8 @@ impl Meshes {
         Arc::clone(mesh)
     }
 
-    /// The mesh of a file, read once for all shapes that are alike. Normals that Mitsuba makes are made in the world: they depend on
-    /// what stretches the mesh.
+    /// The mesh of a file, read once for all shapes that are alike. Normals that Mitsuba makes are
+    /// made in the world: they depend on what stretches the mesh.
     fn of_file(
         &mut self,
         key: &MeshKey,
@@ -347,10 +349,11 @@ fn keeps_angles(linear: DMat3) -> bool {
     error.to_cols_array().iter().all(|x| x.abs() <= TOLERANCE * scale)
 }
 
-/// A mesh with normals that are smooth where a transform places it: the angles by which they are weighted are those there.
+/// A mesh with normals that are smooth where a transform places it: the angles by which they are
+/// weighted are those there.
 ///
-/// Normals of the world are the inverse transpose of those of the mesh, and a transform that mirrors turns the front of
-/// triangles around: n = ± Mᵀ n_world, with the sign of det M.
+/// Normals of the world are the inverse transpose of those of the mesh, and a transform that
+/// mirrors turns the front of triangles around: n = ± Mᵀ n_world, with the sign of det M.
 fn smoothed_in_world(mut mesh: Mesh, to_world: DMat3) -> Mesh {
     let placed = |p: &[f32; 3]| (to_world * DVec3::from_array(p.map(f64::from))).as_vec3();
     let in_world = mesh.positions.iter().map(|p| placed(p).to_array()).collect();

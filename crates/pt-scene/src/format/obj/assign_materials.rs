@@ -31,8 +31,8 @@ pub(super) struct MaterialAssigner<'a> {
 }
 
 impl MaterialAssigner<'_> {
-    /// Gives the materials to the slots of the objects, which have default ones: slots without a name, or with one that is
-    /// not found, keep them.
+    /// Gives the materials to the slots of the objects, which have default ones: slots without a
+    /// name, or with one that is not found, keep them.
     ///
     /// # Errors
     /// If nothing more can be read.

@@ -1,8 +1,9 @@
 //! Pieces of a file that are read side by side.
 //!
-//! A corner may refer to what stands above it in the file, wherever that is. So a file is gone through three
-//! times, each time in parallel: what there is of each kind is counted, then the numbers of vertices are read, and
-//! then the faces, for which all numbers are there, and for which the counts tell what stands above.
+//! A corner may refer to what stands above it in the file, wherever that is. So a file is gone
+//! through three times, each time in parallel: what there is of each kind is counted, then the
+//! numbers of vertices are read, and then the faces, for which all numbers are there, and for which
+//! the counts tell what stands above.
 
 use std::path::Path;
 
@@ -164,7 +165,8 @@ impl<'a> Statement<'a> {
         Named { name: uncommented(&rest).trim().to_owned(), line: self.number }
     }
 
-    /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of them.
+    /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of
+    /// them.
     pub(super) fn as_text<T>(
         &self,
         read: impl FnOnce(Line) -> Result<T, LoadError>,
@@ -182,7 +184,8 @@ pub(super) fn uncommented(line: &str) -> &str {
     &line[..start.unwrap_or(line.len())]
 }
 
-/// The finite numbers that a line consists of, if these are as many as are asked for: most lines do.
+/// The finite numbers that a line consists of, if these are as many as are asked for: most lines
+/// do.
 fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
     let (mut numbers, mut rest) = ([0.0; N], bytes);
     for number in &mut numbers {

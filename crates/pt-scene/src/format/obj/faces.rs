@@ -238,7 +238,8 @@ fn read_corners(
     all_good
 }
 
-/// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are so.
+/// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are
+/// so.
 fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
     let mut triangle = [[MISSING; 3]; 3];
     for corner in &mut triangle {
@@ -271,8 +272,8 @@ fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
     Some(number - 1)
 }
 
-/// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many there
-/// are above.
+/// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many
+/// there are above.
 fn corner(
     line: Line,
     word: &str,

@@ -52,11 +52,13 @@ impl Content {
     }
 }
 
-/// Options of one word that change nothing here, or only how texels are filtered: `-blendu on`, `-boost 2` …
+/// Options of one word that change nothing here, or only how texels are filtered: `-blendu on`,
+/// `-boost 2` …
 const PASSED_OVER: [&str; 5] = ["-blendu", "-blendv", "-boost", "-texres", "-type"];
 
 impl Map {
-    /// Reads a line whose first word says what the image is for; `None` if it names no file, which is noted.
+    /// Reads a line whose first word says what the image is for; `None` if it names no file, which
+    /// is noted.
     ///
     /// # Errors
     /// If an option has no number where it needs one.
@@ -208,7 +210,8 @@ impl<'f> Images<'f> {
         Self { folder, made: HashMap::new() }
     }
 
-    /// The texture of a map. Where its image is missing, something loud stands in for it, and the material is told.
+    /// The texture of a map. Where its image is missing, something loud stands in for it, and the
+    /// material is told.
     pub(super) fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
         let context = &self.folder.context;
         let image = match self.image(map, content) {

@@ -25,7 +25,8 @@ use crate::{LoadError, Material, Surface};
 
 /// √α of the sheen, of which files say nothing.
 const SHEEN_ROUGHNESS: f32 = 0.5;
-/// Diffuse colour of materials that give neither one nor an image: that of things without a material.
+/// Diffuse colour of materials that give neither one nor an image: that of things without a
+/// material.
 const DEFAULT_DIFFUSE: f32 = 0.5;
 /// Index of refraction of glass that gives none: that of windows.
 const DEFAULT_IOR: f32 = 1.5;
@@ -207,7 +208,8 @@ impl Made<'_, '_, '_, '_> {
         Some(exponent.max(0.0))
     }
 
-    /// A physically based surface, for which `Ks` and `illum` mean nothing but that light goes through.
+    /// A physically based surface, for which `Ks` and `illum` mean nothing but that light goes
+    /// through.
     fn metallic_roughness(&mut self, is_glass: bool) -> MetallicRoughness {
         let number = |word| self.values.number(word).unwrap_or(0.0);
         let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
@@ -237,8 +239,8 @@ impl Made<'_, '_, '_, '_> {
         }
     }
 
-    /// A colour, times an image if there is one. Beside an image, black is no colour, as nothing would be seen of it; but
-    /// a surface may well be without a gloss.
+    /// A colour, times an image if there is one. Beside an image, black is no colour, as nothing
+    /// would be seen of it; but a surface may well be without a gloss.
     fn painted(&mut self, word: &str, map: &str, default: f32) -> Color {
         let color = self.values.color(word);
         let Some(image) = self.values.map(map).cloned() else {
@@ -306,7 +308,8 @@ impl Made<'_, '_, '_, '_> {
     }
 }
 
-/// Whether nearly all colours of an image are normals that point outwards, and not greys: 2 c − 1 has length 1.
+/// Whether nearly all colours of an image are normals that point outwards, and not greys: 2 c − 1
+/// has length 1.
 fn has_normals(image: &Image) -> bool {
     let is_normal = |[r, g, b]: &&[f32; 3]| {
         let [x, y, z] = [r, g, b].map(|c| 2.0 * c - 1.0);

@@ -1,10 +1,10 @@
 //! Wavefront object files (OBJ): polygons with normals and texture coordinates of their own
-//! indices. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1] Vertices
-//! may have colours of sRGB, `v x y z r g b`, as several modelling tools write them.
+//! indices. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1]
+//! Vertices may have colours of sRGB, `v x y z r g b`, as several modelling tools write them.
 //!
-//! A file becomes one mesh, whatever its groups and objects are, with a slot for each material that its faces
-//! have; and points and lines, of each material that they have. Without faces, points and lines, all vertices are points.
-//! Free-form surfaces are passed over.
+//! A file becomes one mesh, whatever its groups and objects are, with a slot for each material that
+//! its faces have; and points and lines, of each material that they have. Without faces, points and
+//! lines, all vertices are points. Free-form surfaces are passed over.
 
 mod assign_materials;
 mod chunk;
@@ -223,8 +223,8 @@ fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
     faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
 }
 
-/// Reads chunks, some at a time, and takes what they gave in the order of the file, until there are too many faults; tells
-/// how many chunks were read.
+/// Reads chunks, some at a time, and takes what they gave in the order of the file, until there are
+/// too many faults; tells how many chunks were read.
 fn each<'a, P: Send>(
     chunks: &[Chunk<'a>],
     faults: &mut MeshDiagnostics,

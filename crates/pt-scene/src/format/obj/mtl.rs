@@ -1,5 +1,5 @@
-//! Statements of materials. [Wavefront Technologies, "MTL material format (.mtl)", 1995; with the statements for
-//! physically based materials of Exocortex Clara.io, 2014]
+//! Statements of materials. [Wavefront Technologies, "MTL material format (.mtl)", 1995; with the
+//! statements for physically based materials of Exocortex Clara.io, 2014]
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,8 @@ enum Kind {
     Number(f32, f32),
     /// An image.
     Map,
-    /// Nothing that is seen here: the light that comes from nowhere, or only how texels are filtered.
+    /// Nothing that is seen here: the light that comes from nowhere, or only how texels are
+    /// filtered.
     Silent,
     /// What is not read, and what that means.
     PassedOver(&'static str),

@@ -53,8 +53,8 @@ impl Slots {
         }
     }
 
-    /// Cuts triangles into runs of the same slot, and says what material each slot has: `None` is that of the triangles
-    /// above the first name. Materials without triangles have no slot.
+    /// Cuts triangles into runs of the same slot, and says what material each slot has: `None` is
+    /// that of the triangles above the first name. Materials without triangles have no slot.
     pub(super) fn finish(self, triangles: usize) -> (Vec<Submesh>, Vec<Option<Named>>) {
         let starts = std::iter::once((0, None));
         let starts: Vec<_> =

@@ -13,7 +13,8 @@ pub(super) struct Groups {
     switches: Vec<(usize, u32)>,
 }
 
-/// The group that a statement names. Numbers are groups, `off` and 0 are none, and all else is group 1.
+/// The group that a statement names. Numbers are groups, `off` and 0 are none, and all else is
+/// group 1.
 pub(super) fn group(line: Line) -> u32 {
     match line.text.split_ascii_whitespace().nth(1) {
         None => 0,
@@ -34,7 +35,8 @@ impl Groups {
         self.switches.extend(moved);
     }
 
-    /// Normals that are smooth within each group, and those of the triangles elsewhere; `None` if no triangle is in a group.
+    /// Normals that are smooth within each group, and those of the triangles elsewhere; `None` if
+    /// no triangle is in a group.
     pub(super) fn normals(&self, mesh: &Mesh) -> Option<Attribute<[f32; 3]>> {
         let count = mesh.triangles.len();
         let ends = self.switches.iter().skip(1).map(|(first, _)| *first).chain([count]);
@@ -43,7 +45,8 @@ impl Groups {
         if runs.is_empty() {
             return None;
         }
-        // Triangles of a group have its number at their corners, and all others a number of their own.
+        // Triangles of a group have its number at their corners, and all others a number of their
+        // own.
         let mut numbers: Vec<u32> = (0..count as u32).collect();
         let mut firsts = HashMap::new();
         for (run, group) in runs {

@@ -28,7 +28,8 @@ pub(super) struct Around<'a> {
     pub(super) folder: &'a Folder,
 }
 
-/// A camera, and by what it multiplies light: for how long it is open, in seconds, and what a lens leaves.
+/// A camera, and by what it multiplies light: for how long it is open, in seconds, and what a lens
+/// leaves.
 pub(super) fn camera(
     entity: &Entity,
     around: &Around<'_>,
@@ -117,8 +118,8 @@ fn realistic(
     Ok(lens)
 }
 
-/// From the node of our panoramas, which look along −z with +x to the right, to a spherical camera, the left
-/// edge of whose picture looks along +x, and a quarter of its width further on, along +z.
+/// From the node of our panoramas, which look along −z with +x to the right, to a spherical camera,
+/// the left edge of whose picture looks along +x, and a quarter of its width further on, along +z.
 const EAST: DMat3 = DMat3::from_cols(DVec3::new(0.0, 0.0, -1.0), DVec3::Y, DVec3::X);
 
 fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
@@ -133,8 +134,8 @@ fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
     }
 }
 
-/// What the window on the screen shows, and how far it is off the axis. The field of view is that of the
-/// square between −1 and 1, to which the shorter side of the window is fitted.
+/// What the window on the screen shows, and how far it is off the axis. The field of view is that
+/// of the square between −1 and 1, to which the shorter side of the window is fitted.
 fn view(
     entity: &Entity,
     aspect: f64,
@@ -163,7 +164,8 @@ fn view(
             if entity.find("screenwindow").is_some() { "screenwindow" } else { "frameaspectratio" };
         return Err(entity.refuse(name, message));
     }
-    // The axis, which is in the middle without it, is at −x0/(x1 − x0) from the left and y1/(y1 − y0) from above.
+    // The axis, which is in the middle without it, is at −x0/(x1 − x0) from the left and y1/(y1 −
+    // y0) from above.
     let offset = [0.5 * (x0 + x1) / (x1 - x0), -0.5 * (y0 + y1) / (y1 - y0)];
     if !in_perspective {
         if offset.iter().any(|x| x.abs() > 1e-6) {

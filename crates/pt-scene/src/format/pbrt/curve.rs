@@ -10,7 +10,8 @@ use crate::{LoadError, Mesh};
 /// Most segments of one curve.
 const MAX_SEGMENTS: usize = 10_000;
 
-/// The curve as a mesh. Ribbons lie across their normals; others, also those that face the eye there, are tubes.
+/// The curve as a mesh. Ribbons lie across their normals; others, also those that face the eye
+/// there, are tubes.
 pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     entity.pass_over(&["splitdepth"]);
     let spline = spline(entity)?;

@@ -1,5 +1,5 @@
-//! Displaced meshes: cut into small triangles, whose corners are moved along their normals. [Pharr, Jakob & Humphreys 2023, "plymesh" of the
-//! file format]
+//! Displaced meshes: cut into small triangles, whose corners are moved along their normals. [Pharr,
+//! Jakob & Humphreys 2023, "plymesh" of the file format]
 
 use std::collections::HashMap;
 
@@ -13,10 +13,12 @@ use crate::{Attribute, Mesh};
 /// Most triangles of one displaced mesh.
 const MAX_TRIANGLES: usize = 1 << 22;
 
-/// A mesh with texture coordinates, of which no edge is longer than `edge` in the world, raised by `heights` in its own coordinates.
+/// A mesh with texture coordinates, of which no edge is longer than `edge` in the world, raised by
+/// `heights` in its own coordinates.
 ///
 /// # Errors
-/// If it would have too many triangles, or the texture is none of those by which meshes can be displaced.
+/// If it would have too many triangles, or the texture is none of those by which meshes can be
+/// displaced.
 pub(super) fn displaced(
     mesh: &Mesh,
     heights: &Scalar,
@@ -39,7 +41,8 @@ pub(super) fn displaced(
         *position = (vector(*position) + normal * height).as_vec3().to_array();
     }
     cut.submeshes = single_part(cut.triangles.len());
-    // By positions alone: corners that stand in one place but differ in texture coordinates may be apart.
+    // By positions alone: corners that stand in one place but differ in texture coordinates may be
+    // apart.
     cut.normals = Some(smooth_normals(&Mesh { uvs: None, ..cut.clone() }));
     Ok(cut)
 }
@@ -76,7 +79,8 @@ fn indexed(mesh: &Mesh) -> Mesh {
     made
 }
 
-/// Cuts all edges in half that are too long, the same for all triangles that share them. False if there was none.
+/// Cuts all edges in half that are too long, the same for all triangles that share them. False if
+/// there was none.
 fn split(mesh: &mut Mesh, edge: f64, to_world: &DAffine3) -> bool {
     let (Some(normals), Some(uvs)) = (&mut mesh.normals, &mut mesh.uvs) else { return false };
     let mut middles: HashMap<[u32; 2], Option<u32>> = HashMap::new();
@@ -197,7 +201,8 @@ mod tests {
         Input::Texture(Arc::new(pattern.into()))
     }
 
-    /// Heights that grow with u tilt the square: all corners lie in one plane, and no edge is longer than asked.
+    /// Heights that grow with u tilt the square: all corners lie in one plane, and no edge is
+    /// longer than asked.
     #[test]
     fn a_slope_tilts_a_square() {
         let pixels = [[0.25; 3], [0.75; 3]].to_vec();
@@ -232,7 +237,8 @@ mod tests {
         assert!((sum - 1.25_f64.sqrt()).abs() < 1e-5, "{sum}");
     }
 
-    /// Of each triangle, some edges are too long and others are not: there are no gaps all the same.
+    /// Of each triangle, some edges are too long and others are not: there are no gaps all the
+    /// same.
     #[test]
     fn cuts_fit_together() {
         let mut mesh = indexed(&square());

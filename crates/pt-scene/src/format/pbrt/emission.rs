@@ -23,8 +23,8 @@ pub(super) struct AreaLight {
 }
 
 impl AreaLight {
-    /// What is emitted by a shape of which this share is there: only what is there emits. A shape of which nothing is there
-    /// is a light that nobody sees, and emits all.
+    /// What is emitted by a shape of which this share is there: only what is there emits. A shape
+    /// of which nothing is there is a light that nobody sees, and emits all.
     pub(super) fn through(self, alpha: &Scalar) -> Color {
         let alpha = match alpha {
             Input::Value(0.0) => return self.radiance,
@@ -35,8 +35,8 @@ impl AreaLight {
     }
 }
 
-/// What a directive says of a shape of an area, in the square of the unit of the world; light is multiplied by
-/// `exposure`.
+/// What a directive says of a shape of an area, in the square of the unit of the world; light is
+/// multiplied by `exposure`.
 ///
 /// Light has the luminance that its colour says, or 1 for spectra; with `power`, it is divided by
 /// π · area · sides, and an image by its mean luminance, as there.

@@ -72,8 +72,8 @@ pub(super) struct Entity {
 }
 
 impl Parameter {
-    /// Reads all parameters up to the next directive, also those that stand behind the end of an included file. Of those
-    /// with the same name, the last one counts.
+    /// Reads all parameters up to the next directive, also those that stand behind the end of an
+    /// included file. Of those with the same name, the last one counts.
     pub(super) fn list(tokens: &mut Tokens<'_>) -> Result<Vec<Self>, LoadError> {
         let mut list: Vec<Self> = Vec::new();
         Self::read(tokens, &mut list)?;
@@ -168,7 +168,8 @@ impl Values {
         }
     }
 
-    /// Adds a value of a parameter of one of [`TYPES`]; it has to be of the same kind as those before.
+    /// Adds a value of a parameter of one of [`TYPES`]; it has to be of the same kind as those
+    /// before.
     fn push(values: &mut Option<Self>, of: &str, kind: &Kind<'_>) -> Result<(), String> {
         let mixed = |what: &Kind<'_>| {
             format!("{} is of another type than the values before it", what.describe())

@@ -1,8 +1,10 @@
-//! `realistic` cameras: lenses of many surfaces, taken as the thin lens that does the same near the axis.
+//! `realistic` cameras: lenses of many surfaces, taken as the thin lens that does the same near the
+//! axis.
 //!
-//! Rays near the axis are (y, u), a height and a slope, on which what a lens does is linear: a surface of radius R from index n to n′
-//! makes n′u′ = nu − y(n′ − n)/R of a slope, and a distance s makes y + su of a height. [Hecht, Optics, 5th ed., §6.2]
-//! Lengths are in millimetres, and along the axis from the scene to the film.
+//! Rays near the axis are (y, u), a height and a slope, on which what a lens does is linear: a
+//! surface of radius R from index n to n′ makes n′u′ = nu − y(n′ − n)/R of a slope, and a distance
+//! s makes y + su of a height. [Hecht, Optics, 5th ed., §6.2] Lengths are in millimetres, and along
+//! the axis from the scene to the film.
 
 use std::path::Path;
 
@@ -166,7 +168,8 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
     let distance = to_film + length - front_to_pupil;
     let focal_distance = focus - distance;
     let whole = optics.over(to_film);
-    // A ray of slope 1 through the middle of the pupil, and one from the point that is sharp through its edge.
+    // A ray of slope 1 through the middle of the pupil, and one from the point that is sharp
+    // through its edge.
     let height = whole.b - whole.a * front_to_pupil;
     let slope = radius / focal_distance;
     let arriving = optics.c * (radius - front_to_pupil * slope) + optics.d * slope;
@@ -205,7 +208,8 @@ mod tests {
         surfaces.iter().rev().skip(1).map(|s| s.thickness).sum()
     }
 
-    /// Follows a ray with this height and slope at the first surface through all of them by Snell's law, to those at the last one.
+    /// Follows a ray with this height and slope at the first surface through all of them by Snell's
+    /// law, to those at the last one.
     fn followed(surfaces: &[Surface], height: f64, slope: f64) -> [f64; 2] {
         let (mut z, mut y, mut angle) = (0.0, height, slope.atan());
         let (mut before, mut vertex) = (1.0, 0.0);
@@ -234,14 +238,16 @@ mod tests {
         [y + (vertex - z) * angle.tan(), angle.tan()]
     }
 
-    /// How far what is sharp is in front of the first surface, and the film behind the last one, by rays near the axis.
+    /// How far what is sharp is in front of the first surface, and the film behind the last one, by
+    /// rays near the axis.
     fn sharp(surfaces: &[Surface], focus: f64) -> [f64; 2] {
         const NEAR: f64 = 1e-4;
         let to_film = |to_front: f64| {
             let [y, u] = followed(surfaces, NEAR, NEAR / to_front);
             -y / u
         };
-        // From twice the focal length on, the film comes nearer more slowly than what is sharp goes away.
+        // From twice the focal length on, the film comes nearer more slowly than what is sharp goes
+        // away.
         let (mut low, mut high) = (150.0, focus);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -251,8 +257,8 @@ mod tests {
         [low, to_film(low)]
     }
 
-    /// From a point of the plane that is sharp through different points of the pupil: rays arrive in one point of the film, which is
-    /// that where the thin lens has them from.
+    /// From a point of the plane that is sharp through different points of the pupil: rays arrive
+    /// in one point of the film, which is that where the thin lens has them from.
     #[test]
     fn near_the_axis_the_thin_lens_does_what_all_surfaces_do() {
         let surfaces = surfaces(TEXT, 100.0).expect("it makes sense");

@@ -74,7 +74,8 @@ impl World {
         Ok((place, LightKind::Point { intensity }))
     }
 
-    /// Between two angles to its axis, the intensity falls by 3t² − 2t³ of the cosine: a table of it.
+    /// Between two angles to its axis, the intensity falls by 3t² − 2t³ of the cosine: a table of
+    /// it.
     fn spot(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
         const STEPS: u16 = 256;
         let from = entity.point("from")?.unwrap_or_default();
@@ -128,8 +129,8 @@ impl World {
         let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
             / image.pixels.len() as f64;
         let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
-        // The table hangs along −z of its own, which is +z of the light: half a turn about x. The light exchanges y and z of
-        // the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
+        // The table hangs along −z of its own, which is +z of the light: half a turn about x. The
+        // light exchanges y and z of the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
         let vertical: Vec<f32> = (0..=180 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let horizontal: Vec<f32> = (0..=360 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let mut candela = Vec::with_capacity(vertical.len() * horizontal.len());
@@ -150,7 +151,8 @@ impl World {
         ))
     }
 
-    /// A picture that is thrown along z; y is up in it, and its shorter side is as wide as the angle.
+    /// A picture that is thrown along z; y is up in it, and its shorter side is as wide as the
+    /// angle.
     fn projection(
         &self,
         entity: &Entity,
@@ -283,8 +285,9 @@ impl World {
     }
 }
 
-/// The rectangle through which the light of a sky arrives, whose corners stand in the world, whatever the transform. There,
-/// light comes from the side to which the product of the edges to the last and to the second corner looks.
+/// The rectangle through which the light of a sky arrives, whose corners stand in the world,
+/// whatever the transform. There, light comes from the side to which the product of the edges to
+/// the last and to the second corner looks.
 fn portal(entity: &Entity) -> Result<Option<Portal>, LoadError> {
     let Some(corners) = entity.points("portal")? else { return Ok(None) };
     let Ok(corners) = <[_; 4]>::try_from(corners) else {
@@ -299,8 +302,8 @@ fn no_file(entity: &Entity) -> LoadError {
     entity.at.error("the parameter \"string filename\" is missing")
 }
 
-/// What a light of intensity 1 sends through a slide at distance 1, which has half of these sides: ∫ I cos³ θ dA, by the
-/// middles of texels.
+/// What a light of intensity 1 sends through a slide at distance 1, which has half of these sides:
+/// ∫ I cos³ θ dA, by the middles of texels.
 fn flux(image: &Image, half: DVec2) -> f64 {
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let texel = |(i, pixel): (usize, &[f32; 3])| {
@@ -313,8 +316,8 @@ fn flux(image: &Image, half: DVec2) -> f64 {
     sum * 4.0 * half.element_product() / size.element_product()
 }
 
-/// By what a light is multiplied to have the power that is asked for, if the one that it has is `k` for a colour
-/// of 1.
+/// By what a light is multiplied to have the power that is asked for, if the one that it has is `k`
+/// for a colour of 1.
 fn power(entity: &Entity, k: f64) -> Result<f64, LoadError> {
     let power = entity.float("power", -1.0)?;
     Ok(if power > 0.0 { power / k } else { 1.0 })

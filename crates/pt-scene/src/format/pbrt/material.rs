@@ -186,8 +186,8 @@ impl World {
         .into())
     }
 
-    /// A metal that is the same everywhere. Without η and k, these are η = 1 and k = 2√(r / (1 − r)). [Pharr, Jakob & Humphreys
-    /// 2023, §10.5.3]
+    /// A metal that is the same everywhere. Without η and k, these are η = 1 and k = 2√(r / (1 −
+    /// r)). [Pharr, Jakob & Humphreys 2023, §10.5.3]
     fn conductor(
         &mut self,
         entity: &Entity,
@@ -222,8 +222,8 @@ impl World {
         Ok(Conductor { eta, k, reflectance: [1.0; 3].into(), roughness, two_sided: true })
     }
 
-    /// A diffuse base under a coat. What pbrt-v4 finds by random walks between the two, is found here by
-    /// formulas of the light that goes to and fro; absorption in the coat is left out.
+    /// A diffuse base under a coat. What pbrt-v4 finds by random walks between the two, is found
+    /// here by formulas of the light that goes to and fro; absorption in the coat is left out.
     fn coated_diffuse(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
         self.leave_haze_out(entity)?;
@@ -258,7 +258,8 @@ impl World {
         Ok(DiffuseTransmission { reflectance, transmittance })
     }
 
-    /// A metal under a coat. What pbrt-v4 finds by random walks between the two, is found here by formulas.
+    /// A metal under a coat. What pbrt-v4 finds by random walks between the two, is found here by
+    /// formulas.
     fn coated_conductor(&mut self, entity: &Entity) -> Result<CoatedConductor, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples"]);
         self.leave_haze_out(entity)?;

@@ -2,7 +2,8 @@
 
 use super::super::xml::{did_you_mean, quote};
 
-/// What a medium absorbs and scatters per millimetre, for red, green and blue. What it scatters is reduced: σs (1 − g).
+/// What a medium absorbs and scatters per millimetre, for red, green and blue. What it scatters is
+/// reduced: σs (1 − g).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measured {
     name: &'static str,
@@ -31,7 +32,8 @@ const fn medium(name: &'static str, scattered: [f32; 3], absorbed: [f32; 3]) -> 
     Measured { name, scattered, absorbed }
 }
 
-/// [Jensen, Marschner, Levoy & Hanrahan 2001, "A Practical Model for Subsurface Light Transport", figure 5]
+/// [Jensen, Marschner, Levoy & Hanrahan 2001, "A Practical Model for Subsurface Light Transport",
+/// figure 5]
 const SOLID_AND_LIQUID: &[Measured] = &[
     medium("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
     medium("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
@@ -47,8 +49,8 @@ const SOLID_AND_LIQUID: &[Measured] = &[
     medium("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
 ];
 
-/// By dilution in water, undone. [Narasimhan, Gupta, Donner, Ramamoorthi, Nayar & Jensen 2006, "Acquiring Scattering
-/// Properties of Participating Media by Dilution"]
+/// By dilution in water, undone. [Narasimhan, Gupta, Donner, Ramamoorthi, Nayar & Jensen 2006,
+/// "Acquiring Scattering Properties of Participating Media by Dilution"]
 const DILUTED: &[Measured] = &[
     medium("Lowfat Milk", [0.891_87, 1.5136, 2.532], [0.002_875, 0.005_75, 0.0115]),
     medium("Reduced Milk", [2.4858, 3.1669, 4.5214], [0.002_555_6, 0.005_111_1, 0.012_778]),

@@ -258,8 +258,8 @@ impl Media {
         })
     }
 
-    /// The media on both sides of a surface; `None` if they are the same. What the material has `within` goes before
-    /// the medium inside.
+    /// The media on both sides of a surface; `None` if they are the same. What the material has
+    /// `within` goes before the medium inside.
     pub(super) fn sides(
         &self,
         interface: &Interface,

@@ -10,8 +10,9 @@ use super::medium::{Media, check_count, resolution};
 use crate::LoadError;
 use crate::medium::{BlackBody, Grid, GridFilter, MediumEmission, MediumProperties, PlacedGrid};
 
-/// The sum of ȳ over the wavelengths in nanometres. The light of heat, which has radiance 1 at its strongest wavelength there, and that of grids
-/// of colours, whose white has this luminance, are not divided by it as other light is. [CIE 1931, at each nanometre]
+/// The sum of ȳ over the wavelengths in nanometres. The light of heat, which has radiance 1 at its
+/// strongest wavelength there, and that of grids of colours, whose white has this luminance, are
+/// not divided by it as other light is. [CIE 1931, at each nanometre]
 const EQUAL_ENERGY: f64 = 106.856_895;
 
 impl Media {

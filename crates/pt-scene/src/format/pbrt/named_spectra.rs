@@ -12,8 +12,8 @@ pub(super) enum Named {
     Optical([f32; 3]),
 }
 
-/// Chromaticities of standard illuminants. [CIE 015:2004, tables T.3 and T.8; the white of ACES: SMPTE ST
-/// 2065-1]
+/// Chromaticities of standard illuminants. [CIE 015:2004, tables T.3 and T.8; the white of ACES:
+/// SMPTE ST 2065-1]
 const ILLUMINANTS: [(&str, [f64; 2]); 16] = [
     ("stdillum-A", [0.447_58, 0.407_45]),
     ("stdillum-D50", [0.345_67, 0.358_50]),

@@ -1,4 +1,5 @@
-//! Spheres, disks, cylinders and bilinear patches as meshes: surfaces by two parameters from 0 to 1.
+//! Spheres, disks, cylinders and bilinear patches as meshes: surfaces by two parameters from 0 to
+//! 1.
 
 use std::f64::consts::TAU;
 
@@ -22,8 +23,8 @@ fn around(u: f64, phi_max: f64) -> DVec3 {
     DVec3::new(cos, sin, 0.0)
 }
 
-/// The part of a sphere between two heights and from +x around to an angle; v grows from the lower to the
-/// upper height, in proportion to the angle to the axis.
+/// The part of a sphere between two heights and from +x around to an angle; v grows from the lower
+/// to the upper height, in proportion to the angle to the axis.
 pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mesh {
     let polar = |z: f64| libm::acos((z / radius).clamp(-1.0, 1.0));
     let (low, high) = (polar(z_min), polar(z_max));

@@ -30,7 +30,8 @@ use crate::{
     RenderHints, Scene, Span, Surface, Warning,
 };
 
-/// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many instances of them.
+/// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many
+/// instances of them.
 const MAX_SHAPES: usize = 1_000_000;
 
 /// Which material a shape has.
@@ -75,8 +76,8 @@ pub(super) struct Placed {
 const MAX_JOINED: usize = 1 << 22;
 
 impl Placed {
-    /// Adds a curve to one that was described before it and lies, scatters and is surrounded in the same way: hair would be
-    /// many shapes. False if they differ.
+    /// Adds a curve to one that was described before it and lies, scatters and is surrounded in the
+    /// same way: hair would be many shapes. False if they differ.
     pub(super) fn joins(&mut self, curve: &Self) -> bool {
         let is_same_kind = [&*self, curve].iter().all(|p| p.name == "curve" && p.light.is_none())
             && self.to_world == curve.to_world
@@ -120,7 +121,8 @@ pub(super) struct World {
     surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
     /// The media behind the surfaces of those that scatter below them.
     pub(super) within: HashMap<MaterialKey, u32>,
-    /// Materials that are made, with the alpha that they were made with, and whether as fibres that are tubes.
+    /// Materials that are made, with the alpha that they were made with, and whether as fibres
+    /// that are tubes.
     made: HashMap<MaterialKey, Vec<(Scalar, bool, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
@@ -506,8 +508,8 @@ impl World {
         number
     }
 
-    /// The material of the second of two sheets that shine as one: where something of the first is missing, nothing
-    /// of this one is there but its light.
+    /// The material of the second of two sheets that shine as one: where something of the first is
+    /// missing, nothing of this one is there but its light.
     fn back_of(&mut self, number: u32) -> u32 {
         let front = &self.scene.materials[number as usize];
         if front.opacity == Input::Value(1.0) {
@@ -527,8 +529,8 @@ impl World {
     }
 }
 
-/// From a [`Geometry::Sphere`], whose v is 0 at +z, to a sphere of pbrt-v4, where it is 0 at −z. Both have their front
-/// outside.
+/// From a [`Geometry::Sphere`], whose v is 0 at +z, to a sphere of pbrt-v4, where it is 0 at −z.
+/// Both have their front outside.
 const SPHERE: DAffine3 = DAffine3 {
     matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)),
     translation: DVec3::ZERO,
@@ -546,8 +548,8 @@ fn is_laid<T>(input: &Input<T>) -> bool {
     input.texture().is_some_and(|texture| texture.uses_coordinates())
 }
 
-/// Whether a surface has a texture that lies on texture coordinates, or is not the same in all directions, so that it needs
-/// these.
+/// Whether a surface has a texture that lies on texture coordinates, or is not the same in all
+/// directions, so that it needs these.
 fn shows_texture(surface: &Surface) -> bool {
     let varies = is_laid::<[f32; 3]>;
     match surface {
@@ -570,8 +572,8 @@ fn is_laid_out(roughness: &crate::material::Roughness) -> bool {
     u != v || is_laid(u)
 }
 
-/// A mesh with the texture coordinates that one without has there: (0, 0), (1, 0) and (1, 1) at the corners of
-/// each triangle.
+/// A mesh with the texture coordinates that one without has there: (0, 0), (1, 0) and (1, 1) at the
+/// corners of each triangle.
 fn with_coordinates(mesh: &Mesh) -> Mesh {
     let values = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
     let indices = Some(vec![[0, 1, 2]; mesh.triangles.len()]);

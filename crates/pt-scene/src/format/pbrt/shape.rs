@@ -32,7 +32,8 @@ const KINDS: [&str; 8] = [
 /// Pieces along each side of a bilinear patch that is not flat.
 const PIECES: u32 = 16;
 
-/// Most triangles that round and bent shapes of a scene may be cut into; a short line asks for 65,536 of them.
+/// Most triangles that round and bent shapes of a scene may be cut into; a short line asks for
+/// 65,536 of them.
 const MAX_TRIANGLES: usize = 1 << 24;
 
 /// The meshes of files, each read once, by their path and whether they are turned inside out.
@@ -40,7 +41,8 @@ const MAX_TRIANGLES: usize = 1 << 24;
 pub(super) struct Meshes {
     /// Or why there is none.
     of_files: HashMap<(PathBuf, bool), Result<Arc<Mesh>, String>>,
-    /// Disks and cylinders by their numbers and whether they are turned inside out: each is made once.
+    /// Disks and cylinders by their numbers and whether they are turned inside out: each is made
+    /// once.
     round: HashMap<(&'static str, [u64; 4], bool), Arc<Mesh>>,
     /// Triangles that shapes without files were cut into.
     cut: usize,
@@ -100,7 +102,8 @@ pub(super) fn shape(
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
     let limits = folder.context.limits();
     let refuse = |message: String| entity.at.error(message);
-    // Round shapes that are mirrored have their front on the other side there. What they emit goes outwards.
+    // Round shapes that are mirrored have their front on the other side there. What they emit goes
+    // outwards.
     let is_inside_out = state.reverses != (mirrors(&state.ctm[0]) && state.area_light.is_none());
     let geometry = match entity.kind.as_str() {
         "sphere" => sphere(entity, is_inside_out)?,

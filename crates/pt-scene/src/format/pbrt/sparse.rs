@@ -1,4 +1,5 @@
-//! The sparse grids of a scene: each file is read once, and each grid that is made of one is made once.
+//! The sparse grids of a scene: each file is read once, and each grid that is made of one is made
+//! once.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

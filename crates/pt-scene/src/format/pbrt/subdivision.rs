@@ -1,5 +1,5 @@
-//! Subdivision surfaces of triangles. [Loop 1987, "Smooth Subdivision Surfaces Based on Triangles"; rules at borders:
-//! Hoppe et al. 1994, "Piecewise Smooth Surface Reconstruction", §3]
+//! Subdivision surfaces of triangles. [Loop 1987, "Smooth Subdivision Surfaces Based on Triangles";
+//! rules at borders: Hoppe et al. 1994, "Piecewise Smooth Surface Reconstruction", §3]
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,11 +11,13 @@ use crate::{Attribute, Attributes, Mesh};
 /// Most triangles that a surface may be cut into.
 const MAX_TRIANGLES: usize = 1 << 22;
 
-/// The surface to which a mesh comes when each triangle is cut into four again and again: after so many times,
-/// vertices are moved to their limits, with the normals that the limit has there. Fronts stay where they are.
+/// The surface to which a mesh comes when each triangle is cut into four again and again: after so
+/// many times, vertices are moved to their limits, with the normals that the limit has there.
+/// Fronts stay where they are.
 ///
 /// # Errors
-/// If an edge has more than two triangles, or two that are turned against each other, or there are too many triangles.
+/// If an edge has more than two triangles, or two that are turned against each other, or there are
+/// too many triangles.
 pub(super) fn subdivide(
     mut points: Vec<DVec3>,
     mut faces: Vec<[u32; 3]>,
@@ -57,8 +59,8 @@ pub(super) fn subdivide(
     })
 }
 
-/// The triangles around vertices, by their sides: those that run from a vertex are together, in the order of where they
-/// run to.
+/// The triangles around vertices, by their sides: those that run from a vertex are together, in the
+/// order of where they run to.
 struct Fans {
     /// Where the sides from each vertex begin, and behind all of them.
     starts: Vec<u32>,
@@ -216,7 +218,8 @@ impl Ring {
         }
     }
 
-    /// Where it is in the end. (At borders pbrt-v4 has the weights 3/5 and 1/5, which are not those of the limit.)
+    /// Where it is in the end. (At borders pbrt-v4 has the weights 3/5 and 1/5, which are not those
+    /// of the limit.)
     fn limit(&self, points: &[DVec3], p: DVec3) -> DVec3 {
         match self.ends(points) {
             Some(ends) if self.is_at_border => (p * 4.0 + ends) / 6.0, // as of cubic B-splines

@@ -1,7 +1,8 @@
 //! `Material "subsurface"`: a boundary of a dielectric around a medium.
 //!
-//! pbrt-v4 looks up, for two points of the surface, how much light goes from one to the other: that of a flat half space,
-//! by diffusion. Here paths go through the boundary and are scattered in the medium until they leave again.
+//! pbrt-v4 looks up, for two points of the surface, how much light goes from one to the other: that
+//! of a flat half space, by diffusion. Here paths go through the boundary and are scattered in the
+//! medium until they leave again.
 
 use super::super::xml::quote;
 use super::color::index;
@@ -128,8 +129,9 @@ fn the_way(entity: &Entity) -> Result<Option<&'static str>, LoadError> {
     Ok(first.map(|(way, _)| way))
 }
 
-/// The share of evenly spread light in a medium that its boundary throws back: F_i = ∫ 2 μ F(μ) dμ, with Fresnel's F
-/// for light from the side of which the index of refraction is `eta` times that of the other.
+/// The share of evenly spread light in a medium that its boundary throws back: F_i = ∫ 2 μ F(μ) dμ,
+/// with Fresnel's F for light from the side of which the index of refraction is `eta` times that of
+/// the other.
 fn internal_reflectance(eta: f64) -> f64 {
     const PARTS: u32 = 1024;
     let at = |i: u32| {
@@ -139,7 +141,8 @@ fn internal_reflectance(eta: f64) -> f64 {
     (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS)
 }
 
-/// The share of light that is reflected on its way from the side with `eta` times the index of the other.
+/// The share of light that is reflected on its way from the side with `eta` times the index of the
+/// other.
 fn fresnel(cos: f64, eta: f64) -> f64 {
     let square = 1.0 - eta * eta * (1.0 - cos * cos);
     if square <= 0.0 {
@@ -151,13 +154,15 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-/// The share of light that collisions in a deep medium scatter, where the `reflectance` of all light that enters leaves
-/// again, and the boundary throws the share `inner` of what arrives from below back.
+/// The share of light that collisions in a deep medium scatter, where the `reflectance` of all
+/// light that enters leaves again, and the boundary throws the share `inner` of what arrives from
+/// below back.
 ///
-/// What would leave without a boundary is A: light that enters leaves with A (1 − F), or is thrown back and goes on likewise, so that
-/// R = A (1 − F) / (1 − A F). For A with s = √((1 − ϖ) / (1 − ϖ g)), A = (1 − s) (1 − 0.139 s) / (1 + 1.17 s), which is
-/// solved for s.
-/// [van de Hulst 1980, "Multiple Light Scattering"; Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"]
+/// What would leave without a boundary is A: light that enters leaves with A (1 − F), or is thrown
+/// back and goes on likewise, so that R = A (1 − F) / (1 − A F). For A with s = √((1 − ϖ) / (1 − ϖ
+/// g)), A = (1 − s) (1 − 0.139 s) / (1 + 1.17 s), which is solved for s.
+/// [van de Hulst 1980, "Multiple Light Scattering"; Kulla & Conty 2017, "Revisiting Physically
+/// Based Shading at Imageworks"]
 fn scattering_albedo(reflectance: f64, inner: f64, g: f64) -> f64 {
     let a = reflectance / (1.0 - inner + inner * reflectance);
     let b = 1.139 + 1.17 * a;
@@ -182,8 +187,8 @@ mod tests {
         (1.0 + g * g - x * x) / (2.0 * g)
     }
 
-    /// What is left of light that enters a half space below a smooth boundary, evenly spread, when it leaves. Depths are in
-    /// mean free paths, and cosines μ are to the way down.
+    /// What is left of light that enters a half space below a smooth boundary, evenly spread, when
+    /// it leaves. Depths are in mean free paths, and cosines μ are to the way down.
     fn walk(mut stream: RngStream, albedo: f64, eta: f64, g: f64) -> f64 {
         let mut next = || stream.next_2d().map(f64::from);
         let mut mu = loop {
@@ -212,8 +217,8 @@ mod tests {
         0.0
     }
 
-    /// Light that enters has had a cone of directions made of it, which the formula does not know: so it is less good with an
-    /// index, and least where much is scattered forwards.
+    /// Light that enters has had a cone of directions made of it, which the formula does not know:
+    /// so it is less good with an index, and least where much is scattered forwards.
     #[test]
     fn random_walks_in_the_medium_leave_with_the_reflectance_that_was_asked_for() {
         const WALKS: u32 = 5_000;

@@ -86,8 +86,8 @@ impl Textures {
         }
     }
 
-    /// Gives a texture a name, and tells whether it lies in space. `to_world` goes from the coordinates that hold where it
-    /// stands.
+    /// Gives a texture a name, and tells whether it lies in space. `to_world` goes from the
+    /// coordinates that hold where it stands.
     pub(super) fn define(
         &mut self,
         name: &str,
@@ -211,7 +211,8 @@ impl Textures {
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
-    /// A colour that has to be the same everywhere, and whether it is the mean of a texture that is given instead.
+    /// A colour that has to be the same everywhere, and whether it is the mean of a texture that is
+    /// given instead.
     pub(super) fn mean_of(
         &self,
         entity: &Entity,
@@ -283,7 +284,8 @@ impl Textures {
         Ok(between(across, along, Input::Texture(Arc::new(facing.into()))))
     }
 
-    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and [`Pattern::Checkerboard3d`].
+    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and
+    /// [`Pattern::Checkerboard3d`].
     fn checkerboard(
         &self,
         entity: &Entity,
@@ -309,7 +311,8 @@ impl Textures {
         Ok(one_or_other(inputs, squares))
     }
 
-    /// What is called `inside` is seen outside of the dots, as in pbrt-v4, whose code exchanges the two.
+    /// What is called `inside` is seen outside of the dots, as in pbrt-v4, whose code exchanges the
+    /// two.
     fn dots(
         &self,
         entity: &Entity,
@@ -436,7 +439,8 @@ impl Textures {
     }
 }
 
-/// The pictures with levels whose names stand in a file: they are those of textures, as lights and the film have others.
+/// The pictures with levels whose names stand in a file: they are those of textures, as lights and
+/// the film have others.
 pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, PixelEncoding)> {
     let names = text.split('"').filter(|text| has_levels(Path::new(text)));
     names.map(|name| (folder.join(name), PixelEncoding::Stored)).collect()
@@ -471,7 +475,8 @@ fn textured(pattern: Pattern, layout: TextureMapping, to_pattern: DMat3) -> Colo
     Input::Texture(Arc::new(Texture { pattern, layout, to_pattern }))
 }
 
-/// What a pattern of two colours makes of two values; of textures, it tells where the second one is.
+/// What a pattern of two colours makes of two values; of textures, it tells where the second one
+/// is.
 fn one_or_other(inputs: [Color; 2], pattern: impl Fn([[f32; 3]; 2]) -> Texture) -> Color {
     match inputs {
         [Input::Value(first), Input::Value(second)] => {
@@ -528,8 +533,8 @@ pub(super) fn square_root(number: &Scalar) -> Scalar {
     }
 }
 
-/// The root of a product is that of its factors, as all channels of a number are equal; that of what is between two is
-/// between theirs, which is right where there is one of the two.
+/// The root of a product is that of its factors, as all channels of a number are equal; that of
+/// what is between two is between theirs, which is right where there is one of the two.
 fn root_of(texture: &Texture) -> Texture {
     let root = |color: [f32; 3]| color.map(|x| x.max(0.0).sqrt());
     let of = |color: &Color| match color {

@@ -71,7 +71,8 @@ pub(super) struct Tokens<'a> {
     ahead: Option<Token<'a>>,
     /// Whether there was a text without an end, behind which nothing is what it seems.
     is_broken: bool,
-    /// Parameters of the last directive that stand behind the directive by which the file is included.
+    /// Parameters of the last directive that stand behind the directive by which the file is
+    /// included.
     tail: Vec<Parameter>,
     /// What there is to say about what was read.
     pub(super) notes: Vec<Warning>,
@@ -83,7 +84,8 @@ impl<'a> Tokens<'a> {
         Self { file, text, next: 0, line: 1, ahead: None, is_broken: false, tail, notes }
     }
 
-    /// Those of an included file, whose last directive goes on with parameters of the file that includes it.
+    /// Those of an included file, whose last directive goes on with parameters of the file that
+    /// includes it.
     pub(super) fn included(text: &'a str, file: &Path, tail: Vec<Parameter>) -> Self {
         Self { tail, ..Self::new(text, file) }
     }

@@ -1,8 +1,10 @@
-//! Reflectances under coloured light: what a spectral renderer sees, where one of colours multiplies them.
+//! Reflectances under coloured light: what a spectral renderer sees, where one of colours
+//! multiplies them.
 //!
-//! pbrt-v4 takes a colour for a smooth spectrum, a sigmoid of a quadratic polynomial of the wavelength, and the light for
-//! another one times daylight. Their product has another colour than the product of their colours.
-//! [Jakob & Hanika 2019, "A Low-Dimensional Function Space for Efficient Spectral Upsampling"]
+//! pbrt-v4 takes a colour for a smooth spectrum, a sigmoid of a quadratic polynomial of the
+//! wavelength, and the light for another one times daylight. Their product has another colour than
+//! the product of their colours. [Jakob & Hanika 2019, "A Low-Dimensional Function Space for
+//! Efficient Spectral Upsampling"]
 
 use pt_math::{DMat3, DVec3, cie};
 
@@ -13,17 +15,19 @@ use std::sync::Arc;
 
 /// Wavelengths that are summed over, in nanometres.
 const STEP: f64 = 5.0;
-/// Lights whose colours differ by less are of one colour, and colours that differ by less from grey are grey.
+/// Lights whose colours differ by less are of one colour, and colours that differ by less from grey
+/// are grey.
 const TOLERANCE: f64 = 1e-3;
 
 /// How materials look under light of one colour.
 pub(super) struct Illuminant {
-    /// What each wavelength of the light counts for red, green and blue, so that white is (1, 1, 1).
+    /// What each wavelength of the light counts for red, green and blue, so that white is (1, 1,
+    /// 1).
     weights: Vec<[f64; 3]>,
 }
 
-/// Reflectance by wavelength: ½ + x / 2√(1 + x²) with x = c₀ + c₁ t + c₂ t², and t from 0 to 1 over the wavelengths
-/// of the observer.
+/// Reflectance by wavelength: ½ + x / 2√(1 + x²) with x = c₀ + c₁ t + c₂ t², and t from 0 to 1 over
+/// the wavelengths of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sigmoid(DVec3);
 
@@ -106,7 +110,8 @@ fn normalized(mut weights: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
 }
 
 impl Illuminant {
-    /// Light of a colour; `None` if it is white, under which colours are what they are, or no spectrum has it.
+    /// Light of a colour; `None` if it is white, under which colours are what they are, or no
+    /// spectrum has it.
     pub(super) fn of_color(rgb: [f64; 3]) -> Option<Self> {
         let most = rgb.iter().fold(0.0, |a: f64, b| a.max(*b));
         if most <= 0.0 || rgb.iter().all(|c| most - c <= TOLERANCE * most) {
@@ -202,7 +207,8 @@ impl Illuminant {
     }
 }
 
-/// The colour of what glows, if it has one; it still has where a texture says how much of it is there.
+/// The colour of what glows, if it has one; it still has where a texture says how much of it is
+/// there.
 fn color_of_glow(emission: &Color) -> Option<[f32; 3]> {
     match emission {
         Input::Value(value) => Some(*value),

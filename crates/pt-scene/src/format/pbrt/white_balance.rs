@@ -1,4 +1,5 @@
-//! White balance: light of a colour temperature becomes white. There it is done to what the sensor sees, here to all light.
+//! White balance: light of a colour temperature becomes white. There it is done to what the sensor
+//! sees, here to all light.
 
 use std::sync::Arc;
 
@@ -10,7 +11,8 @@ use crate::medium::{MediumEmission, MediumProperties};
 use crate::texture::{Color, Input, Pattern, Texture};
 use crate::{LightKind, Scene};
 
-/// From CIE XYZ to what cones see, by columns. [Lam 1985, the Bradford transform; ICC.1:2010, annex E]
+/// From CIE XYZ to what cones see, by columns. [Lam 1985, the Bradford transform; ICC.1:2010, annex
+/// E]
 const CONES: [[f64; 3]; 3] =
     [[0.8951, -0.7502, 0.0389], [0.2664, 1.7135, -0.0685], [-0.1614, 0.0367, 1.0296]];
 
@@ -25,7 +27,8 @@ pub(super) fn of_daylight(kelvin: f64) -> DMat3 {
     to_rec709 * adapted * to_rec709.inverse()
 }
 
-/// The chromaticity of daylight. [CIE 015:2004, §3.1; temperatures are those of the scale before 1968]
+/// The chromaticity of daylight. [CIE 015:2004, §3.1; temperatures are those of the scale before
+/// 1968]
 fn daylight(kelvin: f64) -> [f64; 2] {
     let t = 1e3 / (kelvin * 1.4388 / 1.4380);
     let x = if kelvin <= 7000.0 {
@@ -103,7 +106,8 @@ fn tint_texture(texture: &mut Arc<Texture>, matrix: DMat3) {
 mod tests {
     use super::*;
 
-    /// Daylight of a temperature becomes white with the same luminance, and what is bluer stays bluer.
+    /// Daylight of a temperature becomes white with the same luminance, and what is bluer stays
+    /// bluer.
     #[test]
     fn daylight_becomes_white() {
         for kelvin in [5000.0, 6500.0, 9000.0] {

@@ -1,8 +1,9 @@
 //! Values of vertices and faces that have names, as Mitsuba 3 groups and names them.
 //!
-//! Properties that follow one another, with the same words before the last `_` and behind it `x y z`, `0 1 2`, `1 2 3`, or `x`, `0`
-//! or `1` alone, are an attribute by the name of these words; with `r g b` or `r` alone, `_color` is added to the name. The
-//! attributes of two or four numbers are none. [Measured with Mitsuba 3.9.1; its documentation, "PLY mesh loader"]
+//! Properties that follow one another, with the same words before the last `_` and behind it `x y
+//! z`, `0 1 2`, `1 2 3`, or `x`, `0` or `1` alone, are an attribute by the name of these words;
+//! with `r g b` or `r` alone, `_color` is added to the name. The attributes of two or four numbers
+//! are none. [Measured with Mitsuba 3.9.1; its documentation, "PLY mesh loader"]
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -11,10 +11,12 @@ use super::rows::{Body, Chunk};
 use super::{header_of, text_lines};
 use crate::LoadError;
 
-/// The numbers of some properties of the vertices, a row each, in the order of `names`, of which there are at most [`SLOTS`].
+/// The numbers of some properties of the vertices, a row each, in the order of `names`, of which
+/// there are at most [`SLOTS`].
 ///
 /// # Errors
-/// If the content is no PLY, ends early, has no vertices, a property is missing or a list, or a number is not finite.
+/// If the content is no PLY, ends early, has no vertices, a property is missing or a list, or a
+/// number is not finite.
 pub(in super::super) fn parse<const N: usize>(
     bytes: &[u8],
     path: &Path,

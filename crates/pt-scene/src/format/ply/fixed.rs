@@ -1,7 +1,8 @@
 //! What most binary files hold, in tight loops: rows of a size that is the same for all.
 //!
 //! Those are vertices without lists, and faces that are triangles. Where anything else is met, or
-//! anything wrong, nothing is said but that: the general way through rows then finds out what it is.
+//! anything wrong, nothing is said but that: the general way through rows then finds out what it
+//! is.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -46,7 +47,8 @@ pub(super) struct Vertices {
     pub(super) colors: Option<Vec<[f32; 3]>>,
 }
 
-/// Faces that are triangles, with colours, texture coordinates at their corners and numbers of images where the file has them.
+/// Faces that are triangles, with colours, texture coordinates at their corners and numbers of
+/// images where the file has them.
 #[derive(Default)]
 pub(super) struct Triangles {
     pub(super) corners: Vec<[u32; 3]>,
@@ -76,8 +78,8 @@ pub(super) fn vertices<const BIG: bool>(
     Some((vertices, size))
 }
 
-/// Reads all faces at the beginning of the bytes if they are triangles with corners below `vertices`, and
-/// tells how many bytes they take.
+/// Reads all faces at the beginning of the bytes if they are triangles with corners below
+/// `vertices`, and tells how many bytes they take.
 pub(super) fn triangles<const BIG: bool>(
     layout: &Layout,
     vertices: u32,
@@ -107,8 +109,8 @@ fn sizes_of_triangles(layout: &Layout) -> impl Iterator<Item = Option<usize>> {
 }
 
 impl<'a, const BIG: bool> Rows<'a, BIG> {
-    /// All rows of an element, whose properties have these sizes, and the bytes that they take; none if
-    /// they are few or not all there.
+    /// All rows of an element, whose properties have these sizes, and the bytes that they take;
+    /// none if they are few or not all there.
     fn new(
         layout: &Layout,
         sizes: impl Iterator<Item = Option<usize>>,
@@ -185,8 +187,8 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         }
     }
 
-    /// The corners of triangles, whose lists are `at`; none if a list has not three items, or one is
-    /// no vertex.
+    /// The corners of triangles, whose lists are `at`; none if a list has not three items, or one
+    /// is no vertex.
     fn corners(&self, at: Lists) -> Option<Vec<[u32; 3]>> {
         match at.of {
             // Negative corners are far above all vertices then, so they are found to be wrong.

@@ -50,7 +50,8 @@ impl Number {
         matches!(self, Self::Float | Self::Double)
     }
 
-    /// The greatest number of a channel of a colour; 1 for reals. Numbers with a sign are no colours.
+    /// The greatest number of a channel of a colour; 1 for reals. Numbers with a sign are no
+    /// colours.
     fn levels(self) -> Option<f32> {
         match self {
             Self::Float | Self::Double => Some(1.0),
@@ -132,7 +133,8 @@ impl<'a> Layout<'a> {
         Self { element, fields, levels, unsupported }
     }
 
-    /// Reads properties of these names as the channels of colours, and no others; whole numbers are what they are.
+    /// Reads properties of these names as the channels of colours, and no others; whole numbers are
+    /// what they are.
     pub(super) fn show(&mut self, names: &[String]) {
         let colors = COLOR..COLOR + 3;
         for ((name, _), field) in self.element.properties.iter().zip(&mut self.fields) {
@@ -145,7 +147,8 @@ impl<'a> Layout<'a> {
         self.levels = (!names.is_empty()).then_some(1.0);
     }
 
-    /// An element of which the numbers of these names are read, each into the slot of its place in the list.
+    /// An element of which the numbers of these names are read, each into the slot of its place in
+    /// the list.
     pub(super) fn of_columns(element: &'a ElementDef, names: &[&str]) -> Self {
         let mut layout = Self::passed_over(element);
         for (name, field) in element.properties.keys().zip(&mut layout.fields) {

@@ -1,15 +1,15 @@
 //! Stanford polygon files (PLY), text and binary. [Turk 1994, "The PLY Polygon File Format"]
 //!
 //! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
-//! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called `vertex_index`)
-//! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`. Where a file is
-//! a scene, its [images](painted) are read too, and without faces its vertices are points, with segments by `vertex1 vertex2`
-//! of the element `edge`.
+//! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called
+//! `vertex_index`) of the elements `face` and `tristrips`; and `red green blue` (also called `r g
+//! b`) of `vertex` and `face`. Where a file is a scene, its [images](painted) are read too, and
+//! without faces its vertices are points, with segments by `vertex1 vertex2` of the element `edge`.
 //! All else is passed over.
 //!
-//! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs` where they
-//! begin, `words.rs` reads their numbers, and `fixed.rs` those of most binary files, which are all
-//! of one size.
+//! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs`
+//! where they begin, `words.rs` reads their numbers, and `fixed.rs` those of most binary files,
+//! which are all of one size.
 
 pub(super) mod attributes;
 pub(super) mod columns;
@@ -90,8 +90,8 @@ struct Content {
     segments: Vec<[u32; 2]>,
 }
 
-/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces; and what it says of
-/// images. Properties that are `shown` are read in place of colours.
+/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such
+/// faces; and what it says of images. Properties that are `shown` are read in place of colours.
 ///
 /// # Errors
 /// If nothing more can be read.
@@ -172,7 +172,8 @@ fn header_of<'b>(bytes: &'b [u8], path: &Path) -> Result<(Header, u32, &'b [u8])
     Ok((header, line, reader.into_inner()))
 }
 
-/// A file whose header ends its lines in line feeds, also where it ends them in carriage returns alone; and of a text, all lines.
+/// A file whose header ends its lines in line feeds, also where it ends them in carriage returns
+/// alone; and of a text, all lines.
 fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     const END: &[u8] = b"end_header";
     let Some(end) = memchr::memmem::find(bytes, END).map(|at| at + END.len()) else {
@@ -224,8 +225,8 @@ fn read_vertices(
     Ok(())
 }
 
-/// Reads all vertices, of any encoding and with any properties; those of a file without faces may be nowhere, as scanners
-/// write what they did not hit.
+/// Reads all vertices, of any encoding and with any properties; those of a file without faces may
+/// be nowhere, as scanners write what they did not hit.
 fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Vertices, LoadError> {
     let empty = |capacity| Vertices {
         positions: pt_memory::with_capacity(capacity),

@@ -1,5 +1,5 @@
-//! Images on faces, as MeshLab writes them: `comment TextureFile NAME` for each, and of each face the list `texcoord` with
-//! two numbers for each corner, and the number `texnumber` of its image.
+//! Images on faces, as MeshLab writes them: `comment TextureFile NAME` for each, and of each face
+//! the list `texcoord` with two numbers for each corner, and the number `texnumber` of its image.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -37,7 +37,8 @@ pub(super) fn files(comments: &[Comment]) -> Vec<String> {
 }
 
 impl Painted {
-    /// Gives a mesh the coordinates of its faces, and a slot for each image that it shows; says which images the slots have.
+    /// Gives a mesh the coordinates of its faces, and a slot for each image that it shows; says
+    /// which images the slots have.
     pub(super) fn lay(&mut self, mesh: &mut Mesh) -> Vec<i64> {
         let count = mesh.triangles.len();
         if let Some(uvs) = self.uvs.take().filter(|uvs| uvs.len() == count) {

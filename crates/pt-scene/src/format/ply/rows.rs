@@ -1,9 +1,9 @@
 //! What follows the header, in chunks of rows that are read side by side.
 //!
-//! Where rows begin is found first, which is quick: rows of a text are its lines, which are counted side by side, and those of
-//! binary files have a size that is fixed, but for their lists, which begin with their lengths. What rows
-//! hold is read in parallel and put together in the order of the file, so neither the result nor the
-//! list of what is wrong depends on the number of threads.
+//! Where rows begin is found first, which is quick: rows of a text are its lines, which are counted
+//! side by side, and those of binary files have a size that is fixed, but for their lists, which
+//! begin with their lengths. What rows hold is read in parallel and put together in the order of
+//! the file, so neither the result nor the list of what is wrong depends on the number of threads.
 
 use std::path::Path;
 
@@ -50,8 +50,8 @@ pub(super) struct Chunk<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Reads all rows of an element: `read` those of a chunk, noting what is wrong with them, `take` what this
-    /// gave, in the order of the file.
+    /// Reads all rows of an element: `read` those of a chunk, noting what is wrong with them,
+    /// `take` what this gave, in the order of the file.
     ///
     /// # Errors
     /// If nothing more can be read.
@@ -120,8 +120,8 @@ impl<'a> Body<'a> {
         (chunks, None)
     }
 
-    /// The next chunks of a text that are all of an element, of which `done` rows are read: their lines are
-    /// counted side by side. None where few rows are left.
+    /// The next chunks of a text that are all of an element, of which `done` rows are read: their
+    /// lines are counted side by side. None where few rows are left.
     fn text_chunks<'l>(&mut self, layout: &'l Layout<'l>, done: usize) -> Vec<Chunk<'l>>
     where
         'a: 'l,
@@ -228,8 +228,8 @@ impl<'a> Body<'a> {
         (most, None)
     }
 
-    /// How many rows to expect: as many as the header says, but not more than the bytes that are left can
-    /// hold.
+    /// How many rows to expect: as many as the header says, but not more than the bytes that are
+    /// left can hold.
     pub(super) fn least_count(&self, layout: &Layout) -> usize {
         let size = layout.least_size(self.encoding == Encoding::Ascii);
         layout.element.count.min(1 + self.rest.len() / size.max(1))
@@ -243,7 +243,8 @@ impl<'a> Body<'a> {
 }
 
 impl Chunk<'_> {
-    /// Gives each row with its number, or what is wrong with it; notes what is, and what is found to be by `each`.
+    /// Gives each row with its number, or what is wrong with it; notes what is, and what is found
+    /// to be by `each`.
     pub(super) fn rows(
         &self,
         faults: &mut MeshDiagnostics,

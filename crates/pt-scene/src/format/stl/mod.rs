@@ -1,17 +1,18 @@
 //! Stereolithography files (STL), text and binary: triangles without neighbours.
 //! [3D Systems, "Stereolithography Interface Specification", 1989]
 //!
-//! A binary file has a header of 80 bytes, the number of triangles, and 50 bytes for each: its normal, its corners
-//! and two bytes of attributes. Headers may begin with `solid`, as texts do, so a file is binary
-//! if it has the size that its number of triangles asks for. Otherwise it is a text if it looks like one.
+//! A binary file has a header of 80 bytes, the number of triangles, and 50 bytes for each: its
+//! normal, its corners and two bytes of attributes. Headers may begin with `solid`, as texts do, so
+//! a file is binary if it has the size that its number of triangles asks for. Otherwise it is a
+//! text if it looks like one.
 //!
-//! Corners with the same coordinates become one vertex, if they stand near each other in the file. Normals are
-//! not read, as they follow from the corners,
-//! nor are the attributes, which some programs use for colours, each in another way. z is up, as it is in
-//! programs for the workshop.
+//! Corners with the same coordinates become one vertex, if they stand near each other in the file.
+//! Normals are not read, as they follow from the corners,
+//! nor are the attributes, which some programs use for colours, each in another way. z is up, as it
+//! is in programs for the workshop.
 //!
-//! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites equal corners and joins
-//! the pieces. Large binary files are never held as a whole: `pieces.rs`.
+//! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites
+//! equal corners and joins the pieces. Large binary files are never held as a whole: `pieces.rs`.
 
 mod binary;
 #[cfg(all(unix, target_pointer_width = "64"))]
@@ -31,7 +32,8 @@ use crate::shapes::single_part;
 use crate::{Attributes, LoadError, Mesh, Scene};
 use weld::Welded;
 
-/// Bytes before the first triangle of a binary file, of which the last four are the number of triangles.
+/// Bytes before the first triangle of a binary file, of which the last four are the number of
+/// triangles.
 const HEADER: usize = 84;
 /// Bytes of a triangle.
 const TRIANGLE: usize = 50;
@@ -114,8 +116,9 @@ fn count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether a file is a text: one of its first lines begins a facet or ends a solid, or it begins with "solid" and has no
-/// byte 0, which headers are filled with. Names of solids may have any bytes.
+/// Whether a file is a text: one of its first lines begins a facet or ends a solid, or it begins
+/// with "solid" and has no byte 0, which headers are filled with. Names of solids may have any
+/// bytes.
 fn is_text(bytes: &[u8]) -> bool {
     /// Bytes in which a facet is looked for.
     const START: usize = 4096;

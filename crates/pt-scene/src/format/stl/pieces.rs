@@ -1,9 +1,11 @@
 //! Large binary files, which are never held as a whole.
 //!
-//! To fill fresh memory with a file takes longer than what is done with the bytes. So each thread reads, hashes and welds a part after
-//! the other in one buffer, which stays in the memory close to its core. The pieces whose corners are welded are those
-//! of `binary.rs`, so the mesh is the same; their ends are those of triangles, and the parts that are hashed end at powers of
-//! two, so a piece takes the bytes between two ends of parts and those of its own triangles around them.
+//! To fill fresh memory with a file takes longer than what is done with the bytes. So each thread
+//! reads, hashes and welds a part after the other in one buffer, which stays in the memory close to
+//! its core. The pieces whose corners are welded are those of `binary.rs`, so the mesh is the same;
+//! their ends are those of triangles, and the parts that are hashed end at powers of
+//! two, so a piece takes the bytes between two ends of parts and those of its own triangles around
+//! them.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -63,7 +65,8 @@ fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
 }
 
 impl Bench {
-    /// Reads the triangles of the piece `i`, and hashes the parts that begin there; the last piece has all that are left.
+    /// Reads the triangles of the piece `i`, and hashes the parts that begin there; the last piece
+    /// has all that are left.
     fn work(
         &mut self,
         file: &Large,

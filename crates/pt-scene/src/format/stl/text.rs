@@ -22,8 +22,8 @@ struct Piece<'a> {
     line: u32,
 }
 
-/// Reads the loops of a text; case does not matter. Lines that are not understood are noted, and so are loops that have other
-/// than three corners.
+/// Reads the loops of a text; case does not matter. Lines that are not understood are noted, and so
+/// are loops that have other than three corners.
 ///
 /// # Errors
 /// If the file ends in a loop, or there are too many vertices.
@@ -62,7 +62,8 @@ pub(super) fn read(
     join(&vertices, triangles, path)
 }
 
-/// The statements of a line, of which most lines have one: where it has several vertices, each begins with a word of STL.
+/// The statements of a line, of which most lines have one: where it has several vertices, each
+/// begins with a word of STL.
 fn statements(line: &str) -> impl Iterator<Item = &str> {
     /// Lines of one statement are shorter.
     const SHORT: usize = 80;
@@ -103,7 +104,8 @@ fn cut(bytes: &[u8], least: usize) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// Where the first line ends that ends a loop and ends behind so many bytes; otherwise where the text does.
+/// Where the first line ends that ends a loop and ends behind so many bytes; otherwise where the
+/// text does.
 fn piece_end(text: &[u8], least: usize) -> usize {
     // The first of these lines may be the rest of one.
     let mut end = least.saturating_sub(1).min(text.len());

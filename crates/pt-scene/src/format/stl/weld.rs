@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::super::mesh_file;
 use crate::LoadError;
 
-/// The binary logarithm of how many places there are for vertices that are remembered: these and what
-/// they refer to fit into the memory close to a core.
+/// The binary logarithm of how many places there are for vertices that are remembered: these and
+/// what they refer to fit into the memory close to a core.
 const PLACES_LOG2: u32 = 15;
 
 /// Triangles that share vertices.
@@ -19,9 +19,9 @@ pub(super) struct Welded {
 
 /// Unites equal corners of a piece of a file.
 ///
-/// A vertex is remembered at a place that follows from its coordinates, until another one takes it. So a
-/// corner is nearly always found again in those that stand near it in the file, at a cost that does
-/// not grow with the file.
+/// A vertex is remembered at a place that follows from its coordinates, until another one takes it.
+/// So a corner is nearly always found again in those that stand near it in the file, at a cost that
+/// does not grow with the file.
 pub(super) struct Welder {
     positions: Vec<[f32; 3]>,
     /// For each place the vertex that took it last, or 0.
@@ -56,8 +56,8 @@ impl Welder {
     }
 }
 
-/// Where a vertex is remembered. Odd multipliers (of which the first is 2³² over the golden ratio) spread the bits of each
-/// coordinate to the high ones, which are taken.
+/// Where a vertex is remembered. Odd multipliers (of which the first is 2³² over the golden ratio)
+/// spread the bits of each coordinate to the high ones, which are taken.
 fn place_of([x, y, z]: [u32; 3]) -> usize {
     const SPREAD: u32 = 0x9E37_79B1;
     let y = y.wrapping_mul(0x85EB_CA77).rotate_left(15);
@@ -112,7 +112,8 @@ mod tests {
         assert_eq!(welder.vertex([3.0, 2.0, 1.0]), 0, "the next piece begins anew");
     }
 
-    /// Three times as many vertices as places: many take those of others, but each corner gets its own position.
+    /// Three times as many vertices as places: many take those of others, but each corner gets its
+    /// own position.
     #[test]
     fn vertices_that_are_forgotten_are_made_again() {
         let mut welder = Welder::new();

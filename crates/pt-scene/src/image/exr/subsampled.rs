@@ -1,7 +1,7 @@
 //! Files whose channels have fewer pixels than others, as luminance and chroma have.
 //!
-//! The library that reads all other files refuses to put these together, but reads their headers and decompresses their blocks,
-//! which are found and taken apart here. [OpenEXR File Layout]
+//! The library that reads all other files refuses to put these together, but reads their headers
+//! and decompresses their blocks, which are found and taken apart here. [OpenEXR File Layout]
 
 use exr::image::FlatSamples;
 use exr::meta::attribute::SampleType;
@@ -161,7 +161,8 @@ fn take(bytes: &[u8], kind: SampleType, to: &mut [f32]) {
     }
 }
 
-/// A channel at all pixels: its samples lie on the first pixels of their cells, and it is linear between.
+/// A channel at all pixels: its samples lie on the first pixels of their cells, and it is linear
+/// between.
 fn spread(plane: &[f32], size: Vec2<usize>, rate: Vec2<usize>) -> Vec<f32> {
     if rate == Vec2(1, 1) {
         return plane.to_vec();

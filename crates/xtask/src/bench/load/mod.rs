@@ -1,8 +1,9 @@
-//! `cargo xtask bench load`: our readers of mesh files against those of others, on the same files, by turns.
+//! `cargo xtask bench load`: our readers of mesh files against those of others, on the same files,
+//! by turns.
 //!
-//! What is timed is one call that turns a file, which the system has in memory, into arrays of vertices and
-//! triangles: ours in this process, those of others each in a Python process that has imported them before.
-//! Each reads every file once before it is timed.
+//! What is timed is one call that turns a file, which the system has in memory, into arrays of
+//! vertices and triangles: ours in this process, those of others each in a Python process that has
+//! imported them before. Each reads every file once before it is timed.
 
 mod files;
 mod peer;

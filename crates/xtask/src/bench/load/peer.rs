@@ -9,7 +9,8 @@ use anyhow::{Context, Result};
 use crate::project::root;
 use crate::venv::{self, Prepared};
 
-/// A library, by the name that `python/bench_load.py` gives it, and how its Python module is installed.
+/// A library, by the name that `python/bench_load.py` gives it, and how its Python module is
+/// installed.
 type Library = (&'static str, fn() -> Result<Prepared>);
 
 /// The package `assimp_py` carries assimp itself.

@@ -10,7 +10,8 @@ use pt_scene::image::{self, Image};
 pub(super) struct Difference {
     /// See [`relative_mse`].
     pub(super) relative_mse: f64,
-    /// The same of the means of squares of [`COARSE`]² pixels: noise that neighbours have in common.
+    /// The same of the means of squares of [`COARSE`]² pixels: noise that neighbours have in
+    /// common.
     pub(super) coarse_mse: f64,
     /// The means of red, green and blue over those of the reference.
     pub(super) mean_ratio: [f64; 3],

@@ -1,5 +1,6 @@
-//! `cargo xtask bench peers`: whole images against Mitsuba 3, Cycles and LuxCore, of the same scenes, with
-//! the same filter, depth and threads, and compared with one converged image of each scene.
+//! `cargo xtask bench peers`: whole images against Mitsuba 3, Cycles and LuxCore, of the same
+//! scenes, with the same filter, depth and threads, and compared with one converged image of each
+//! scene.
 
 mod compare;
 mod cornell;
@@ -67,8 +68,8 @@ const SCENES: [Source; 4] = [
 /// Measures and prints.
 ///
 /// # Errors
-/// If a name is unknown, our program or Mitsuba for the reference cannot be had, or a render of ours
-/// fails. What a peer lacks is printed.
+/// If a name is unknown, our program or Mitsuba for the reference cannot be had, or a render of
+/// ours fails. What a peer lacks is printed.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let scenes = chosen(&args.scenes, &SCENES, |s| s.0, "scene")?;
     let peers = chosen(&args.peers, &PEERS, |p| p.name, "peer")?;

@@ -63,8 +63,8 @@ const fn peer(name: &'static str, kind: Kind, arguments: &'static [&'static str]
 pub(super) struct Taken {
     /// Wall-clock seconds of rendering, the least of all repeats.
     pub(super) wall: f64,
-    /// Processor seconds of rendering over threads, the least: the wall-clock time on a machine that
-    /// does nothing else.
+    /// Processor seconds of rendering over threads, the least: the wall-clock time on a machine
+    /// that does nothing else.
     pub(super) cpu: f64,
     /// Seconds from the start of the process to the first sample.
     pub(super) start: f64,
@@ -147,8 +147,8 @@ pub(super) fn render(
     Taken::from_json(&read(&result)?)
 }
 
-/// Renders a converged image with Mitsuba, and tells its own relative mean squared error, by its two
-/// halves.
+/// Renders a converged image with Mitsuba, and tells its own relative mean squared error, by its
+/// two halves.
 ///
 /// # Errors
 /// If it fails.

@@ -12,7 +12,8 @@ pub(super) struct Row {
     pub(super) difference: Difference,
 }
 
-/// Our ways to render: what it is called, and the side of the squares of pixels whose paths share light.
+/// Our ways to render: what it is called, and the side of the squares of pixels whose paths share
+/// light.
 pub(super) const OURS: [(&str, u32); 3] =
     [("pathtracer", 1), ("pathtracer 2x2", 2), ("pathtracer 4x4", 4)];
 
@@ -79,8 +80,8 @@ pub(super) fn print(ours: &[Row], peers: &[Row]) {
     }
 }
 
-/// What is asked, each with its verdict; nothing without peers. Efficiency is asked of each of our ways, start and
-/// memory of the slowest and largest.
+/// What is asked, each with its verdict; nothing without peers. Efficiency is asked of each of our
+/// ways, start and memory of the slowest and largest.
 fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
     let best = peers.iter().filter(|p| p.is_alike()).max_by(|a, b| by(Row::efficiency, a, b));
     let quick = peers.iter().min_by(|a, b| by(|p| p.taken.start, a, b));

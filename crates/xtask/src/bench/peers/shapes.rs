@@ -75,8 +75,8 @@ pub(super) fn sphere(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// A sphere displaced by six octaves of noise: lobes, and bumps on them. It fits a ball of `radius`,
-/// has its middle at `x` and `z`, and stands on `floor`.
+/// A sphere displaced by six octaves of noise: lobes, and bumps on them. It fits a ball of
+/// `radius`, has its middle at `x` and `z`, and stands on `floor`.
 pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> Triangles {
     let (mut positions, triangles) = sphere(n);
     for p in &mut positions {
@@ -95,8 +95,8 @@ pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> Triangles {
     (positions.iter().map(|&p| (p + offset).as_vec3()).collect(), triangles)
 }
 
-/// Value noise in (−1, 1): hashes of the corners of a lattice of units, between which the quintic of
-/// Perlin runs. [Perlin 2002, "Improving Noise", §2] Coordinates are positive.
+/// Value noise in (−1, 1): hashes of the corners of a lattice of units, between which the quintic
+/// of Perlin runs. [Perlin 2002, "Improving Noise", §2] Coordinates are positive.
 fn noise(p: DVec3, seed: u64) -> f64 {
     let corner = p.floor();
     let fraction = (p - corner).to_array();

@@ -16,7 +16,8 @@ const SUN_SIZE: f32 = 0.026;
 /// Where the sun is; not of unit length.
 const SUN_DIRECTION: Vec3 = Vec3::new(-0.55, 0.6, 0.35);
 
-/// The map: latitude and longitude, +y above, its middle towards +z and a quarter further towards −x.
+/// The map: latitude and longitude, +y above, its middle towards +z and a quarter further towards
+/// −x.
 pub(super) fn pixels() -> Image {
     let sun = SUN_DIRECTION.normalize();
     let pixel = |i: u32| {

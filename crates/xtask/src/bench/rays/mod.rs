@@ -28,8 +28,8 @@ pub(crate) struct Args {
     /// Only these meshes, separated by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     meshes: Vec<String>,
-    /// 256 × 256 rays of each kind instead of 1024 × 1024, on a cow and a hall unless --meshes says
-    /// otherwise
+    /// 256 × 256 rays of each kind instead of 1024 × 1024, on a cow and a hall unless --meshes
+    /// says otherwise
     #[arg(long)]
     quick: bool,
     /// Passes over the rays and half of the builds, of which the fastest counts

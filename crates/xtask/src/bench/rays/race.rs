@@ -1,5 +1,5 @@
-//! Times: every competitor in turn, over and over, so that what disturbs the machine hits all. Rates
-//! of rays are by processor time, builds, which run on several threads, by wall-clock time.
+//! Times: every competitor in turn, over and over, so that what disturbs the machine hits all.
+//! Rates of rays are by processor time, builds, which run on several threads, by wall-clock time.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -208,9 +208,9 @@ pub(super) struct Builds {
     pub(super) bytes: [f64; 2],
 }
 
-/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times, and those of small
-/// meshes, which the machine disturbs most, more often), and keeps the least times. No other Embree scene may be
-/// alive, or it would decide the number of threads.
+/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times, and
+/// those of small meshes, which the machine disturbs most, more often), and keeps the least times.
+/// No other Embree scene may be alive, or it would decide the number of threads.
 ///
 /// # Errors
 /// If one cannot be built.

@@ -10,8 +10,8 @@ const SAME: f64 = 1e-5;
 /// What somebody says a ray hits first: the parameter and the triangle.
 pub(super) type Claim = Option<(f32, u32)>;
 
-/// Whether two claims are about the same point: the same triangle, or, on an edge that two share, the
-/// same parameter.
+/// Whether two claims are about the same point: the same triangle, or, on an edge that two share,
+/// the same parameter.
 pub(super) fn agree(a: Claim, b: Claim) -> bool {
     match (a, b) {
         (None, None) => true,

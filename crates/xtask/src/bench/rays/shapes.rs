@@ -76,8 +76,8 @@ pub(super) fn hall(ropes: usize) -> Mesh {
     mesh
 }
 
-/// Half the length and half the width of the hall, its height, that of its lower storey, and how far
-/// columns are from the middle, in metres.
+/// Half the length and half the width of the hall, its height, that of its lower storey, and how
+/// far columns are from the middle, in metres.
 const LENGTH: f32 = 30.0;
 const WIDTH: f32 = 15.0;
 const HEIGHT: f32 = 24.0;

@@ -1,4 +1,5 @@
-//! What fuzzing begins with: files of the project, and the words in them and in the messages of the readers.
+//! What fuzzing begins with: files of the project, and the words in them and in the messages of the
+//! readers.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -25,8 +26,9 @@ pub(super) struct Seeds {
     pub dictionary: Option<PathBuf>,
 }
 
-/// Copies all files with an ending, and writes a dictionary of their words. The messages that stand beside bad files
-/// are full of names that the readers know, straight from their tables; so is the schema of JSON files.
+/// Copies all files with an ending, and writes a dictionary of their words. The messages that stand
+/// beside bad files are full of names that the readers know, straight from their tables; so is the
+/// schema of JSON files.
 ///
 /// # Errors
 /// If files cannot be read or written.

@@ -98,7 +98,8 @@ fn body(look: &MetallicRoughness) -> BaseMaterial {
     }
 }
 
-/// Where light goes through, the tints of Burley's are left out, and his sheen has the width of [`SHEEN_ROUGHNESS`].
+/// Where light goes through, the tints of Burley's are left out, and his sheen has the width of
+/// [`SHEEN_ROUGHNESS`].
 fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
@@ -176,7 +177,8 @@ fn without_gloss(look: MetallicRoughness, ior: f32) -> MetallicRoughness {
     if ior == 1.0 { MetallicRoughness { specular: 0.0.into(), ior: 1.5, ..look } } else { look }
 }
 
-/// The facets of a √α and an anisotropy of Burley's: glTF has the roughness across highlights, and how far it is to 1 along them.
+/// The facets of a √α and an anisotropy of Burley's: glTF has the roughness across highlights, and
+/// how far it is to 1 along them.
 fn brushed(
     roughness: &Scalar,
     anisotropic: &Scalar,

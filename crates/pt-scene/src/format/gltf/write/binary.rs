@@ -1,4 +1,5 @@
-//! The buffer of a binary file with its views and accessors, and what is around them. [glTF 2.0, §3.6 and §4.4]
+//! The buffer of a binary file with its views and accessors, and what is around them. [glTF 2.0,
+//! §3.6 and §4.4]
 
 use serde_json::{Map, Value, json};
 
@@ -37,8 +38,8 @@ impl Binary {
         self.views.len() - 1
     }
 
-    /// Adds values at vertices, all finite, and gives the index of their accessor. Positions are told with the box around
-    /// them.
+    /// Adds values at vertices, all finite, and gives the index of their accessor. Positions are
+    /// told with the box around them.
     pub(super) fn vertices<const N: usize>(
         &mut self,
         values: &[[f32; N]],

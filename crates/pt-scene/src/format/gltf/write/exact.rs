@@ -3,7 +3,8 @@
 /// Steps of rounding that are tried on either side.
 const STEPS: usize = 8;
 
-/// The number of single precision nearest to a guess of which a condition is true; the guess if there is none near it.
+/// The number of single precision nearest to a guess of which a condition is true; the guess if
+/// there is none near it.
 pub(super) fn near_f32(guess: f32, is_right: impl Fn(f32) -> bool) -> f32 {
     near(guess, f32::next_up, f32::next_down, is_right)
 }

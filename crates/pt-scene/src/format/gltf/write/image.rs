@@ -72,7 +72,8 @@ impl Images {
 }
 
 impl Writer<'_> {
-    /// A texture of which a material reads contents, each from a layer; all lie as the first one does.
+    /// A texture of which a material reads contents, each from a layer; all lie as the first one
+    /// does.
     pub(super) fn texture(
         &mut self,
         parts: &[(Content, &Layer)],
@@ -137,8 +138,8 @@ fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
     encode_stored(&stored(parts, 65_535.0), BitDepth::Sixteen)
 }
 
-/// The levels, as shares of the highest one, of an image with these contents, which have one size; what none of them is is
-/// 1.
+/// The levels, as shares of the highest one, of an image with these contents, which have one size;
+/// what none of them is is 1.
 fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
     let &Image { width, height, ref pixels } = &*parts[0].1;
     let mut pixels = vec![[1.0; 3]; pixels.len()];

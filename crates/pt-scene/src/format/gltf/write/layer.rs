@@ -1,4 +1,5 @@
-//! Parameters of materials as glTF has them: a factor, times an image, times the colours of the mesh.
+//! Parameters of materials as glTF has them: a factor, times an image, times the colours of the
+//! mesh.
 
 use std::sync::Arc;
 
@@ -166,7 +167,8 @@ impl Layer {
         Arc::new(Image { width, height, pixels })
     }
 
-    /// The fields of KHR_texture_transform; `None` if the image lies as it is, or if it is sheared, which that cannot say.
+    /// The fields of KHR_texture_transform; `None` if the image lies as it is, or if it is sheared,
+    /// which that cannot say.
     pub(super) fn transform(&self) -> Result<Option<Value>, Sheared> {
         if self.to_pattern == DMat3::IDENTITY {
             return Ok(None);
@@ -298,8 +300,8 @@ fn changed(image: &Image, change: impl Fn([f32; 3]) -> [f32; 3]) -> Arc<Image> {
     Arc::new(Image { pixels, ..*image })
 }
 
-/// The least power of two from 1 up that is not below a number, or else the largest that there is: what is divided by it
-/// keeps its bits.
+/// The least power of two from 1 up that is not below a number, or else the largest that there is:
+/// what is divided by it keeps its bits.
 pub(super) fn power_of_two(number: f32) -> f32 {
     const LARGEST: f32 = 1.701_411_8e38; // 2¹²⁷
     let mut scale = 1.0;

@@ -1,4 +1,5 @@
-//! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9, and the registry of extensions]
+//! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9, and the registry of
+//! extensions]
 
 use std::sync::Arc;
 
@@ -41,7 +42,8 @@ pub(super) struct Writing {
 }
 
 impl Writer<'_> {
-    /// A material with a medium inside; written once. `None` is the one of objects without a material.
+    /// A material with a medium inside; written once. `None` is the one of objects without a
+    /// material.
     pub(super) fn material(
         &mut self,
         material: Option<u32>,
@@ -96,7 +98,8 @@ impl Writer<'_> {
         if body == BaseMaterial::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
-        // Here what emits does so on its front alone, and light goes through both sides of a body anyway.
+        // Here what emits does so on its front alone, and light goes through both sides of a body
+        // anyway.
         if !emits && (look.two_sided || body == BaseMaterial::Sheet) {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
@@ -332,7 +335,8 @@ impl Writer<'_> {
     }
 }
 
-/// What the whole of a surface emits of which a share is there that emits this, and whether it is certain.
+/// What the whole of a surface emits of which a share is there that emits this, and whether it is
+/// certain.
 fn emitted_by_the_whole(emission: &Color, opacity: &Scalar) -> (Color, bool) {
     let share = match opacity {
         // Where nothing is there, nothing is emitted.
@@ -361,8 +365,9 @@ fn emitted_by_the_whole(emission: &Color, opacity: &Scalar) -> (Color, bool) {
     (emission.clone(), *emission == [0.0; 3].into())
 }
 
-/// What is left of light behind a distance, and this, from which readers compute an extinction per metre: exactly this one,
-/// if there is such a distance among those behind which from e⁻¹ to e⁻⁵ is left of the channel that loses most.
+/// What is left of light behind a distance, and this, from which readers compute an extinction per
+/// metre: exactly this one, if there is such a distance among those behind which from e⁻¹ to e⁻⁵ is
+/// left of the channel that loses most.
 fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
     const TRIED: u8 = 255;
     let most = extinction.into_iter().fold(f32::MIN_POSITIVE, f32::max);
@@ -398,8 +403,8 @@ fn is_mask(layer: &Layer) -> bool {
     layer.image.pixels.iter().all(|[x, ..]| *x == 0.0 || *x == 1.0)
 }
 
-/// Whether a material is another one whose normals lean to the other side along v, as readers of glTF make it for
-/// triangles on which coordinates lie mirrored.
+/// Whether a material is another one whose normals lean to the other side along v, as readers of
+/// glTF make it for triangles on which coordinates lie mirrored.
 pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
     let (Surface::SurfaceDetail(one), Surface::SurfaceDetail(other)) =
         (&material.surface, &of.surface)

@@ -11,7 +11,8 @@ use super::layer::MeshColors;
 use super::material::Worn;
 use crate::{Attribute, Mesh, Submesh};
 
-/// By how much the length of a normal may differ from 1: that is what numbers of 8 bits leave, ½ √3 / 127.
+/// By how much the length of a normal may differ from 1: that is what numbers of 8 bits leave, ½ √3
+/// / 127.
 const UNIT: f32 = 6.8e-3;
 /// Texture coordinates of the corners of triangles that have none, as the renderer takes them.
 const BARYCENTRIC: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -26,8 +27,8 @@ pub(super) struct Needs {
 /// The address of a mesh, and the first triangle and the material of each part.
 pub(super) type MeshKey = (usize, Vec<(u32, usize)>);
 
-/// The primitives of meshes by addresses, triangles and needs; the meshes are kept so that no others take their
-/// addresses.
+/// The primitives of meshes by addresses, triangles and needs; the meshes are kept so that no
+/// others take their addresses.
 pub(super) type Primitives = HashMap<(usize, u32, u32, Needs), (Value, Arc<Mesh>)>;
 
 /// Triangles with values at their vertices.
@@ -133,7 +134,8 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     Ok(())
 }
 
-/// The triangles of a part. Vertices stay as they are where all values have the indices of the positions.
+/// The triangles of a part. Vertices stay as they are where all values have the indices of the
+/// positions.
 fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
     fn own<T>(attribute: Option<&Attribute<T>>) -> bool {
         attribute.is_some_and(|attribute| attribute.indices.is_some())
@@ -195,8 +197,8 @@ fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
     made
 }
 
-/// Makes normals as long as 1 that are not. Those without a direction become the mean of the normals of the triangles
-/// around, by their areas.
+/// Makes normals as long as 1 that are not. Those without a direction become the mean of the
+/// normals of the triangles around, by their areas.
 fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let is_unit = |n: &[f32; 3]| (wide(*n).length() as f32 - 1.0).abs() <= UNIT;

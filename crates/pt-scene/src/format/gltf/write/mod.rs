@@ -6,8 +6,8 @@
 //!        └▶ sight (cameras, lights)                  ▶ notes
 //! ```
 //!
-//! What our reader makes of a file is written so that it makes the same of it again. What glTF cannot say becomes what
-//! is nearest to it, or is left out; both have notes.
+//! What our reader makes of a file is written so that it makes the same of it again. What glTF
+//! cannot say becomes what is nearest to it, or is left out; both have notes.
 
 mod approximate;
 mod binary;
@@ -126,7 +126,8 @@ impl<'a> Writer<'a> {
         self.dressed(object, &worn)
     }
 
-    /// The material of a slot; that of the first one where the other is the same for mirrored coordinates.
+    /// The material of a slot; that of the first one where the other is the same for mirrored
+    /// coordinates.
     fn unmirrored(&self, object: &Object, slot: usize) -> Option<u32> {
         let material = object.materials.get(slot).copied().flatten();
         let known = |index: Option<u32>| self.scene.materials.get(index? as usize);

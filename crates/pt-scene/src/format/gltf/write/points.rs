@@ -9,7 +9,8 @@ use super::Writer;
 use crate::Points;
 
 impl Writer<'_> {
-    /// The fields of a node with points and segments between them: a mesh of primitives of points and of lines.
+    /// The fields of a node with points and segments between them: a mesh of primitives of points
+    /// and of lines.
     ///
     /// # Errors
     /// If a position is not finite.

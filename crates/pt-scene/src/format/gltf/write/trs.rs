@@ -5,7 +5,8 @@ use serde_json::{Map, Value};
 
 /// Cosine of the angle between two axes up to which they count as orthogonal.
 const ORTHOGONAL: f64 = 1e-6;
-/// Turns by which axes are made orthogonal, at most; four or five are enough for all numbers of double precision.
+/// Turns by which axes are made orthogonal, at most; four or five are enough for all numbers of
+/// double precision.
 const MAX_SWEEPS: usize = 32;
 
 /// Where a node is in its parent; the parent is there where one node cannot say it.
@@ -21,7 +22,8 @@ pub(super) fn place(to_parent: DAffine3) -> Place {
     if has_orthogonal_axes(&to_parent.matrix3) {
         return Place { parent: None, node: fields(to_parent) };
     }
-    // M = (M V) Vᵀ, with the eigenvectors of Mᵀ M as the columns of V, has orthogonal columns in M V.
+    // M = (M V) Vᵀ, with the eigenvectors of Mᵀ M as the columns of V, has orthogonal columns in M
+    // V.
     let turn = eigenvectors(to_parent.matrix3.transpose() * to_parent.matrix3);
     let stretched = DAffine3 { matrix3: to_parent.matrix3 * turn, ..to_parent };
     let turned = DAffine3 { matrix3: turn.transpose(), translation: DVec3::ZERO };
@@ -47,8 +49,8 @@ fn has_orthogonal_axes(m: &DMat3) -> bool {
     [x.dot(y), y.dot(z), z.dot(x)].iter().all(|cos| cos.abs() < ORTHOGONAL)
 }
 
-/// Unit eigenvectors of a symmetric matrix as the columns of a rotation, by turns that each make one element 0.
-/// [Jacobi 1846; Golub & Van Loan 2013, "Matrix Computations", §8.5]
+/// Unit eigenvectors of a symmetric matrix as the columns of a rotation, by turns that each make
+/// one element 0. [Jacobi 1846; Golub & Van Loan 2013, "Matrix Computations", §8.5]
 fn eigenvectors(mut symmetric: DMat3) -> DMat3 {
     let mut vectors = DMat3::IDENTITY;
     for sweep in 0..MAX_SWEEPS {

@@ -165,7 +165,8 @@ fn glass(inputs: &mut Inputs<'_, '_>, roughness: Option<Roughness>) -> Result<Gl
     })
 }
 
-/// What lets a share of light through, straight. Without polarization, how it is turned does not count.
+/// What lets a share of light through, straight. Without polarization, how it is turned does not
+/// count.
 fn filter(
     inputs: &mut Inputs<'_, '_>,
     of_polarization: &[&'static str],

@@ -78,8 +78,8 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
     embossed(inputs, NormalOrBump::Heights(texture, scale))
 }
 
-/// The bsdf inside with a relief. Mitsuba 3.9 shadows, and turns normals that look away from the viewer,
-/// unless it is told not to.
+/// The bsdf inside with a relief. Mitsuba 3.9 shadows, and turns normals that look away from the
+/// viewer, unless it is told not to.
 fn embossed(inputs: &mut Inputs<'_, '_>, relief: NormalOrBump) -> Result<Surface, LoadError> {
     let shadowing = inputs.parameters.boolean_or("use_shadowing_function", true)?;
     let turns = inputs.parameters.boolean_or("flip_invalid_normals", true)?;
