@@ -198,7 +198,7 @@ fn compile_small(scene: &Scene) {
     }
 }
 
-/// Whether compiling takes a moment only.
+/// Returns true if compiling takes a moment only.
 fn is_small(scene: &Scene) -> bool {
     let shapes = |geometry: &Geometry| match geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),

@@ -50,7 +50,7 @@ pub struct FilmHeader {
     pub spp: u32,
     /// Samples of each pixel for which random numbers are laid out.
     pub layout: u32,
-    /// Whether it has all that it takes.
+    /// True if it has all that it takes.
     pub finished: bool,
     /// Arguments of the program that made it, without its name.
     pub command: Vec<String>,
@@ -270,7 +270,7 @@ pub fn read_newest(
     }
 }
 
-/// Whether the hash at the end of a file is that of what is before it.
+/// Returns true if the hash at the end of a file is that of what is before it.
 fn is_whole(path: &Path, length: u64) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let mut hasher = blake3::Hasher::new();

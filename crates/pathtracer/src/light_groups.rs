@@ -51,7 +51,7 @@ pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSource
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
 
-/// Whether a part of an object glows.
+/// Returns true if a part of an object glows.
 fn glows(scene: &Scene, object: &Object) -> bool {
     let materials = object.materials.iter().flatten();
     let emission = |number: &u32| scene.materials.get(*number as usize).map(|m| &m.emission);

@@ -31,9 +31,9 @@ pub struct Provenance {
     pub spp: u32,
     /// Samples that were taken, of all pixels together.
     pub samples: u64,
-    /// How many pixels there are.
+    /// Number of pixels.
     pub pixels: u64,
-    /// Whether these are all that were asked for.
+    /// True if these are all that were asked for.
     pub finished: bool,
     /// Samples that were refused, by cause; empty if none were.
     pub refused: String,

@@ -17,7 +17,7 @@ pub struct SceneStats {
     pub name: String,
     /// Metres per unit of length.
     pub metres_per_unit: f64,
-    /// How many there is of what.
+    /// Counts by kind.
     pub counts: Counts,
     /// The least and the greatest coordinates of surfaces, in the world; none if there are none.
     pub bounds: Option<[[f64; 3]; 2]>,
@@ -46,7 +46,7 @@ pub struct Item {
     pub kind: String,
 }
 
-/// How many there is of what.
+/// Counts by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Shapes that are placed in the world.

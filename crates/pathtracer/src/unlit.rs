@@ -15,7 +15,7 @@ pub(crate) fn note(scene: &Scene) -> Option<String> {
     is_unlit.then(|| NOTE.to_owned())
 }
 
-/// Whether a light is known to emit nothing; images and the sun of a day are not looked at.
+/// Returns true if a light is known to emit nothing; images and the sun of a day are not looked at.
 fn is_black(light: &LightKind) -> bool {
     match light {
         LightKind::Hemisphere { radiance }

@@ -147,7 +147,7 @@ fn underside(bounds: &Bounds3, up: Vec3) -> f32 {
     a.min(b) + UNDERSIDE * (b - a).abs()
 }
 
-/// Whether all of a box is in the image, as far as its corners tell.
+/// Returns true if all of a box is in the image, as far as its corners tell.
 fn shows_all(camera: &Camera, bounds: &Bounds3) -> bool {
     let [a, b] = [bounds.min, bounds.max];
     let corners = (0..8u32).map(|i| {
@@ -157,7 +157,7 @@ fn shows_all(camera: &Camera, bounds: &Bounds3) -> bool {
     corners.into_iter().all(|corner| is_in_view(camera, corner))
 }
 
-/// Whether a point is in the image, if nothing is before it.
+/// Returns true if a point is in the image, if nothing is before it.
 fn is_in_view(camera: &Camera, p: Vec3) -> bool {
     let to = p - camera.position;
     let depth = to.dot(camera.forward);
@@ -177,7 +177,7 @@ fn is_in_view(camera: &Camera, p: Vec3) -> bool {
     depth > 0.0 && depth <= camera.far && is_on_film(0) && is_on_film(1)
 }
 
-/// Whether something too small for the grid may be in view.
+/// Returns true if something too small for the grid may be in view.
 fn may_see(scene: &RenderScene, camera: &Camera) -> bool {
     let shapes = &scene.shapes;
     let corners = shapes.triangles.iter().flatten().map(|&i| shapes.positions[i as usize]);
@@ -211,7 +211,8 @@ fn all_around(origin: Vec3) -> Vec<Ray> {
     directions.map(|direction| Ray::new(origin, direction)).collect()
 }
 
-/// Whether an object lets no light through, emits none, and has no lamp in the box around it.
+/// Returns true if an object lets no light through, emits none, and has no lamp in the box around
+/// it.
 fn is_dark(scene: &Scene, object: &Object) -> bool {
     let mut materials = object.materials.iter().flatten().map(|&m| &scene.materials[m as usize]);
     let is_opaque = materials.all(|material| {
@@ -244,7 +245,7 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
     !places.any(is_inside) && !context.any(meets)
 }
 
-/// Whether a light is somewhere, and not all around or far away.
+/// Returns true if a light is somewhere, and not all around or far away.
 fn is_local(light: &LightKind) -> bool {
     !matches!(
         light,

@@ -68,7 +68,7 @@ impl AabbTree {
         nearest.hit.map(|(_, hit)| hit)
     }
 
-    /// Whether `test` says of any primitive that it is hit with t in (`t_min`, `t_max`).
+    /// Returns true if `test` says of any primitive that it is hit with t in (`t_min`, `t_max`).
     #[inline]
     pub(crate) fn any(&self, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
         let mut stack = STACK;
@@ -137,7 +137,7 @@ impl<H> Nearest<H> {
     }
 }
 
-/// Whether a primitive can be in a tree.
+/// Returns true if a primitive can be in a tree.
 fn is_usable(bounds: &Bounds3, error_bound: f32) -> bool {
     let is_box = in_range(bounds.min) && in_range(bounds.max) && !bounds.is_empty();
     is_box && (0.0..=MAX_ERROR_BOUND).contains(&error_bound)

@@ -54,7 +54,7 @@ impl Geometry<'_> {
         self.triangles.len() + self.spheres.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -69,7 +69,7 @@ impl Geometry<'_> {
         }
     }
 
-    /// Whether primitive `id` is a sphere.
+    /// Returns true if primitive `id` is a sphere.
     #[inline]
     pub(crate) fn is_sphere(&self, id: u32) -> bool {
         id as usize >= self.triangles.len()
@@ -100,14 +100,14 @@ pub(crate) fn outward(min: DVec3, max: DVec3) -> Bounds3 {
     Bounds3 { min: Vec3::from_array(down), max: Vec3::from_array(up) }
 }
 
-/// Whether all coordinates are finite and not too large.
+/// Returns true if all coordinates are finite and not too large.
 #[inline]
 pub(crate) fn in_range(v: Vec3) -> bool {
     // NaN compares false.
     v.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
 }
 
-/// Whether the cross product of two edges is not zero, in double precision.
+/// Returns true if the cross product of two edges is not zero, in double precision.
 #[inline]
 fn has_area(p: [Vec3; 3]) -> bool {
     let [a, b, c] = p.map(Vec3::as_dvec3);

@@ -233,7 +233,7 @@ impl Bvh {
         self.nearest(ray, &mut Off)
     }
 
-    /// Whether anything is hit with t in (`t_min`, `t_max`).
+    /// Returns true if anything is hit with t in (`t_min`, `t_max`).
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.any(ray, &mut Off)

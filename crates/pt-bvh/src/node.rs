@@ -23,7 +23,7 @@ pub struct Node {
 const _: () = assert!(size_of::<Node>() == 32);
 
 impl Node {
-    /// Whether it holds primitives.
+    /// Returns true if it holds primitives.
     #[inline]
     pub fn is_leaf(&self) -> bool {
         self.count > 0

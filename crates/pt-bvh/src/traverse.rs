@@ -110,7 +110,7 @@ impl List {
         nearest.get()
     }
 
-    /// Whether there is a hit.
+    /// Returns true if there is a hit.
     pub(crate) fn occluded(&self, ray: &Ray, counter: &mut impl Counter) -> bool {
         let Some(ray) = Prepared::new(ray, &self.bounds) else { return false };
         let mut nearest = Nearest::new(&ray);

@@ -92,7 +92,7 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     if depth < -error { Verdict::Miss } else { Verdict::Unclear }
 }
 
-/// Whether the vectors of the platform have fused multiply-add.
+/// True if the vectors of the platform have fused multiply-add.
 pub(crate) const IS_FUSED: bool = cfg!(any(
     all(target_feature = "avx", target_feature = "fma"),
     all(target_arch = "aarch64", target_feature = "neon")
@@ -170,7 +170,7 @@ struct Plane {
     /// the least slope, the point errs by some uR/c, and beyond the tip of a needle the edges see
     /// it inside for 1/c as far.
     t: Option<f64>,
-    /// Whether the ray moves away from the plane.
+    /// True if the ray moves away from the plane.
     is_behind: bool,
 }
 

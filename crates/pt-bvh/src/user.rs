@@ -23,7 +23,7 @@ pub trait UserPrimitives {
     /// Number of primitives, at most 2³⁰.
     fn len(&self) -> usize;
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -44,7 +44,8 @@ pub trait UserPrimitives {
     /// The ray parameter t of a hit.
     fn t(hit: &Self::Hit) -> f32;
 
-    /// Whether a primitive is hit with t in (`t_min`, `t_max`), as [`Self::intersect`] has it.
+    /// Returns true if a primitive is hit with t in (`t_min`, `t_max`), as [`Self::intersect`] has
+    /// it.
     fn occluded(&self, primitive: u32, ray: &Ray) -> bool {
         self.intersect(primitive, ray).is_some()
     }
@@ -137,7 +138,7 @@ impl<P: UserPrimitives> UserBvh<P> {
         self.tree.nearest(ray, P::t, |id, ray| self.primitives.intersect(id, ray))
     }
 
-    /// Whether anything is hit with t in (`t_min`, `t_max`).
+    /// Returns true if anything is hit with t in (`t_min`, `t_max`).
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.tree.any(ray, |id, ray| self.primitives.occluded(id, ray))
     }

@@ -126,7 +126,7 @@ impl Checkpointer {
         Provenance { measured, ..Provenance::new(&self.about, session.film(), Some(run)) }
     }
 
-    /// Whether there is a film to go on from.
+    /// Returns true if there is a film to go on from.
     pub(crate) fn keeps(&self) -> bool {
         self.keeper.is_some()
     }
@@ -241,7 +241,8 @@ impl Checkpointer {
     }
 }
 
-/// How many times as long as a film takes to be written a render works at least until the next one.
+/// Time between two writes of a film, as a multiple of the time that writing takes, until the next
+/// one.
 const MIN_WORK: u32 = 100;
 
 /// Something that is done from time to time.
@@ -268,7 +269,7 @@ impl Interval {
     }
 }
 
-/// Whether the film of a finished image stays.
+/// Returns true if the film of a finished image stays.
 fn is_kept(image: &Path) -> bool {
     let ending = image.extension().unwrap_or_default();
     ending.eq_ignore_ascii_case("exr") || is_film(image)

@@ -11,7 +11,7 @@ use pathtracer::{Scene, memory};
 use crate::resolve::{RenderJob, bytes_per_pixel};
 use crate::{FAILURE, light_groups};
 
-/// Whether samples are taken: they are not given up for want of memory.
+/// True if samples are taken: they are not given up for want of memory.
 static RENDERING: AtomicBool = AtomicBool::new(false);
 
 /// Ends the program when it holds more memory than it may, unless it renders: what is read may be

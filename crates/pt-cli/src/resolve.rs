@@ -312,7 +312,7 @@ fn with_denoising(mut aovs: Vec<Aov>, denoise: bool) -> Vec<Aov> {
     aovs
 }
 
-/// Whether a file is one of samples.
+/// Returns true if a file is one of samples.
 pub(crate) fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"))
 }
@@ -332,7 +332,7 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
 }
 
-/// Whether what is written may have more channels than colours.
+/// Returns true if what is written may have more channels than colours.
 pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     let has_room = |path: &PathBuf| {
         is_film(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
@@ -503,7 +503,7 @@ impl RenderJob {
         with_denoising(of_colors.into_iter().chain(besides).collect(), self.cli.denoise)
     }
 
-    /// Whether a file asks for channels for which the image has no room.
+    /// Returns true if a file asks for channels for which the image has no room.
     pub(crate) fn leaves_channels_out(&self, file: &RenderHints) -> bool {
         file.aovs.iter().any(|name| *name != Aov::Alpha.name()) && !has_room_for_channels(&self.cli)
     }

@@ -17,7 +17,7 @@ pub(crate) fn of(output: &Path, folder: &Path, command: &[String]) -> String {
     key().map_or(String::new(), |key| hash(&key, output, folder, command).to_hex().to_string())
 }
 
-/// Whether a seal is that of this user for this output and command.
+/// Returns true if a seal is that of this user for this output and command.
 pub(crate) fn is_ours(seal: &str, output: &Path, folder: &Path, command: &[String]) -> bool {
     let (Ok(found), Some(key)) = (blake3::Hash::from_hex(seal), key()) else { return false };
     hash(&key, output, folder, command) == found

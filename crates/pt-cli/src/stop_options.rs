@@ -85,7 +85,7 @@ pub(crate) fn time(text: &str) -> Result<Duration, String> {
 }
 
 impl StopOptions {
-    /// Whether an error target is given.
+    /// Returns true if an error target is given.
     pub(crate) fn has_target(&self) -> bool {
         self.target_error.is_some() || self.target_noise.is_some()
     }
@@ -153,7 +153,7 @@ pub(crate) fn summary(session: &Session) -> Option<String> {
     ))
 }
 
-/// Whether a target was missed.
+/// Returns true if a target was missed.
 pub(crate) fn is_missed(session: &Session) -> bool {
     session.settings().target.is_some() && !session.look().is_some_and(|look| look.is_met())
 }

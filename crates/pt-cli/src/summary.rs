@@ -14,7 +14,7 @@ pub(crate) struct Summary<'a> {
     pub(crate) statistics: Statistics,
     pub(crate) progress: Outcome,
     pub(crate) threads: usize,
-    /// How many files of the scene could not be used.
+    /// Number of files of the scene that could not be used.
     pub(crate) missing: usize,
     /// Wall-clock time of reading files.
     pub(crate) load: Duration,

@@ -86,7 +86,7 @@ pub enum Clip {
 }
 
 impl Camera {
-    /// Whether rays depend on a point of the lens.
+    /// Returns true if rays depend on a point of the lens.
     #[inline]
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0

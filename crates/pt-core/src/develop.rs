@@ -21,8 +21,8 @@ pub fn standard_error(film: &Film) -> Vec<f32> {
     film.pixels().map(|p| p.luminance().1 as f32).collect()
 }
 
-/// How many of at most `spp` samples each pixel took: blue for none over green for half to red
-/// for all, in rows from the top.
+/// Returns the number of samples, of at most `spp`, that each pixel took: blue for none over green
+/// for half to red for all, in rows from the top.
 pub fn sampling_rate(film: &Film, spp: u32) -> Vec<[u8; 3]> {
     film.pixels().map(|p| rate_color(p.count() as f32 / spp.max(1) as f32)).collect()
 }

@@ -100,7 +100,7 @@ impl FilterSampler {
         })
     }
 
-    /// Whether all weights are 1.
+    /// Returns true if all weights are 1.
     pub fn is_positive(&self) -> bool {
         self.gain == 1.0
     }

@@ -84,13 +84,13 @@ impl RenderScene {
         }
     }
 
-    /// Whether some texture asks how much of it is seen at once.
+    /// Returns true if some texture asks how much of it is seen at once.
     #[inline]
     pub fn uses_footprints(&self) -> bool {
         self.materials.textures.uses_footprints
     }
 
-    /// Whether a primitive is a triangle that is seen as flat.
+    /// Returns true if a primitive is a triangle that is seen as flat.
     #[inline]
     pub fn is_flat(&self, primitive: u32) -> bool {
         match self.shapes.primitive_surface.get(primitive as usize) {

@@ -34,7 +34,7 @@ pub struct InstancedObject {
 pub struct Instance {
     /// Index of the object.
     pub object: u32,
-    /// How many primitives the placements before have.
+    /// Number of primitives of the instances before.
     pub before: u32,
     /// Number of the object in the scene that it was.
     pub number: u32,
@@ -119,7 +119,7 @@ impl InstanceTable {
         &self.instances
     }
 
-    /// Whether some of them move.
+    /// Returns true if some of them move.
     pub fn moves(&self) -> bool {
         self.moves
     }
@@ -140,7 +140,7 @@ impl InstanceTable {
         self.bvh.intersect(ray, time).map(|hit| self.numbered(hit))
     }
 
-    /// Whether anything is hit at a time.
+    /// Returns true if anything is hit at a time.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         self.bvh.occluded(ray, time)

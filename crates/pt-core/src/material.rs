@@ -60,9 +60,9 @@ pub enum Material {
 pub struct LobeMaterial {
     /// The lobe; its parameters that vary have any value.
     pub lobe: Id<LobeRecord>,
-    /// Whether the back side scatters as the front side does.
+    /// True if the back side scatters as the front side does.
     pub two_sided: bool,
-    /// Whether it matters which way the frame of the surface is turned.
+    /// True if it matters which way the frame of the surface is turned.
     pub oriented: bool,
     /// The shares of ∂p/∂u and ∂p/∂v of the direction to which it is turned, if that is not u.
     pub along: Option<Id<TextureRecord>>,
@@ -140,14 +140,14 @@ pub struct Materials {
 pub struct EvaluatedMaterial {
     /// The lobe.
     pub lobe: LobeRecord,
-    /// Whether the back side scatters as the front side does.
+    /// True if the back side scatters as the front side does.
     pub two_sided: bool,
     /// Normal and tangent.
     pub orientation: Orientation,
 }
 
 impl LobeMaterial {
-    /// Whether it is the same everywhere.
+    /// Returns true if it is the same everywhere.
     pub(crate) fn is_plain(&self) -> bool {
         !self.oriented && self.coat.is_none() && self.slots[0] == self.slots[1]
     }
@@ -158,7 +158,7 @@ impl LobeMaterial {
 }
 
 impl Materials {
-    /// Whether some material chooses by chance.
+    /// Returns true if some material chooses by chance.
     pub fn is_stochastic(&self) -> bool {
         self.table.as_slice().iter().any(|m| matches!(m, Material::Mix { .. }))
     }
@@ -308,13 +308,13 @@ struct View {
     normal: Vec3,
     /// Where it is seen from.
     wo: Vec3,
-    /// Whether that is behind it.
+    /// True if that is behind it.
     is_behind: bool,
     /// The normal across whose plane all is mirrored, if it is.
     mirror: Option<Vec3>,
     shadowing: Option<Shadowing>,
     is_for_viewer: bool,
-    /// Whether a normal looks away from the viewer, who then sees nothing.
+    /// True if a normal looks away from the viewer, who then sees nothing.
     sees_nothing: bool,
 }
 

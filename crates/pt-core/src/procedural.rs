@@ -28,7 +28,7 @@ const CALM: f32 = 0.1;
 const RADIUS: f32 = 0.35;
 
 impl Procedural {
-    /// Whether it shows more or less by how much of it is seen at once.
+    /// Returns true if it shows more or less by how much of it is seen at once.
     pub(crate) fn has_octaves(self) -> bool {
         !matches!(self, Self::Cubes(_) | Self::Dots(_))
     }
@@ -87,8 +87,9 @@ impl Procedural {
     }
 }
 
-/// Whether a point is in a dot: each square around whole numbers has one or not, by noise, which
-/// also moves it. The three noises are taken at places that have nothing to do with each other.
+/// Returns true if a point is in a dot: each square around whole numbers has one or not, by noise,
+/// which also moves it. The three noises are taken at places that have nothing to do with each
+/// other.
 fn is_in_dot(at: Vec2) -> bool {
     let cell = (at + 0.5).floor();
     let noise = |x: f32, y: f32| <f32 as Noise>::at((cell + Vec2::new(x, y)).extend(0.5));

@@ -26,7 +26,7 @@ impl ProgressUpdate {
 pub trait Observer: Sync {
     /// More is done.
     fn progress(&self, _advance: &ProgressUpdate) {}
-    /// Whether to stop at the next opportunity, keeping what is done.
+    /// Returns true if to stop at the next opportunity, keeping what is done.
     fn cancelled(&self) -> bool {
         false
     }

@@ -23,13 +23,13 @@ use crate::wedge;
 pub struct SurfaceRecord {
     /// Its scattering, unless `material` says it.
     pub lobe: Id<LobeRecord>,
-    /// Whether the back side scatters as the front side does.
+    /// True if the back side scatters as the front side does.
     pub two_sided: bool,
     /// What makes its scattering differ from point to point, if something does.
     pub material: Option<Id<Material>>,
     /// Share of it that is there; `None` is all.
     pub opacity: Option<FloatTexture>,
-    /// Whether rays that come to its back go on as if it were not there.
+    /// True if rays that come to its back go on as if it were not there.
     pub cull_backfaces: bool,
     /// Which sides glow.
     pub emissive_sides: EmissiveSides,
@@ -61,7 +61,7 @@ pub enum EmissiveSides {
     reason = "they are options that are independent of each other"
 )]
 pub struct RenderScene {
-    /// Whether rays leave triangles with normals at their corners from the round shape that these
+    /// True if rays leave triangles with normals at their corners from the round shape that these
     /// belong to, and light is held to the plane across the shading normal there.
     pub smooth_shadows: bool,
     /// See [`pt_scene::RenderHints::sides_by_shading_normal`].
@@ -70,7 +70,7 @@ pub struct RenderScene {
     pub shapes: ShapeTables,
     /// What is placed in the world, and may move; `None` if nothing is.
     pub instances: Option<Box<InstanceTable>>,
-    /// Whether [`Interaction::normal`] is the plain interpolation of normals at corners, which is
+    /// True if [`Interaction::normal`] is the plain interpolation of normals at corners, which is
     /// shorter than 1 between different ones: what the university course's program shows.
     pub unnormalized_shading_normals: bool,
     /// Numbers of triangles and of spheres of all objects up to each.
@@ -85,11 +85,11 @@ pub struct RenderScene {
     pub lobe_tables: LobeTables,
     /// Materials that vary, with their textures.
     pub materials: Materials,
-    /// Whether light goes through some surfaces as if they were not there.
+    /// True if light goes through some surfaces as if they were not there.
     pub has_alpha: bool,
     /// Lights.
     pub lights: Table<AnyLight>,
-    /// How many lights there were before some of them became one of many; a glowing mesh is one.
+    /// Number of lights there were before some of them became one of many; a glowing mesh is one.
     pub light_count: usize,
     /// What they were made of; see [`Self::light_source_ids`].
     pub light_origins: LightSourceIds,
@@ -116,7 +116,7 @@ pub struct PrimitiveRef {
     pub object: u32,
     /// Its number among the triangles of the object, or among its spheres.
     pub index: u32,
-    /// Whether it is a sphere.
+    /// True if it is a sphere.
     pub is_sphere: bool,
 }
 
@@ -254,7 +254,7 @@ impl RenderScene {
         self.bvh.bounds().union(instances)
     }
 
-    /// How many triangles and spheres there are; those of objects that are placed count once.
+    /// Returns the number of triangles and spheres; those of objects that are placed count once.
     pub fn shape_counts(&self) -> [usize; 2] {
         let instances = self.instances.iter().flat_map(|instances| instances.objects());
         let tables = std::iter::once(&self.shapes).chain(instances.map(|object| &object.shapes));
@@ -262,13 +262,13 @@ impl RenderScene {
         counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
     }
 
-    /// How many objects are placed, and do not stand copied in the world.
+    /// Returns the number of instances, which are not copied into the world.
     pub fn instance_count(&self) -> usize {
         self.instances.as_ref().map_or(0, |instances| instances.instances().len())
     }
 
-    /// Whether anything moves while the shutter is open, so that rays need a time: a share, from 0
-    /// to 1, of the time for which it is.
+    /// Returns true if anything moves while the shutter is open, so that rays need a time: a share,
+    /// from 0 to 1, of the time for which it is.
     #[inline]
     pub fn is_animated(&self) -> bool {
         self.camera_motion.is_some()
@@ -481,7 +481,7 @@ impl RenderScene {
         }
     }
 
-    /// Whether the primitive that was hit emits light on a side of it.
+    /// Returns true if the primitive that was hit emits light on a side of it.
     #[inline(always)]
     pub fn is_emissive(&self, hit: &Hit) -> bool {
         let surface = self.surface(hit.primitive);

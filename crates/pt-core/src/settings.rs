@@ -51,7 +51,7 @@ pub struct Target {
     /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 ×
     /// 8 pixels; above 0.
     pub noise: Option<f64>,
-    /// Whether all pixels have the same samples, wherever they help.
+    /// True if all pixels have the same samples, wherever they help.
     pub uniform: bool,
     /// The share of renders of which the error is as small as this, from ½ to below 1.
     pub confidence: f64,
@@ -114,7 +114,7 @@ pub struct Settings {
     /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
     /// direct light.
     pub max_depth: u32,
-    /// Whether that counts no interaction of the integrator `volpath` from which light goes
+    /// True if that counts no interaction of the integrator `volpath` from which light goes
     /// straight on, as through thin glass; as in Mitsuba's.
     pub straight_is_free: bool,
     /// Only light that was scattered at least this often …
@@ -163,7 +163,7 @@ pub struct Settings {
 pub struct LightGroups {
     /// The groups.
     pub named: Vec<LightGroup>,
-    /// Whether each light that is in none of them is a group of its own.
+    /// True if each light that is in none of them is a group of its own.
     pub each: bool,
 }
 
@@ -183,7 +183,7 @@ impl Settings {
         SamplerConfig { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(spp) }
     }
 
-    /// Whether samples are taken in two halves that know nothing of each other.
+    /// Returns true if samples are taken in two halves that know nothing of each other.
     pub fn in_halves(&self) -> bool {
         self.target.is_some() || self.aovs.iter().any(|aov| aov.is_of_half())
     }
@@ -194,12 +194,12 @@ impl Settings {
         if self.in_halves() { film.with_half_buffers() } else { film }
     }
 
-    /// Whether the film keeps coverage.
+    /// Returns true if the film keeps coverage.
     pub fn keeps_alpha(&self) -> bool {
         self.aovs.contains(&Aov::Alpha)
     }
 
-    /// Whether light scattered `bounces` times is shown.
+    /// Returns true if light scattered `bounces` times is shown.
     #[inline]
     pub fn shows(&self, bounces: u32) -> bool {
         (self.min_bounce..=self.max_bounce).contains(&bounces)

@@ -50,7 +50,7 @@ pub(crate) struct ShapePoint {
 }
 
 impl ShapeTables {
-    /// Whether a primitive is a triangle that is seen as flat.
+    /// Returns true if a primitive is a triangle that is seen as flat.
     #[inline]
     pub(crate) fn is_flat(&self, primitive: usize) -> bool {
         let corners = self.triangle_normals.get(primitive).copied().unwrap_or(FLAT);

@@ -89,13 +89,13 @@ pub struct Evaluation {
     squares: SquaredErrors,
     /// The sum of the squares of errors as it may be, if something is asked of it.
     allowed: Option<f64>,
-    /// How many times as large the variance is as it may be, of each square of pixels; empty if
+    /// Ratio of the variance to the allowed one, for each square of pixels; empty if
     /// nothing is asked of them.
     excess_of_squares: Vec<f64>,
 }
 
 impl Evaluation {
-    /// Whether the film is good enough.
+    /// Returns true if the film is good enough.
     pub fn is_met(&self) -> bool {
         self.greatest_excess() <= 1.0
     }
@@ -105,8 +105,9 @@ impl Evaluation {
         self.excess_of_squares.iter().copied().fold(of_image, f64::max)
     }
 
-    /// How many times as large the square of the error is as it may be, if its noise is `share` of
-    /// what it is, and pixels have at least so many samples: 0 if nothing is asked of it.
+    /// Returns the ratio of the square of the error to the allowed one, if its noise
+    /// is `share` of what it is, and pixels have at least so many samples: 0 if nothing is
+    /// asked of it.
     fn excess(&self, share: f64, fewest: u32) -> f64 {
         self.allowed.map_or(0.0, |allowed| self.squares.upper_bound(share, fewest) / allowed)
     }
@@ -213,13 +214,14 @@ impl Target {
         if mean < self.white && error.is_finite() { error * error } else { 0.0 }
     }
 
-    /// How many samples pixels are to have for each of the goal, by what their neighbours know,
-    /// outside of the squares of `reuse`² of which they are a part: for the least error of the
-    /// image in proportion to the standard deviation of a sample, for the same error everywhere
-    /// to the variance; nothing if all are to have the same. It is told by how much halves differ,
-    /// which says little of a single pixel, and so by many; and as much by how samples differ
-    /// within halves, which says more, and so by the next pixels, but not how good the sequence
-    /// of samples is: relative to many. Vacant pixels are no neighbours.
+    /// Returns the target number of samples of pixels for each of the goal, by what their
+    /// neighbours know, outside of the squares of `reuse`² of which they are a part: for the
+    /// least error of the image in proportion to the standard deviation of a sample, for the
+    /// same error everywhere to the variance; nothing if all are to have the same. It is told
+    /// by how much halves differ, which says little of a single pixel, and so by many; and as
+    /// much by how samples differ within halves, which says more, and so by the next pixels,
+    /// but not how good the sequence of samples is: relative to many. Vacant pixels are no
+    /// neighbours.
     fn densities(&self, film: &Film, plan: &SamplePlan, reuse: u32) -> Option<Vec<f32>> {
         if self.uniform {
             return Some(Vec::new());
@@ -314,7 +316,7 @@ impl<'a> Model<'a> {
         (0..self.variances.len()).map(|i| u64::from(self.count(plan, i))).sum()
     }
 
-    /// How many pixels are not vacant; at least 1.
+    /// Returns the number of pixels that show more than background; at least 1.
     fn occupied(&self, plan: &SamplePlan) -> usize {
         (0..self.variances.len()).filter(|&i| !plan.is_background_only(i)).count().max(1)
     }

@@ -77,7 +77,7 @@ pub struct Textures {
     pub grids: Vec<Field>,
     /// The colours of meshes that some of them show, and other values of these by their names.
     pub mesh_colors: Vec<MeshColors>,
-    /// Whether some of them show more or less of an image by how much of it is seen at once.
+    /// True if some of them show more or less of an image by how much of it is seen at once.
     pub uses_footprints: bool,
 }
 
@@ -356,8 +356,8 @@ impl Textures {
         }
     }
 
-    /// Whether a texture lies in space with all that it is made of, so that surfaces need no
-    /// coordinates.
+    /// Returns true if a texture lies in space with all that it is made of, so that surfaces need
+    /// no coordinates.
     pub fn is_in_space(&self, id: Id<TextureRecord>) -> bool {
         let factor = |factor: Factor| match factor {
             Factor::Value(_) => true,

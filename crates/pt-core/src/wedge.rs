@@ -30,7 +30,8 @@ pub(crate) fn margin(size: f32) -> f32 {
     size * (64.0 * EPSILON)
 }
 
-/// Whether another wall may be in the way of rays' origins, which are within `reach` of the point.
+/// Returns true if another wall may be in the way of rays' origins, which are within `reach` of the
+/// point.
 #[inline(always)]
 pub(crate) fn may_be_crossed(to_edge: f32, reach: f32) -> bool {
     to_edge < reach * COTANGENT

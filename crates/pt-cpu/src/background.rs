@@ -207,9 +207,9 @@ impl View {
         canvas.cover(bounds, reach, |at| edges.is_none_or(|e| e.touch(at)));
     }
 
-    /// Whether no side of a square has all corners of a triangle beyond it, as far as the lens
-    /// goes. At depth z the rays of a lens are r |1 − z/f| around that of its middle, which
-    /// makes what is beyond them convex.
+    /// Returns true if no side of a square has all corners of a triangle beyond it, as far as the
+    /// lens goes. At depth z the rays of a lens are r |1 − z/f| around that of its middle,
+    /// which makes what is beyond them convex.
     fn may_see(&self, corners: [DVec3; 3], at: Square) -> bool {
         let room =
             |z: f64| self.lens.map_or(0.0, |(radius, focal)| radius * (1.0 - z / focal).abs());
@@ -285,7 +285,7 @@ impl Edges {
         is_sure.then(|| Self(edges.map(|edge| edge * determinant.signum())))
     }
 
-    /// Whether no edge has all of a square on its outer side.
+    /// Returns true if no edge has all of a square on its outer side.
     fn touch(&self, at: Square) -> bool {
         let greatest = |n: f64, [low, high]: [f64; 2]| n * if n > 0.0 { high } else { low };
         self.0.iter().all(|n| greatest(n.x, at.x) + greatest(n.y, at.y) + n.z >= 0.0)
@@ -298,7 +298,7 @@ struct Canvas {
     /// Blocks in a row.
     columns: u32,
     drawn: Vec<AtomicBool>,
-    /// How many pixels of each block are not drawn.
+    /// Number of pixels of each block that are not drawn.
     left: Vec<AtomicU32>,
     left_of_all: AtomicUsize,
 }

@@ -135,7 +135,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         self.samples += batch.iter().map(|range| range.kept.len() as u64).sum::<u64>();
     }
 
-    /// Whether not all samples count 1.
+    /// Returns true if not all samples count 1.
     fn weighs(&self) -> bool {
         self.filter.is_some_and(|filter| !filter.is_positive())
     }

@@ -65,7 +65,7 @@ impl Distant {
     }
 }
 
-/// Whether a point is far from a box.
+/// Returns true if a point is far from a box.
 fn is_far(p: Vec3, bounds: &Bounds3) -> bool {
     let gap = (bounds.min - p).max(p - bounds.max);
     let size = bounds.max - bounds.min;

@@ -31,7 +31,7 @@ pub struct Statistics {
     pub time: Duration,
 }
 
-/// Whether an image is finished.
+/// True if an image is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All samples are taken.
@@ -388,7 +388,7 @@ impl<'a> Renderer<'a> {
         Some(n..end.min(check).min(full))
     }
 
-    /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
+    /// Returns true if the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
     ///
     /// σ² is the variance of samples times their weights by the filter, once there are so many
     /// that it can be told. Where the film keeps coverage, so is its interval to be narrower than
@@ -435,7 +435,7 @@ fn scattered(n: usize) -> impl Iterator<Item = usize> {
     (0..n).map(move |i| i * step % n)
 }
 
-/// How many samples pixels are to have at the end of a pass.
+/// Target numbers of samples at the end of a pass.
 struct SampleTargets<'a> {
     /// By the numbers of samples of each pixel.
     pass: Range<u32>,
@@ -473,7 +473,7 @@ fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
 pub(crate) struct Shared<'a> {
     /// Samples that there will be: hardly less, likely, and hardly more.
     pub(crate) totals_foreseen: [u64; 3],
-    /// How many of them are done.
+    /// Number of those done.
     done: AtomicU64,
     rays: AtomicU64,
     /// Of the film, when the pass began.

@@ -110,7 +110,7 @@ pub enum LightSource {
         radiance: Spectrum,
         /// The weight against light sampling.
         weight: f32,
-        /// Whether light sampling might have found it as well.
+        /// True if light sampling might have found it as well.
         is_sampled: bool,
     },
     /// The path left the scene.
@@ -224,7 +224,7 @@ impl Vertex {
 }
 
 impl LightSource {
-    /// Whether the light was asked for, and not found by a ray of the path.
+    /// Returns true if the light was asked for, and not found by a ray of the path.
     pub fn is_sampled(&self) -> bool {
         matches!(self, Self::Light(_) | Self::Hemisphere { .. })
     }

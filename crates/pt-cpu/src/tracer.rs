@@ -77,8 +77,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held;
-    /// `time` as in [`Self::intersect`].
+    /// Returns true if anything is in the way of each ray, in order, in place of what `occluded`
+    /// held; `time` as in [`Self::intersect`].
     pub fn occluded<'r>(
         &mut self,
         rays: impl Into<Rays<'r>>,

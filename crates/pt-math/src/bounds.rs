@@ -23,7 +23,7 @@ impl Bounds3 {
         Self { min: p, max: p }
     }
 
-    /// Whether nothing is inside.
+    /// Returns true if nothing is inside.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()

@@ -31,7 +31,7 @@ impl<M> Pdf<M> {
         self.0
     }
 
-    /// Whether a sample can have it: above 0, and finite.
+    /// Returns true if a sample can have it: above 0, and finite.
     #[inline]
     pub fn is_positive(self) -> bool {
         self.0 > 0.0 && self.0.is_finite()

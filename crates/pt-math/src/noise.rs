@@ -152,14 +152,14 @@ const LACUNARITY: f32 = 1.99;
 /// About the mean of [`perlin`] without its sign.
 pub const MEAN_MAGNITUDE: f32 = 0.2;
 
-/// How many octaves are summed up, and what each is worth.
+/// Number of octaves, and the weight of each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octaves {
-    /// How many there are.
+    /// Count.
     pub count: u32,
     /// By how much an octave is worth less than the one before.
     pub roughness: f32,
-    /// How many of them are seen; the last one may be seen in part.
+    /// Number of those seen; the last one may be seen in part.
     pub seen: f32,
 }
 

@@ -2,8 +2,8 @@
 
 use crate::{Bounds3, Vec3};
 
-/// Whether a point lies on one of some triangles, or as near as a thousandth of the diagonal of
-/// them all.
+/// Returns true if a point lies on one of some triangles, or as near as a thousandth of the
+/// diagonal of them all.
 pub fn touches_triangles(p: Vec3, triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> bool {
     let bounds: Bounds3 = triangles.clone().flatten().collect();
     let size = if bounds.is_empty() { 0.0 } else { bounds.diagonal().length() };

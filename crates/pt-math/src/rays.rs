@@ -94,7 +94,7 @@ pub enum Rays<'a> {
 }
 
 impl<'a> Rays<'a> {
-    /// How many there are.
+    /// Returns the count.
     #[inline]
     pub fn len(self) -> usize {
         match self {
@@ -103,7 +103,7 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     #[inline]
     pub fn is_empty(self) -> bool {
         self.len() == 0

@@ -46,13 +46,13 @@ impl Spectrum {
         (self.0.x + self.0.y + self.0.z) * (1.0 / 3.0)
     }
 
-    /// Whether all channels are zero.
+    /// Returns true if all channels are zero.
     #[inline]
     pub fn is_black(self) -> bool {
         self.0 == Vec3::ZERO
     }
 
-    /// Whether no channel is NaN or infinite.
+    /// Returns true if no channel is NaN or infinite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.0.is_finite()

@@ -41,7 +41,7 @@ impl Trs {
         self.stretch
     }
 
-    /// Whether it turns space inside out.
+    /// Returns true if it turns space inside out.
     pub fn is_mirrored(&self) -> bool {
         self.is_mirrored
     }

@@ -23,7 +23,7 @@ fn point_of(set: SamplerConfig, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2
     Sampler::new(set, pixel, sample).at_dimension(d).next_2d()
 }
 
-/// Whether the first n points of a run are one in each of the n intervals of every shape
+/// Returns true if the first n points of a run are one in each of the n intervals of every shape
 /// 2⁻ᵃ × 2⁻⁽ᵏ⁻ᵃ⁾.
 fn is_net(points: &[[f32; 2]]) -> bool {
     let k = points.len().ilog2();

@@ -85,7 +85,7 @@ impl Filter {
         }
     }
 
-    /// Whether its numbers make sense.
+    /// Returns true if its numbers make sense.
     ///
     /// # Errors
     /// What is wrong, and what was expected.

@@ -19,7 +19,7 @@ pub struct Material {
     /// Radiance emitted from the front side (the side on which the corners of a triangle run
     /// counter-clockwise); zero for none.
     pub emission: Color,
-    /// Whether nobody sees what it emits: it lights surfaces and media, but rays that meet it find
+    /// True if nobody sees what it emits: it lights surfaces and media, but rays that meet it find
     /// nothing of it, neither from the camera nor from mirrors.
     pub hidden_emission: bool,
     /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
@@ -72,7 +72,7 @@ pub enum Distribution {
     Ggx,
 }
 
-/// Whether facets that hide light on its way in are those that hide it on its way out.
+/// True if facets that hide light on its way in are those that hide it on its way out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Masking {
     /// By the height of the facet. [Heitz 2014, eq. 99]
@@ -91,7 +91,7 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
-    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so
+    /// True if light that one facet sends to another is followed on, and so not lost. Metals do so
     /// with two roughnesses too, glass with one.
     pub multiple_scattering: bool,
 }
@@ -113,7 +113,7 @@ impl Roughness {
 pub struct Diffuse {
     /// Albedo, each channel in [0, 1].
     pub reflectance: Color,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -125,7 +125,7 @@ pub struct RoughDiffuse {
     pub reflectance: Color,
     /// Roughness from 0, which is Lambertian, to 1.
     pub roughness: Scalar,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -180,7 +180,7 @@ pub struct Conductor {
     pub reflectance: Color,
     /// Microfacets; `None` is a smooth metal.
     pub roughness: Option<Roughness>,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -193,10 +193,10 @@ pub struct CoatedDiffuse {
     pub specular: Color,
     /// Index of refraction of the coat over that above it.
     pub ior: f32,
-    /// Whether light that the coat throws back is coloured again by the base, as it would be in
+    /// True if light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
     pub nonlinear: bool,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -215,10 +215,10 @@ pub struct RoughCoatedDiffuse {
     /// How the slopes of facets are distributed. They hide each other as [`Masking::Separable`]
     /// says.
     pub distribution: Distribution,
-    /// Whether light that the coat throws back is coloured again by the base, as it would be in
+    /// True if light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
     pub nonlinear: bool,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -236,7 +236,7 @@ pub struct FresnelPlastic {
     /// The facets. Light that one reflects to another is lost, also with
     /// [`Roughness::multiple_scattering`].
     pub roughness: Roughness,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -256,7 +256,7 @@ pub struct CoatedConductor {
     /// Thickness of the coat in mean free paths of light that it absorbs: straight through, e⁻ᵗ is
     /// left. 0 is clear.
     pub thickness: f32,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -269,7 +269,7 @@ pub struct Plastic {
     pub specular: Color,
     /// Roughness α of the gloss (Beckmann).
     pub alpha: f32,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -304,7 +304,7 @@ pub struct Principled {
     pub clearcoat: Scalar,
     /// From a satin coat to a glossy one.
     pub clearcoat_gloss: Scalar,
-    /// Whether the back side reflects as the front does; else it lets light through or is black.
+    /// True if the back side reflects as the front does; else it lets light through or is black.
     pub two_sided: bool,
 }
 
@@ -331,7 +331,7 @@ impl Default for Principled {
 }
 
 impl Principled {
-    /// Whether light goes through it anywhere.
+    /// Returns true if light goes through it anywhere.
     pub fn transmits(&self) -> bool {
         self.spec_trans != Scalar::Value(0.0)
     }
@@ -414,7 +414,7 @@ pub struct Hair {
     pub azimuthal_roughness: f32,
     /// Angle in degrees by which the scales of the fibre are raised.
     pub scale_angle: f32,
-    /// Whether the back side scatters as the front side does, as ribbons need it. Else there is no
+    /// True if the back side scatters as the front side does, as ribbons need it. Else there is no
     /// back side, so that light which goes through the front of a closed tube leaves it.
     pub two_sided: bool,
 }
@@ -463,7 +463,7 @@ impl Hair {
 pub struct Measured {
     /// What was measured.
     pub measurements: Arc<Measurements>,
-    /// Whether the back side reflects too; otherwise it is black.
+    /// True if the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
 
@@ -483,7 +483,7 @@ pub struct Mix {
 }
 
 impl Surface {
-    /// Whether rays that come to the back of it go on as if there were nothing; see
+    /// Returns true if rays that come to the back of it go on as if there were nothing; see
     /// [`Hair::two_sided`].
     pub fn has_no_back(&self) -> bool {
         match self {
@@ -511,14 +511,14 @@ pub struct SurfaceDetail {
     pub surface: Box<Surface>,
     /// How its normals differ from those of the shape.
     pub relief: NormalOrBump,
-    /// Whether less light arrives where the relief is steep and the light low, as facets would
+    /// True if less light arrives where the relief is steep and the light low, as facets would
     /// shadow it; so light fades before it ends where the shape turns away from it. Of reliefs
     /// in reliefs, the outermost that shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A
     /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"]
     pub shadowing: bool,
     /// What is seen where its normals look away from the viewer.
     pub averted: Averted,
-    /// Whether the relief from behind is the mirror image of that in front: what is raised is
+    /// True if the relief from behind is the mirror image of that in front: what is raised is
     /// raised on both sides. Else what is raised in front is a dent behind.
     pub mirrored: bool,
 }

@@ -48,7 +48,7 @@ pub struct Tables {
     /// What is reflected at the points of `luminance`, in linear Rec. 709: f cos θ, or with
     /// `is_relative` that over D(m) / 4σ.
     pub colors: Vec<[f32; 3]>,
-    /// Whether `colors` are to be multiplied by D(m) / 4σ.
+    /// True if `colors` are to be multiplied by D(m) / 4σ.
     pub is_relative: bool,
 }
 
@@ -107,7 +107,7 @@ impl Measurements {
         &self.0
     }
 
-    /// Whether it is the same whichever way it is turned around its normal.
+    /// Returns true if it is the same whichever way it is turned around its normal.
     pub fn is_isotropic(&self) -> bool {
         self.0.phi.len() <= 2
     }
@@ -134,7 +134,7 @@ impl Measurements {
         })
     }
 
-    /// Whether it is the same as its mirror image in which φ is −φ.
+    /// Returns true if it is the same as its mirror image in which φ is −φ.
     pub fn is_mirrored(&self) -> bool {
         self.is_isotropic() || self.repeats() == 4
     }
@@ -175,7 +175,7 @@ impl Measurements {
     }
 }
 
-/// How many of these angles make a full turn.
+/// Returns the number of these angles in a full turn.
 fn repeats(phi: &[f32]) -> u32 {
     let span = phi.last().zip(phi.first()).map_or(TAU, |(last, first)| last - first);
     (TAU / span).round() as u32

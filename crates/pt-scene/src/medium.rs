@@ -41,7 +41,7 @@ pub enum MediumProperties {
 }
 
 impl MediumProperties {
-    /// Whether it emits light.
+    /// Returns true if it emits light.
     pub fn glows(&self) -> bool {
         match self {
             Self::Homogeneous { emission, .. } => *emission != [0.0; 3],

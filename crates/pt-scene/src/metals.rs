@@ -9,7 +9,7 @@ pub struct Metal {
     pub eta: [f32; 3],
     /// Imaginary part.
     pub k: [f32; 3],
-    /// Whether Mitsuba has it by the name with `_palik` behind it as well.
+    /// True if Mitsuba has it by the name with `_palik` behind it as well.
     pub palik: bool,
 }
 

@@ -85,7 +85,7 @@ impl Motion {
         &self.keys
     }
 
-    /// Whether it turns space inside out.
+    /// Returns true if it turns space inside out.
     pub fn is_mirrored(&self) -> bool {
         self.poses[0].is_mirrored()
     }

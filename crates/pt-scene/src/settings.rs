@@ -28,10 +28,10 @@ pub struct RenderHints {
     /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
     /// direct light.
     pub max_depth: Option<u32>,
-    /// Whether `max_depth` counts no interaction from which light goes straight on, as through
+    /// True if `max_depth` counts no interaction from which light goes straight on, as through
     /// thin glass, in scenes with media.
     pub straight_is_free: bool,
-    /// Whether the interpolated normals of meshes alone divide their front from their back, as in
+    /// True if the interpolated normals of meshes alone divide their front from their back, as in
     /// Mitsuba 3 and pbrt-v4. Else light has to be on the same side of the triangle as well,
     /// and normals that look away from the viewer are bent until they do not. [Veach 1997,
     /// "Robust Monte Carlo Methods for Light Transport Simulation", §5.3]

@@ -97,7 +97,7 @@ impl TextureMapping {
         format!("uv_{set}")
     }
 
-    /// Whether it is by texture coordinates of the surface.
+    /// Returns true if it is by texture coordinates of the surface.
     fn is_on_surface(self) -> bool {
         matches!(self, Self::Surface | Self::Coordinates { .. })
     }
@@ -109,8 +109,8 @@ impl Texture {
         Self { pattern, layout: TextureMapping::Surface, to_pattern }
     }
 
-    /// Whether it shows colours or values of a mesh, or lies by them, which surfaces without these
-    /// do not have.
+    /// Returns true if it shows colours or values of a mesh, or lies by them, which surfaces
+    /// without these do not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
             Pattern::VertexColors
@@ -124,13 +124,13 @@ impl Texture {
         }
     }
 
-    /// Whether any part of it lies on the texture coordinates of the surface.
+    /// Returns true if any part of it lies on the texture coordinates of the surface.
     pub fn uses_coordinates(&self) -> bool {
         let own = self.pattern.has_layout() && self.layout.is_on_surface();
         own || self.pattern.parts().any(|t| t.uses_coordinates())
     }
 
-    /// Whether any part of it lies in space, or is by where in space the surface looks to.
+    /// Returns true if any part of it lies in space, or is by where in space the surface looks to.
     pub fn is_in_space(&self) -> bool {
         let is_laid = self.pattern.has_layout() && !self.layout.is_on_surface();
         let own = is_laid || matches!(self.pattern, Pattern::AbsNormalDot(_));
@@ -139,8 +139,8 @@ impl Texture {
 }
 
 impl Pattern {
-    /// Whether it asks for the layout of its texture: what is put together, colours of meshes and
-    /// normals do not.
+    /// Returns true if it asks for the layout of its texture: what is put together, colours of
+    /// meshes and normals do not.
     fn has_layout(&self) -> bool {
         !matches!(
             self,
@@ -311,7 +311,7 @@ pub enum Pattern {
 /// Of how many octaves of noise a pattern is the sum: at most [`Self::MAX_OCTAVES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// How many there are.
+    /// Count.
     pub octaves: u32,
     /// What each is worth over the one before, from 0 to 2.
     pub roughness: f32,

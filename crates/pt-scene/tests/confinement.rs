@@ -38,7 +38,7 @@ fn picture(path: &Path) {
     save(&image, path, &SaveOptions::default()).expect("a writable folder");
 }
 
-/// Whether the only material shows squares in magenta and black, and nothing else.
+/// Returns true if the only material shows squares in magenta and black, and nothing else.
 fn is_loud(scene: &Scene) -> bool {
     let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =
         &scene.materials[0].surface

@@ -6,7 +6,7 @@ use std::path::Path;
 use pt_scene::format::{Limits, LoadOptions, LoadResult, read_with};
 use pt_scene::image::{Image, SaveOptions, save};
 
-/// How many pictures a scene has. Number 7 is missing, and number 11 is none.
+/// Number of pictures of a scene. Number 7 is missing, and number 11 is none.
 const COUNT: u32 = 40;
 
 /// A scene of a format, of as many materials as there are pictures, and some of which share one.

@@ -280,8 +280,8 @@ fn judge(histogram: &Histogram, config: &Chi2<'_>) -> Result<(), Reason> {
     judge_places(histogram, level)
 }
 
-/// Whether as many samples were taken as the integral of the density says: a test of its own,
-/// since in a thousand bins a flaw of one has to be great to show.
+/// Returns true if as many samples were taken as the integral of the density says: a test of its
+/// own, since in a thousand bins a flaw of one has to be great to show.
 fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(), Reason> {
     const MASS_TOLERANCE: f64 = 1e-3;
     // Share of the integral that rounding and the rule of integration may cost.

@@ -34,7 +34,7 @@ pub struct ZFailure {
     pub p: f64,
     /// The probability below which a single value fails.
     pub level: f64,
-    /// How many values fail.
+    /// Number of values that fail.
     pub failing: usize,
 }
 
@@ -54,7 +54,7 @@ impl std::error::Error for ZFailure {}
 /// Share of a value that `f32` sums may have lost.
 const ROUNDING: f64 = 1e-5;
 
-/// Whether two sets of estimates agree value by value. All values together fail for a share
+/// Returns true if two sets of estimates agree value by value. All values together fail for a share
 /// `significance` of the seeds when they do agree.
 ///
 /// # Errors
@@ -81,8 +81,8 @@ pub fn z_test(a: Estimates<'_>, b: Estimates<'_>, significance: f64) -> Result<(
     }
 }
 
-/// Whether samples have the mean `expected`; a correct estimator fails for a share `significance`
-/// of the seeds.
+/// Returns true if samples have the mean `expected`; a correct estimator fails for a share
+/// `significance` of the seeds.
 ///
 /// # Errors
 /// If the mean differs too much or is no number, or there are fewer than two samples.
@@ -104,7 +104,7 @@ fn compare(left: f64, right: f64, variance: f64, index: usize, level: f64) -> ZF
     ZFailure { index, left, right, z, p, level, failing: 0 }
 }
 
-/// Whether the probability is a number that is not below the level.
+/// Returns true if the probability is a number that is not below the level.
 fn passes(result: &ZFailure) -> bool {
     !result.z.is_nan() && result.p >= result.level
 }

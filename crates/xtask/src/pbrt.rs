@@ -184,7 +184,7 @@ impl Comparison {
         Ok(Self([channel(0), channel(1), channel(2), luminance]))
     }
 
-    /// Whether all means agree, and the luminance of enough blocks.
+    /// Returns true if all means agree, and the luminance of enough blocks.
     fn is_good(&self) -> bool {
         let Self(reports) = self;
         reports.iter().all(|r| difference_of_means(r).abs() <= MAX_MEAN)

@@ -44,7 +44,7 @@ fn finite(hash: u32) -> u32 {
     }
 }
 
-/// Whether one of these quantities makes mattes.
+/// Returns true if one of these quantities makes mattes.
 pub fn is_among(aovs: &[Aov]) -> bool {
     LAYERS.iter().any(|(aov, _)| aovs.contains(aov))
 }

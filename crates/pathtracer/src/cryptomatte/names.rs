@@ -43,7 +43,7 @@ impl Names {
         names
     }
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty() && self.materials.is_empty()
     }

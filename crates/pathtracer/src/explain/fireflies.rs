@@ -23,7 +23,7 @@ pub struct Fireflies {
 }
 
 impl Fireflies {
-    /// How many times as bright as the others.
+    /// Brightness relative to the others.
     pub const TIMES: f64 = 10.0;
     /// How much of the squared deviations.
     pub const SHARE: f64 = 0.05;

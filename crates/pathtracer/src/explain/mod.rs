@@ -118,8 +118,8 @@ fn renderer(session: &Session) -> Result<Renderer<'_>, RenderError> {
 /// on the whole image.
 const WITH_TARGET: u32 = 64;
 
-/// How many samples a render takes of a pixel, in the first half if there are two: where it stops
-/// early, the film tells.
+/// Returns the number of samples that a render takes of a pixel, in the first half if two: where it
+/// stops early, the film tells.
 fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) -> u32 {
     let in_halves = settings.in_halves();
     let most = if in_halves { settings.spp.div_ceil(2) } else { settings.spp };

@@ -9,7 +9,7 @@ use super::{Contribution, Sample, ScatterEvent, Trace, luminance_of};
 pub struct PathExpression {
     /// See [`expression`].
     pub expression: String,
-    /// How many samples have such light.
+    /// Number of samples with such light.
     pub samples: u32,
     /// Its mean luminance.
     pub luminance: f64,

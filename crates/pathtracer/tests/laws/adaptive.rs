@@ -21,7 +21,7 @@ fn film(spp: u32, adaptive: Option<Adaptive>) -> Film {
     render(&scene(), size(SIZE), Settings { adaptive, ..settings(spp) }).film().clone()
 }
 
-/// Whether 1.96 σ/√n ≤ tolerance · μ, with σ² the sample variance of luminance.
+/// Returns true if 1.96 σ/√n ≤ tolerance · μ, with σ² the sample variance of luminance.
 fn converged(film: &Film, [x, y]: [u32; 2], tolerance: f32) -> bool {
     let (mean, standard_error) = film.pixel(x, y).luminance();
     1.96 * standard_error <= f64::from(tolerance) * mean

@@ -106,14 +106,14 @@ impl Room {
         if n.dot(a - self.inside) < 0.0 { -n } else { n }
     }
 
-    /// Whether a point is beyond some wall.
+    /// Returns true if a point is beyond some wall.
     fn is_beyond(&self, p: DVec3) -> bool {
         let count = self.scene().shapes.triangles.len() as u32;
         (0..count).any(|i| (p - self.corners(i)[0]).dot(self.outwards(i)) > 0.0)
     }
 
-    /// Whether the origin that is moved along the normal alone, by the error of a mean of corners
-    /// in single precision, is beyond a wall.
+    /// Returns true if the origin that is moved along the normal alone, by the error of a mean of
+    /// corners in single precision, is beyond a wall.
     fn leaks_by_offset_alone(&self, hit: &Hit) -> bool {
         let [a, b, c] = self.corners(hit.primitive);
         let (b1, b2) = (f64::from(hit.b1), f64::from(hit.b2));

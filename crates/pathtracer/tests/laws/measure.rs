@@ -26,7 +26,7 @@ pub(crate) fn finish(session: &mut Session) {
     assert_eq!(rejections.count(), 0, "no number: {:?}", rejections.first);
 }
 
-/// Whether a scene is not rendered with these settings.
+/// Returns true if a scene is not rendered with these settings.
 pub(crate) fn refuses(scene: &Scene, settings: &Settings) -> bool {
     let options = CompileOptions::default();
     let session = Session::new(scene, options, Settings::default()).expect("it compiles");

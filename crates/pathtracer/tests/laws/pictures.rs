@@ -106,7 +106,8 @@ impl Renders {
     }
 }
 
-/// Whether a block differs by no more than a share of its brightness, what nobody sees, and noise.
+/// Returns true if a block differs by no more than a share of its brightness, what nobody sees, and
+/// noise.
 fn agrees(block: &Block, share: f64) -> bool {
     let level = block.a.iter().chain(&block.b).sum::<f64>() / 6.0;
     let noise = if block.relative == 0.0 { 0.0 } else { block.relative / block.standard_errors };

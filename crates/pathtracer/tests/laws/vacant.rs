@@ -78,8 +78,8 @@ fn in_motion() -> Scene {
     scene
 }
 
-/// Whether a ray through a random point of the image around the middle of a pixel, at most as far
-/// from it as the filter reaches, hits anything.
+/// Returns true if a ray through a random point of the image around the middle of a pixel, at most
+/// as far from it as the filter reaches, hits anything.
 fn hits(scene: &RenderScene, [x, y]: [u32; 2], radius: f32, random: &mut Random) -> bool {
     let mut near = |i: u32| i as f32 + 0.5 + radius * (2.0 * random.unit() - 1.0);
     let at = [near(x), near(y)];

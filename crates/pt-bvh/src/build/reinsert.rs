@@ -171,7 +171,7 @@ impl Tree {
         !moves.is_empty()
     }
 
-    /// Whether a node is another, or below it.
+    /// Returns true if a node is another, or below it.
     fn is_within(&self, mut node: usize, other: usize) -> bool {
         while node != other && node != ROOT {
             node = self.0[node].parent;

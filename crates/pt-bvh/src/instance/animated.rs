@@ -107,7 +107,7 @@ impl AnimatedInstance {
         &self.object
     }
 
-    /// Whether it has more than one knot.
+    /// Returns true if it has more than one knot.
     pub fn moves(&self) -> bool {
         self.keys.len() > 1
     }
@@ -207,7 +207,7 @@ impl AnimatedBvh {
         self.nearest(ray, time, &mut Off)
     }
 
-    /// Whether anything is hit at a time with t in (`t_min`, `t_max`).
+    /// Returns true if anything is hit at a time with t in (`t_min`, `t_max`).
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         self.any(ray, time, &mut Off)
     }

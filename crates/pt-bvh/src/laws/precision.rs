@@ -77,7 +77,8 @@ fn single_precision_errs_as_little_as_it_says() {
     assert!(hits > 100_000 && each.iter().all(|&n| n > 10_000), "{each:?}");
 }
 
-/// Whether a triangle fills less than 1/1000 of the rectangle around it, as the ray sees it.
+/// Returns true if a triangle fills less than 1/1000 of the rectangle around it, as the ray sees
+/// it.
 fn is_flat(at: [[f32; 3]; 3]) -> bool {
     let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = at.map(|v| v.map(f64::from));
     let area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);

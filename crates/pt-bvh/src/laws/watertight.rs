@@ -57,7 +57,7 @@ fn ray(soup: &Soup, (scale, offset): (f32, Vec3), is_central: bool, r: &mut Rand
     Ray::new(origin, target(soup, r) - origin)
 }
 
-/// How many rays of a chunk hit nothing, one by one.
+/// Returns the number of rays of a chunk that hit nothing, one by one.
 fn escaped(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
     let mut r = Random::new(seed);
     let escapes = (0..CHUNK).filter(|_| {

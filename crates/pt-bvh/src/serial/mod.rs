@@ -143,7 +143,8 @@ impl Source {
         Ok(source)
     }
 
-    /// Whether this is the number of a triangle, or of a sphere, of the kind of `primitive`.
+    /// Returns true if this is the number of a triangle, or of a sphere, of the kind of
+    /// `primitive`.
     pub(crate) fn has(&self, primitive: &Primitive, id: u32) -> bool {
         match primitive {
             Primitive::Triangle(_) => id < self.triangles,

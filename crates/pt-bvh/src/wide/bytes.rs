@@ -147,7 +147,7 @@ impl WideNode {
         Ok(Self { planes, children: r.u32s()?.map(Child) })
     }
 
-    /// Whether no ray hits the box of the slot.
+    /// Returns true if no ray hits the box of the slot.
     fn is_vacant(&self, slot: usize) -> bool {
         self.planes.iter().all(|[low, high]| {
             low.as_array()[slot] == f32::INFINITY && high.as_array()[slot] == f32::NEG_INFINITY

@@ -33,14 +33,14 @@ pub(super) struct CollapseCosts<'a> {
 struct Subtree {
     /// C for up to 1, 2, … roots.
     costs: [f32; WIDTH - 1],
-    /// How many primitives it has.
+    /// Number of primitives it has.
     count: u32,
-    /// Whether there are triangles, spheres.
+    /// True if there are triangles, spheres.
     kinds: [bool; 2],
 }
 
 impl Subtree {
-    /// Whether its primitives fit a block.
+    /// Returns true if its primitives fit a block.
     fn is_small(&self) -> bool {
         self.count as usize <= BLOCK && self.kinds != [true, true]
     }
@@ -58,12 +58,12 @@ impl<'a> CollapseCosts<'a> {
         Self { bvh, subtrees }
     }
 
-    /// How many primitives a subtree has.
+    /// Returns the number of primitives of a subtree.
     pub(super) fn count(&self, node: usize) -> usize {
         self.subtrees[node].count as usize
     }
 
-    /// Whether the primitives of a subtree fit a block.
+    /// Returns true if the primitives of a subtree fit a block.
     pub(super) fn is_small(&self, node: usize) -> bool {
         self.subtrees[node].is_small()
     }

@@ -46,7 +46,7 @@ impl Child {
     /// In slots without a child: the root, which is nobody's child.
     const VACANT: Self = Self::node(0);
 
-    /// How many bits are below those of kind.
+    /// Number of bits below those of the kind.
     const KIND_SHIFT: u32 = 30;
 
     /// The two bits of kind.
@@ -127,7 +127,7 @@ pub(crate) struct WideBvh {
 }
 
 impl WideBvh {
-    /// Whether batches use AVX-512.
+    /// Returns true if batches use AVX-512.
     pub(crate) fn has_avx512(&self) -> bool {
         self.avx512.is_some()
     }

@@ -32,7 +32,7 @@ impl Segment {
         outward(a.min(b), a.max(b))
     }
 
-    /// Whether a triangle is met between the ends, or at one of them.
+    /// Returns true if a triangle is met between the ends, or at one of them.
     fn meets(&self, corners: [Vec3; 3]) -> bool {
         let corners @ [a, b, c] = corners.map(|p| p.as_dvec3() - self.from);
         let normal = (b - a).cross(c - a);
@@ -56,9 +56,9 @@ impl Segment {
 }
 
 impl Bvh {
-    /// Whether a triangle other than number `except` meets the segment between two points, which
-    /// begins on that one, whose `normal` may have any length. Triangles that are parallel to it,
-    /// by an angle of less than 0.06°, do not count, and neither do spheres.
+    /// Returns true if a triangle other than number `except` meets the segment between two points,
+    /// which begins on that one, whose `normal` may have any length. Triangles that are
+    /// parallel to it, by an angle of less than 0.06°, do not count, and neither do spheres.
     pub fn is_crossed(&self, [from, to]: [DVec3; 2], normal: DVec3, except: u32) -> bool {
         let segment = Segment { from, along: to - from, normal, except };
         match &self.kernel {

@@ -186,7 +186,7 @@ impl<'a, C: Counter> Query<'a, C> {
         Self { asked, scene, axes, of_ray, nearest, counter }
     }
 
-    /// Whether a primitive of a leaf is hit, and better than what there was.
+    /// Returns true if a primitive of a leaf is hit, and better than what there was.
     #[inline(always)]
     fn test(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES != 0 {
@@ -207,7 +207,7 @@ impl<'a, C: Counter> Query<'a, C> {
         better | self.confirm(block, set, &tested)
     }
 
-    /// Whether a primitive of a leaf is hit at all, for a query that has found nothing yet.
+    /// Returns true if a primitive of a leaf is hit at all, for a query that has found nothing yet.
     #[inline(always)]
     fn test_any(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES == 0 {
@@ -366,7 +366,7 @@ impl WideBvh {
         query.nearest.get()
     }
 
-    /// Whether there is a hit.
+    /// Returns true if there is a hit.
     pub(crate) fn occluded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
         match Prepared::ordinary(asked, &self.scene) {
             Some(ray) => self.any::<false, false, C>(asked, &ray, counter),

@@ -149,7 +149,7 @@ impl Tested {
         Hit { t: number(&self.t), b1: number(b1), b2: number(b2), primitive: ids[lane % BLOCK] }
     }
 
-    /// Whether there is a hit with t in (`t_min`, `t_max`) in a set of lanes.
+    /// Returns true if there is a hit with t in (`t_min`, `t_max`) in a set of lanes.
     #[inline(always)]
     pub(super) fn any(&self, set: u32, t_min: f32, t_max: f32) -> bool {
         let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_lt(Lanes::splat(t_max));

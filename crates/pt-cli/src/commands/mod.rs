@@ -236,7 +236,7 @@ pub(crate) struct OfPixel {
     #[arg(conflicts_with = "top", help_heading = "Explain")]
     pub(crate) sample: Option<u32>,
 
-    /// How many of the brightest paths are shown
+    /// Number of the brightest paths to show
     #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::count, help_heading = "Explain")]
     pub(crate) top: u32,
@@ -247,7 +247,7 @@ pub(crate) struct OfPixel {
 }
 
 impl Command {
-    /// Whether there is a command of this name.
+    /// Returns true if there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
         ["resume", "merge", "info", "check", "rerender", "explain", "convert"].contains(&name)
     }

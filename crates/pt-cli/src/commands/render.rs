@@ -370,7 +370,7 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
     }
 }
 
-/// Whether `pathtracer explain` takes the command line of this render.
+/// Returns true if `pathtracer explain` takes the command line of this render.
 fn can_be_explained(request: &RenderJob, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
     let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();

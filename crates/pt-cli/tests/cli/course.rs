@@ -2,8 +2,8 @@
 
 use crate::common::{Folder, SMALL, TINY};
 
-/// Whether a line is as a pattern says: `{i}` is a whole number, `{f}` a number with `digits`
-/// decimals written as `{f4}` or `{f6}`, and `*` anything up to the end.
+/// Returns true if a line is as a pattern says: `{i}` is a whole number, `{f}` a number with
+/// `digits` decimals written as `{f4}` or `{f6}`, and `*` anything up to the end.
 fn is_like(line: &str, pattern: &str) -> bool {
     let Some(at) = pattern.find(['{', '*']) else { return line == pattern };
     let (literal, rest) = pattern.split_at(at);

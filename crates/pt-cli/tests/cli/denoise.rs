@@ -2,7 +2,7 @@
 
 use crate::common::{Folder, TINY};
 
-/// Whether the library is there; else a line says that something is skipped.
+/// Returns true if the library is there; else a line says that something is skipped.
 fn is_there(folder: &Folder) -> bool {
     let run = folder.succeed(&format!("{TINY} --denoise -f probe.png SCENE"));
     let is_missing = run.err.contains("Open Image Denoise is not found");

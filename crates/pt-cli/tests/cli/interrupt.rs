@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{Folder, Run, SCENE};
 
-/// Whether the process handles SIGINT, signal 2, already. [proc_pid_status(5), SigCgt]
+/// Returns true if the process handles SIGINT, signal 2, already. [proc_pid_status(5), SigCgt]
 fn listens(child: &Child) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
     let mask = status.ok().and_then(|s| {

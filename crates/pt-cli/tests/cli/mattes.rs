@@ -26,7 +26,7 @@ fn planes(layer: &Layer<AnyChannels<FlatSamples>>, kind: &str) -> Vec<Vec<f32>> 
     names.map(plane).collect()
 }
 
-/// How many pixels a thing covers.
+/// Returns the number of pixels that a thing covers.
 fn pixels(planes: &[Vec<f32>], name: &str) -> f64 {
     let ranks = planes.as_chunks().0;
     let share = |[ids, shares]: &[Vec<f32>; 2]| {

@@ -24,7 +24,7 @@ pub struct CoatedDiffuse {
     eta: f32,
     /// Fᵢ.
     inside: f32,
-    /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    /// True if the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
     nonlinear: bool,
 }
 

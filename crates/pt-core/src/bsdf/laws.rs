@@ -2,7 +2,8 @@
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
 //! [`gains`]: the energy of layered and principled lobes. [`numbers`]: finite results for all
-//! arguments. [`world`]: the same laws on surfaces in world space. [`spread`]: viewers side by side.
+//! arguments. [`world`]: the same laws on surfaces in world space. [`spread`]: viewers side by
+//! side.
 
 mod gains;
 mod numbers;
@@ -117,7 +118,7 @@ fn for_all_smooth(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
     });
 }
 
-/// Whether two spectra agree to a share of the larger one.
+/// Returns true if two spectra agree to a share of the larger one.
 fn close(a: Spectrum, b: Spectrum, share: f32) -> bool {
     (a.0 - b.0).abs().max_element() <= share * a.0.abs().max_element().max(b.0.abs().max_element())
 }

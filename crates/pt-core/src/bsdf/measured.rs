@@ -80,7 +80,7 @@ impl MeasuredTables {
         }
     }
 
-    /// Whether it is the same whichever way it is turned around its normal.
+    /// Returns true if it is the same whichever way it is turned around its normal.
     pub fn is_isotropic(&self) -> bool {
         self.is_isotropic
     }

@@ -104,9 +104,9 @@ pub struct LobeTables {
 /// from the surface; `eval` includes the cosine; `None` means "absorbed". A lobe that reflects
 /// only is zero unless both directions are on the side of +z.
 pub trait Lobe<'t>: Copy {
-    /// Whether [`Self::sample`] draws from Dirac deltas only; then `eval` and `pdf` are zero.
+    /// True if [`Self::sample`] draws from Dirac deltas only; then `eval` and `pdf` are zero.
     const DELTA: bool;
-    /// Whether its functions are so short and so common that they belong into the loops of
+    /// True if its functions are so short and so common that they belong into the loops of
     /// integrators. The others are called: among what a loop over lights does not change, compilers
     /// compute parts of all lobes ahead of it, whichever is there.
     const INLINE: bool = false;
@@ -137,24 +137,24 @@ pub trait Lobe<'t>: Copy {
     }
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
-    /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's
+    /// True if f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's
     /// own models may say no, those of fibres, which do not know where on them light leaves,
     /// and what was measured.
     const RECIPROCAL: bool = true;
-    /// Whether it stands for all of something thin and round: light leaves on any side, whichever
+    /// True if it stands for all of something thin and round: light leaves on any side, whichever
     /// side the surface looks to, and normals that look away from the viewer are beyond its
     /// edge.
     const IS_FIBER: bool = false;
-    /// Whether light goes through the surface.
+    /// True if light goes through the surface.
     const TRANSMITS: bool = false;
-    /// Whether light that goes through leaves as it came, so that what is behind is seen in its
+    /// True if light that goes through leaves as it came, so that what is behind is seen in its
     /// place.
     const STRAIGHT: bool = false;
     /// The share of light that goes straight on from `wo`.
     fn straight(&self, _wo: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Whether it scatters diffusely whatever it does not send into single directions.
+    /// True if it scatters diffusely whatever it does not send into single directions.
     const DIFFUSE: bool = false;
 }
 
@@ -449,7 +449,7 @@ impl<'a> Bsdf<'a> {
         self
     }
 
-    /// Whether only [`Self::sample`] finds its directions.
+    /// Returns true if only [`Self::sample`] finds its directions.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
@@ -465,7 +465,7 @@ impl<'a> Bsdf<'a> {
         self.lobe.straight(self.tables, self.wo)
     }
 
-    /// Whether light that [`Self::sample`] sent to `wi` (world) goes through as it came.
+    /// Returns true if light that [`Self::sample`] sent to `wi` (world) goes through as it came.
     #[inline]
     pub fn lets_through(&self, wi: Vec3) -> bool {
         self.lobe.is_straight() && self.frame.to_local(wi).z * self.wo.z < 0.0
@@ -496,8 +496,8 @@ impl<'a> Bsdf<'a> {
         is_alike.then_some(Self { wo: local, ..*self })
     }
 
-    /// Whether directions that were drawn for this viewer serve another as well, to whom the same
-    /// surface is `other`.
+    /// Returns true if directions that were drawn for this viewer serve another as well, to whom
+    /// the same surface is `other`.
     #[inline(always)]
     pub fn is_similar_direction(&self, other: &Self) -> bool {
         serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
@@ -555,17 +555,18 @@ impl<'a> Bsdf<'a> {
         &self.frame
     }
 
-    /// Whether the true surface and the shading agree on which side of it `wi` is. They differ
-    /// where shading normals are interpolated; light there would leak through the surface.
+    /// Returns true if the true surface and the shading agree on which side of it `wi` is. They
+    /// differ where shading normals are interpolated; light there would leak through the
+    /// surface.
     #[inline(always)]
     fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
         wi.dot(self.geometric_normal) * local.z * self.side > 0.0
     }
 }
 
-/// Whether the distance of two unit directions above a surface is within its spread. Towards
-/// grazing angles less will do: the normal of the facets that reflect from `wi` to `a` turns by up
-/// to 1 / (2 cos θ) times as much as `a`.
+/// Returns true if the distance of two unit directions above a surface is within its spread.
+/// Towards grazing angles less will do: the normal of the facets that reflect from `wi` to `a`
+/// turns by up to 1 / (2 cos θ) times as much as `a`.
 #[inline(always)]
 fn serves(lobe_width: f32, a: Vec3, b: Vec3) -> bool {
     let least = lobe_width * a.z.min(b.z);

@@ -322,7 +322,7 @@ pub(super) struct Reflected {
     greater: f32,
     /// √ of the lesser roughness over the greater one.
     place: f32,
-    /// Whether the greater one is along y.
+    /// True if the greater one is along y.
     along_y: bool,
     /// The mean of 1 − E.
     mean: f32,

@@ -14,7 +14,7 @@ pub struct Orientation {
     pub tangent: Option<Vec3>,
     /// What a relief hides of the light.
     pub shadowing: Shadowing,
-    /// Whether the normal was chosen for the viewer, so that others may see another.
+    /// True if the normal was chosen for the viewer, so that others may see another.
     pub is_for_viewer: bool,
 }
 

@@ -27,7 +27,7 @@ pub struct RoughCoatedDiffuse {
     distribution: MicrofacetDistribution,
     /// Fᵢ.
     inside: f32,
-    /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    /// True if the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
     nonlinear: bool,
     through: Transmittance,
 }

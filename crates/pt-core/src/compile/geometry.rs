@@ -70,7 +70,7 @@ pub(super) struct SurfaceEmission {
     /// See [`SurfaceRecord::emission`].
     pub(super) radiance: Spectrum,
     pub(super) texture: Option<Id<TextureRecord>>,
-    /// Whether rays find nothing of it, so that the surface says nothing of it either.
+    /// True if rays find nothing of it, so that the surface says nothing of it either.
     pub(super) is_invisible: bool,
     /// See [`SurfaceRecord::emission_coat`].
     pub(super) coat: f32,
@@ -234,7 +234,7 @@ pub(super) struct Collector<'a> {
     looks: Vec<CompiledSurface>,
     /// What shapes without a material look like.
     default: CompiledSurface,
-    /// Whether any material asks for texture coordinates.
+    /// True if any material asks for texture coordinates.
     uses_coordinates: bool,
     pub(super) mesh_colors: Vec<MeshColors>,
     /// See [`Lowering::mesh_values`].
@@ -561,7 +561,7 @@ fn world_normal(to_normal: DMat3, n: [f32; 3]) -> Vec3 {
     (to_normal * Vec3::from_array(n).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
-/// Whether a matrix scales all directions alike (to one part in ten thousand).
+/// Returns true if a matrix scales all directions alike (to one part in ten thousand).
 pub(super) fn is_similarity(m: DMat3) -> bool {
     let gram = m.transpose() * m;
     let scale = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;

@@ -168,12 +168,12 @@ impl InstancedShapes {
         Ok(ObjectShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
     }
 
-    /// How many of them move.
+    /// Returns the number of those that move.
     pub(super) fn moving(&self) -> usize {
         self.moving.iter().filter(|instance| instance.moves()).count()
     }
 
-    /// Whether some of what moves glows.
+    /// Returns true if some of what moves glows.
     pub(super) fn glow(&self) -> bool {
         self.objects.iter().any(|own| !own.shapes.emitters.is_empty())
     }

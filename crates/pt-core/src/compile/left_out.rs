@@ -6,7 +6,8 @@ use pt_math::Vec3;
 use super::geometry::Shapes;
 
 impl Shapes {
-    /// How many have coordinates that are not finite, or beyond the largest that trees have.
+    /// Returns the number that have coordinates that are not finite, or beyond the largest that
+    /// trees have.
     pub(super) fn out_of_range(&self) -> u32 {
         let is_in = |p: Vec3| p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all();
         let is_triangle_in =

@@ -25,10 +25,10 @@ pub(super) struct Lights {
     pub(super) table: Table<AnyLight>,
     pub(super) infinite_lights: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
-    /// How many more lights there are than in the table, because they are in trees.
+    /// Number of lights beyond those of the table, because they are in trees.
     pub(super) hidden: usize,
     pub(super) origins: LightSourceIds,
-    /// How many lights are means of daylight over days.
+    /// Number of lights that are means of daylight over days.
     pub(super) means: usize,
 }
 
@@ -386,7 +386,7 @@ impl Lights {
         self.tables.compensated = !self.tables.environments.is_empty();
     }
 
-    /// Whether nothing gives light.
+    /// Returns true if nothing gives light.
     pub(super) fn are_out(&self, shapes: &Shapes) -> bool {
         let glows = !shapes.emitters.is_empty() || shapes.placed.glow();
         self.table.as_slice().is_empty() && !glows
@@ -436,8 +436,8 @@ pub(super) fn emitter_triangles(
     .collect()
 }
 
-/// Whether a light node lies on a glowing mesh, and so stands for the same light: then the mesh,
-/// which is what one sees, is what lights the scene, once.
+/// Returns true if a light node lies on a glowing mesh, and so stands for the same light: then the
+/// mesh, which is what one sees, is what lights the scene, once.
 ///
 /// "On" is within a thousandth of the size of the mesh.
 fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {

@@ -55,15 +55,15 @@ pub struct CompileOptions {
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
-    /// Whether a scene without any light gets soft light from three sides, and one without a
+    /// True if a scene without any light gets soft light from three sides, and one without a
     /// camera is looked at from the front, the right and above; else the one is black, and the
     /// other looked at from +z.
     pub studio: bool,
-    /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator
+    /// True if maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator
     /// that weighs one sample of each light against one of the BSDF, which finds all of the
     /// sky as well.
     pub compensated: bool,
-    /// Whether texture coordinates are kept where no texture asks for them.
+    /// True if texture coordinates are kept where no texture asks for them.
     pub texture_coordinates: bool,
     /// A camera in place of the scene's.
     pub camera: Option<pt_scene::Camera>,
@@ -118,7 +118,7 @@ pub enum CompileError {
         what: &'static str,
         /// The index.
         index: u32,
-        /// How many there are.
+        /// Count.
         count: usize,
     },
     /// A number that must be finite is not, or one that must be positive is not.

@@ -24,7 +24,7 @@ pub(super) struct CompiledSurface {
     pub(super) emission_texture: Option<Id<TextureRecord>>,
     /// See [`SurfaceRecord::emission_coat`](crate::scene::SurfaceRecord::emission_coat).
     pub(super) emission_coat: f32,
-    /// Whether rays find nothing of it.
+    /// True if rays find nothing of it.
     pub(super) hidden_emission: bool,
     /// What its textures show of meshes.
     pub(super) shown: ShownValues,

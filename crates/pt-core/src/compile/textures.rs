@@ -31,7 +31,7 @@ pub(super) type ShownValues = BTreeSet<u32>;
 
 /// What materials are lowered to, and what is known of the material under way.
 pub(super) struct Lowering {
-    /// Whether the lobes of the university course's program are asked for.
+    /// True if the lobes of the university course's program are asked for.
     pub(super) course: bool,
     /// Metres per unit of the scene.
     pub(super) metres: f32,
@@ -94,7 +94,7 @@ impl Lowering {
         (self.lobes, self.lobe_tables, Materials { textures, ..self.materials })
     }
 
-    /// Whether anything asks for texture coordinates.
+    /// Returns true if anything asks for texture coordinates.
     pub(super) fn uses_coordinates(&self) -> bool {
         let materials = self.materials.table.as_slice();
         let oriented = |m: &Material| matches!(m, Material::Lobe(l) if l.oriented);

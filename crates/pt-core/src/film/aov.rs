@@ -160,12 +160,12 @@ impl Aov {
         }
     }
 
-    /// Whether 16 bits hold its values well: those of colours and directions.
+    /// Returns true if 16 bits hold its values well: those of colours and directions.
     fn half_suffices(self) -> bool {
         matches!(self, Self::Albedo | Self::Normal | Self::GeometricNormal)
     }
 
-    /// Whether a film needs two halves for it.
+    /// Returns true if a film needs two halves for it.
     pub fn is_of_half(self) -> bool {
         matches!(self.source().1, ChannelSource::Half(_))
     }
@@ -194,14 +194,14 @@ impl Aov {
     }
 }
 
-/// How many sums a film keeps per pixel: if any, one more for the number of samples that see a
-/// surface.
+/// Returns the number of sums that a film keeps per pixel: if any, one more for the number of
+/// samples that see a surface.
 pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
     let sums: usize = aovs.iter().map(|aov| aov.sums()).sum();
     if sums == 0 { 0 } else { sums + 1 }
 }
 
-/// Whether some are of surfaces, and not all of samples.
+/// Returns true if some are of surfaces, and not all of samples.
 pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
     let of_surfaces = |aov: &Aov| {
         matches!(

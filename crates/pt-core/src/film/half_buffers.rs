@@ -19,7 +19,7 @@ impl HalfBuffer {
     pub const BOTH: [Self; 2] = [Self::First, Self::Second];
 }
 
-/// How many samples each pixel of a film of two halves is to have, until more is decided.
+/// Target number of samples of each pixel of a film with half buffers, until the next evaluation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SamplePlan {
     /// Samples of a pixel in each half: of all pixels on average, or of each as long as nothing is
@@ -37,15 +37,16 @@ pub struct SamplePlan {
     pub vacant: Vec<bool>,
     /// The error when this was decided.
     pub error: Option<f64>,
-    /// How many samples of all pixels were then foreseen: hardly less, likely, and hardly more.
+    /// Estimated total number of samples at that time: lower bound, expected value, upper bound.
     pub expected: [u64; 3],
 }
 
 impl SamplePlan {
-    /// How many samples pixel number `pixel` is to have in each half. Where pixels differ these are
-    /// powers of two, of which the points of a sequence are best: in two scenes, variance times
-    /// samples was 6 to 15 % above what powers of two around them had at 1¼ to 1¾ times a
-    /// power, and counts that are off by up to √2 take 2 % more samples for the same.
+    /// Returns the target number of samples of pixel number `pixel` in each half. Where pixels
+    /// differ these are powers of two, of which the points of a sequence are best: in two
+    /// scenes, variance times samples was 6 to 15 % above what powers of two around them had at
+    /// 1¼ to 1¾ times a power, and counts that are off by up to √2 take 2 % more samples for
+    /// the same.
     #[inline]
     pub fn wanted(&self, pixel: usize) -> u32 {
         if self.is_background_only(pixel) {
@@ -61,7 +62,7 @@ impl SamplePlan {
         }
     }
 
-    /// Whether all samples of pixel number `pixel` are known to be the same.
+    /// Returns true if all samples of pixel number `pixel` are known to be the same.
     #[inline]
     pub fn is_background_only(&self, pixel: usize) -> bool {
         self.vacant.get(pixel).is_some_and(|&vacant| vacant)
@@ -91,7 +92,7 @@ impl Film {
         Self { second: Some(Box::new(second)), ..self }
     }
 
-    /// Whether it has two halves.
+    /// Returns true if it has two halves.
     pub fn has_half_buffers(&self) -> bool {
         self.second.is_some()
     }
@@ -107,7 +108,7 @@ impl Film {
         }
     }
 
-    /// How many samples each pixel has in a half.
+    /// Returns the number of samples of each pixel in a half.
     pub fn counts_of(&self, half: HalfBuffer) -> impl Iterator<Item = u32> {
         self.moments(half).map(|moments| moments.count)
     }
@@ -121,7 +122,7 @@ impl Film {
         film.sums.iter().zip(&film.counts).map(|(&sums, &count)| Moments { sums, count })
     }
 
-    /// How many samples each pixel is to have, if that was decided.
+    /// Returns the target number of samples of each pixel, if there is one.
     pub fn plan(&self) -> Option<&SamplePlan> {
         self.plan.as_ref()
     }

@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 pub struct IdCount {
     /// Its number.
     pub number: u32,
-    /// How many samples see it.
+    /// Number of samples that see it.
     pub samples: u32,
 }
 

@@ -92,7 +92,7 @@ pub struct InvalidSamples {
 impl InvalidSamples {
     const KEPT: usize = 16;
 
-    /// How many there are.
+    /// Returns the count.
     pub fn count(&self) -> u64 {
         self.counts.iter().sum()
     }

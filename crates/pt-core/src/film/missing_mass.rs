@@ -17,7 +17,7 @@ use super::Film;
 use super::error_estimate::displayed;
 use super::pixel::PixelSums;
 
-/// How many values of −ln q are tried.
+/// Number of values of −ln q that are tried.
 const STEPS: u32 = 40;
 
 /// What the sum of squares of errors by things that no sample has found follows from.
@@ -27,7 +27,7 @@ pub(crate) struct MissingMass {
     brightness: f64,
     /// How dark a pixel is at worst in place of white.
     max_darkening: f64,
-    /// How many pixels have the same samples.
+    /// Number of pixels that share their samples.
     pixels_per_sample: f64,
 }
 
@@ -85,7 +85,8 @@ fn beyond(deviations: f64) -> f64 {
     0.5 * libm::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2)
 }
 
-/// How many standard deviations a normal variable exceeds with this probability, in (0, ½].
+/// Returns the number of standard deviations that a normal variable exceeds with this probability,
+/// in (0, ½].
 pub(crate) fn deviations(probability: f64) -> f64 {
     smallest_where(40.0, |deviations| beyond(deviations) <= probability)
 }

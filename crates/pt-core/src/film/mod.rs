@@ -55,7 +55,7 @@ pub struct Film {
     removed: ExactSum,
     /// See [`Self::with_half_buffers`].
     second: Option<Box<Film>>,
-    /// How many samples each pixel is to have, where an error target decides.
+    /// Target number of samples of each pixel, with an error target.
     plan: Option<SamplePlan>,
 }
 
@@ -96,7 +96,7 @@ impl Film {
         Self { light_groups: names.to_vec(), group_sums, second, ..self }
     }
 
-    /// Whether both keep the same, in as many halves.
+    /// Returns true if both keep the same, in as many halves.
     pub fn has_same_layout(&self, other: &Self) -> bool {
         (&self.aovs, &self.light_groups, self.has_half_buffers())
             == (&other.aovs, &other.light_groups, other.has_half_buffers())

@@ -19,7 +19,7 @@ impl Region {
         Self { x: 0, y: 0, width, height }
     }
 
-    /// Whether it has pixels, and all of them belong to an image of this size.
+    /// Returns true if it has pixels, and all of them belong to an image of this size.
     pub fn is_inside(&self, [width, height]: [u32; 2]) -> bool {
         let fits = |start: u32, len: u32, end: u32| {
             len > 0 && start.checked_add(len).is_some_and(|sum| sum <= end)
@@ -27,7 +27,7 @@ impl Region {
         fits(self.x, self.width, width) && fits(self.y, self.height, height)
     }
 
-    /// Whether a pixel, by column and row, is one of them.
+    /// Returns true if a pixel, by column and row, is one of them.
     pub const fn contains(&self, [x, y]: [u32; 2]) -> bool {
         x >= self.x && x - self.x < self.width && y >= self.y && y - self.y < self.height
     }

@@ -172,7 +172,7 @@ impl<'a> Tile<'a> {
         aov::refuse(self.aovs, sums);
     }
 
-    /// Whether it asks for the coverage of samples.
+    /// Returns true if it asks for the coverage of samples.
     pub fn keeps_alpha(&self) -> bool {
         self.aovs.contains(&Aov::Alpha)
     }
@@ -210,7 +210,7 @@ impl<'a> Tile<'a> {
         Some((alpha, (alpha * (1.0 - alpha) / (n - 1.0).max(1.0)).sqrt()))
     }
 
-    /// Whether it asks for the surfaces that samples see.
+    /// Returns true if it asks for the surfaces that samples see.
     pub fn needs_first_hits(&self) -> bool {
         aov::keeps_surfaces(self.aovs)
     }

@@ -36,8 +36,8 @@ impl DistantDisk {
         Self { to_light, one_minus_cos: 2.0 * half_sin * half_sin, radiance }
     }
 
-    /// Whether a unit vector points at the disk. By 1 − cos = |a − b|²/2, which has all digits; the
-    /// rim is moved outwards by what rounding of a direction moves it.
+    /// Returns true if a unit vector points at the disk. By 1 − cos = |a − b|²/2, which has all
+    /// digits; the rim is moved outwards by what rounding of a direction moves it.
     #[inline]
     fn contains(&self, d: Vec3) -> bool {
         const ROUNDING: f32 = 3.0 * f32::EPSILON;

@@ -68,7 +68,7 @@ impl EnvironmentMap {
         self.rows
     }
 
-    /// Whether it is of this very image, whose rows lie so.
+    /// Returns true if it is of this very image, whose rows lie so.
     pub(crate) fn is_of(&self, image: &Arc<Image>, rows: Rows) -> bool {
         let rows = if image.height == 1 { Rows::PixelCenters } else { rows };
         Arc::ptr_eq(&self.image, image) && self.rows == rows
@@ -205,7 +205,7 @@ pub(super) fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
 }
 
 impl Environment {
-    /// Whether directions are drawn by the light of a map, which has some.
+    /// Returns true if directions are drawn by the light of a map, which has some.
     pub(super) fn is_sampled_by_map(&self, tables: &LightTables) -> bool {
         self.map.is_some_and(|placed| placed.of(tables).density.is_some())
     }

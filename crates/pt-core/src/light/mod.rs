@@ -81,9 +81,9 @@ pub struct LightHit {
 
 /// A source of light.
 pub trait Light {
-    /// Whether all light comes from a single direction, so that hitting it has probability 0.
+    /// True if all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
-    /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has
+    /// True if rays that meet it see nothing of it, so that only sampling finds it, though it has
     /// an extent.
     const INVISIBLE: bool = false;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
@@ -120,7 +120,7 @@ pub trait Light {
     fn le_infinite(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Whether [`Self::le_infinite`] is the same everywhere in all directions.
+    /// Returns true if [`Self::le_infinite`] is the same everywhere in all directions.
     fn is_constant(&self) -> bool {
         false
     }
@@ -159,7 +159,7 @@ pub struct LightTables {
     pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
     pub environments: Vec<EnvironmentMap>,
-    /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
+    /// True if these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
     pub compensated: bool,
     /// Windows before skies.
     pub portals: Vec<Portal>,

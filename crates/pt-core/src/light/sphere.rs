@@ -18,7 +18,7 @@ pub struct SphereLight {
     pub radius: f32,
     /// Radiance of the outside, or of the inside if `inward`.
     pub radiance: Spectrum,
-    /// Whether it glows inwards.
+    /// True if it glows inwards.
     pub inward: bool,
     /// The share of it that is under a clear coat; see [`emitted_through`].
     pub coat: f32,
@@ -37,7 +37,7 @@ impl SphereLight {
         (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
     }
 
-    /// Whether `p` sees the inside.
+    /// Returns true if `p` sees the inside.
     #[inline]
     fn holds(&self, p: Vec3) -> bool {
         (p - self.center).length() <= self.radius * (1.0 + ROUNDING)

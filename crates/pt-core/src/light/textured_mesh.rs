@@ -54,7 +54,7 @@ pub struct TexturedMesh {
     /// First of them in [`LightTables::textured_triangles`]; those there are in the order of their
     /// primitives.
     pub textured: u32,
-    /// How many they are.
+    /// Count.
     pub count: u32,
     /// Its choice of triangles in [`LightTables::triangle_choice`].
     pub choice: u32,

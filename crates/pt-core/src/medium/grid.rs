@@ -138,7 +138,7 @@ impl Field {
 }
 
 impl Density {
-    /// Whether all channels are the same.
+    /// Returns true if all channels are the same.
     fn is_grey(&self) -> bool {
         match self {
             Self::Field(field) => field.grid.channels == 1,
@@ -203,7 +203,7 @@ impl GridMedium {
         Self { extinction, scale, albedo, emission, majorants }
     }
 
-    /// Whether it emits light.
+    /// Returns true if it emits light.
     pub(super) fn glows(&self) -> bool {
         self.emission.is_some()
     }

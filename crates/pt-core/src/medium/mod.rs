@@ -99,7 +99,7 @@ impl MediumRecord {
         }
     }
 
-    /// Whether it emits light.
+    /// Returns true if it emits light.
     #[inline]
     pub fn is_emissive(&self) -> bool {
         match &self.matter {
@@ -169,7 +169,7 @@ pub struct Media {
 }
 
 impl Media {
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.table.as_slice().is_empty()
     }

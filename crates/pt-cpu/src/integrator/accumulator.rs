@@ -10,7 +10,7 @@ use crate::trace::LightSource;
 /// Sums of contributions, which are cut off at a luminance.
 pub(super) struct RadianceAccumulator<'a, W> {
     radiance: &'a mut Vec<Spectrum>,
-    /// How many of them are starts; those behind are parts of their light.
+    /// Number of those that are camera rays; the rest are partial sums.
     camera_rays: usize,
     clamp: Clamp,
     /// That of the contributions that come next.

@@ -21,9 +21,9 @@ use crate::trace::{LightRef, LightSource};
 pub(super) struct Hemisphere {
     /// Directions per surface point.
     pub(super) samples: u32,
-    /// Whether their density is that of the cosine; else it is uniform.
+    /// True if their density is that of the cosine; else it is uniform.
     pub(super) cosine: bool,
-    /// Whether light of the sky counts.
+    /// True if light of the sky counts.
     pub(super) sky: bool,
 }
 

@@ -35,7 +35,7 @@ pub(super) trait PathEstimator {
     /// Largest number of surface interactions.
     fn max_depth(&self, settings: &Settings) -> u32;
 
-    /// Whether contributions are cut off as the settings say.
+    /// Returns true if contributions are cut off as the settings say.
     fn clamps(&self) -> bool {
         true
     }
@@ -63,7 +63,7 @@ pub(super) trait PathEstimator {
     /// How direct light is looked for in random directions, if it is.
     fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
 
-    /// Whether light that a ray finds can count, by how the ray came to its direction.
+    /// Returns true if light that a ray finds can count, by how the ray came to its direction.
     fn counts_emission(&self, settings: &Settings, bsdf_pdf: BsdfPdf) -> bool;
 
     /// Russian roulette: the probability with which a path goes on after `bounces` interactions,

@@ -125,7 +125,7 @@ pub struct Registration {
 }
 
 impl Registration {
-    /// Whether it does this.
+    /// Returns true if it does this.
     pub fn supports(&self, what: Feature) -> bool {
         self.features.contains(&what)
     }
@@ -226,7 +226,7 @@ pub fn by_name(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
 }
 
-/// Whether a scene that is rendered with these settings may be compiled with
+/// Returns true if a scene that is rendered with these settings may be compiled with
 /// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from
 /// dark directions more than it gives to bright ones.
 pub fn uses_mis_compensation(settings: &Settings) -> bool {

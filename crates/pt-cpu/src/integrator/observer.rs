@@ -20,7 +20,7 @@ use crate::trace::{
 ///
 /// A render has nobody who hears: `()`, for whom nothing is computed.
 pub(super) trait PathObserver: Default {
-    /// Whether it hears anything.
+    /// True if it hears anything.
     const ENABLED: bool;
     /// A batch begins.
     fn on_batch(&mut self, camera_rays: &CameraRays);

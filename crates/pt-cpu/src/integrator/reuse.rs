@@ -99,7 +99,7 @@ struct Connection {
 /// Light that goes from path to path.
 #[derive(Default)]
 pub(super) struct Reuse {
-    /// Whether surfaces that are not matte give, too.
+    /// True if surfaces that are not matte give, too.
     glossy: bool,
     /// First surfaces, by paths.
     receivers: Vec<Option<SurfaceVertex>>,
@@ -209,7 +209,7 @@ impl Reuse {
         self.trace(tracer, accumulator);
     }
 
-    /// Whether a giver has anything to give.
+    /// Returns true if a giver has anything to give.
     fn has_radiance(
         &self,
         member: u32,

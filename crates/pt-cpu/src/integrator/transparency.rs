@@ -16,10 +16,10 @@ use super::split::PathSplitting;
 
 /// The transparencies of the starts of a batch.
 pub(super) struct Transparency {
-    /// Whether the settings ask for coverage.
+    /// True if the settings ask for coverage.
     is_kept: bool,
     hidden: Hidden,
-    /// Whether coverage is that of a picture in which a background is seen.
+    /// True if coverage is that of a picture in which a background is seen.
     has_background: bool,
     values: Vec<f32>,
 }
@@ -56,7 +56,7 @@ impl Transparency {
         self.hidden == Hidden::Nothing
     }
 
-    /// Whether surfaces that emit are hidden from who sees them directly.
+    /// Returns true if surfaces that emit are hidden from who sees them directly.
     #[inline]
     pub(super) fn hides_emitters(&self) -> bool {
         self.hidden == Hidden::Emitters

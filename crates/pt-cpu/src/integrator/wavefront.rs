@@ -109,7 +109,7 @@ pub(super) struct Wavefront<'a, R, W = ()> {
     /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, one
     /// for roulette, and one for materials if some of them choose.
     dimensions: u32,
-    /// Whether some do.
+    /// True if some do.
     stochastic_materials: bool,
     /// Pairs of them that direct light takes.
     light_pairs: u32,

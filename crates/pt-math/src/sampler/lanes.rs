@@ -89,7 +89,7 @@ fn sobol_points(
     each(|i| sobol::point([order[i], seed_x[i], seed_y[i]], place(order[i], index[i])))
 }
 
-/// Whether all words are the same, as those of the key are in one pixel.
+/// Returns true if all words are the same, as those of the key are in one pixel.
 #[inline(always)]
 fn is_uniform(words: &Lanes<u32>) -> bool {
     words.iter().fold(0, |differences, w| differences | (w ^ words[0])) == 0
@@ -123,12 +123,12 @@ impl SamplerBlocks {
         Self { set, len: 0, pixel, key, index: Vec::new() }
     }
 
-    /// How many there are.
+    /// Returns the count.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there are none.
+    /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }

@@ -41,7 +41,7 @@ impl SamplerKind {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, kind)| kind)
     }
 
-    /// Whether its points depend on the number of samples, see [`SamplerConfig::spp`].
+    /// Returns true if its points depend on the number of samples, see [`SamplerConfig::spp`].
     pub fn depends_on_spp(self) -> bool {
         matches!(self, Self::ZSobol | Self::Stratified)
     }

@@ -69,7 +69,7 @@ struct Noted {
     failures: usize,
     /// Bytes of files and pictures.
     bytes: u64,
-    /// Whether a texture was asked for whose image is missing.
+    /// True if a texture was asked for whose image is missing.
     placeholder_used: bool,
 }
 
@@ -398,7 +398,7 @@ impl Context {
         }
     }
 
-    /// Whether an error was noted.
+    /// Returns true if an error was noted.
     pub(super) fn has_errors(&self) -> bool {
         !self.noted().errors.is_empty()
     }
@@ -430,7 +430,7 @@ impl Context {
         self.noted().placeholder_used = true;
     }
 
-    /// Whether that was told since this was asked last.
+    /// Returns true if that was told since this was asked last.
     pub(super) fn take_placeholder_used(&self) -> bool {
         std::mem::take(&mut self.noted().placeholder_used)
     }

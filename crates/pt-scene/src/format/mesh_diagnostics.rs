@@ -35,7 +35,7 @@ impl MeshDiagnostics {
         }
     }
 
-    /// Whether there are so many that it makes no sense to read on.
+    /// Returns true if there are so many that it makes no sense to read on.
     pub(super) fn is_full(&self) -> bool {
         self.list.len() >= Self::MAX
     }

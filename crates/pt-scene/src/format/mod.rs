@@ -54,9 +54,9 @@ pub struct LoadOptions {
     /// Names, without the dollar, and what they stand for: `$name` in the file, where the format
     /// has that. They win over what the file says. Each is given once, and used in the file.
     pub definitions: Vec<(String, String)>,
-    /// Whether files that are missing are errors; otherwise something loud stands in for them.
+    /// True if files that are missing are errors; otherwise something loud stands in for them.
     pub strict: bool,
-    /// Whether the scene may name files outside of its folder.
+    /// True if the scene may name files outside of its folder.
     pub allow_outside: bool,
     /// Folders outside of it in which files may lie that the scene names.
     pub allowed_folders: Vec<PathBuf>,
@@ -65,7 +65,7 @@ pub struct LoadOptions {
     /// The time in seconds at which animations are shown, where the format has them; `None` is at
     /// rest.
     pub time: Option<f64>,
-    /// Whether the scene is read as the course's program CS184 reads it, where that differs:
+    /// True if the scene is read as the course's program CS184 reads it, where that differs:
     /// lights of COLLADA fall off with the square of the distance, whatever the file says.
     pub course: bool,
     /// The camera that is used: its name or, if none is called so, its number in the order of the
@@ -106,9 +106,9 @@ pub struct Format {
     parser: Parser,
     /// For large files that can be read in pieces, where the format has such.
     in_pieces: Option<PieceReader>,
-    /// Whether it has names that stand for something.
+    /// True if it has names that stand for something.
     has_names: bool,
-    /// Whether its animations are read, of which a time can be asked for.
+    /// True if its animations are read, of which a time can be asked for.
     has_times: bool,
 }
 
@@ -203,7 +203,7 @@ fn set_point_radius(scene: &mut Scene, wanted: f64, path: &Path) {
 }
 
 impl Format {
-    /// Whether its files hold scenes of other formats.
+    /// Returns true if its files hold scenes of other formats.
     fn is_archive(&self) -> bool {
         self.extensions.contains(&"zip")
     }
@@ -301,7 +301,7 @@ pub fn parse_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Sc
     format_of(path)?.parse(bytes, path, options)
 }
 
-/// Whether the ending of a name is that of a scene.
+/// Returns true if the ending of a name is that of a scene.
 pub fn is_scene(path: &Path) -> bool {
     format_of(path).is_ok()
 }

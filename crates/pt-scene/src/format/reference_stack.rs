@@ -44,7 +44,7 @@ impl<K: PartialEq> ReferenceStack<K> {
         Self { open: Vec::new(), entered: 0, bounds }
     }
 
-    /// How many things are on the way.
+    /// Returns the number of things are on the way.
     pub(super) fn len(&self) -> usize {
         self.open.len()
     }

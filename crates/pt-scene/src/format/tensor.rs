@@ -81,7 +81,7 @@ impl<'a> TensorFile<'a> {
         Ok(Self { fields })
     }
 
-    /// Whether there is a field of this name.
+    /// Returns true if there is a field of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.fields.iter().any(|field| field.name == name)
     }

@@ -116,7 +116,7 @@ fn continued(line: &[u8]) -> Option<&[u8]> {
     (!is_comment).then_some(start)
 }
 
-/// Whether nothing but blanks follows on the line.
+/// Returns true if nothing but blanks follows on the line.
 fn ends_line(rest: &[u8]) -> bool {
     rest.iter().find(|byte| !matches!(byte, b' ' | b'\t' | b'\r')) == Some(&b'\n')
 }

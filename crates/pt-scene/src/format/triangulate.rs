@@ -69,7 +69,8 @@ impl Cells {
         self.points[cell].retain(|other| *other != point);
     }
 
-    /// Whether there is a point for which this holds in one of the cells that a triangle may touch.
+    /// Returns true if there is a point for which this holds in one of the cells that a triangle
+    /// may touch.
     fn any_near(&self, triangle: [[f64; 2]; 3], is_it: impl Fn(usize) -> bool) -> bool {
         let range = |axis: usize| {
             let cells = triangle.map(|p| self.along(axis, p[axis]));
@@ -136,7 +137,7 @@ impl Triangulator {
         self.turn(self.previous[i], i, self.next[i]) < 0.0
     }
 
-    /// Whether a corner can be cut off. A triangle without area always can.
+    /// Returns true if a corner can be cut off. A triangle without area always can.
     fn is_ear(&self, i: usize) -> bool {
         let (a, b, c) = (self.previous[i], i, self.next[i]);
         let area = self.turn(a, b, c);

@@ -215,7 +215,7 @@ pub struct Channel {
     pub name: String,
     /// The number of each pixel, in the order of [`Image::pixels`].
     pub samples: Samples,
-    /// Whether [`Precision::Half`] makes real ones 16 bits wide, as suits colours and directions.
+    /// True if [`Precision::Half`] makes real ones 16 bits wide, as suits colours and directions.
     pub half_suffices: bool,
 }
 
@@ -229,7 +229,7 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// How many there are.
+    /// Returns the count.
     fn count(&self) -> usize {
         match self {
             Self::Real(values) => values.len(),
@@ -381,7 +381,7 @@ pub static CODECS: &[Codec] = &[
     texture_blocks::BASIS,
 ];
 
-/// Whether [`save`] knows the ending of a name.
+/// Returns true if [`save`] knows the ending of a name.
 pub fn is_image(path: &Path) -> bool {
     codec_with(path, |codec| codec.write).is_ok()
 }
@@ -412,8 +412,8 @@ pub fn encode(image: &Image, path: &Path, options: &SaveOptions) -> Result<Vec<u
     write(image, options).map_err(refused)
 }
 
-/// How many finite numbers an EXR file of these options cannot hold, since they are beyond ±65504,
-/// the greatest 16-bit number, which takes their place.
+/// Returns the number of finite numbers that an EXR file of these options cannot hold, since they
+/// are beyond ±65504, the greatest 16-bit number, which takes their place.
 pub fn count_beyond_half(image: &Image, options: &SaveOptions) -> usize {
     exr::count_beyond_half(image, options)
 }
@@ -483,7 +483,7 @@ pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     decode_framed(&read_file(path)?, path, PixelEncoding::Stored)
 }
 
-/// Whether pictures with the ending of a name can be read.
+/// Returns true if pictures with the ending of a name can be read.
 ///
 /// # Errors
 /// If they cannot.
@@ -590,7 +590,7 @@ fn codec_with<F>(path: &Path, choose: impl Fn(&Codec) -> Option<F>) -> Result<F,
         })
 }
 
-/// Whether `count` pixels fill the rows, and are any.
+/// Returns true if `count` pixels fill the rows, and are any.
 fn check_shape(width: u32, height: u32, count: usize) -> Result<(), String> {
     let expected = u64::from(width) * u64::from(height);
     if expected == 0 || expected != count as u64 {

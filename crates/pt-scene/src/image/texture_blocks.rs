@@ -183,9 +183,10 @@ fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decod
     transcoded(bytes, (Curve::Srgb, numbers), room)
 }
 
-/// Whether a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or more
-/// than one for 4 × 4 texels. Descriptions of slices have 23 bytes, of which four are the width and
-/// height and four the numbers of blocks; where they and how many they are is in the header.
+/// Returns true if a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or
+/// more than one for 4 × 4 texels. Descriptions of slices have 23 bytes, of which four are the
+/// width and height and four the numbers of blocks; where they and how many they are is in the
+/// header.
 fn has_wrong_slices(bytes: &[u8]) -> bool {
     const COUNT: usize = 14;
     const PLACE: usize = 65;
@@ -292,7 +293,7 @@ fn third(r: f32, g: f32) -> f32 {
 struct Kind {
     channels: usize,
     is_real: bool,
-    /// Whether whole numbers are shares from −1 to 1.
+    /// True if whole numbers are shares from −1 to 1.
     is_signed: bool,
 }
 

@@ -39,8 +39,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     place(&mut System, file, bytes, &target).map_err(failed)
 }
 
-/// Whether a path is that of a pipe in a folder; those that the program was given when it started
-/// are open already.
+/// Returns true if a path is that of a pipe in a folder; those that the program was given when it
+/// started are open already.
 #[cfg(unix)]
 fn is_named_pipe(path: &Path, found: &fs::Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;

@@ -24,7 +24,7 @@ pub struct Daylight {
     /// The angle under which the sun is seen, in degrees, from 0.0116 to 180. What arrives from a
     /// sun that is the same everywhere does not depend on it.
     pub aperture: f64,
-    /// Whether the sun is darker at its rim, and below than above.
+    /// True if the sun is darker at its rim, and below than above.
     pub limb_darkening: bool,
     /// The time over which the light is the mean, in place of [`Self::to_sun`].
     pub span: Option<TimeRange>,
@@ -40,7 +40,7 @@ pub struct TimeRange {
     pub timezone: f64,
     /// Year, month and day of the first day.
     pub first: [u32; 3],
-    /// How many days; at least 1.
+    /// Number of days; at least 1.
     pub days: u32,
     /// Beginning and end of the hours of each day, from 0 to 24.
     pub hours: [f64; 2],

@@ -70,9 +70,9 @@ pub struct MetallicRoughness {
     pub clearcoat_roughness: Scalar,
     /// The normals of the clear coat.
     pub clearcoat_normals: CoatNormals,
-    /// Whether it is a sheet without an inside, the same from both sides.
+    /// True if it is a sheet without an inside, the same from both sides.
     pub thin: bool,
-    /// Whether the back side of what light does not go through reflects as the front does; else it
+    /// True if the back side of what light does not go through reflects as the front does; else it
     /// is black.
     pub two_sided: bool,
 }
@@ -110,7 +110,7 @@ impl Default for MetallicRoughness {
 }
 
 impl MetallicRoughness {
-    /// Whether light goes through it anywhere.
+    /// Returns true if light goes through it anywhere.
     pub fn transmits(&self) -> bool {
         self.transmission != Scalar::Value(0.0) || self.diffuse_transmission != Scalar::Value(0.0)
     }

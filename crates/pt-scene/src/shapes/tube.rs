@@ -65,13 +65,13 @@ impl Spline {
         }
     }
 
-    /// Whether the control points make whole segments.
+    /// Returns true if the control points make whole segments.
     pub(crate) fn is_whole(&self) -> bool {
         self.segments() > 0
             && (self.is_bspline || (self.points.len() - 1).is_multiple_of(self.degree))
     }
 
-    /// How many triangles a tube of it has.
+    /// Returns the number of triangles a tube of it has.
     pub(crate) fn triangles_of_tube(&self, detail: Detail) -> usize {
         self.segments() * self.pieces(detail) * 2 * detail.sides as usize
     }

@@ -154,8 +154,8 @@ fn validate(bytes: &[u8]) {
     }
 }
 
-/// Whether the numbers of an accessor are in its view, as it says; normals and indices are what
-/// they should be.
+/// Returns true if the numbers of an accessor are in its view, as it says; normals and indices are
+/// what they should be.
 fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     let number = |value: &Value| value.as_u64().expect("a number") as usize;
     let width = match accessor["type"].as_str() {
@@ -185,7 +185,7 @@ fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     }
 }
 
-/// Whether each node has one parent, and a transform of a scale, a turn and a move.
+/// Returns true if each node has one parent, and a transform of a scale, a turn and a move.
 fn check_nodes(nodes: &[Value], roots: &Value) {
     let mut parents = vec![0; nodes.len()];
     let children = nodes.iter().map(|node| &node["children"]).chain([roots]);

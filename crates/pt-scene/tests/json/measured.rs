@@ -127,7 +127,7 @@ fn what_is_written_is_read() {
     }
 }
 
-/// Whether the only material is in magenta.
+/// Returns true if the only material is in magenta.
 fn is_loud(scene: &Scene) -> bool {
     match &scene.materials[0].surface {
         Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) => {

@@ -34,7 +34,7 @@ fn only(scene: &Scene) -> &Arc<Points> {
     points(object)
 }
 
-/// Whether the material of an object shows the colours of points.
+/// Returns true if the material of an object shows the colours of points.
 fn shows_colors(scene: &Scene, object: usize) -> bool {
     let material = scene.objects[object].materials[0].expect("a material");
     let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =

@@ -61,7 +61,7 @@ fn above(least: f64, random: &mut Random) -> (DVec3, f64) {
 }
 
 impl Light {
-    /// Whether one sample is as good as many.
+    /// Returns true if one sample is as good as many.
     pub(super) fn is_delta(&self) -> bool {
         matches!(self, Self::Point(..) | Self::Directional(..))
     }

@@ -158,7 +158,7 @@ fn killed(
     }
 }
 
-/// Whether a process ended by itself.
+/// Returns true if a process ended by itself.
 fn ended(status: ExitStatus) -> bool {
     status.code().is_some()
 }

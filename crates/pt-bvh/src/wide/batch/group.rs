@@ -57,7 +57,7 @@ pub(super) struct Group {
 pub(super) struct Taken {
     /// A bit for each that can hit anything.
     pub(super) usable: u32,
-    /// Whether they are ready for the boxes: they are not, before [`Group::take_slabs`], if they
+    /// True if they are ready for the boxes: they are not, before [`Group::take_slabs`], if they
     /// may run side by side, since packets need none of it.
     pub(super) has_slabs: bool,
 }
@@ -70,7 +70,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// Whether all have the axis y, and whether all have z; else nothing.
+    /// Returns true if all have the axis y, and whether all have z; else nothing.
     #[inline(always)]
     fn common(self) -> Option<[bool; 2]> {
         let [y, z] = [self.is_y, self.is_z].map(f32x8::to_bitmask);
@@ -377,19 +377,19 @@ impl Group {
         self.primitive[i] = if better { primitive } else { old };
     }
 
-    /// Whether the ray has hit anything.
+    /// Returns true if the ray has hit anything.
     #[inline(always)]
     pub(super) fn has_hit(&self, i: usize) -> bool {
         self.primitive[i] != NO_PRIMITIVE
     }
 
-    /// Whether all of the eight rays from `first` on have hit something.
+    /// Returns true if all of the eight rays from `first` on have hit something.
     #[inline(always)]
     pub(super) fn all_hit(&self, first: usize) -> bool {
         of_eight(&self.primitive, first).simd_eq(u32x8::splat(NO_PRIMITIVE)) == u32x8::ZERO
     }
 
-    /// Whether any of the eight rays from `first` on has hit anything.
+    /// Returns true if any of the eight rays from `first` on has hit anything.
     #[inline(always)]
     pub(super) fn have_hits(&self, first: usize) -> bool {
         let none = of_eight(&self.primitive, first).simd_eq(u32x8::splat(NO_PRIMITIVE));

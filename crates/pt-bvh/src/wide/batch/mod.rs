@@ -52,7 +52,7 @@ const LANE_BITS: u32 = WIDTH as u32 - 1;
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
     rays: [Column<u32>; 4],
-    /// How many there are of each kind, in sixteen bits each: a number that stays in a register.
+    /// Counts of each kind, in sixteen bits each, which fit a register.
     len: u64,
 }
 
@@ -203,7 +203,7 @@ impl WideBvh {
         });
     }
 
-    /// Whether each ray hits anything, in place of what `occluded` has.
+    /// Returns true if each ray hits anything, in place of what `occluded` has.
     pub(crate) fn occluded_batch(
         &self,
         rays: Rays<'_>,

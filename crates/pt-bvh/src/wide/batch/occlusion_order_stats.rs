@@ -25,7 +25,7 @@ const MEMORY: u32 = 8;
 const TRIAL: u32 = 16;
 
 impl OcclusionOrders {
-    /// Whether the next packet goes from near to far.
+    /// Returns true if the next packet goes from near to far.
     pub(super) fn near_first(&mut self) -> bool {
         self.packets = self.packets.wrapping_add(1);
         let is_better = self.visits[1] < self.visits[0];
@@ -43,8 +43,8 @@ impl OcclusionOrders {
 mod tests {
     use super::*;
 
-    /// How many of a hundred packets go from near to far, where these are the visits of both
-    /// orders.
+    /// Returns the number of packets of a hundred that go from near to far, where these are the
+    /// visits of both orders.
     fn near_of_hundred(orders: &mut OcclusionOrders, visits: [u32; 2]) -> usize {
         let take = |_: &usize| {
             let near_first = orders.near_first();

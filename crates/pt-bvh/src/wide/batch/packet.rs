@@ -51,7 +51,7 @@ pub(super) struct PacketBounds {
     start: f32x8,
     /// For rays that have one origin.
     pub(super) fan: Option<FrustumCull>,
-    /// Whether any hit is looked for from near to far.
+    /// True if any hit is looked for from near to far.
     pub(super) near_first: bool,
 }
 
@@ -69,7 +69,7 @@ fn greatest<const N: usize>(column: &Column, first: usize) -> f32 {
     f32::from_bits(greatest.into_iter().fold(0, u32::max))
 }
 
-/// Whether `N` rays have the same entry.
+/// Returns true if `N` rays have the same entry.
 #[inline(always)]
 fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
     let value = u32x8::splat(column[first]);

@@ -21,7 +21,7 @@ struct RaySlots<'a> {
     rays: Rays<'a>,
     /// Number of its first ray among all.
     first: usize,
-    /// How many are on their way.
+    /// Number in flight.
     active: usize,
 }
 

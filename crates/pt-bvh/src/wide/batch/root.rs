@@ -157,7 +157,7 @@ fn rows(keys: &[__m512i; WIDTH]) -> [u32x8; SIXTEEN] {
 
 /// What sixteen rays find at the root.
 struct Found {
-    /// How many children each hits.
+    /// Number of children that each hits.
     count: __m512i,
     /// The one that it visits next.
     next: __m512i,

@@ -49,7 +49,7 @@ fn energy_is_conserved() {
     });
 }
 
-/// Whether a lobe scatters all that arrives from `wo`.
+/// Returns true if a lobe scatters all that arrives from `wo`.
 fn is_perfect(lobe: &AnyLobe, wo: Vec3) -> bool {
     match lobe {
         AnyLobe::Diffuse(l) => l.rho == Spectrum::ONE && wo.z > 0.0,

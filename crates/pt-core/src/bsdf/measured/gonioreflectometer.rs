@@ -21,10 +21,10 @@ pub struct TabulatedLobe<'a> {
     /// D(m) of facets. Those of the lobe make tables of which the numbers differ least; what they
     /// do not reflect is as right where D is not too small for numbers between.
     pub distribution: &'a dyn Fn(Vec3) -> f32,
-    /// Whether it is the same all around; else it is measured all around a half, and has to be the
+    /// True if it is the same all around; else it is measured all around a half, and has to be the
     /// same on the other.
     pub is_isotropic: bool,
-    /// Whether what is reflected is written over D / 4σ.
+    /// True if what is reflected is written over D / 4σ.
     pub is_relative: bool,
 }
 

@@ -74,7 +74,7 @@ pub struct MetallicRoughness {
     pub clearcoat_roughness: f32,
     /// The x and y of its unit normal, which is above the surface; 0 and 0 is that of the base.
     pub coat_normal: [f32; 2],
-    /// Whether it is a sheet without an inside, the same from both sides.
+    /// True if it is a sheet without an inside, the same from both sides.
     pub thin: bool,
 }
 
@@ -147,7 +147,8 @@ impl MetallicRoughness {
         [x * cos - y * sin, x * sin + y * cos]
     }
 
-    /// Whether a direction is turned over, as the front of a sheet is where it is seen from.
+    /// Returns true if a direction is turned over, as the front of a sheet is where it is seen
+    /// from.
     #[inline]
     fn flips(&self, wo: Vec3) -> bool {
         self.thin && wo.z < 0.0
@@ -395,7 +396,7 @@ impl MetallicRoughness {
         sum
     }
 
-    /// Whether light from one direction of a [`View`] can leave in the other.
+    /// Returns true if light from one direction of a [`View`] can leave in the other.
     #[inline]
     fn connects(&self, wo: Vec3, wi: Vec3) -> bool {
         let above = wo.z > 0.0 && wi.z > 0.0;

@@ -78,15 +78,15 @@ impl Pair {
         (wo.z > 0.0 && wi.z > 0.0).then_some(Self { wo, wi, is_reflected, h })
     }
 
-    /// Whether the facet would let light through to where its back is not seen.
+    /// Returns true if the facet would let light through to where its back is not seen.
     #[inline]
     fn hides(&self) -> bool {
         !self.is_reflected && hides(self.wi, self.h)
     }
 }
 
-/// Whether a facet's back is not seen from a direction below the surface, which is mirrored to
-/// above it.
+/// Returns true if a facet's back is not seen from a direction below the surface, which is mirrored
+/// to above it.
 #[inline]
 fn hides(wi: Vec3, h: Vec3) -> bool {
     wi.x * h.x + wi.y * h.y >= wi.z * h.z
@@ -125,7 +125,7 @@ impl PrincipledThin {
         chosen.unwrap_or(d)
     }
 
-    /// Whether facets let light through in one direction of the two only.
+    /// Returns true if facets let light through in one direction of the two only.
     #[cfg(test)]
     pub(crate) fn is_one_way(wo: Vec3, wi: Vec3) -> bool {
         let hides = |wo, wi| Pair::new(wo, wi).is_some_and(|pair| pair.hides());

@@ -162,7 +162,7 @@ pub(super) fn across(axis: Vec3) -> f32 {
     EVERYWHERE * (2.0 * less).sqrt()
 }
 
-/// Whether a light can be in a tree.
+/// Returns true if a light can be in a tree.
 pub(crate) fn is_bounded(light: &AnyLight) -> bool {
     use AnyLight::{Ies, Point, Projector, Sphere, Spot, TexturedSphere};
     matches!(light, Point(_) | Spot(_) | Projector(_) | Ies(_) | Sphere(_) | TexturedSphere(_))

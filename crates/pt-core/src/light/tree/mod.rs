@@ -266,7 +266,7 @@ impl LightTree {
         primitives
     }
 
-    /// How many lights there are.
+    /// Returns the number of lights.
     pub fn count(&self) -> usize {
         self.lights.len()
     }

@@ -55,7 +55,7 @@ pub(super) struct VolPath<'a, W = ()> {
     max_depth: u32,
     /// Which numbers of the sampler are for what.
     layout: Layout,
-    /// Whether some materials choose.
+    /// True if some materials choose.
     stochastic_materials: bool,
     paths: Vec<VolPathState>,
     events: Vec<PathEvent>,
@@ -77,7 +77,7 @@ struct VolPathState {
     cone: Cone,
     /// What it is in.
     medium: Option<Id<MediumRecord>>,
-    /// How many of its interactions are not counted.
+    /// Number of interactions that are not counted.
     free: u32,
     /// Numbers for what happens an unknown number of times until it is scattered.
     stream: RngStream,

@@ -36,7 +36,7 @@ pub(super) struct ShadowRays {
     blocked: Vec<bool>,
     under_way: Vec<usize>,
     hits: Vec<Option<Hit>>,
-    /// Whether they go straight through thin glass.
+    /// True if they go straight through thin glass.
     through_panes: bool,
 }
 

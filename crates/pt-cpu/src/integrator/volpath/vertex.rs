@@ -111,7 +111,7 @@ impl<'a> Vertex<'a> {
         came.scattered(self.distance, pdf, is_flat)
     }
 
-    /// Whether it is no surface.
+    /// Returns true if it is no surface.
     pub(super) fn is_in_medium(&self) -> bool {
         matches!(self.kind, Kind::Medium { .. })
     }

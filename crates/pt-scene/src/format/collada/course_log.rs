@@ -212,7 +212,7 @@ fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> 
     ))
 }
 
-/// How many polygons a `<polylist>` or a `<triangles>` has.
+/// Returns the number of polygons of a `<polylist>` or `<triangles>`.
 fn polygons(primitive: Node<'_>) -> usize {
     if primitive.tag_name().name() == "polylist" {
         return child(primitive, "vcount").map_or(0, |vcount| words(vcount).count());

@@ -17,7 +17,7 @@ const MAX_DEPTH: usize = 1000;
 struct Level<'a> {
     node: Node<'a>,
     to_world: DAffine3,
-    /// Whether all transforms down to it are matrices.
+    /// True if all transforms down to it are matrices.
     has_matrices: bool,
     rest: Children<'a, 'a>,
 }

@@ -36,10 +36,10 @@ pub(super) struct Reader<'a> {
     /// Each geometry read, with the sets of texture coordinates that were asked for; `None` if
     /// there is nothing to see.
     pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
-    /// Whether the file is written for the course, whose common materials mean their diffuse
+    /// True if the file is written for the course, whose common materials mean their diffuse
     /// colour alone: it uses the course's profile for a material or a light.
     pub(super) of_course: bool,
-    /// Whether it uses the course's profile for anything. Then cameras that are placed by matrices
+    /// True if it uses the course's profile for anything. Then cameras that are placed by matrices
     /// stand where the course's program puts them.
     pub(super) has_course_profile: bool,
     /// Elements by tag and id.
@@ -271,13 +271,13 @@ pub(super) fn course_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>
         .filter(|t| is_course_technique(*t))
 }
 
-/// Whether an element is a technique of the course's profile.
+/// Returns true if an element is a technique of the course's profile.
 pub(super) fn is_course_technique(node: Node<'_>) -> bool {
     node.tag_name().name() == "technique"
         && matches!(node.attribute("profile"), Some("CGL" | "CMU462"))
 }
 
-/// Whether an element is such a technique, and describes a material or a light.
+/// Returns true if an element is such a technique, and describes a material or a light.
 fn looks_of_course(node: Node<'_>) -> bool {
     let is_look = |n: Node<'_>| matches!(n.tag_name().name(), "effect" | "light");
     is_course_technique(node) && node.ancestors().any(is_look)

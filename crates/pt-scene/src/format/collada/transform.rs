@@ -31,7 +31,7 @@ pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffi
     }
 }
 
-/// Whether a node has no transforms but matrices: the course's program reads no others.
+/// Returns true if a node has no transforms but matrices: the course's program reads no others.
 pub(super) fn has_matrices(node: Node<'_>) -> bool {
     let others = ["translate", "scale", "rotate", "lookat", "skew"];
     elements(node).all(|element| !others.contains(&element.tag_name().name()))

@@ -373,7 +373,8 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// Whether all parts of some values pass a test, which is made side by side where they are many.
+/// Returns true if all parts of some values pass a test, which is made side by side where they are
+/// many.
 pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Sync) -> bool {
     if values.len() <= ELEMENTS {
         return test(values);
@@ -381,7 +382,7 @@ pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Syn
     values.par_chunks(ELEMENTS).all(&test)
 }
 
-/// Whether all numbers of the elements of an accessor are finite.
+/// Returns true if all numbers of the elements of an accessor are finite.
 fn check_finite<T: Copy + Into<f64> + Sync>(
     accessor: &Item<'_>,
     values: &[T],

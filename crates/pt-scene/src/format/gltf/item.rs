@@ -45,7 +45,7 @@ impl<'a> Item<'a> {
         LoadError::Content { at: self.span_of(field), message: message.into() }
     }
 
-    /// Whether there is such a field.
+    /// Returns true if there is such a field.
     pub(super) fn has(&self, field: &str) -> bool {
         self.fields.contains_key(field)
     }

@@ -39,7 +39,7 @@ pub(super) struct Keys {
     /// The numbers of the elements of each key.
     values: Vec<f64>,
     kind: Value,
-    /// How many numbers an element has.
+    /// Number of numbers of an element.
     width: usize,
     interpolation: Interpolation,
 }

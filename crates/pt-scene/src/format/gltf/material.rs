@@ -27,12 +27,12 @@ pub(super) struct Layout {
     pub(super) uv_set: Option<usize>,
     /// The other sets on which some of them lie, in no order.
     pub(super) other_sets: Vec<u32>,
-    /// Whether one of them has normals, or there is anisotropy: both differ where coordinates lie
+    /// True if one of them has normals, or there is anisotropy: both differ where coordinates lie
     /// mirrored.
     pub(super) has_frame: bool,
-    /// Whether opacities between 0 and 1 are seen.
+    /// True if opacities between 0 and 1 are seen.
     pub(super) is_blended: bool,
-    /// Whether the surface is cut where its opacity is below a number.
+    /// True if the surface is cut where its opacity is below a number.
     pub(super) is_masked: bool,
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Form<'f> {
     pub(super) joints: Option<&'f [DAffine3]>,
     /// How the textures of its material lie on it.
     pub(super) layout: Layout,
-    /// Whether a transform mirrors it somewhere.
+    /// True if a transform mirrors it somewhere.
     pub(super) is_mirrored: bool,
 }
 
@@ -325,7 +325,7 @@ fn last(triangles: &mut [[u32; 3]], is_last: impl Fn(&[u32; 3]) -> bool) -> usiz
     triangles.len() - triangles.partition_point(|triangle| !is_last(triangle))
 }
 
-/// Whether texture coordinates lie mirrored on a triangle.
+/// Returns true if texture coordinates lie mirrored on a triangle.
 fn lies_mirrored(uvs: &[[f32; 2]], triangle: &[u32; 3]) -> bool {
     let [a, b, c] = triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
     (b - a).perp_dot(c - a) < 0.0

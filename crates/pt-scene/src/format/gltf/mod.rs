@@ -139,7 +139,7 @@ struct Reader<'a> {
     joints: HashMap<usize, Arc<Vec<DAffine3>>>,
     /// What animations say of nodes, by their indices.
     poses: HashMap<usize, Pose>,
-    /// How many primitives were shown, each as often as it is.
+    /// Number of primitives shown, counted per instance.
     shown: usize,
     /// Notes that were given.
     warned: HashSet<String>,

@@ -43,7 +43,7 @@ pub(super) enum Content {
     Normals {
         /// By what their slopes are multiplied, given by its bits.
         scale: u32,
-        /// Whether they lean to the other side along v.
+        /// True if they lean to the other side along v.
         is_mirrored: bool,
     },
 }

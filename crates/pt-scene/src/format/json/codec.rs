@@ -12,9 +12,9 @@ use crate::LoadError;
 
 /// How a field is read and written.
 pub(super) trait FieldCodec<T> {
-    /// Whether it stands in files.
+    /// True if it stands in files.
     const IS_WRITTEN: bool = true;
-    /// Whether it has to be there if the field has no default.
+    /// True if it has to be there if the field has no default.
     const IS_NEEDED: bool = true;
 
     fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError>;
@@ -26,7 +26,7 @@ pub(super) trait FieldCodec<T> {
         None
     }
 
-    /// Whether it would be the same if it were missing.
+    /// Returns true if it would be the same if it were missing.
     fn is_understood(&self, _value: &T, _cx: &JsonWriter<'_>) -> bool {
         false
     }
@@ -58,7 +58,7 @@ impl<T: JsonCodec> FieldCodec<T> for Plain {
 
 /// What is an object, or some keys of one.
 pub(super) trait StructCodec: Sized {
-    /// Whether a text stands for an object with nothing but that as its "type".
+    /// True if a text stands for an object with nothing but that as its "type".
     const IS_TAGGED: bool = false;
 
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;

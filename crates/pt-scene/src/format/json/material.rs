@@ -491,7 +491,7 @@ impl Shared for Texture {
     }
 }
 
-/// How many textures are put together.
+/// Returns the number of textures put together.
 fn parts(texture: &Texture) -> usize {
     1 + texture.pattern.parts().map(|t| parts(t)).sum::<usize>()
 }

@@ -14,9 +14,9 @@ use crate::texture::Input;
 #[derive(Clone, Copy)]
 pub(super) struct Within {
     least: f64,
-    /// Whether the least number is not in the range.
+    /// True if the least number is not in the range.
     is_open: bool,
-    /// Whether 0 is, if the others around it are.
+    /// True if 0 is, if the others around it are.
     has_zero: bool,
     most: f64,
     expected: &'static str,

@@ -110,7 +110,7 @@ impl StructCodec for Geometry {
     }
 }
 
-/// How many materials it has place for.
+/// Returns the number of material slots.
 fn slots(geometry: &Geometry) -> usize {
     match geometry {
         Geometry::Sphere { .. } | Geometry::Points { .. } => 1,

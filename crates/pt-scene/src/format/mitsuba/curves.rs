@@ -13,7 +13,7 @@ use crate::{LoadError, Mesh};
 /// Most triangles that the curves of a file are cut into.
 const MAX_TRIANGLES: usize = 1 << 24;
 
-/// How many they may be where a coarser cut would do.
+/// Number of pieces where a coarser cut would do.
 const FINE_TRIANGLES: usize = 1 << 21;
 
 /// A curve, the radii at its control points, and the line behind it.

@@ -16,7 +16,7 @@ pub(super) struct Film {
     /// The part that is wanted, if it is not all.
     pub(super) crop: Option<[u32; 4]>,
     pub(super) filter: Filter,
-    /// Whether its pixels have an opacity.
+    /// True if its pixels have an opacity.
     pub(super) has_alpha: bool,
 }
 
@@ -58,7 +58,7 @@ pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     Ok(Film { resolution: [width, height], crop, filter, has_alpha })
 }
 
-/// Whether the pixels have an opacity; they are colours in any case.
+/// Returns true if the pixels have an opacity; they are colours in any case.
 fn has_alpha(parameters: &mut Parameters<'_>) -> Result<bool, LoadError> {
     match parameters.text("pixel_format")?.unwrap_or("rgb").to_ascii_lowercase().as_str() {
         "rgba" | "luminance_alpha" | "xyza" => Ok(true),

@@ -222,7 +222,8 @@ fn channel(entry: &str) -> Result<&'static str, String> {
     })
 }
 
-/// How many interactions an integrator allows, by its `max_depth` or the usual one.
+/// Returns the number of interactions that an integrator allows, by its `max_depth` or the usual
+/// one.
 fn max_depth(parameters: &mut Parameters<'_>, usual: i64) -> Result<u32, LoadError> {
     let depth = parameters.integer("max_depth")?.unwrap_or(usual);
     if depth == -1 {

@@ -272,7 +272,7 @@ fn table(parameters: &mut Parameters<'_>) -> Result<Vec<f32>, LoadError> {
     Ok(values.into_iter().map(|v| v as f32).collect())
 }
 
-/// Whether the axes of a box are not those of the world.
+/// Returns true if the axes of a box are not those of the world.
 fn is_turned(axes: DMat3) -> bool {
     const TOLERANCE: f64 = 1e-6; // turns by quarters are rounded
     let is_along_one =

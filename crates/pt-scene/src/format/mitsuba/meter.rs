@@ -132,7 +132,7 @@ fn looking(direction: DVec3, origin: DVec3) -> DAffine3 {
     DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin)
 }
 
-/// Whether a sensor may aim at a shape.
+/// Returns true if a sensor may aim at a shape.
 pub(super) fn is_aimed(sensor: &Object) -> bool {
     sensor.kind == "distant"
 }

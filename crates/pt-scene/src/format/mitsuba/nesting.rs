@@ -33,7 +33,7 @@ struct Size {
 /// An object that is being walked.
 struct Step {
     index: usize,
-    /// How many of its children were looked at.
+    /// Number of children visited.
     seen: usize,
     /// The size of those.
     size: Size,

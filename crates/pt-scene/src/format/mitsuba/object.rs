@@ -22,7 +22,7 @@ pub(super) struct Tree {
     pub(super) ids: BTreeMap<String, usize>,
     /// Identifiers of objects that could not be read.
     pub(super) lost: BTreeSet<String>,
-    /// Whether a folder in which files are looked for is missing, so that no file is to be missed.
+    /// True if a folder in which files are looked for is missing, so that no file is to be missed.
     pub(super) has_lost_folder: bool,
     /// Folders in which files are looked for, the first one first.
     pub(super) search: Vec<PathBuf>,
@@ -41,7 +41,7 @@ pub(super) struct Object {
     pub(super) at: Span,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
-    /// Whether something in it could not be read, which was told.
+    /// True if something in it could not be read, which was told.
     pub(super) is_broken: bool,
 }
 

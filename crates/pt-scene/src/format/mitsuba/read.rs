@@ -123,7 +123,7 @@ struct Reader {
     lost_names: Vec<String>,
     /// The files being read, each included by the one before.
     way: ReferenceStack<PathBuf>,
-    /// How many objects enclose the element being read.
+    /// Number of objects that enclose the element being read.
     depth: usize,
 }
 
@@ -131,7 +131,7 @@ struct Reader {
 struct Name {
     text: String,
     value: String,
-    /// Whether it was put in anywhere.
+    /// True if it was put in anywhere.
     is_used: Cell<bool>,
 }
 

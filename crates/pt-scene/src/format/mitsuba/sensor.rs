@@ -30,7 +30,7 @@ fn film_diagonal() -> f64 {
 pub(super) struct Seat<'t> {
     pub(super) object: &'t Object,
     holder: &'t Object,
-    /// How many sensors share the film, side by side.
+    /// Number of sensors that share the film, side by side.
     count: u32,
     /// The surface that a meter is attached to or aims at, and its place.
     pub(super) surface: Option<(Geometry, DAffine3)>,

@@ -53,9 +53,9 @@ struct MeshKey {
     index: u32,
     is_flat: bool,
     flips: bool,
-    /// Whether v becomes 1 − v.
+    /// True if v becomes 1 − v.
     flips_v: bool,
-    /// Whether its transform mirrors.
+    /// True if its transform mirrors.
     mirrored: bool,
 }
 
@@ -341,7 +341,7 @@ impl Meshes {
     }
 }
 
-/// Whether a transform only turns, mirrors and scales evenly, up to rounding.
+/// Returns true if a transform only turns, mirrors and scales evenly, up to rounding.
 fn keeps_angles(linear: DMat3) -> bool {
     const TOLERANCE: f64 = 1e-6;
     let scale = linear.x_axis.length_squared();

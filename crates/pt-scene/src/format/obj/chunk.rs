@@ -19,7 +19,7 @@ use crate::LoadError;
 /// Bytes of a piece, about.
 const BYTES: usize = 1 << 19;
 
-/// How many vertices, texture coordinates and normals there are, in this order.
+/// Number of vertices, texture coordinates and normals, in this order.
 pub(super) type Counts = [usize; 3];
 
 /// Some lines of a file.
@@ -33,9 +33,9 @@ pub(super) struct Chunk<'a> {
     pub(super) above: Counts,
     /// What is in it.
     pub(super) own: Counts,
-    /// How many faces are in it.
+    /// Number of its faces.
     pub(super) faces: usize,
-    /// Whether other statements are in it than those that `own` counts.
+    /// True if other statements are in it than those that `own` counts.
     pub(super) has_others: bool,
 }
 
@@ -82,7 +82,7 @@ pub(super) fn side_by_side<'a, P: Send>(
 }
 
 impl<'a> Chunk<'a> {
-    /// How many lines it has; and itself, with its statements counted.
+    /// Returns the number of its lines; and itself, with its statements counted.
     fn count(&self) -> (u32, Self) {
         let (mut lines, mut counted) = (0, *self);
         for (_, line) in self.lines() {

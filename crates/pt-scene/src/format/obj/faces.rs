@@ -54,7 +54,7 @@ pub(super) struct Faces {
 pub(super) struct Indices {
     /// For each triangle, once one of them has some.
     pub(super) of: Vec<[u32; 3]>,
-    /// How many corners have none, of the triangles that are in `of`.
+    /// Number of corners without one, of the triangles that are in `of`.
     pub(super) missing: usize,
 }
 

@@ -31,7 +31,7 @@ pub(super) struct Library {
     pub(super) described: HashMap<String, Described>,
     /// The names of all.
     pub(super) names: Vec<String>,
-    /// Whether a file is missing, so that any material may have been in it.
+    /// True if a file is missing, so that any material may have been in it.
     pub(super) is_incomplete: bool,
     known: HashSet<String>,
     read: HashSet<PathBuf>,

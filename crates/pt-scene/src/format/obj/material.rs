@@ -42,7 +42,7 @@ pub(super) struct Maker<'f, 'n> {
     folder: &'f Folder,
     images: Images<'f>,
     notes: &'n mut Notes,
-    /// Whether one of them shows an image.
+    /// True if one of them shows an image.
     pub(super) shows_images: bool,
 }
 
@@ -294,7 +294,7 @@ impl Made<'_, '_, '_, '_> {
         SurfaceDetail::new(surface, relief).into()
     }
 
-    /// Whether an image that should have heights has normals, as some tools write it.
+    /// Returns true if an image that should have heights has normals, as some tools write it.
     fn shows_normals(&mut self, word: &str, texture: &Texture) -> bool {
         let is_found = match &texture.pattern {
             Pattern::Bitmap(bitmap) => has_normals(&bitmap.image),
@@ -308,8 +308,8 @@ impl Made<'_, '_, '_, '_> {
     }
 }
 
-/// Whether nearly all colours of an image are normals that point outwards, and not greys: 2 c − 1
-/// has length 1.
+/// Returns true if nearly all colours of an image are normals that point outwards, and not greys: 2
+/// c − 1 has length 1.
 fn has_normals(image: &Image) -> bool {
     let is_normal = |[r, g, b]: &&[f32; 3]| {
         let [x, y, z] = [r, g, b].map(|c| 2.0 * c - 1.0);

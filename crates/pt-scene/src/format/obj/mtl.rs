@@ -138,7 +138,7 @@ impl Values {
         self.0.get(word).map(|(_, at)| at.clone())
     }
 
-    /// Whether there is a statement.
+    /// Returns true if there is a statement.
     pub(super) fn has(&self, word: &str) -> bool {
         self.0.contains_key(word)
     }

@@ -26,7 +26,7 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     })
 }
 
-/// Whether a shape is a curve that becomes a closed tube.
+/// Returns true if a shape is a curve that becomes a closed tube.
 pub(super) fn is_tube(entity: &Entity) -> Result<bool, LoadError> {
     Ok(entity.kind == "curve" && entity.text("type")? != Some("ribbon"))
 }

@@ -18,7 +18,7 @@ use crate::{Geometry, LoadError, Mesh};
 pub(super) struct AreaLight {
     /// Radiance of its front.
     pub(super) radiance: Color,
-    /// Whether its back emits as well.
+    /// True if its back emits as well.
     pub(super) two_sided: bool,
 }
 

@@ -43,7 +43,7 @@ pub(super) struct Parameter {
     pub(super) name: String,
     pub(super) values: Values,
     pub(super) at: TokenPosition,
-    /// Whether it comes from an `Attribute` and so need not be known to all that it is given to.
+    /// True if it comes from an `Attribute` and so need not be known to all that it is given to.
     is_default: bool,
     was_read: Cell<bool>,
 }

@@ -543,13 +543,13 @@ pub(super) fn key_of(name: &MaterialName) -> MaterialKey {
     }
 }
 
-/// Whether a texture lies on texture coordinates.
+/// Returns true if a texture lies on texture coordinates.
 fn is_laid<T>(input: &Input<T>) -> bool {
     input.texture().is_some_and(|texture| texture.uses_coordinates())
 }
 
-/// Whether a surface has a texture that lies on texture coordinates, or is not the same in all
-/// directions, so that it needs these.
+/// Returns true if a surface has a texture that lies on texture coordinates, or is not the same in
+/// all directions, so that it needs these.
 fn shows_texture(surface: &Surface) -> bool {
     let varies = is_laid::<[f32; 3]>;
     match surface {
@@ -580,7 +580,7 @@ fn with_coordinates(mesh: &Mesh) -> Mesh {
     Mesh { uvs: Some(Attribute { values, indices }), ..mesh.clone() }
 }
 
-/// Whether two numbers are the same value, or the same texture.
+/// Returns true if two numbers are the same value, or the same texture.
 fn is_same(a: &Scalar, b: &Scalar) -> bool {
     match (a, b) {
         (Input::Value(a), Input::Value(b)) => a == b,

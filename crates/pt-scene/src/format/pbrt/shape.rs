@@ -338,7 +338,8 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
     Ok(all)
 }
 
-/// Whether a patch is a parallelogram, which two triangles show with its texture coordinates.
+/// Returns true if a patch is a parallelogram, which two triangles show with its texture
+/// coordinates.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     const TOLERANCE: f64 = 1e-6;
     let size = (p11 - p00).length().max((p10 - p01).length());

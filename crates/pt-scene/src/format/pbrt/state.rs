@@ -99,7 +99,7 @@ pub(super) fn matrix(numbers: &[f64; 16]) -> Result<DAffine3, String> {
     ))
 }
 
-/// Whether a transform mirrors space.
+/// Returns true if a transform mirrors space.
 pub(super) fn mirrors(map: &DAffine3) -> bool {
     map.matrix3.determinant() < 0.0
 }

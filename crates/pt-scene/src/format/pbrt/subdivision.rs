@@ -80,7 +80,7 @@ struct Side {
 /// The neighbours of a vertex, counter-clockwise seen from the front.
 struct Ring {
     vertices: Vec<u32>,
-    /// Whether they do not go all around.
+    /// True if they do not go all around.
     is_at_border: bool,
 }
 

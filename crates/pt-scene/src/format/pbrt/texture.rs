@@ -55,7 +55,7 @@ const MAX_PARTS: usize = 64;
 struct ImageKey {
     path: PathBuf,
     encoding: String,
-    /// Whether it gives one number: the mean of its colours, or its opacity if it has that.
+    /// True if it gives one number: the mean of its colours, or its opacity if it has that.
     is_number: bool,
     inverts: bool,
     scale_bits: u32,
@@ -446,7 +446,7 @@ pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, PixelEncodi
     names.map(|name| (folder.join(name), PixelEncoding::Stored)).collect()
 }
 
-/// Whether the numbers of a picture are levels, which are light by an encoding.
+/// Returns true if the numbers of a picture are levels, which are light by an encoding.
 fn has_levels(path: &Path) -> bool {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known))
@@ -512,7 +512,7 @@ fn number_of(color: Color) -> Scalar {
     }
 }
 
-/// How many values and patterns a colour is made of.
+/// Returns the number of values and patterns a colour is made of.
 fn leaves(color: &Color) -> usize {
     fn of<T>(input: &Input<T>) -> usize {
         match input.texture().map(|texture| &texture.pattern) {

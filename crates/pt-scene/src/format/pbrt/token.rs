@@ -69,7 +69,7 @@ pub(super) struct Tokens<'a> {
     next: usize,
     line: u32,
     ahead: Option<Token<'a>>,
-    /// Whether there was a text without an end, behind which nothing is what it seems.
+    /// True if there was a text without an end, behind which nothing is what it seems.
     is_broken: bool,
     /// Parameters of the last directive that stand behind the directive by which the file is
     /// included.

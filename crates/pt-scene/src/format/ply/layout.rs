@@ -80,7 +80,7 @@ pub(super) const NORMAL: usize = 3;
 pub(super) const UV: usize = 6;
 pub(super) const COLOR: usize = 8;
 pub(super) const IMAGE: usize = 11;
-/// How many numbers are read of a row.
+/// Number of numbers read from a row.
 pub(super) const SLOTS: usize = 12;
 
 /// What a property is read for.
@@ -166,7 +166,7 @@ impl<'a> Layout<'a> {
         Self { unsupported: None, ..layout }
     }
 
-    /// Whether it has all properties of these names.
+    /// Returns true if it has all properties of these names.
     pub(super) fn has(&self, names: &[&str]) -> bool {
         names.iter().all(|name| self.element.properties.contains_key(*name))
     }
@@ -175,7 +175,7 @@ impl<'a> Layout<'a> {
         UV_NAMES.iter().any(|names| self.has(names))
     }
 
-    /// Whether faces have texture coordinates of their own.
+    /// Returns true if faces have texture coordinates of their own.
     pub(super) fn has_coordinates(&self) -> bool {
         self.fields.iter().any(|field| field.role == Role::Coordinates)
     }

@@ -42,7 +42,7 @@ pub(super) struct Chunk<'a> {
     layout: &'a Layout<'a>,
     /// Number of its first row.
     pub(super) first: usize,
-    /// How many they are.
+    /// Count.
     pub(super) count: usize,
     bytes: &'a [u8],
     /// Line of the first row of a text file; 0 in binary files.
@@ -228,8 +228,8 @@ impl<'a> Body<'a> {
         (most, None)
     }
 
-    /// How many rows to expect: as many as the header says, but not more than the bytes that are
-    /// left can hold.
+    /// Returns the number of rows to expect: as many as the header says, but not more than the
+    /// bytes that are left can hold.
     pub(super) fn least_count(&self, layout: &Layout) -> usize {
         let size = layout.least_size(self.encoding == Encoding::Ascii);
         layout.element.count.min(1 + self.rest.len() / size.max(1))

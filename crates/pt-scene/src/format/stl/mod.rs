@@ -116,9 +116,9 @@ fn count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether a file is a text: one of its first lines begins a facet or ends a solid, or it begins
-/// with "solid" and has no byte 0, which headers are filled with. Names of solids may have any
-/// bytes.
+/// Returns true if a file is a text: one of its first lines begins a facet or ends a solid, or it
+/// begins with "solid" and has no byte 0, which headers are filled with. Names of solids may have
+/// any bytes.
 fn is_text(bytes: &[u8]) -> bool {
     /// Bytes in which a facet is looked for.
     const START: usize = 4096;

@@ -207,7 +207,7 @@ impl<'w> Loops<'w> {
         self.trouble = Trouble::Nothing;
     }
 
-    /// Whether lines are missing behind the last one.
+    /// Returns true if lines are missing behind the last one.
     fn is_open(&self) -> bool {
         !self.corners.is_empty() && self.trouble != Trouble::Lost
     }

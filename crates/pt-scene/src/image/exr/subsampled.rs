@@ -15,7 +15,7 @@ use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 /// The message for files of this kind that are not read.
 const ADVICE: &str = "has channels with fewer pixels than others, and is no single image in scan lines with a size that these divide; \
                       save it with all channels in full";
-/// Whether some channel of a file has fewer pixels than the image.
+/// Returns true if some channel of a file has fewer pixels than the image.
 pub(super) fn is_of_this_kind(meta: &MetaData) -> bool {
     meta.headers.iter().flat_map(|header| &header.channels.list).any(|c| c.sampling != Vec2(1, 1))
 }

@@ -15,7 +15,7 @@ use crate::bench::ply;
 /// What is to be rendered. +y is up, colours are linear Rec. 709, images are square.
 pub(super) struct Scene {
     pub(super) camera: Camera,
-    /// Whether [`sky::pixels`] is around the scene.
+    /// True if [`sky::pixels`] is around the scene.
     pub(super) sky: bool,
     pub(super) meshes: Vec<Mesh>,
 }

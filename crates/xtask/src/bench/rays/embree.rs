@@ -332,7 +332,7 @@ impl Scene {
         }
     }
 
-    /// Whether each ray hits anything, in order.
+    /// Returns true if each ray hits anything, in order.
     #[inline]
     pub(super) fn occluded(&self, rays: &[Single], mut take: impl FnMut(bool)) {
         let (call, scene, arguments) =
@@ -345,22 +345,22 @@ impl Scene {
         }
     }
 
-    /// How many rays hit something: nearest hits, 8 at a time.
+    /// Returns the number of rays that hit something: nearest hits, 8 at a time.
     pub(super) fn intersect8(&self, packets: &[Packet<8>], coherent: bool) -> usize {
         self.intersect_packets(self.functions.intersect8, packets, coherent)
     }
 
-    /// How many rays hit something: nearest hits, 16 at a time.
+    /// Returns the number of rays that hit something: nearest hits, 16 at a time.
     pub(super) fn intersect16(&self, packets: &[Packet<16>], coherent: bool) -> usize {
         self.intersect_packets(self.functions.intersect16, packets, coherent)
     }
 
-    /// How many rays hit anything, 8 at a time.
+    /// Returns the number of rays that hit anything, 8 at a time.
     pub(super) fn occluded8(&self, packets: &[Packet<8>], coherent: bool) -> usize {
         self.occluded_packets(self.functions.occluded8, packets, coherent)
     }
 
-    /// How many rays hit anything, 16 at a time.
+    /// Returns the number of rays that hit anything, 16 at a time.
     pub(super) fn occluded16(&self, packets: &[Packet<16>], coherent: bool) -> usize {
         self.occluded_packets(self.functions.occluded16, packets, coherent)
     }

@@ -55,7 +55,7 @@ pub(super) const COMPETITORS: [(Who, &str); 9] = [
 pub(super) enum Query {
     /// What it hits first.
     Closest,
-    /// Whether it hits anything.
+    /// True if it hits anything.
     Any,
 }
 
@@ -131,7 +131,7 @@ impl<'a> Prepared<'a> {
         Rates(least.map(|seconds| self.set.rays.len() as f64 / seconds * 1e-6))
     }
 
-    /// How many rays hit something.
+    /// Returns the number of rays that hit something.
     fn pass(&self, trees: &Trees, query: Query, who: Who) -> usize {
         let Trees { default, robust, high, ours } = trees;
         let coherent = self.set.kind == Kind::Primary;

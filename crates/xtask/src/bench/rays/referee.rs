@@ -10,8 +10,8 @@ const SAME: f64 = 1e-5;
 /// What somebody says a ray hits first: the parameter and the triangle.
 pub(super) type Claim = Option<(f32, u32)>;
 
-/// Whether two claims are about the same point: the same triangle, or, on an edge that two share,
-/// the same parameter.
+/// Returns true if two claims are about the same point: the same triangle, or, on an edge that two
+/// share, the same parameter.
 pub(super) fn agree(a: Claim, b: Claim) -> bool {
     match (a, b) {
         (None, None) => true,
@@ -20,7 +20,7 @@ pub(super) fn agree(a: Claim, b: Claim) -> bool {
     }
 }
 
-/// Whether a claim is about the point that the referee finds.
+/// Returns true if a claim is about the point that the referee finds.
 pub(super) fn right(claim: Claim, truth: Option<(f64, u32)>) -> bool {
     match (claim, truth) {
         (None, None) => true,

@@ -20,7 +20,7 @@ const LETTERS: std::ops::RangeInclusive<usize> = 2..=40;
 pub(super) struct Seeds {
     /// Where they are.
     pub folder: PathBuf,
-    /// How many there are.
+    /// Count.
     pub count: usize,
     /// The file of words, if there are any.
     pub dictionary: Option<PathBuf>,

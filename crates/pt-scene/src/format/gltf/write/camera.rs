@@ -235,8 +235,8 @@ impl Writer<'_> {
     }
 }
 
-/// Whether a light is on a mesh that glows, which lights the scene in its place. (Other lights that
-/// are so are left out by those who read them.)
+/// Returns true if a light is on a mesh that glows, which lights the scene in its place. (Other
+/// lights that are so are left out by those who read them.)
 fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
     let glows = |object: &Object, slot: u32| {
         let material = object.materials.get(slot as usize).copied().flatten();

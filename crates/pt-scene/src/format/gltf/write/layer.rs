@@ -38,7 +38,7 @@ pub(super) struct Parameter {
     pub(super) factor: [f32; 3],
     pub(super) layer: Option<Layer>,
     pub(super) colors: Option<MeshColors>,
-    /// Whether textures are missing that it would be multiplied with.
+    /// True if textures are missing that it would be multiplied with.
     pub(super) lost: bool,
 }
 
@@ -144,7 +144,7 @@ impl Parameter {
 }
 
 impl Layer {
-    /// Whether two images lie alike on surfaces.
+    /// Returns true if two images lie alike on surfaces.
     pub(super) fn lies_as(&self, other: &Self) -> bool {
         self.wrap == other.wrap && self.to_pattern == other.to_pattern
     }

@@ -27,9 +27,9 @@ pub(super) struct Worn {
     pub(super) index: usize,
     /// The colours of the mesh that it shows.
     pub(super) colors: Option<MeshColors>,
-    /// Whether it has textures, which take coordinates.
+    /// True if it has textures, which take coordinates.
     pub(super) has_textures: bool,
-    /// Whether it has normals of its own.
+    /// True if it has normals of its own.
     pub(super) has_relief: bool,
 }
 
@@ -398,13 +398,13 @@ fn default_material() -> Material {
     }
 }
 
-/// Whether each texel of an image is there or not.
+/// Returns true if each texel of an image is there or not.
 fn is_mask(layer: &Layer) -> bool {
     layer.image.pixels.iter().all(|[x, ..]| *x == 0.0 || *x == 1.0)
 }
 
-/// Whether a material is another one whose normals lean to the other side along v, as readers of
-/// glTF make it for triangles on which coordinates lie mirrored.
+/// Returns true if a material is another one whose normals lean to the other side along v, as
+/// readers of glTF make it for triangles on which coordinates lie mirrored.
 pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
     let (Surface::SurfaceDetail(one), Surface::SurfaceDetail(other)) =
         (&material.surface, &of.surface)

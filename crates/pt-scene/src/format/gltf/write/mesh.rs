@@ -108,7 +108,7 @@ impl Writer<'_> {
     }
 }
 
-/// Whether the lists of a mesh fit together, and its positions are finite.
+/// Returns true if the lists of a mesh fit together, and its positions are finite.
 fn check(mesh: &Mesh) -> Result<(), String> {
     fn fits<T>(attribute: Option<&Attribute<T>>, mesh: &Mesh) -> bool {
         attribute.is_none_or(|attribute| {
@@ -218,7 +218,7 @@ fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32
     }
 }
 
-/// Whether texture coordinates lie mirrored on some triangle of a part.
+/// Returns true if texture coordinates lie mirrored on some triangle of a part.
 pub(super) fn is_mirrored_somewhere(mesh: &Mesh, part: &Submesh) -> bool {
     let Some(uvs) = &mesh.uvs else { return false };
     part.triangles.clone().any(|i| {

@@ -15,9 +15,9 @@ pub(super) struct Inputs<'a, 't> {
     pub(super) parameters: Parameters<'a>,
     /// Names of textures that were asked for.
     known: Vec<&'static str>,
-    /// Whether a texture of any name was.
+    /// True if a texture of any name was.
     takes_textures: bool,
-    /// Whether bsdfs inside of it were.
+    /// True if bsdfs inside of it were.
     takes_bsdfs: bool,
 }
 
