@@ -49,7 +49,8 @@ pub use pt_core::settings::{
 pub use pt_core::target::Evaluation;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
-    INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
+    Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
+    integrator,
 };
 pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
 pub use pt_scene::format::{

@@ -7,9 +7,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::provenance::{self, Provenance};
 use pathtracer::{
-    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, Filter, HALF_B_OFFSET, INTEGRATORS,
-    LoadOptions, MAX_REUSE, MAX_SPLIT, Region, RenderHints, Roulette, SamplerKind, Scene, Settings,
-    aov, denoise, groups,
+    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, Feature, Filter, HALF_B_OFFSET,
+    INTEGRATORS, LoadOptions, MAX_REUSE, MAX_SPLIT, Region, RenderHints, Roulette, SamplerKind,
+    Scene, Settings, aov, denoise, groups, integrator,
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
@@ -214,30 +214,9 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<RenderJob, String>
     }
     check_aovs(&cli)?;
     image_options::check(&cli)?;
-    let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
-    if clamps
-        && (cli.cs184
-            || !matches!(cli.integrator.as_deref(), None | Some("path" | "volpath" | "direct")))
-    {
-        return Err(
-            "--clamp and --clamp-indirect are for --integrator path, volpath and direct".into()
-        );
-    }
-    if cli.path_reuse > 1
-        && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path")))
-    {
-        return Err("--path-reuse is for --integrator path alone".into());
-    }
-    if cli.split > 1
-        && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "direct")))
-    {
-        return Err("--split is for --integrator path and direct".into());
-    }
+    check_features(&cli)?;
     if cli.split > 1 && cli.path_reuse > 1 {
         return Err("--split and --path-reuse exclude each other; give one of them".into());
-    }
-    if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
-        return Err("--ao-distance is for --integrator ao alone".into());
     }
     if let Some(Some(path)) = &cli.output
         && !cli.cs184
@@ -340,6 +319,30 @@ pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     cli.output.as_ref().and_then(Option::as_ref).is_some_and(has_room)
 }
 
+/// Refuses options that the chosen integrator does not support.
+///
+/// # Errors
+/// A message that names the option and the integrators that support it.
+fn check_features(cli: &Cli) -> Result<(), String> {
+    let name = if cli.cs184 { Some("cs184") } else { cli.integrator.as_deref() };
+    let Some(integrator) = name.and_then(integrator::by_name) else { return Ok(()) };
+    let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
+    let needs = [
+        (clamps, Feature::Clamp, "--clamp and --clamp-indirect need"),
+        (cli.path_reuse > 1, Feature::Reuse, "--path-reuse needs"),
+        (cli.split > 1, Feature::Split, "--split needs"),
+        (cli.ao_distance.is_some(), Feature::OcclusionDistance, "--ao-distance needs"),
+    ];
+    for (is_given, feature, option) in needs {
+        if is_given && !integrator.supports(feature) {
+            let known = integrator::names_with(feature).join(", ");
+            let name = integrator.name;
+            return Err(format!("{option} --integrator {known}; {name} does not support it"));
+        }
+    }
+    Ok(())
+}
+
 /// Refuses estimators of direct light that an integrator does not have.
 ///
 /// # Errors
@@ -347,10 +350,13 @@ pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
 pub(crate) fn check_estimator(settings: &Settings) -> Result<(), String> {
     let by_hemisphere =
         matches!(settings.direct, DirectLight::UniformHemisphere | DirectLight::CosineHemisphere);
-    if settings.integrator == "volpath" && by_hemisphere {
-        return Err("in media, directions of a hemisphere are no estimator of direct light: \
-                    --integrator volpath takes --direct mis and --direct light"
-            .into());
+    let Some(integrator) = integrator::by_name(&settings.integrator) else { return Ok(()) };
+    let samples_lights = integrator.supports(Feature::SkyMis);
+    if by_hemisphere && samples_lights && !integrator.supports(Feature::HemisphereSampling) {
+        return Err(format!(
+            "--integrator {} supports --direct mis and --direct light only",
+            integrator.name
+        ));
     }
     Ok(())
 }

@@ -274,8 +274,8 @@ pub struct Plastic {
 }
 
 /// The material of many parameters that artists think in: a diffuse base with sheen, facets that
-/// reflect as a dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to
-/// 1. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF
+/// reflect as a dielectric or a metal or let light through, and a clear coat. Numbers are in
+/// [0, 1]. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF
 /// to a BSDF with Integrated Subsurface Scattering"; as Mitsuba 3 has it]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {

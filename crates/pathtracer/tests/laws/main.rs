@@ -42,6 +42,7 @@ mod pictures;
 mod placed;
 mod points;
 mod portal;
+mod reference;
 mod reliefs;
 mod replay;
 mod reuse;

@@ -128,7 +128,7 @@ impl AnimatedInstance {
     #[inline]
     pub fn to_object(&self, ray: &Ray, time: f32) -> Ray {
         if let Some(still) = &self.still {
-            return still.to_local(ray);
+            return still.local_ray(ray);
         }
         let to_world = self.to_world(time);
         local_frame::ray_to_local(&to_world.matrix3.inverse(), to_world.translation, ray)

@@ -83,7 +83,7 @@ impl LocalFrame {
 
     /// See [`super::Instance::to_object`].
     #[inline]
-    pub(super) fn to_local(&self, ray: &Ray) -> Ray {
+    pub(super) fn local_ray(&self, ray: &Ray) -> Ray {
         ray_to_local(&self.inverse, self.translation, ray)
     }
 }
@@ -151,7 +151,7 @@ mod tests {
         let to_world = turned(DVec3::new(100.0, 0.01, -3.0), DVec3::new(5.0, 6.0, 7.0));
         let placement = LocalFrame::new(&to_world, CUBE).expect("not flat");
         let ray = Ray::to(Vec3::new(4.0, -2.0, 1.0), Vec3::new(0.3, 0.1, -2.0), 8.0);
-        let carried = placement.to_local(&ray);
+        let carried = placement.local_ray(&ray);
         assert_eq!((carried.t_min, carried.t_max), (ray.t_min, ray.t_max));
         for t in [0.0, 0.5, 8.0] {
             let there = to_world.transform_point3(carried.at(t).as_dvec3());

@@ -127,7 +127,7 @@ impl Instance {
     /// than 2⁻¹⁰⁰, it is 0 instead, so that nothing is hit: its digits would be lost.
     #[inline]
     pub fn to_object(&self, ray: &Ray) -> Ray {
-        self.placement.to_local(ray)
+        self.placement.local_ray(ray)
     }
 }
 
@@ -148,7 +148,7 @@ impl UserPrimitives for Vec<Instance> {
 
     fn intersect(&self, instance: u32, ray: &Ray) -> Option<InstanceHit> {
         let Instance { object, placement, .. } = &self[instance as usize];
-        object.intersect(&placement.to_local(ray)).map(|hit| InstanceHit { instance, hit })
+        object.intersect(&placement.local_ray(ray)).map(|hit| InstanceHit { instance, hit })
     }
 
     fn t(hit: &InstanceHit) -> f32 {
@@ -157,6 +157,6 @@ impl UserPrimitives for Vec<Instance> {
 
     fn occluded(&self, instance: u32, ray: &Ray) -> bool {
         let Instance { object, placement, .. } = &self[instance as usize];
-        object.occluded(&placement.to_local(ray))
+        object.occluded(&placement.local_ray(ray))
     }
 }

@@ -11,7 +11,7 @@ use super::accumulator::RadianceAccumulator;
 use super::estimator::PathEstimator;
 use super::observer::{self, PathObserver};
 use super::reuse::{Reuse, SharedRadiance};
-use super::wavefront::{BlockSamples, ShadingPoint};
+use super::shading::{BlockSamples, ShadingPoint};
 use super::{CameraRays, alpha};
 use crate::Tracer;
 use crate::trace::{LightRef, LightSource};

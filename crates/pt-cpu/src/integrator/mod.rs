@@ -14,7 +14,9 @@ mod normals;
 mod observer;
 mod path;
 mod path_queue;
+mod reference;
 mod reuse;
+mod shading;
 mod split;
 mod transparency;
 mod volpath;
@@ -131,18 +133,25 @@ impl Registration {
     }
 }
 
-/// What some integrators do and others do not.
+/// Features of integrators that some have and others lack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and weighs
-    /// these against light samples.
+    /// Multiple importance sampling of infinite lights under [`DirectLight::Mis`]: BSDF samples
+    /// find all their light, too.
     SkyMis,
-    /// It sees media; to the others, what fills space is not there.
+    /// Participating media; other integrators ignore them.
     Media,
-    /// Its paths may bring their light to each other: [`Settings::reuse`].
+    /// Path reuse: [`Settings::reuse`].
     Reuse,
-    /// Its paths may split: [`Settings::split`].
+    /// Path splitting: [`Settings::split`].
     Split,
+    /// Clamping of contributions: [`Settings::clamp`].
+    Clamp,
+    /// Direct light by directions of the hemisphere: [`DirectLight::UniformHemisphere`] and
+    /// [`DirectLight::CosineHemisphere`].
+    HemisphereSampling,
+    /// A largest distance of occluders: [`Settings::ao_distance`].
+    OcclusionDistance,
 }
 
 /// Makes an integrator.
@@ -156,28 +165,43 @@ pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
-        features: &[Feature::SkyMis, Feature::Reuse, Feature::Split],
+        features: &[
+            Feature::SkyMis,
+            Feature::Reuse,
+            Feature::Split,
+            Feature::Clamp,
+            Feature::HemisphereSampling,
+        ],
         new: |scene, set| Box::new(paths::<()>(scene, set)),
         new_traced: Some(|scene, set| Box::new(paths::<PathRecorder>(scene, set))),
     },
     Registration {
+        name: "reference",
+        help: "the same by the shortest code, one path at a time: slow, with the bits of path",
+        features: &[Feature::SkyMis, Feature::Clamp],
+        new: |scene, set| Box::new(reference::Reference::<()>::new(scene, set)),
+        new_traced: Some(|scene, set| {
+            Box::new(reference::Reference::<PathRecorder>::new(scene, set))
+        }),
+    },
+    Registration {
         name: "volpath",
-        help: "the same, with media between surfaces",
-        features: &[Feature::SkyMis, Feature::Media],
+        help: "as path, with media between surfaces",
+        features: &[Feature::SkyMis, Feature::Media, Feature::Clamp],
         new: |scene, set| Box::new(volpath::VolPath::<()>::new(scene, set)),
         new_traced: Some(|scene, set| Box::new(volpath::VolPath::<PathRecorder>::new(scene, set))),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
-        features: &[Feature::SkyMis, Feature::Split],
+        features: &[Feature::SkyMis, Feature::Split, Feature::Clamp, Feature::HemisphereSampling],
         new: |scene, set| Box::new(direct_paths::<()>(scene, set)),
         new_traced: Some(|scene, set| Box::new(direct_paths::<PathRecorder>(scene, set))),
     },
     Registration {
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
-        features: &[],
+        features: &[Feature::OcclusionDistance],
         new: |scene, set| Box::new(ao::AmbientOcclusion::new(scene, set)),
         new_traced: None,
     },
@@ -191,7 +215,7 @@ pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
-        features: &[],
+        features: &[Feature::HemisphereSampling],
         new: |scene, set| Box::new(cs184_paths::<()>(scene, set)),
         new_traced: Some(|scene, set| Box::new(cs184_paths::<PathRecorder>(scene, set))),
     },
@@ -224,6 +248,11 @@ pub(crate) fn traced_names() -> String {
 /// The integrator of this name.
 pub fn by_name(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
+}
+
+/// The names of the integrators with a feature, in the order of [`INTEGRATORS`].
+pub fn names_with(feature: Feature) -> Vec<&'static str> {
+    INTEGRATORS.iter().filter(|known| known.supports(feature)).map(|known| known.name).collect()
 }
 
 /// Returns true if a scene that is rendered with these settings may be compiled with

@@ -9,7 +9,7 @@ use pt_math::{Ray, Rays, Spectrum, Vec3};
 use super::CameraRays;
 use super::estimator::{Context, SurfaceHit};
 use super::path_queue::PathState;
-use super::wavefront::ShadingPoint;
+use super::shading::ShadingPoint;
 use crate::trace::{
     Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
 };

@@ -1,5 +1,6 @@
 //! Paths that are under way, side by side.
 
+use pt_core::RenderScene;
 use pt_core::footprint::Cone;
 use pt_core::light::LightSampleContext;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
@@ -24,6 +25,26 @@ pub(super) struct PathState {
     pub(super) camera_transmittance: f32,
     /// Where its light goes: see [`super::accumulator::RadianceAccumulator`].
     pub(super) target: u32,
+}
+
+impl PathState {
+    /// The state of camera ray number `start`, before it hits anything.
+    pub(super) fn at_camera(
+        scene: &RenderScene,
+        ray: &Ray,
+        start: u32,
+        camera_transmittance: f32,
+    ) -> Self {
+        Self {
+            beta: Spectrum::splat(scene.importance()),
+            eta_scale: 1.0,
+            origin: LightSampleContext::in_space(ray.origin),
+            bsdf_pdf: None,
+            start,
+            camera_transmittance,
+            target: start,
+        }
+    }
 }
 
 /// Paths under way and their rays, in the order of their starts.

@@ -28,7 +28,7 @@ use super::accumulator::RadianceAccumulator;
 use super::alpha;
 use super::observer::PathObserver;
 use super::path_queue::PathState;
-use super::wavefront::ShadingPoint;
+use super::shading::ShadingPoint;
 use super::{CameraRays, MAX_REUSE};
 use crate::Tracer;
 

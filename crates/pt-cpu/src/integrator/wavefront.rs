@@ -21,11 +21,10 @@ use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
-use pt_core::light::{AnyLight, LightSampleContext};
 use pt_core::material::EvaluatedMaterial;
-use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
+use pt_core::scene::{Interaction, RenderScene};
 use pt_core::settings::{Clamp, Settings};
-use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
+use pt_math::sampler::{LANES, Sampler};
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
@@ -35,70 +34,12 @@ use super::estimator::{Context, PathEstimator, SurfaceHit};
 use super::observer::{self, PathObserver, PathRecorder};
 use super::path_queue::{PathQueue, PathState};
 use super::reuse::{Reuse, SharedRadiance, SurfaceVertex};
+use super::shading::{BlockSamples, BounceDimensions, ShadingPoint};
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
+use super::{CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
 use crate::trace::{ScatterSample, Trace};
-
-/// A path at a surface.
-pub(super) struct ShadingPoint<'a> {
-    pub(super) point: SurfacePoint,
-    pub(super) bsdf: Bsdf<'a>,
-    /// See [`PathState`].
-    pub(super) beta: Spectrum,
-    eta_scale: f32,
-    camera_transmittance: f32,
-    pub(super) start: u32,
-    pub(super) target: u32,
-    /// What becomes of its light where others may have it.
-    pub(super) shared: Option<SharedRadiance>,
-}
-
-impl ShadingPoint<'_> {
-    /// Its light, which others may have, is added up apart from now on, and without what the path
-    /// carried here; Russian roulette still knows that.
-    pub(super) fn share(&mut self, shared: SharedRadiance) {
-        if let SharedRadiance::Diffuse(target) = shared {
-            self.eta_scale *= self.beta.max_channel();
-            self.beta = Spectrum::ONE;
-            self.target = target;
-        }
-        self.shared = Some(shared);
-    }
-
-    /// What lights are told of it.
-    #[inline(always)]
-    pub(super) fn light_sample_context(&self) -> LightSampleContext {
-        self.bsdf.light_sample_context(self.point.p)
-    }
-}
-
-/// The numbers of a block of paths at one bounce.
-pub(super) struct BlockSamples {
-    samplers: Samplers,
-    /// The dimension of the first.
-    first: u32,
-}
-
-impl BlockSamples {
-    /// Pair number `i`.
-    #[inline]
-    pub(super) fn pair(&self, i: u32) -> [Lanes<f32>; 2] {
-        self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
-    }
-
-    /// The last pair of a bounce with so many dimensions.
-    fn last(&self, dimensions: u32) -> [Lanes<f32>; 2] {
-        self.samplers.points(self.first.wrapping_add(dimensions.wrapping_sub(2)))
-    }
-
-    /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF
-    /// chooses.
-    fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
-        [self.pair(i), self.pair(i.wrapping_add(1))]
-    }
-}
 
 /// The driver of all path tracers.
 pub(super) struct Wavefront<'a, R, W = ()> {
@@ -106,13 +47,8 @@ pub(super) struct Wavefront<'a, R, W = ()> {
     cx: Context<'a>,
     /// Largest number of surface interactions.
     max_depth: u32,
-    /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, one
-    /// for roulette, and one for materials if some of them choose.
-    dimensions: u32,
-    /// True if some do.
-    stochastic_materials: bool,
-    /// Pairs of them that direct light takes.
-    light_pairs: u32,
+    /// Dimensions of the sampler that a bounce takes.
+    dimensions: BounceDimensions,
     /// Paths under way.
     queue: PathQueue,
     /// Those behind the surface where paths split; empty but there.
@@ -198,26 +134,11 @@ impl<R: PathEstimator> TracedIntegrator for Wavefront<'_, R, PathRecorder> {
 impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     pub(super) fn new(estimator: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
-        let lights = scene.lights.as_slice();
-        let moving = scene.animated_lights().len() as u32;
-        let count = |is: fn(&AnyLight) -> bool| lights.iter().filter(|l| is(l)).count() as u32;
-        let (delta, hidden) = (count(AnyLight::is_delta), count(AnyLight::is_invisible));
-        let seen = lights.len() as u32 - delta - hidden + moving;
         let hemisphere = estimator.hemisphere(cx);
-        let all = lights.iter().chain(scene.animated_lights().iter().map(|moving| &moving.light));
-        let samples = all.map(|light| estimator.light_samples(settings, light));
-        let light_pairs = samples.fold(0, u32::wrapping_add);
-        // Beyond 2³², dimensions begin anew.
-        let stochastic_materials = scene.materials.is_stochastic();
-        let others = delta + 2 + u32::from(stochastic_materials);
-        let extended = seen.max(1) + hidden;
-        let pairs = extended.wrapping_mul(settings.light_samples).wrapping_add(others);
         Self {
             cx,
             max_depth: estimator.max_depth(settings),
-            dimensions: pairs.wrapping_mul(2),
-            stochastic_materials,
-            light_pairs: light_pairs.wrapping_add(hemisphere.map_or(0, |h| h.samples)),
+            dimensions: BounceDimensions::new(&estimator, cx),
             estimator,
             queue: PathQueue::default(),
             split_queue: PathQueue::default(),
@@ -235,31 +156,20 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     }
 
     fn generate_camera_paths(&mut self, camera_rays: &CameraRays) {
-        let first = PathState {
-            beta: Spectrum::splat(self.cx.scene.importance()),
-            eta_scale: 1.0,
-            origin: LightSampleContext::in_space(Vec3::ZERO),
-            bsdf_pdf: None,
-            camera_transmittance: self.transparency.begin(camera_rays.samplers.len()),
-            start: 0,
-            target: 0,
-        };
+        let camera_transmittance = self.transparency.begin(camera_rays.samplers.len());
         if let Some(reuse) = &mut self.reuse {
             reuse.begin(camera_rays.samplers.len());
         }
         self.splitting = PathSplitting::NONE;
         self.queue.rays.clear();
         self.queue.rays.extend(Rays::from(&camera_rays.rays).iter());
-        let path = |(start, ray): (u32, &Ray)| PathState {
-            start,
-            target: start,
-            origin: LightSampleContext::in_space(ray.origin),
-            ..first
+        let scene = self.cx.scene;
+        let path = |(start, ray): (u32, &Ray)| {
+            PathState::at_camera(scene, ray, start, camera_transmittance)
         };
         self.queue.paths.clear();
         self.queue.paths.extend((0..).zip(&self.queue.rays).map(path));
         self.queue.cones.clear();
-        let scene = self.cx.scene;
         if scene.uses_footprints() {
             let cone =
                 |(i, ray): (usize, &Ray)| scene.camera_cone(ray.direction, camera_rays.time(i));
@@ -315,7 +225,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     ) {
         let Context { settings, .. } = self.cx;
         let context = settings.shows(bounces + 1);
-        let light_pairs = if context { self.light_pairs } else { 0 };
+        let light_pairs = if context { self.dimensions.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
         let mut materials = std::mem::take(&mut self.materials);
         let mut live = 0;
@@ -446,7 +356,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
             return;
         }
         let choices =
-            if self.stochastic_materials { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
+            if self.dimensions.stochastic_materials { numbers.last()[0] } else { [0.0; LANES] };
         let points = self.interactions.iter().zip(block).zip(choices);
         let width = |i: u32, at: &Interaction| {
             self.queue.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
@@ -528,8 +438,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         sampler: impl Fn(u32) -> Sampler,
     ) -> BlockSamples {
         let sampler = |&(i, _): &(u32, Hit)| sampler(self.queue.paths[i as usize].start);
-        let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
-        BlockSamples { samplers: Samplers::new(block.iter().map(sampler)), first }
+        BlockSamples::new(self.dimensions, bounces, block.iter().map(sampler))
     }
 
     /// [`Wavefront::sample_bsdf_and_roulette`] behind the first surface, once for each way, with

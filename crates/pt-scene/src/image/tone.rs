@@ -93,8 +93,8 @@ const AGX_OUTSET: [Rgb; 3] = [
 ];
 
 /// A sigmoid of log₂ L in each channel, of primaries that are drawn together, so that bright
-/// colours of any hue go to white. Its signal is that of a screen with the exponent 2.2. [Sobotka,
-/// "AgX", base image; primaries in Rec. 709 as in Wrensch, "Minimal AgX Implementation"]
+/// colours of any hue go to white. Its signal is that of a screen with the exponent 2.2.
+/// [Sobotka, "AgX", base image; primaries in Rec. 709 as in Wrensch, "Minimal AgX Implementation"]
 fn agx(rgb: Rgb) -> Rgb {
     /// log₂ of the darkest light that is told from black, 10 stops below a grey of 0.18 …
     const MIN: f64 = -12.473_93;

@@ -190,8 +190,8 @@ impl DateTime {
 
 impl GeoLocation {
     /// The angle of the sun to the zenith, and its azimuth from north over east, both in radians;
-    /// within 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al. 2001,
-    /// "Computing the Solar Vector"]
+    /// within 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al.
+    /// 2001, "Computing the Solar Vector"]
     pub fn sun(&self, moment: &DateTime) -> [f64; 2] {
         const EARTH_RADIUS_KM: f64 = 6371.01;
         const ASTRONOMICAL_UNIT_KM: f64 = 149_597_890.0;

@@ -17,7 +17,7 @@ mod vertex;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{Light, LightSample, LightSampleContext, LightVisitor};
+use pt_core::light::{Light, LightSample, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
@@ -221,15 +221,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         };
         let path = |(start, ray): (u32, Ray)| VolPathState {
             cone: cone(start, &ray),
-            state: PathState {
-                beta: Spectrum::splat(scene.importance()),
-                eta_scale: 1.0,
-                origin: LightSampleContext::in_space(ray.origin),
-                bsdf_pdf: None,
-                camera_transmittance,
-                start,
-                target: start,
-            },
+            state: PathState::at_camera(scene, &ray, start, camera_transmittance),
             ray,
             medium: scene.media.camera,
             free: 0,

@@ -49,8 +49,8 @@ const SOLID_AND_LIQUID: &[Measured] = &[
     medium("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
 ];
 
-/// By dilution in water, undone. [Narasimhan, Gupta, Donner, Ramamoorthi, Nayar & Jensen 2006,
-/// "Acquiring Scattering Properties of Participating Media by Dilution"]
+/// By dilution in water, undone. [Narasimhan, Gupta, Donner, Ramamoorthi, Nayar & Jensen
+/// 2006, "Acquiring Scattering Properties of Participating Media by Dilution"]
 const DILUTED: &[Measured] = &[
     medium("Lowfat Milk", [0.891_87, 1.5136, 2.532], [0.002_875, 0.005_75, 0.0115]),
     medium("Reduced Milk", [2.4858, 3.1669, 4.5214], [0.002_555_6, 0.005_111_1, 0.012_778]),

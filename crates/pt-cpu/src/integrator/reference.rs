@@ -1,0 +1,284 @@
+//! The path tracer, one path at a time: where to start reading.
+//!
+//! [`Wavefront`](super::wavefront::Wavefront) with the same estimator, [`Path`], takes the same
+//! steps for many paths at once and gives the same bits. `tests/laws/reference.rs` of `pathtracer`
+//! compares the two.
+
+use pt_bvh::Hit;
+use pt_core::bsdf::Bsdf;
+use pt_core::film::ExactSum;
+use pt_core::light::{AnyLight, LightSample};
+use pt_core::scene::{Interaction, RenderScene};
+use pt_core::settings::{DirectLight, Settings};
+use pt_math::sampler::Sampler;
+use pt_math::{Pdf, Ray, Rays, Spectrum};
+
+use super::accumulator::RadianceAccumulator;
+use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::observer::{self, PathObserver, PathRecorder};
+use super::path::Path;
+use super::path_queue::PathState;
+use super::shading::BounceDimensions;
+use super::split::PathSplitting;
+use super::transparency::Transparency;
+use super::wavefront::{add_emission, add_sky, transmittance_after};
+use super::{CameraRays, Integrator, TracedIntegrator, alpha};
+use crate::Tracer;
+use crate::trace::{LightRef, ScatterSample, ScatterSite, Trace, Vertex};
+
+/// Unidirectional path tracing with multiple importance sampling, as [`Path`] describes it.
+/// Estimators of direct light by hemisphere sampling become [`DirectLight::Mis`].
+pub(super) struct Reference<'a, W = ()> {
+    scene: &'a RenderScene,
+    settings: Settings,
+    estimator: Path,
+    max_depth: u32,
+    dimensions: BounceDimensions,
+    transparency: Transparency,
+    clamped: ExactSum,
+    observer: W,
+}
+
+/// A light sample that is not yet known to be visible.
+struct UnshadowedLight {
+    shadow_ray: Ray,
+    /// Throughput · f · |cos| · L · MIS weight / pdf.
+    contribution: Spectrum,
+}
+
+impl<W: PathObserver> Reference<'_, W> {
+    /// Adds the radiance along camera ray number `i`: the sum of β Lₑ over the vertices of a path.
+    fn trace_path(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        (i, camera_transmittance): (usize, f32),
+        radiance: &mut RadianceAccumulator<W>,
+    ) {
+        let Self { scene, settings, estimator, dimensions, transparency, max_depth, .. } = self;
+        let scene = *scene;
+        let cx = Context { scene, settings };
+        let (sampler, time) = (camera_rays.samplers.get(i), camera_rays.time(i));
+        let mut ray = Rays::from(&camera_rays.rays).get(i);
+        let mut cone = scene.uses_footprints().then(|| scene.camera_cone(ray.direction, time));
+        let mut path = PathState::at_camera(scene, &ray, i as u32, camera_transmittance);
+        for bounces in 0.. {
+            radiance.set_bounces(bounces);
+            let is_shown = settings.shows(bounces);
+
+            // Nearest surface; alpha lets rays continue, past the emission of what they pass.
+            let hides_emitters = bounces == 0 && transparency.hides_emitters();
+            let (passed, hit) = nearest_hit(tracer, &ray, time, hides_emitters, (sampler, bounces));
+
+            // Emission of surfaces and of the environment.
+            for hit in passed.iter().chain(&hit) {
+                if is_shown && scene.is_emissive(hit) {
+                    let at = &scene.interaction(&ray, hit, time);
+                    add_emission(estimator, cx, &path, SurfaceHit { at, hit, time }, radiance);
+                }
+            }
+            let Some(hit) = hit else {
+                if transparency.on_escape(&path, PathSplitting::NONE) && is_shown {
+                    add_sky(estimator, cx, &path, (ray.direction, bounces), radiance);
+                }
+                return;
+            };
+            if bounces >= *max_depth {
+                return;
+            }
+
+            // Material at the hit.
+            let at = scene.interaction(&ray, &hit, time);
+            let choice = dimensions.material_choice(sampler, bounces);
+            let width = cone.map(|cone| cone.width_at(at.distance));
+            let material = scene.evaluate_material(&at, &hit, time, choice, width);
+            let bsdf = scene.bsdf(&at, material.as_ref());
+            radiance.observer.on_vertex(path.start, || Vertex {
+                p: at.point.p,
+                site: ScatterSite::of(&bsdf, at.primitive),
+                throughput: path.beta,
+                scatter: None,
+            });
+
+            // Light sampling (next-event estimation).
+            radiance.set_bounces(bounces + 1);
+            let is_lit = settings.shows(bounces + 1);
+            if is_lit && !bsdf.is_delta() {
+                let u = |pair| dimensions.pair(sampler, bounces, pair);
+                let vertex = (&at, &bsdf, time);
+                for light in sample_lights(estimator, cx, &path, vertex, u, radiance) {
+                    let visible = transmittance(tracer, &light.shadow_ray, time);
+                    radiance.add_light_sample(path.target, light.contribution * visible, true);
+                }
+            }
+
+            // BSDF sampling.
+            let light_pairs = if is_lit && !bsdf.is_delta() { dimensions.light_pairs } else { 0 };
+            let [x, y] = dimensions.pair(sampler, bounces, light_pairs);
+            let [roulette, component] = dimensions.pair(sampler, bounces, light_pairs + 1);
+            let Some(scattered) = bsdf.sample([x, y, component]) else { return };
+            path.beta *= scattered.weight;
+            path.eta_scale *= scattered.eta_scale;
+            path.origin = bsdf.light_sample_context(at.point.p);
+            path.bsdf_pdf = scattered.pdf;
+            path.camera_transmittance =
+                transmittance_after(path.camera_transmittance, &bsdf, scattered.wi);
+            let is_last = bounces + 1 >= *max_depth;
+            let counts_emission = estimator.counts_emission(settings, path.bsdf_pdf);
+            if path.beta.is_black() || (is_last && !counts_emission) {
+                return;
+            }
+
+            // Russian roulette.
+            let survival = estimator.rr_survival_probability(settings, &path, bounces + 1);
+            if let Some(q) = survival {
+                if roulette >= q {
+                    return;
+                }
+                path.beta *= 1.0 / q;
+                path.camera_transmittance *= 1.0 / q;
+            }
+            let scatter = || ScatterSample::new(&scattered, survival);
+            radiance.observer.on_scatter(path.start, scatter);
+            let is_flat = scene.is_flat(at.primitive);
+            cone = cone.map(|cone| cone.scattered(at.distance, path.bsdf_pdf, is_flat));
+            ray = at.point.spawn(scattered.wi);
+        }
+    }
+}
+
+/// Surfaces that a ray passes because of their alpha, and the nearest one that it does not pass.
+fn nearest_hit(
+    tracer: &mut Tracer,
+    ray: &Ray,
+    time: f32,
+    hides_emitters: bool,
+    (sampler, bounces): (Sampler, u32),
+) -> (Vec<Hit>, Option<Hit>) {
+    let rays = std::slice::from_ref(ray);
+    let (mut hits, mut passed) = (Vec::new(), Vec::new());
+    tracer.intersect(rays, |_| time, &mut hits);
+    if hides_emitters {
+        alpha::skip_emitters(tracer, rays, |_| time, &mut hits);
+    }
+    if tracer.scene.has_alpha {
+        let of = (|_| time, |_| sampler);
+        alpha::skip_transparent(tracer, bounces, rays, &mut hits, of, |_, _, hit| {
+            passed.push(*hit);
+        });
+    }
+    (passed, hits[0])
+}
+
+/// Fraction of light that passes along a shadow ray.
+fn transmittance(tracer: &mut Tracer, ray: &Ray, time: f32) -> f32 {
+    let rays = std::slice::from_ref(ray);
+    let (mut blocked, mut transmittance) = (Vec::new(), Vec::new());
+    tracer.occluded(rays, |_| time, &mut blocked);
+    alpha::shadow_transmittance(tracer, rays, |_| time, &blocked, &mut transmittance);
+    transmittance[0]
+}
+
+/// Samples all lights, first those at rest and then the animated ones; `u` gives pairs of random
+/// numbers. Lights whose sample contributes nothing are left out.
+fn sample_lights(
+    estimator: &Path,
+    cx: Context,
+    path: &PathState,
+    (at, bsdf, time): (&Interaction, &Bsdf, f32),
+    u: impl Fn(u32) -> [f32; 2],
+    radiance: &mut RadianceAccumulator<impl PathObserver>,
+) -> Vec<UnshadowedLight> {
+    let Context { scene, settings } = cx;
+    let context = bsdf.light_sample_context(at.point.p);
+    let mut pair = 0;
+    let mut lights = Vec::new();
+    let mut add = |number, light: &AnyLight, sample: &dyn Fn([f32; 2]) -> Option<LightSample>| {
+        let n = estimator.light_samples(settings, light);
+        for _ in 0..n {
+            let u = u(pair);
+            pair += 1;
+            let Some(sample) = sample(u) else { continue };
+            let is_invisible = light.is_invisible();
+            let mis = estimator.light_weight(settings, bsdf, &sample, n);
+            let weight = if is_invisible { 1.0 } else { mis };
+            let pdf = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
+            let contribution = path.beta * bsdf.eval(sample.wi) * sample.radiance * (weight / pdf);
+            if contribution.is_black() {
+                continue;
+            }
+            radiance.observer.on_light_sample(path.start, || {
+                observer::light_source(scene, number, (&context, u), &sample, (weight, n))
+            });
+            lights.push(UnshadowedLight { shadow_ray: at.point.spawn_to(&sample), contribution });
+        }
+    };
+    for (number, light) in scene.lights.as_slice().iter().enumerate() {
+        let sample = |u| light.sample(&scene.light_tables, &context, u);
+        add(LightRef::Static(number), light, &sample);
+    }
+    for (number, animated) in scene.animated_lights().iter().enumerate() {
+        let sample = |u| scene.sample_animated_light(animated, time, at.point.p, u);
+        add(LightRef::Animated(number), &animated.light, &sample);
+    }
+    lights
+}
+
+impl<'a, W: PathObserver> Reference<'a, W> {
+    pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
+        let direct = match settings.direct {
+            DirectLight::Light => DirectLight::Light,
+            _ => DirectLight::Mis,
+        };
+        let settings = Settings { direct, ..settings.clone() };
+        let estimator = Path { max_depth: u32::MAX };
+        Self {
+            scene,
+            max_depth: estimator.max_depth(&settings),
+            dimensions: BounceDimensions::new(&estimator, Context { scene, settings: &settings }),
+            transparency: Transparency::new(scene, &settings),
+            settings,
+            estimator,
+            clamped: ExactSum::default(),
+            observer: W::default(),
+        }
+    }
+}
+
+impl<W: PathObserver> Integrator for Reference<'_, W> {
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        let n = camera_rays.samplers.len();
+        radiance.clear();
+        radiance.resize(n, Spectrum::ZERO);
+        let camera_transmittance = self.transparency.begin(n);
+        let mut clamped = ExactSum::default();
+        let mut observer = std::mem::take(&mut self.observer);
+        observer.on_batch(camera_rays);
+        let clamp = self.settings.clamp;
+        let mut sum = RadianceAccumulator::new(radiance, clamp, &mut clamped, observer);
+        for i in 0..n {
+            self.trace_path(tracer, camera_rays, (i, camera_transmittance), &mut sum);
+        }
+        self.observer = sum.observer;
+        self.clamped.merge(clamped);
+    }
+
+    fn take_clamped(&mut self) -> ExactSum {
+        std::mem::take(&mut self.clamped)
+    }
+
+    fn transparency(&self) -> &[f32] {
+        self.transparency.values()
+    }
+}
+
+impl TracedIntegrator for Reference<'_, PathRecorder> {
+    fn take_traces(&mut self) -> Vec<Trace> {
+        self.observer.take()
+    }
+}
