@@ -417,9 +417,9 @@ impl RenderScene {
         if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
 
-    /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0,
-    /// 1) makes the choices of mixtures, and `width` is how wide the cone of the ray is there,
-    /// in metres, if that is followed. `None` if the surface is the same everywhere.
+    /// Evaluates the textures of a surface at a point, at the time of its ray; `None` if the surface
+    /// is constant. `choice`, from 0 to less than 1, chooses among the components of mixtures;
+    /// `width` is the diameter of the ray's cone there, in metres, if it has one.
     #[inline(always)]
     pub fn evaluate_material(
         &self,

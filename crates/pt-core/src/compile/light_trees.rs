@@ -44,7 +44,7 @@ impl Lights {
         let mut table = Table::default();
         let stays = self.table.iter().map(|(id, light)| (!goes(id, light)).then_some(*light));
         let moved: Vec<_> = stays.map(|light| light.map(|light| table.push(light))).collect();
-        for sky in &mut self.infinite_lights {
+        for sky in &mut self.infinite {
             *sky = moved[sky.index()].expect("skies are in no tree");
         }
         if !extended.is_empty() || !hidden.is_empty() {

@@ -23,7 +23,7 @@ use crate::texture::TextureRecord;
 #[derive(Default)]
 pub(super) struct Lights {
     pub(super) table: Table<AnyLight>,
-    pub(super) infinite_lights: Vec<Id<AnyLight>>,
+    pub(super) infinite: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
     /// Number of lights beyond those of the table, because they are in trees.
     pub(super) hidden: usize,
@@ -35,7 +35,7 @@ pub(super) struct Lights {
 impl Lights {
     pub(super) fn add_sky(&mut self, light: impl Into<AnyLight>) {
         let id = self.table.push(light.into());
-        self.infinite_lights.push(id);
+        self.infinite.push(id);
     }
 
     /// Adds a sky whose light arrives through a portal, if it has one.

@@ -256,7 +256,7 @@ fn assemble(
         light_count: lights.table.as_slice().len() + lights.hidden,
         lights: lights.table,
         light_origins: lights.origins,
-        infinite_lights: lights.infinite_lights,
+        infinite_lights: lights.infinite,
         light_tables: lights.tables,
         media,
         camera,

@@ -258,8 +258,8 @@ impl GridMedium {
     }
 
     /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the
-    /// end, whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014,
-    /// "Residual Ratio Tracking for Estimating Attenuation in Participating Media"]
+    /// end, whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz
+    /// 2014, "Residual Ratio Tracking for Estimating Attenuation in Participating Media"]
     pub fn transmittance(&self, ray: &Ray, phase: &Phase, stream: &mut RngStream) -> Spectrum {
         if self.is_grey() {
             let mut product = 1.0;

@@ -398,7 +398,7 @@ fn rays_may_be_infinite() {
         match medium.sample(&ray, Spectrum::ONE, u, &mut stream) {
             MediumSample::Scattered { t, weight } => assert!(t < 1e15 && weight.is_finite()),
             MediumSample::Transmitted { weight } => {
-                assert!(weight.is_finite() && weight.0.y == 0.0)
+                assert!(weight.is_finite() && weight.0.y == 0.0);
             }
         }
     }

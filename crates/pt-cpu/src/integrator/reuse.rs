@@ -288,7 +288,7 @@ impl Reuse {
             let Some(donor) = &self.donors[member as usize] else { continue };
             match donor.shared {
                 SharedRadiance::Diffuse(target) => {
-                    share_diffuse(accumulator.value(target), of_giver, accumulator)
+                    share_diffuse(accumulator.value(target), of_giver, accumulator);
                 }
                 SharedRadiance::Glossy => {
                     let own = donor.vertex.bsdf(tracer.scene);

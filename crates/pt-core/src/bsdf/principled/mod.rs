@@ -23,8 +23,8 @@ pub use thin::PrincipledThin;
 ///
 /// It is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
 /// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the
-/// reflection of metals. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015,
-/// "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering"]
+/// reflection of metals. [Burley 2012, "Physically Based Shading at Disney"; Burley
+/// 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering"]
 #[derive(Clone, Copy, Debug)]
 pub struct Principled {
     /// Colour of the base, the metal, and of light that goes through (its square root at each
