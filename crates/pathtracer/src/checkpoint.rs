@@ -29,9 +29,8 @@ pub enum ExistingFilm {
 pub enum CheckpointError {
     /// There are samples of another image, which would be lost.
     #[error(
-        "{}: holds the samples of a render that is not finished, and which this one cannot go on \
-         with, since something has changed:{}\nrender to another file, or forget the samples with \
-         --restart",
+        "{}: contains an unfinished render that cannot be resumed because the following changed:{}\n\
+         render to another file, or discard the samples with --restart",
         path.display(),
         in_lines(differences)
     )]
@@ -42,7 +41,7 @@ pub enum CheckpointError {
         differences: Vec<Difference>,
     },
     /// There are some that cannot be read.
-    #[error("{0}\nrender to another file, or forget the samples with --restart")]
+    #[error("{0}\nrender to another file, or discard the samples with --restart")]
     Film(FilmFileError),
 }
 

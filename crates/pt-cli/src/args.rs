@@ -48,8 +48,9 @@ pub(crate) struct Cli {
     #[arg(value_parser = resolve::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
 
-    /// Render only this cell: X, Y of its lower left corner from the lower left, and its size
-    #[arg(short = 'p', long, value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
+    /// Render only this rectangle: X, Y of its lower left corner, counted from the lower left, and
+    /// its size in pixels
+    #[arg(short = 'p', long = "crop", visible_alias = "cell", value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
     #[arg(value_parser = resolve::count, help_heading = "Image")]
     pub(crate) cell: Option<Vec<u32>>,
 
@@ -57,17 +58,17 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
     pub(crate) png_bits: PngBits,
 
-    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the
-    /// curve. auto takes those with which it fits a screen [default: 0]
+    /// Exposure of a PNG image in stops, applied before --tonemap; auto chooses it from the image
+    /// [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
     #[arg(value_parser = image_options::exposure, help_heading = "Image")]
     pub(crate) exposure: Option<Exposure>,
 
-    /// Curve that brings light beyond the screen's white into a PNG image [default: linear]
+    /// Tone curve of a PNG image [default: linear]
     #[arg(long, value_name = "CURVE", conflicts_with = "cs184", help_heading = "Image")]
     pub(crate) tonemap: Option<Tonemap>,
 
-    /// Numbers of an EXR image [default: float]
+    /// Pixel type of an EXR image [default: float]
     #[arg(long, value_name = "TYPE", help_heading = "Image")]
     pub(crate) exr_type: Option<ExrType>,
 
@@ -78,9 +79,9 @@ pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) opacity: Opacity,
 
-    /// Remove the noise by Intel Open Image Denoise, which is a library apart (a message gives the
-    /// command that installs it): an EXR image keeps what was rendered in the layer "noisy",
-    /// beside a PNG image NAME_noisy.png has it
+    /// Denoise with Intel Open Image Denoise, a separate library (a message gives the command that
+    /// installs it). The noisy image is kept: in the layer "noisy" of an EXR image, in
+    /// NAME_noisy.png beside a PNG image
     #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
     pub(crate) denoise: bool,
 
@@ -93,26 +94,31 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
-    /// Only the samples of these numbers, as 0..256, to be merged with others
+    /// Render only the samples with these numbers, such as 0..256, to be merged with others
     #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = resolve::samples)]
     #[arg(conflicts_with_all = ["cs184", "adaptive"], help_heading = "Sampling")]
     pub(crate) samples: Option<(u32, u32)>,
 
-    /// Samples of each area light at each surface point; of all together where they are many
+    /// Samples of each area light at each surface point; of all lights together if there are many
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::light_samples, help_heading = "Sampling")]
     pub(crate) light_samples: u32,
 
-    /// Most surface interactions of a path: 0 shows lights only, 1 direct light [default: the
-    /// file's, or 16; 1 with --cs184]
+    /// Maximum number of surface interactions of a path: 0 shows emission only, 1 direct light
+    /// [default: the file's, or 16; 1 with --cs184]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::count)]
     #[arg(help_heading = "Sampling")]
     pub(crate) max_depth: Option<u32>,
 
-    /// 0 shows only light of exactly --max-depth interactions; more than 0 all up to it
+    /// With 0, show only light of exactly --max-depth interactions, as --exact-depth does; with
+    /// more, light of up to --max-depth interactions
     #[arg(short = 'o', long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::count, help_heading = "Sampling")]
     pub(crate) accumulate: u32,
+
+    /// Show only light of exactly --max-depth interactions
+    #[arg(long, conflicts_with = "accumulate", help_heading = "Sampling")]
+    pub(crate) exact_depth: bool,
 
     /// Direct light by uniform directions of the hemisphere (same as --direct hemisphere)
     #[arg(short = 'H', long, conflicts_with = "direct", help_heading = "Sampling")]
@@ -131,83 +137,93 @@ pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) stop: StopOptions,
 
-    /// Cut off single contributions to a sample (of a light, a surface or the sky) at this
-    /// luminance: less noise, but less light; the summary says how much
+    /// Clamp single contributions to a sample (from a light, a surface or the environment) to this
+    /// luminance. Reduces fireflies, but removes light; the summary reports how much
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp: Option<f32>,
 
-    /// Likewise, only those of light scattered at least twice, which have most of the noise
+    /// Clamp only contributions of light scattered at least twice, which have most of the noise
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
     pub(crate) clamp_indirect: Option<f32>,
 
-    /// Let the paths of squares of N × N pixels (1, 2 or 4) bring their light to each other: less
-    /// noise in each for 1.2 to 2.3 times the time, but the noise of neighbours is alike
+    /// Reuse paths within squares of N × N pixels (1, 2 or 4): less noise per pixel in 1.2 to 2.3
+    /// times the time, with noise that is correlated between neighbours
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,
 
-    /// Let each path go on N ways (a power of two up to 64) from the first surface where it
+    /// Split each path into N paths (a power of two up to 64) at the first surface where it
     /// scatters
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(
+        long = "path-splitting",
+        visible_alias = "split",
+        value_name = "N",
+        default_value = "1",
+        allow_negative_numbers = true
+    )]
     #[arg(value_parser = resolve::split, help_heading = "Sampling")]
     pub(crate) split: u32,
 
-    /// Where random numbers come from
+    /// Sample generator
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: Sampler,
 
-    /// Reconstruction filter: how much the light around its middle counts for a pixel [default:
-    /// the file's, or box; box with --cs184]
+    /// Pixel reconstruction filter [default: the file's, or box; box with --cs184]
     #[arg(long, value_name = "FILTER", help_heading = "Sampling")]
     pub(crate) filter: Option<Filter>,
 
-    /// Seed of the random numbers
+    /// Seed of the sample generator
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
-    /// What to compute: path, volpath (with media), direct, ao, normals or cs184 [default: the
-    /// file's, or path]
+    /// Integrator: path, reference, volpath (with media), direct, ao, normals or cs184 [default:
+    /// the file's, or path]
     #[arg(long, value_name = "NAME", help_heading = "What to show")]
     pub(crate) integrator: Option<String>,
 
-    /// Distance beyond which nothing occludes, for --integrator ao; 0 is unlimited [default: 0]
+    /// Maximum distance of occluders for --integrator ao; 0 is unlimited [default: 0]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::not_negative, help_heading = "What to show")]
     pub(crate) ao_distance: Option<f32>,
 
-    /// Show only light of some numbers of interactions: emission 0, direct 0 and 1, indirect 2 and
-    /// more, global all
-    #[arg(long, value_name = "LIGHT", default_value = "global", help_heading = "What to show")]
+    /// Show only some components of the light, by its number of interactions: emission 0, direct 0
+    /// and 1, indirect 2 and more, global all
+    #[arg(
+        long = "light-component",
+        visible_alias = "show",
+        value_name = "LIGHT",
+        default_value = "global",
+        help_heading = "What to show"
+    )]
     pub(crate) show: Show,
 
-    /// Also write these channels of the first surfaces into the image, an .exr file; those named
-    /// cryptomatte are mattes of all objects or materials
+    /// Also write these arbitrary output variables (AOVs) of the first hits into the image, an
+    /// .exr file; cryptomatte_* are mattes of all objects or materials
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = resolve::aovs())]
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,
 
-    /// Also write the light of groups of lights, by names: sky,key=lamp+window; each makes one of
-    /// each light, and what is left is the group rest
+    /// Also write light groups, by the names of lights: sky,key=lamp+window; each makes a group of
+    /// every light, and the other lights are the group rest
     #[arg(long, value_name = "GROUPS", value_parser = light_groups::parse)]
     #[arg(help_heading = "What to show")]
     pub(crate) light_groups: Option<LightGroups>,
 
-    /// The university course's pictures, defaults and console lines (CS184 assignment 3)
+    /// Images, defaults and console output of the CS184 course's reference program (assignment 3)
     #[arg(long, help_heading = "What to show")]
     pub(crate) cs184: bool,
 
     #[command(flatten)]
     pub(crate) loading: Loading,
 
-    /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr,
-    /// .png, .jpg …)
+    /// Environment map, an image in latitude and longitude (.exr, .hdr, .png, .jpg …)
     #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) environment: Option<PathBuf>,
 
-    /// How the image of --environment shows all directions
+    /// Mapping of directions to pixels of --environment
     #[arg(
         long,
         value_name = "LAYOUT",
@@ -218,7 +234,7 @@ pub(crate) struct Cli {
     #[arg(conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) environment_layout: EnvironmentLayout,
 
-    /// Camera settings file, as the course's program writes them
+    /// Camera settings file of the CS184 reference program
     #[arg(short = 'c', long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) camera_file: Option<PathBuf>,
 
@@ -227,23 +243,22 @@ pub(crate) struct Cli {
     #[arg(value_parser = resolve::not_negative, help_heading = "Scene")]
     pub(crate) lens_radius: Option<f32>,
 
-    /// Blades of the lens, which leave a regular polygon open whose corners lie on its rim
-    /// [default: the camera's, or a round opening]
+    /// Number of aperture blades, which make the aperture a regular polygon [default: the
+    /// camera's, or a round aperture]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::blades)]
     #[arg(help_heading = "Scene")]
     pub(crate) aperture_blades: Option<u32>,
 
-    /// Turn of that polygon in degrees, counter-clockwise; at 0 a corner is at the right
+    /// Rotation of that polygon in degrees, counter-clockwise; at 0 a corner is at the right
     #[arg(long, value_name = "DEGREES", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::degrees, help_heading = "Scene")]
     pub(crate) aperture_rotation: f64,
 
-    /// Show all directions around the camera, in latitude and longitude
+    /// Panorama: show all directions around the camera, in latitude and longitude
     #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) panorama: bool,
 
-    /// Light meshes with smooth normals as the round shapes that they stand for: no shadows with
-    /// the corners of the mesh
+    /// Smooth the shadow terminator of meshes with shading normals
     #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) smooth_shadows: bool,
 
@@ -257,62 +272,74 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Machine")]
     pub(crate) threads: Option<usize>,
 
-    /// How to find what a ray hits: sah and mean build a tree, none tests every shape
+    /// Builder of the bounding volume hierarchy; none tests every shape
     #[arg(long, value_name = "BUILDER", default_value = "sah", help_heading = "Machine")]
     pub(crate) bvh: Bvh,
 
-    /// How carefully --bvh sah builds its tree: with more care it takes longer, and rays may be
-    /// faster; the image is the same
-    #[arg(long, value_name = "QUALITY", default_value = "balanced", help_heading = "Machine")]
+    /// Build quality of --bvh sah: higher quality takes longer to build and may be faster to
+    /// traverse; the image is the same
+    #[arg(
+        long = "bvh-quality",
+        visible_alias = "quality",
+        value_name = "QUALITY",
+        default_value = "balanced",
+        help_heading = "Machine"
+    )]
     pub(crate) quality: Quality,
 
-    /// Most shapes in a leaf of the tree
+    /// Maximum number of shapes in a leaf of the hierarchy
     #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
 
-    /// Refuse what needs more memory, by an estimate [default: what the system and control groups
+    /// Abort if the estimated memory exceeds SIZE [default: what the system and control groups
     /// have left]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = resolve::bytes)]
     #[arg(help_heading = "Machine")]
     pub(crate) max_memory: Option<ByteSize>,
 
-    /// Side of the tiles that threads share, in pixels
+    /// Tile size in pixels
     #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::positive, help_heading = "Machine")]
     pub(crate) tile_size: u32,
 
-    /// Seconds after which the samples so far are written beside the image, to go on from; 0 is
-    /// never
+    /// Interval between checkpoints in seconds: the samples so far are written beside the image; 0
+    /// is never
     #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
     #[arg(value_parser = resolve::seconds, help_heading = "Machine")]
     pub(crate) checkpoint_every: f64,
 
-    /// Forget the samples that are there, instead of going on from them
+    /// Discard existing samples and start over
     #[arg(long, help_heading = "Machine")]
     pub(crate) restart: bool,
 
-    /// How progress is shown: by a bar on a terminal and else by lines (auto), by one of them, as
-    /// lines of JSON on standard output, or not at all
+    /// Progress display: a bar on a terminal and lines elsewhere (auto), one of them, JSON lines
+    /// on standard output, or none
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
     pub(crate) progress: ProgressKind,
 
-    /// Refuse a scene that names missing files, instead of putting magenta and black in their
-    /// place (status 4), and --denoise without its library; and
-    /// end with status 3 if samples were refused because they are no light (NaN, infinite,
-    /// negative, too large), or an error target was missed: the image is written nonetheless
+    /// Refuse scenes with missing files, instead of using a magenta and black placeholder (status
+    /// 4), and --denoise without its library. Exit with status 3 if there were invalid samples
+    /// (NaN, infinite, negative, too large) or an error target was missed; the image is written
+    /// nonetheless
     #[arg(long, help_heading = "Machine")]
     pub(crate) strict: bool,
 
-    /// What an image says about how it was made
-    #[arg(long, value_name = "RECEIPT", default_value = "full", help_heading = "Machine")]
+    /// Provenance metadata of images
+    #[arg(
+        long = "metadata",
+        visible_alias = "receipt",
+        value_name = "RECEIPT",
+        default_value = "full",
+        help_heading = "Machine"
+    )]
     pub(crate) receipt: ReceiptKind,
 
-    /// Print nothing but errors
+    /// Print errors only
     #[arg(short, long, help_heading = "Machine")]
     pub(crate) quiet: bool,
 
-    /// Also write what the summary says to this file, as JSON
+    /// Also write the summary to this file, as JSON
     #[arg(long, value_name = "FILE", help_heading = "Machine")]
     pub(crate) summary_json: Option<PathBuf>,
 
@@ -328,13 +355,13 @@ pub(crate) struct Cli {
 /// Estimators of direct light.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Direct {
-    /// Light and BSDF sampling, weighted
+    /// Multiple importance sampling of lights and BSDF
     Mis,
     /// Light sampling
     Light,
-    /// Uniform directions of the hemisphere
+    /// Uniform hemisphere sampling
     Hemisphere,
-    /// Directions of the hemisphere by the cosine
+    /// Cosine-weighted hemisphere sampling
     Cosine,
 }
 
@@ -352,9 +379,9 @@ impl From<Direct> for DirectLight {
 /// Views of the light.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Show {
-    /// Light that comes straight from where it is emitted
+    /// Emission seen directly
     Emission,
-    /// That, and light scattered once
+    /// Emission, and light scattered once
     Direct,
     /// Light scattered at least twice
     Indirect,
@@ -398,11 +425,11 @@ impl From<Bvh> for Builder {
 /// Care with which the hierarchy is built.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Quality {
-    /// Soon there
+    /// Fast build, slower traversal
     Fast,
-    /// Long thin triangles are cut where there are many
+    /// Spatial splits where there are many long thin triangles
     Balanced,
-    /// More ways to part shapes are tried, and triangles are cut finer
+    /// More split candidates and finer spatial splits
     High,
 }
 
@@ -430,9 +457,9 @@ pub(crate) enum PngBits {
 /// Ways to show progress.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ProgressKind {
-    /// As it suits
+    /// Bar on a terminal, lines elsewhere
     Auto,
-    /// A bar
+    /// Progress bar
     Bar,
     /// A line every ten seconds
     Lines,
@@ -445,9 +472,9 @@ pub(crate) enum ProgressKind {
 /// What an image says about itself.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ReceiptKind {
-    /// All of it
+    /// All metadata
     Full,
-    /// Nothing that differs between two renders of the same image, so that their files are equal
+    /// Metadata that are the same in all renders of an image, so that its files are equal
     Stable,
     /// Nothing
     None,
@@ -458,11 +485,11 @@ pub(crate) enum ReceiptKind {
 pub(crate) enum Sampler {
     /// Owen-scrambled Sobol' points
     Sobol,
-    /// The same, with the error of a pixel made up for by its neighbours
+    /// Sobol' points in Morton order: blue-noise error distribution
     Zsobol,
-    /// One point in each cell of a grid (correlated multi-jittered)
+    /// Correlated multi-jittered points
     Stratified,
-    /// Independent numbers
+    /// Independent random numbers
     Independent,
 }
 

@@ -12,7 +12,7 @@ use crate::resolve::is_film;
 /// Curves to the light of screens.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Tonemap {
-    /// Light as it is, cut off at white
+    /// No curve, clipped at white
     Linear,
     /// The curve of film of Hable (2010) in each channel
     Filmic,
@@ -71,7 +71,7 @@ pub(crate) enum ExrCompression {
     Pxr24,
     /// Blocks of 4 x 4 halves, with losses; float is kept as it is
     B44,
-    /// Likewise, with smaller blocks where all is alike
+    /// As b44, with smaller blocks in flat areas
     B44a,
 }
 

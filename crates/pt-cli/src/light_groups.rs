@@ -57,9 +57,12 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let by_hemisphere =
         cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
     if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
-        return Err("--light-groups is for --integrator path, volpath and direct, with --direct mis or light; it goes with none \
-                    of --path-reuse, --split and --cs184"
-            .into());
+        let known: Vec<_> = INTEGRATORS.iter().filter(recorded).map(|r| r.name).collect();
+        return Err(format!(
+            "--light-groups needs --integrator {}, with --direct mis or light and without \
+             --path-reuse, --path-splitting and --cs184",
+            known.join(", ")
+        ));
     }
     Ok(())
 }

@@ -7,19 +7,18 @@ use pathtracer::{Aov, Hidden, RenderHints};
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Image")]
 pub(crate) struct Opacity {
-    /// Also write how much of each pixel is covered: PNG images have it apart from the colours,
-    /// EXR images have these multiplied with it. A background that is seen covers, too; see
-    /// --hide-background [default: the file's, or off]
+    /// Also write alpha: straight in PNG images, premultiplied in EXR images. A visible background
+    /// is opaque; see --hide-background [default: the file's, or off]
     #[arg(long, value_name = "SWITCH", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "on", conflicts_with = "cs184")]
     pub(crate) alpha: Option<Switch>,
 
-    /// Do not show environment, sky and sun directly, nor through what lets light through as it
-    /// came; they light nonetheless
+    /// Do not show environment, sky and sun directly or through transparent surfaces; they light
+    /// the scene nonetheless
     #[arg(long, conflicts_with = "cs184")]
     pub(crate) hide_background: bool,
 
-    /// Likewise all surfaces that emit, through which the camera sees what is behind
+    /// Do not show emissive surfaces directly; the camera sees what is behind them
     #[arg(long, conflicts_with = "cs184")]
     pub(crate) hide_emitters: bool,
 }

@@ -40,8 +40,8 @@ fn described(info: &PanicHookInfo<'_>) -> String {
 
 fn message(latest: &str) -> String {
     format!(
-        "this is a fault of the program: {latest}; please report it to its makers with the command and the scene. A render \
-         that had a film can be gone on with by \"pathtracer resume\""
+        "internal error: {latest}; please report it with the command line and the scene. Renders with \
+         a film can be continued with \"pathtracer resume\""
     )
 }
 
@@ -57,6 +57,6 @@ mod tests {
         });
         assert_eq!(of_thread, ExitCode::from(FAULT));
         assert_eq!(guarded(|| ExitCode::from(3)), ExitCode::from(3));
-        assert!(message("x at a.rs:3:1").contains("program: x at a.rs:3:1; please report it"));
+        assert!(message("x at a.rs:3:1").contains("error: x at a.rs:3:1; please report it"));
     }
 }

@@ -216,7 +216,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<RenderJob, String>
     image_options::check(&cli)?;
     check_features(&cli)?;
     if cli.split > 1 && cli.path_reuse > 1 {
-        return Err("--split and --path-reuse exclude each other; give one of them".into());
+        return Err("--path-splitting and --path-reuse exclude each other; give one of them".into());
     }
     if let Some(Some(path)) = &cli.output
         && !cli.cs184
@@ -324,13 +324,14 @@ pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
 /// # Errors
 /// A message that names the option and the integrators that support it.
 fn check_features(cli: &Cli) -> Result<(), String> {
-    let name = if cli.cs184 { Some("cs184") } else { cli.integrator.as_deref() };
-    let Some(integrator) = name.and_then(integrator::by_name) else { return Ok(()) };
+    let name = cli.integrator.as_deref().unwrap_or("path");
+    let name = if cli.cs184 { "cs184" } else { name };
+    let Some(integrator) = integrator::by_name(name) else { return Ok(()) };
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     let needs = [
         (clamps, Feature::Clamp, "--clamp and --clamp-indirect need"),
         (cli.path_reuse > 1, Feature::Reuse, "--path-reuse needs"),
-        (cli.split > 1, Feature::Split, "--split needs"),
+        (cli.split > 1, Feature::Split, "--path-splitting needs"),
         (cli.ao_distance.is_some(), Feature::OcclusionDistance, "--ao-distance needs"),
     ];
     for (is_given, feature, option) in needs {
@@ -437,7 +438,7 @@ impl RenderJob {
             |file: Option<u32>, default| if course { 1 } else { file.unwrap_or(default) };
         let max_depth =
             cli.max_depth.unwrap_or_else(|| fallback(file.max_depth, defaults.max_depth));
-        let only_last = cli.accumulate == 0;
+        let only_last = cli.accumulate == 0 || cli.exact_depth;
         let (min_bounce, max_bounce) =
             if only_last { (max_depth, max_depth) } else { cli.show.bounces() };
         let direct = match cli.direct {
@@ -558,11 +559,11 @@ mod tests {
     fn the_tree_is_built_as_asked() {
         for (args, builder, quality, max_leaf_size) in [
             ("", Builder::Sah, Quality::Balanced, 8),
-            ("--quality fast", Builder::Sah, Quality::Fast, 8),
-            ("--quality balanced --max-leaf-size 1", Builder::Sah, Quality::Balanced, 1),
-            ("--quality high", Builder::Sah, Quality::High, 8),
-            ("--quality high --bvh mean", Builder::Mean, Quality::High, 8),
-            ("--quality fast --bvh none", Builder::None, Quality::Fast, 8),
+            ("--bvh-quality fast", Builder::Sah, Quality::Fast, 8),
+            ("--bvh-quality balanced --max-leaf-size 1", Builder::Sah, Quality::Balanced, 1),
+            ("--bvh-quality high", Builder::Sah, Quality::High, 8),
+            ("--bvh-quality high --bvh mean", Builder::Mean, Quality::High, 8),
+            ("--bvh-quality fast --bvh none", Builder::None, Quality::Fast, 8),
         ] {
             let words = std::iter::once("pathtracer").chain(args.split_whitespace());
             let checked = check(Cli::try_parse_from(words).unwrap(), Vec::new()).unwrap();

@@ -19,33 +19,32 @@ const CONFIDENCE: f64 = 0.95;
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Sampling")]
 pub(crate) struct StopOptions {
-    /// Sample where it helps most until the error of the displayed image is below this: the root
-    /// mean square of what pixels are off, as a share of that of the image, as in 1%
+    /// Render until the relative root mean square error of the displayed image is below this, such
+    /// as 1%; samples go where they reduce it most
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = share)]
     #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
     pub(crate) target_error: Option<f64>,
 
-    /// Likewise until in each square of 8 x 8 pixels the confidence's share of them is off by less
-    /// than this share of white, as in 2%
+    /// Render until, in each square of 8 x 8 pixels, the error of most pixels (by --confidence) is
+    /// below this fraction of white, such as 2%
     #[arg(long, value_name = "NOISE", allow_negative_numbers = true, value_parser = share)]
     #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
     pub(crate) target_noise: Option<f64>,
 
-    /// The same samples for all pixels, with --target-error or --target-noise, wherever they help
-    /// most
-    #[arg(long)]
+    /// Same number of samples for all pixels, with --target-error or --target-noise
+    #[arg(long = "uniform-sampling", visible_alias = "uniform")]
     pub(crate) uniform: bool,
 
-    /// How sure that is to be [default: 95%]
+    /// Confidence level of --target-error and --target-noise [default: 95%]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
 
-    /// Samples of a pixel at most, with --target-error or --target-noise [default: 65536]
+    /// Maximum samples per pixel, with --target-error or --target-noise [default: 65536]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = two_or_more)]
     pub(crate) max_spp: Option<u32>,
 
-    /// Stop after this time, as in 90s, 10m or 1h30m, counted from the start of the program; the
-    /// samples are kept, to go on from
+    /// Stop after this time since the start of the program, such as 90s, 10m or 1h30m; the render
+    /// can be resumed
     #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "cs184")]
     pub(crate) time_limit: Option<Duration>,
 }
@@ -115,14 +114,14 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let stop = &cli.stop;
     let without_target = stop.confidence.is_some() || stop.max_spp.is_some() || stop.uniform;
     if !stop.has_target() && without_target {
-        return Err("--confidence, --max-spp and --uniform are for --target-error and --target-noise; give one of them, \
+        return Err("--confidence, --max-spp and --uniform-sampling are for --target-error and --target-noise; give one of them, \
                     or the number of samples with -s"
             .into());
     }
     if stop.has_target() && SamplerKind::from(cli.sampler).depends_on_spp() {
         return Err(
-            "--target-error and --target-noise end nobody knows when, and the points of this --sampler depend \
-             on the number of samples; take --sampler sobol or independent"
+            "this --sampler needs the number of samples in advance, which --target-error and \
+             --target-noise do not have; use --sampler sobol or independent"
                 .into(),
         );
     }

@@ -417,9 +417,9 @@ impl RenderScene {
         if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
 
-    /// Evaluates the textures of a surface at a point, at the time of its ray; `None` if the surface
-    /// is constant. `choice`, from 0 to less than 1, chooses among the components of mixtures;
-    /// `width` is the diameter of the ray's cone there, in metres, if it has one.
+    /// Evaluates the textures of a surface at a point, at the time of its ray; `None` if the
+    /// surface is constant. `choice`, from 0 to less than 1, chooses among the components of
+    /// mixtures; `width` is the diameter of the ray's cone there, in metres, if it has one.
     #[inline(always)]
     pub fn evaluate_material(
         &self,

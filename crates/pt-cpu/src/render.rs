@@ -58,27 +58,28 @@ pub enum RenderError {
     )]
     Compensated,
     /// Squares of pixels have no such side.
-    #[error("light cannot go between paths of squares of {0}² pixels; choose 1, 2 or 4")]
+    #[error("path reuse needs squares of 1, 2 or 4 pixels along a side, not {0}")]
     Reuse(u32),
     /// The integrator does not do it.
-    #[error("light goes between paths of the integrator path alone, and not of {0}")]
+    #[error("path reuse is supported only by the integrator path, not by {0}")]
     NoReuse(&'static str),
     /// Each path has a time of its own.
     #[error(
-        "light does not go between paths where something moves, since each has a time of its own; render \
-         without path reuse, or with a closed shutter"
+        "path reuse is not supported in scenes with motion; render without it, or with a closed shutter"
     )]
     ReuseInMotion,
     /// Paths do not split like this.
-    #[error("paths split into a power of two of at most 64, and not into {0}")]
+    #[error("path splitting must be a power of two up to 64, not {0}")]
     Split(u32),
     /// The integrator does not do it, or not together with path reuse.
-    #[error("paths of the integrators path and direct split, without path reuse")]
+    #[error(
+        "path splitting is supported only by the integrators path and direct, without path reuse"
+    )]
     NoSplit,
     /// The samples are not sums of what single paths found.
     #[error(
-        "samples of the integrator {name} cannot be explained; those of {known} can, without path reuse and \
-         without paths that split, which change no mean"
+        "samples of the integrator {name} cannot be explained; those of {known} can, without path reuse \
+         and splitting, which do not change the mean"
     )]
     NotRecorded {
         /// The integrator.
@@ -88,8 +89,8 @@ pub enum RenderError {
     },
     /// Light cannot be told apart by the lights that gave it.
     #[error(
-        "the light of groups of lights is told by the integrators {0}, without path reuse, without paths that \
-         split, and with direct light by light samples (DirectLight::Mis or Light)"
+        "light groups require one of the integrators {0}, without path reuse or splitting, and light \
+         sampling for direct light (DirectLight::Mis or Light)"
     )]
     NoLightGroups(String),
     /// The reconstruction filter makes no sense.

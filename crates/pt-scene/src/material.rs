@@ -275,8 +275,8 @@ pub struct Plastic {
 
 /// The material of many parameters that artists think in: a diffuse base with sheen, facets that
 /// reflect as a dielectric or a metal or let light through, and a clear coat. Numbers are in
-/// [0, 1]. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF
-/// to a BSDF with Integrated Subsurface Scattering"; as Mitsuba 3 has it]
+/// [0, 1]. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney
+/// BRDF to a BSDF with Integrated Subsurface Scattering"; as Mitsuba 3 has it]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
     /// Colour of the base, the metal, and of light that goes through (its square root at each

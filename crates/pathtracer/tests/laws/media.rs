@@ -115,7 +115,8 @@ fn what_only_absorbs_has_no_noise() {
 
 /// A pane of glass that absorbs, seen straight on under a constant environment of radiance 1. With
 /// F = ((n − 1) / (n + 1))² and T = e^(−σd), it transmits (1 − F)² T / (1 − F²T²) and reflects
-/// F + (1 − F)² F T² / (1 − F²T²). [Born & Wolf, Principles of Optics, §1.6.4, without interference]
+/// F + (1 − F)² F T² / (1 − F²T²). [Born & Wolf, Principles of Optics, §1.6.4, without
+/// interference]
 #[test]
 fn glass_that_absorbs_follows_beers_law() {
     let (ior, sigma) = (1.5, [0.1, 0.5, 2.0]);

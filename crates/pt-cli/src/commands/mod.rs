@@ -23,52 +23,51 @@ use crate::{resolve, stop_options};
 /// What the help of the program says about them.
 pub(crate) const HELP: &str = "\
 Commands:
-  pathtracer resume out.exr [-s N]           go on with a stopped render, or take more samples
-  pathtracer merge a.film b.film -f out.exr  the image of all samples together
-  pathtracer info out.exr                    how an image or a film was made
-  pathtracer info scene.dae                  what a scene is made of
-  pathtracer check scene.dae                 all that is wrong with it
-  pathtracer rerender out.exr                makes it again, and compares
-  pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
-  pathtracer convert scene.dae scene.json    writes a scene in our own format, or as .glb
+  pathtracer resume out.exr [-s N]           continue a stopped render, or add samples
+  pathtracer merge a.film b.film -f out.exr  merge the samples of several films
+  pathtracer info out.exr                    show how an image or a film was made
+  pathtracer info scene.dae                  show the contents of a scene
+  pathtracer check scene.dae                 report all problems of a scene
+  pathtracer rerender out.exr                render it again, and compare
+  pathtracer explain scene.dae -x 9 -y 5     show the light paths of a pixel
+  pathtracer convert scene.dae scene.json    write a scene as .json or .glb
 Each has --help. A scene that is called like one of them is ./resume.";
 
 /// A command.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100)]
 pub(crate) enum Command {
-    /// Goes on with a render from the samples that it has kept
+    /// Continue a render from its samples
     ///
     /// The image will be the one that it would have been without a stop, to the bit. A scene or a
     /// program that has changed since is refused.
     Resume(Resume),
-    /// Adds up the samples of several films, and writes their image
+    /// Merge the samples of several films, and write their image
     ///
     /// The image is the one of a single render of all samples, to the bit. What is there twice,
     /// what is missing in between, and what belongs to another image is refused.
     Merge(Merge),
-    /// Tells how an image or a film was made, or what a scene is made of
+    /// Show how an image or a film was made, or the contents of a scene
     Info(Info),
-    /// Tells all that is wrong with a scene, and what is approximated
+    /// Report all problems of a scene, and which features are approximated
     ///
     /// Each thing with its file and line, or its path in the file. Status 0 says that there is
     /// nothing to tell, 1 that there are notes alone, as where something is approximated, 4
     /// that files are missing, and 2 that there are errors, so that the scene is refused.
     Check(Check),
-    /// Makes an image again by what it says about itself, and compares
+    /// Render an image again by its metadata, and compare
     ///
     /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program
     /// that has changed since is refused.
     Rerender(Rerender),
-    /// Tells what a pixel is made of: its paths, the light that they bring, and where its noise
-    /// comes from
+    /// Show the light paths of a pixel, their contributions, and the causes of its noise
     ///
     /// The samples of the pixel are taken once more, and they are, to the bit, those that a render
     /// with the same options takes. So put explain in front of the arguments of a render, and
     /// the pixel behind them; no file is written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
-    /// Writes a scene in pathtracer's own format, or as glTF
+    /// Write a scene in pathtracer's own format, or as glTF
     ///
     /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and
     /// grids are in a folder beside it, NAME_files. A binary file of glTF (.glb) is for other

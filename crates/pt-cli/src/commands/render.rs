@@ -364,8 +364,8 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
         );
     } else {
         report!(
-            "its path cannot be told: explain follows the single paths of some integrators, without \
-             --path-reuse, --split and --cs184"
+            "explain needs an integrator that records single paths, without --path-reuse, \
+             --path-splitting and --cs184"
         );
     }
 }
@@ -381,7 +381,9 @@ fn next_steps() {
     report!("");
     report!("Try next:");
     report!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
-    report!("  pathtracer --show indirect               only light that was scattered twice");
+    report!(
+        "  pathtracer --light-component indirect               only light that was scattered twice"
+    );
     report!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (also .glb .xml .pbrt)");
     report!("  pathtracer --help                        everything else");
     report!("(in the source tree: cargo run --release -- OPTIONS)");

@@ -85,12 +85,12 @@ fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
         .map_err(|message| anyhow!("{shown}: {message}"))?;
     let Some(receipt) = found else {
         bail!(
-            "{shown}: has no receipt; images of pathtracer have one, unless --receipt none left it out"
+            "{shown}: has no receipt; images of pathtracer have one, unless --metadata none left it out"
         );
     };
     let Some(run) = receipt.run.clone() else {
         bail!(
-            "{shown}: its receipt does not say by which command it was made; --receipt full does"
+            "{shown}: its receipt does not say by which command it was made; --metadata full does"
         );
     };
     ensure!(

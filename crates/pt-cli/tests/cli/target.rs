@@ -93,7 +93,7 @@ fn what_makes_no_sense_is_refused() {
         ("--target-error 1% -a 32 0.1", "cannot be used with"),
         ("--target-error 1% --samples 0..4", "cannot be used with"),
         ("--target-error 1% --cs184", "cannot be used with"),
-        ("--target-error 1% --sampler zsobol", "take --sampler sobol or independent"),
+        ("--target-error 1% --sampler zsobol", "use --sampler sobol or independent"),
         ("--target-error 1% --max-spp 1", "from 2 up to 2147483648"),
         ("--max-spp 64", "are for --target-error and --target-noise"),
         ("--confidence 90%", "are for --target-error and --target-noise"),

@@ -3,6 +3,31 @@
 use crate::common::Folder;
 
 #[test]
+fn former_names_of_options_are_aliases() {
+    let folder = Folder::new();
+    for (former, current) in [
+        ("--cell 1 1 3 2", "--crop 1 1 3 2"),
+        ("--split 2", "--path-splitting 2"),
+        ("--show direct", "--light-component direct"),
+        ("--quality fast", "--bvh-quality fast"),
+        ("-m 2 -o 0", "-m 2 --exact-depth"),
+        (
+            "--target-error 50% --max-spp 8 --uniform",
+            "--target-error 50% --max-spp 8 --uniform-sampling",
+        ),
+    ] {
+        let [a, b] = [former, current].map(|options| {
+            let spp = if options.contains("--target-error") { "" } else { "-s 2" };
+            folder.exr(&format!("{options} -r 8 6 {spp} SCENE"))
+        });
+        assert!(a == b, "{former} and {current} differ");
+    }
+    // `--receipt` is used by all of these tests; see [`Folder::exr`].
+    folder.succeed("-r 8 6 -s 1 --metadata none -f a.exr SCENE");
+    assert_eq!(folder.read("a.exr"), folder.exr("-r 8 6 -s 1 SCENE"));
+}
+
+#[test]
 fn help_names_every_option_and_says_nothing_else() {
     let folder = Folder::new();
     for flag in ["-h", "--help"] {
@@ -17,7 +42,7 @@ fn help_names_every_option_and_says_nothing_else() {
             "-H, --hemisphere",
             "-f, --output",
             "-r, --resolution <WIDTH> <HEIGHT>",
-            "-p, --cell <X> <Y> <DX> <DY>",
+            "-p, --crop <X> <Y> <DX> <DY>",
             "-c, --camera-file <FILE>",
             "--camera <CAMERA>",
             "-a, --adaptive <BATCH> <TOLERANCE>",
@@ -28,9 +53,9 @@ fn help_names_every_option_and_says_nothing_else() {
             "-h, --help",
             "--cs184",
             "--integrator <NAME>",
-            "--show <LIGHT>",
+            "--light-component <LIGHT>",
             "--bvh <BUILDER>",
-            "--quality <QUALITY>",
+            "--bvh-quality <QUALITY>",
             "--max-leaf-size <N>",
             "--filter <FILTER>",
             "--aperture-blades <N>",

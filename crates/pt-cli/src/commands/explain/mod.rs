@@ -27,7 +27,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     );
     ensure!(
         cli.split == 1 && cli.path_reuse == 1,
-        "explain follows paths one by one; leave out --split and --path-reuse, which change the noise and not \
+        "explain follows paths one by one; leave out --path-splitting and --path-reuse, which change the noise and not \
          what the light is"
     );
     ensure!(

@@ -345,7 +345,7 @@ fn attribute<const N: usize>(
     let found = keys.take(corners);
     let indices = found.as_ref().map(|node| indices(node, cx)).transpose()?;
     match (values, found) {
-        (None, Some(node)) => Err(node.error("these are indices of nothing")),
+        (None, Some(node)) => Err(node.error("indices given without vertices")),
         (values, _) => Ok(values.map(|values| Attribute { values, indices })),
     }
 }

@@ -168,9 +168,7 @@ impl<'a> Node<'a> {
 
     fn child(&self, value: &'a Value<'a>, path: String) -> Result<Self, LoadError> {
         if self.depth >= MAX_DEPTH {
-            return Err(
-                self.error(format!("values stand in each other more than {MAX_DEPTH} deep"))
-            );
+            return Err(self.error(format!("nesting deeper than {MAX_DEPTH}")));
         }
         Ok(Self { value, path, depth: self.depth + 1, document: self.document })
     }

@@ -11,7 +11,8 @@ use super::shared::{JsonReader, JsonWriter};
 use crate::{Filter, Hidden, LoadError, RenderHints};
 
 /// The integrators that a file may ask for.
-pub(super) const INTEGRATORS: [&str; 6] = ["path", "volpath", "direct", "ao", "normals", "cs184"];
+pub(super) const INTEGRATORS: [&str; 7] =
+    ["path", "reference", "volpath", "direct", "ao", "normals", "cs184"];
 /// The channels that a file may ask for.
 pub(super) const AOVS: [&str; 17] = [
     "albedo",
