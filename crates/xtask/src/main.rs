@@ -11,6 +11,7 @@ mod pbrt;
 mod peers;
 mod project;
 mod soak;
+mod style;
 mod test;
 mod venv;
 

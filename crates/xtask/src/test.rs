@@ -11,6 +11,7 @@ use clap::Args as Arguments;
 use crate::oidn;
 use crate::peers::{self, Size};
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
+use crate::style;
 use crate::venv::Prepared;
 
 /// What `cargo xtask test` takes.
@@ -64,6 +65,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
             succeed(&mut cargo(&["fmt", "--manifest-path", manifest, "--check"]))
         })
     })?;
+    report.step("style", |_| style::check())?;
     report.step("lints", |_| {
         succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
     })?;

@@ -44,9 +44,11 @@ struct Painting {
 /// |---|---|
 /// | transmits at least half of the light | [`Glass`] |
 /// | reflective, and not diffuse | [`Mirror`] |
-/// | phong or blinn with a specular colour, without the course's profile | [`Plastic`](crate::material::Plastic) |
+/// | phong or blinn with a specular colour, without the course's profile | [`Plastic`] |
 /// | constant | [`Black`], with its emission |
 /// | others | [`Diffuse`] |
+///
+/// [`Plastic`]: crate::material::Plastic
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
