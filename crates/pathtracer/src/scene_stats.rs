@@ -31,7 +31,7 @@ pub struct SceneStats {
     pub media: Vec<Item>,
     /// Cameras, of which the last one is used.
     pub cameras: Vec<Item>,
-    /// What the file asks for.
+    /// Settings of the file.
     pub settings: Vec<Item>,
     /// The files that were read, with the BLAKE3 hash of what they held.
     pub files: Vec<Item>,
@@ -240,7 +240,7 @@ fn kind_of_projection(projection: &Projection) -> &'static str {
     }
 }
 
-/// What the file asks for, as far as it does.
+/// Settings of the file, if it has any.
 fn settings(scene: &Scene) -> Vec<Item> {
     let s = &scene.settings;
     let size = |[width, height]: [u32; 2]| format!("{width} x {height}");

@@ -187,7 +187,7 @@ impl Session {
         self.settings.target.unwrap_or(Target::NONE).evaluate(&self.film, self.settings.reuse)
     }
 
-    /// What the user should know about the scene.
+    /// Notes about the scene.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

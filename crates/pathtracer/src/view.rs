@@ -29,7 +29,7 @@ const MAX_HOLES: usize = 64;
 /// What helps.
 const ADVICE: &str = "--camera fit shows all surfaces";
 
-/// What the user should know about where the camera stands.
+/// Notes about the camera's position.
 pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let bounds = compiled.bounds();
     if compiled.meter.is_some() || bounds.is_empty() || !compiled.media.is_empty() {

@@ -537,7 +537,7 @@ impl From<Filter> for pathtracer::Filter {
     }
 }
 
-/// What the command line asks for.
+/// Request of the command line.
 pub(crate) enum Action {
     /// To print a text.
     Print(Vec<u8>),

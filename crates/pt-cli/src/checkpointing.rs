@@ -22,7 +22,7 @@ use crate::{machine, output, seal};
 pub(crate) struct Checkpointer {
     /// `None` if it keeps none.
     keeper: Option<Checkpoint>,
-    /// What the film and the image say about themselves.
+    /// Metadata of the film and the image.
     about: FilmHeader,
     threads: usize,
     /// Time between two films.
@@ -119,7 +119,7 @@ impl Checkpointer {
         Ok(())
     }
 
-    /// What the image says about itself.
+    /// Metadata of the image.
     fn receipt(&self, session: &Session) -> Provenance {
         let run = run_of(&self.about, Some(self.threads));
         let measured = session.look().map(|look| look.measured.to_array());
@@ -280,7 +280,7 @@ fn texts(missing: &[Warning]) -> Vec<String> {
     missing.iter().map(ToString::to_string).collect()
 }
 
-/// What the film of a render says about itself.
+/// Header of the film of a render.
 fn about(request: &RenderJob, session: &Session, sources: &[SourceFile]) -> FilmHeader {
     let of_scene = request.scene().and_then(|scene| scene.parent());
     let name = |path: &Path| {

@@ -108,7 +108,7 @@ fn is_of(channel: &Channel, layer: &str) -> bool {
     channel.name.split('.').next() == Some(layer)
 }
 
-/// What was rendered, as channels.
+/// Channels of the rendered image.
 fn layer(rendered: &Image) -> [Channel; 3] {
     [("R", 0), ("G", 1), ("B", 2)].map(|(letter, c)| Channel {
         name: format!("{NOISY}.{letter}"),

@@ -46,7 +46,7 @@ pub(crate) fn begin_rendering() {
 pub(crate) struct Limit {
     /// In bytes; `None` where neither the command line nor the system says it.
     most: Option<u64>,
-    /// Who says it.
+    /// Source of the message.
     source: &'static str,
 }
 

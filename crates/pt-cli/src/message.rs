@@ -40,7 +40,7 @@ pub(crate) fn printable(text: &str) -> String {
     shown
 }
 
-/// What went wrong and why, without what a cause only repeats.
+/// Error with its causes, without repetitions.
 pub(crate) fn of_error(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {

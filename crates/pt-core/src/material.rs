@@ -129,7 +129,7 @@ pub enum NormalOrBumpRecord {
 pub struct Materials {
     /// Materials and their parts.
     pub table: Table<Material>,
-    /// What textures give to lobes.
+    /// Parameters of lobes that textures give.
     pub slots: Vec<Slot>,
     /// The textures.
     pub textures: Arc<Textures>,

@@ -81,7 +81,7 @@ pub struct RenderScene {
     pub surface_materials: Vec<Option<u32>>,
     /// Scattering lobes.
     pub lobes: Table<LobeRecord>,
-    /// What lobes refer to.
+    /// Tables that lobes refer to.
     pub lobe_tables: LobeTables,
     /// Materials that vary, with their textures.
     pub materials: Materials,
@@ -95,7 +95,7 @@ pub struct RenderScene {
     pub light_origins: LightSourceIds,
     /// Lights that are seen by rays that leave the scene.
     pub infinite_lights: Vec<Id<AnyLight>>,
-    /// What lights refer to.
+    /// Tables that lights refer to.
     pub light_tables: LightTables,
     /// What fills the space between surfaces.
     pub media: Media,

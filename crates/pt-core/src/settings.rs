@@ -149,7 +149,7 @@ pub struct Settings {
     pub filter: Filter,
     /// The pixels to render; `None` is all of the image.
     pub region: Option<Region>,
-    /// What to keep of surfaces besides light.
+    /// AOVs to keep.
     pub aovs: Vec<Aov>,
     /// What is not seen directly, though it lights.
     pub hidden: Hidden,

@@ -26,7 +26,7 @@ pub struct MappedTexture {
 pub enum MappedPattern {
     /// What is an image or squares.
     Flat(PatternRecord),
-    /// What is computed.
+    /// Procedural pattern.
     Procedural(Procedural),
     /// A grid, by its number in [`Textures::grids`](crate::texture::Textures::grids).
     Grid(u32),

@@ -1,4 +1,4 @@
-//! Samples that are taken together.
+//! Batches of samples.
 
 use std::ops::Range;
 
@@ -53,14 +53,14 @@ pub(crate) fn batches(
     })
 }
 
-/// What a thread works with, from batch to batch.
+/// State of a thread, reused from batch to batch.
 pub(crate) struct Worker<'a, I: ?Sized> {
     pub(crate) tracer: Tracer<'a>,
     pub(crate) integrator: Box<I>,
     camera_rays: CameraRays,
     /// `None` is the box.
     filter: Option<&'a FilterSampler>,
-    /// What each sample counts, where not all count 1.
+    /// Weights of the samples, if not all are 1.
     weights: Vec<f32>,
     radiance: Vec<Spectrum>,
     aovs: Aovs,

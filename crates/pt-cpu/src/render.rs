@@ -18,7 +18,7 @@ use crate::integrator::{
 use crate::light_groups::LightGroups;
 use crate::reuse_tiles::{ReuseTiles, SAMPLES_PER_TILING};
 
-/// What a render did.
+/// Statistics of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Samples taken.
@@ -99,9 +99,9 @@ pub enum RenderError {
     /// The system refuses threads.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
-        /// How many.
+        /// Number of threads.
         threads: usize,
-        /// What went wrong.
+        /// Error of the system.
         source: rayon::ThreadPoolBuildError,
     },
 }
@@ -470,9 +470,9 @@ fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
     tile.region().pixels().map(of_pixel).sum()
 }
 
-/// What the threads of a render share.
+/// State shared by the threads of a render.
 pub(crate) struct Shared<'a> {
-    /// Samples that there will be: hardly less, likely, and hardly more.
+    /// Estimated total number of samples: lower bound, expected value, upper bound.
     pub(crate) totals_foreseen: [u64; 3],
     /// Number of those done.
     done: AtomicU64,
@@ -511,7 +511,7 @@ impl Shared<'_> {
     }
 }
 
-/// What a mutex holds; a thread that panicked while it held it has not changed it by half.
+/// Locks a mutex, even if a thread panicked while it held it: no change is left half done.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

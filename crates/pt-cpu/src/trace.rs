@@ -1,4 +1,4 @@
-//! How a sample came about: the places where its path was scattered, and what light it found.
+//! Recorded paths of samples: their vertices and contributions.
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
 use pt_core::film::InvalidReason;
@@ -10,21 +10,20 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 pub struct Sample {
     /// Its number.
     pub number: u32,
-    /// What its path met.
+    /// Path of the sample.
     pub trace: Trace,
-    /// What it counts by the reconstruction filter: 1, unless weights of the filter may be less
-    /// than 0.
+    /// Weight of the reconstruction filter: 1, unless the filter has negative weights.
     pub weight: f32,
-    /// What the film gets: the sum of the contributions in their order, times the weight.
+    /// Value added to the film: the sum of the contributions in their order, times the weight.
     pub radiance: Spectrum,
-    /// Why the film does not take it, if it does not: it counts as black.
+    /// Reason for which the film rejects it, if it does; it then counts as black.
     pub fault: Option<InvalidReason>,
 }
 
 /// All that a path met.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Where the camera ray starts, in metres in the world.
+    /// Origin of the camera ray, in metres in the world.
     pub eye: Vec3,
     /// The unit direction of the camera ray.
     pub direction: Vec3,
@@ -32,25 +31,25 @@ pub struct Trace {
     pub vertices: Vec<Vertex>,
     /// All that was added to the sample, in this order.
     pub contributions: Vec<Contribution>,
-    /// Where the sky has several lights: of each contribution of the sky in turn, what each light
-    /// brings to it, before the path weighs it.
+    /// With several infinite lights: for each contribution of the environment in turn, the
+    /// unweighted radiance of each light.
     pub infinite_lights: Vec<Vec<Spectrum>>,
 }
 
 /// A place where a path was scattered.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
-    /// Where, in metres in the world.
+    /// Position, in metres in the world.
     pub p: Vec3,
-    /// What is there.
+    /// The surface or medium there.
     pub site: ScatterSite,
-    /// What the path carried there: the product of the weights so far.
+    /// Throughput up to there.
     pub throughput: Spectrum,
-    /// How it went on, if it did.
+    /// The sampled direction, if the path continued.
     pub scatter: Option<ScatterSample>,
 }
 
-/// What scatters a path.
+/// Surface or medium that scatters a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScatterSite {
     /// A surface.
@@ -70,7 +69,7 @@ pub enum ScatterSite {
     },
 }
 
-/// How a path went on from a vertex.
+/// Direction in which a path continued from a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatterSample {
     /// The unit direction.
@@ -89,15 +88,15 @@ pub struct ScatterSample {
 pub struct Contribution {
     /// At how many of the path's vertices the light was scattered on its way to the eye.
     pub vertices: usize,
-    /// How it was found.
+    /// Technique and light.
     pub source: LightSource,
-    /// What was added; 0 where something is in the way.
+    /// Contribution; 0 if occluded.
     pub value: Spectrum,
-    /// Luminance that was cut off before, as the settings want it.
+    /// Luminance removed by clamping.
     pub clamped: f32,
 }
 
-/// How light was found.
+/// Technique by which light was found.
 #[derive(Clone, Copy, Debug)]
 pub enum LightSource {
     /// The path met a surface that glows.
@@ -106,7 +105,7 @@ pub enum LightSource {
         p: Vec3,
         /// The primitive, as in [`pt_bvh::Hit`].
         primitive: u32,
-        /// What it emits towards the path.
+        /// Radiance emitted towards the path.
         radiance: Spectrum,
         /// The weight against light sampling.
         weight: f32,
@@ -174,8 +173,8 @@ pub enum LightRef {
     Animated(usize),
 }
 
-/// What a vertex does to light, by which paths are told apart. [Heckbert 1990, "Adaptive Radiosity
-/// Textures for Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
+/// Scattering event of a path expression. [Heckbert 1990, "Adaptive Radiosity Textures for
+/// Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ScatterEvent {
     /// `D`: scattered diffusely.

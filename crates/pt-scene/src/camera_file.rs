@@ -15,7 +15,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use crate::{Camera, Fit, LoadError, Placement, Projection, SourceFile, Span};
 
-/// What the numbers are called, for messages.
+/// Name of the numbers, for messages.
 const NAMES: [&str; 30] = [
     "hFov",
     "vFov",

@@ -13,7 +13,7 @@ pub enum LoadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The ending of the name belongs to no format.
@@ -29,7 +29,7 @@ pub enum LoadError {
     Content {
         /// Where.
         at: Span,
-        /// What is wrong, what was expected, and what to do.
+        /// Problem, expected value and remedy.
         message: String,
     },
     /// The content is wrong, or takes more than it may, so that nothing more can be read.
@@ -37,7 +37,7 @@ pub enum LoadError {
     Broken {
         /// Where.
         at: Span,
-        /// What is wrong, what was expected, and what to do.
+        /// Problem, expected value and remedy.
         message: String,
     },
     /// Several things are wrong, in the order of the file.

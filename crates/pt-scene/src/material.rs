@@ -87,9 +87,9 @@ pub struct Roughness {
     /// Roughness α > 0 (for Beckmann: root mean square slope times √2) in the directions in which
     /// the texture coordinates u and v grow.
     pub alpha: [Scalar; 2],
-    /// How the slopes of facets are distributed.
+    /// Distribution of microfacet slopes.
     pub distribution: Distribution,
-    /// How facets hide each other.
+    /// Masking and shadowing of microfacets.
     pub masking: Masking,
     /// True if light that one facet sends to another is followed on, and so not lost. Metals do so
     /// with two roughnesses too, glass with one.
@@ -296,7 +296,7 @@ pub struct Principled {
     pub spec_tint: Scalar,
     /// Amount of sheen.
     pub sheen: Scalar,
-    /// How much of the base's tint the sheen has.
+    /// Fraction of the base's tint in the sheen.
     pub sheen_tint: Scalar,
     /// From a diffuse surface to light that is scattered under it.
     pub flatness: Scalar,
@@ -359,7 +359,7 @@ pub struct PrincipledThin {
     pub spec_tint: Scalar,
     /// Amount of sheen.
     pub sheen: Scalar,
-    /// How much of the base's tint the sheen has.
+    /// Fraction of the base's tint in the sheen.
     pub sheen_tint: Scalar,
     /// From a diffuse surface to light that is scattered under it.
     pub flatness: Scalar,

@@ -125,7 +125,7 @@ pub struct PlacedGrid {
     pub grid: Arc<Grid>,
     /// From the unit cube [0, 1]³, which the grid fills, to the world.
     pub to_world: DAffine3,
-    /// What is between the middles of its cells.
+    /// Interpolation between cell centres.
     pub filter: GridFilter,
 }
 

@@ -30,7 +30,7 @@ pub struct Motion {
 pub struct MotionError {
     /// Number of the key that is wrong.
     pub key: usize,
-    /// What is wrong, what was expected, and what to do.
+    /// Problem, expected value and remedy.
     pub message: String,
 }
 

@@ -15,7 +15,7 @@ use crate::{
 /// [`Scene::metres_per_unit`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What to call it: the file name without its ending.
+    /// Name: the file name without its ending.
     pub name: String,
     /// Metres per unit of length of all coordinates.
     pub metres_per_unit: f64,
@@ -31,9 +31,9 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Lights that are not the glow of a material.
     pub lights: Vec<Light>,
-    /// What the file asks for; whoever renders may overrule it.
+    /// Settings of the file; the command line overrides them.
     pub settings: RenderHints,
-    /// What the user should know about how the file was read.
+    /// Notes about reading the file.
     pub warnings: Vec<Warning>,
     /// Files that could not be used, where they are named, and what stands in for them: the
     /// picture is another one.

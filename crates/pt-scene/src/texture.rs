@@ -294,7 +294,7 @@ pub enum Pattern {
     Grid {
         /// The numbers.
         grid: Arc<Grid>,
-        /// What is between the middles of its cells.
+        /// Interpolation between cell centres.
         filter: GridFilter,
     },
     /// How much the surface looks along a line in the world: the magnitude of the cosine between
@@ -416,7 +416,7 @@ impl Edge {
     }
 }
 
-/// What an image shows between the middles of its texels.
+/// Interpolation between texel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
     /// What the four texels around a point show, by their distances.

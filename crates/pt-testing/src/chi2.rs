@@ -51,13 +51,13 @@ impl<'a> Chi2<'a> {
 pub struct Chi2Failure {
     /// What is tested.
     pub name: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub reason: Reason,
     /// The histogram, where it could be written.
     pub histogram: Option<PathBuf>,
 }
 
-/// What is wrong.
+/// Description of the problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
     /// The routine returned something outside of its domain.

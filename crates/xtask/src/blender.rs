@@ -11,7 +11,7 @@ use crate::venv::{self, Prepared};
 /// another way in Blender.
 const SCENES: [&str; 5] = ["glass", "instances", "materials", "skin", "textures"];
 
-/// How to compare.
+/// Options of the comparison.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Only the scene of this name

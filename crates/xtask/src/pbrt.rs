@@ -30,7 +30,7 @@ const STANDARD_ERRORS: f64 = 3.0;
 /// The share of blocks that have to agree, by luminance.
 const MIN_BLOCKS: f64 = 0.97;
 
-/// How to compare.
+/// Options of the comparison.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Only the scene of this name

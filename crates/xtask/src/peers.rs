@@ -11,7 +11,7 @@ use crate::venv::{self, Prepared};
 /// The renderer to compare with, and what reads its images.
 const MITSUBA: &str = "3.9.1";
 
-/// How to compare.
+/// Options of the comparison.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// How much to render

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::explain::title;
 
-/// What lights bring with them, and is no object of the scene.
+/// Geometry of lights that is not an object of the scene.
 const LIGHTS: &str = "lights";
 
 /// The material of objects without any.
@@ -58,7 +58,7 @@ impl Names {
     }
 }
 
-/// What the objects of a scene are called.
+/// Names of the objects of a scene.
 pub(crate) fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     let mut namesakes: HashMap<&str, u32> = HashMap::new();
     for object in &scene.objects {

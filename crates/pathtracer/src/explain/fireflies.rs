@@ -64,7 +64,7 @@ pub enum Cause {
     /// The light is not sampled: only paths that happen to go to it find it, or, where light is
     /// looked for in directions of the hemisphere, only those that happen to lead to it.
     Unsampled,
-    /// What the path carried to its last vertex.
+    /// Throughput up to the last vertex.
     Throughput {
         /// The place of the vertex at which it grew most.
         vertex: usize,

@@ -38,7 +38,7 @@ pub(crate) fn tree_cost(nodes: &[Node]) -> f32 {
 
 /// How to look for the cheapest way to part the items of a node.
 pub(super) trait Search {
-    /// What to do.
+    /// Kind of split.
     type Split: Copy;
 
     /// The cheapest split that leaves items on both sides, and its cost, given the boxes of the

@@ -42,7 +42,7 @@ pub enum ReadError {
     /// They have the right checksum, but describe no tree that queries could use.
     #[error("the tree is not valid: {what}")]
     Invalid {
-        /// What is wrong.
+        /// Description of the problem.
         what: &'static str,
     },
 }

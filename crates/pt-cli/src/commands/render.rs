@@ -39,7 +39,7 @@ const MAX_NAMED: usize = 100;
 pub(crate) struct Done {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
-    /// What the image says about itself, if there is one.
+    /// Metadata of the image, if there is one.
     pub(crate) receipt: Option<Provenance>,
 }
 

@@ -83,7 +83,7 @@ impl Folder {
     }
 }
 
-/// What the program did.
+/// Result of running the program.
 #[derive(Debug)]
 pub(crate) struct Run {
     /// What it was asked to do, for messages of tests.

@@ -29,7 +29,7 @@ pub struct CoatedDiffuse {
 }
 
 impl CoatedDiffuse {
-    /// Where the albedo of the base is packed.
+    /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the tint of the coat is.
     pub(crate) const SPECULAR: usize = 3;

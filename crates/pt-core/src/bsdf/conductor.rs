@@ -30,7 +30,7 @@ pub struct RoughConductor {
 }
 
 impl SmoothConductor {
-    /// Where the tint is packed.
+    /// Index of the tint among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 6;
 
     #[inline]

@@ -114,7 +114,7 @@ pub struct Cs184Microfacet {
 }
 
 impl Cs184Microfacet {
-    /// Where the roughness is packed.
+    /// Index of the roughness among the packed parameters.
     pub(crate) const ALPHA: usize = 6;
 
     /// D(h), of the Beckmann distribution.

@@ -25,7 +25,7 @@ pub(super) fn refract(w: Vec3, cos_t: f32, eta: f32) -> Vec3 {
 }
 
 impl Dielectric {
-    /// Where the tint of what is reflected is packed.
+    /// Index of the tint of what is reflected among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 0;
     /// Where that of what is transmitted is.
     pub(crate) const TRANSMITTANCE: usize = 3;

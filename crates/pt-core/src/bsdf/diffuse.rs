@@ -14,7 +14,7 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
-    /// Where the albedo is packed.
+    /// Index of the albedo among the packed parameters.
     pub(crate) const RHO: usize = 0;
 }
 

@@ -17,7 +17,7 @@ pub struct DiffuseTransmission {
 }
 
 impl DiffuseTransmission {
-    /// Where the share that is reflected is packed.
+    /// Index of the share that is reflected among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the share that goes through is.
     pub(crate) const TAU: usize = 3;

@@ -36,7 +36,7 @@ fn g_over_pi(cos: f32) -> f32 {
 }
 
 impl Eon {
-    /// Where the albedo is packed.
+    /// Index of the albedo among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the roughness is.
     pub(crate) const ROUGHNESS: usize = 3;

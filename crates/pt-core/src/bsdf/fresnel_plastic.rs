@@ -29,7 +29,7 @@ pub struct FresnelPlastic {
 }
 
 impl FresnelPlastic {
-    /// Where the albedo of the base is packed.
+    /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the tint of the facets is.
     pub(crate) const SPECULAR: usize = 3;

@@ -58,7 +58,7 @@ struct ViewTerms {
 }
 
 impl Hair {
-    /// Where the absorption is packed.
+    /// Index of the absorption among the packed parameters.
     pub(crate) const ABSORPTION: usize = 0;
 
     /// Of roughnesses β along the fibre and around it, from 0 to 1, which the eye finds even, and

@@ -18,7 +18,7 @@ pub(super) fn reflect(w: Vec3) -> Vec3 {
 }
 
 impl Mirror {
-    /// Where the reflectance is packed.
+    /// Index of the reflectance among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 0;
 }
 

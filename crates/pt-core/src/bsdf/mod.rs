@@ -91,7 +91,7 @@ fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
     Spectrum::rgb(p[first], p[first + 1], p[first + 2])
 }
 
-/// What lobes refer to.
+/// Tables that lobes refer to.
 #[derive(Debug, Default)]
 pub struct LobeTables {
     /// Of measured materials.
@@ -240,7 +240,7 @@ macro_rules! lobes {
             fn is_diffuse(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
             }
-            /// What it is called.
+            /// Name.
             fn name(&self) -> &'static str {
                 $(if self.kind == Kind::$name as u32 {
                     return stringify!($name);

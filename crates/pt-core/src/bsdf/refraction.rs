@@ -16,7 +16,7 @@ pub struct Refraction {
 }
 
 impl Refraction {
-    /// Where the tint is packed.
+    /// Index of the tint among the packed parameters.
     pub(crate) const TRANSMITTANCE: usize = 0;
 }
 

@@ -33,7 +33,7 @@ pub struct RoughCoatedDiffuse {
 }
 
 impl RoughCoatedDiffuse {
-    /// Where the albedo of the base is packed.
+    /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the tint of the coat is.
     pub(crate) const SPECULAR: usize = 3;
@@ -162,7 +162,7 @@ fn transmitted(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32
     })
 }
 
-/// What they reflect.
+/// Reflectance.
 fn reflectance(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32 {
     distribution.mean_of_visible(cos, 16, |wo, h| {
         let cos = wo.dot(h);

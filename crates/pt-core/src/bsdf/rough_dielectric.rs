@@ -119,7 +119,7 @@ impl Pair {
 }
 
 impl RoughDielectric {
-    /// Where the two roughnesses are packed.
+    /// Index of the two roughnesses among the packed parameters.
     pub(crate) const ALPHA: usize = 7;
 
     /// The probability with which the facet that takes `wo` to `wi` does so: the map of

@@ -26,7 +26,7 @@ pub struct RoughPlastic {
 }
 
 impl RoughPlastic {
-    /// Where the albedo of the base is packed.
+    /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
     /// Where the reflectance of the gloss is.
     pub(crate) const F0: usize = 3;

@@ -19,7 +19,7 @@ pub struct ThinDielectric {
 }
 
 impl ThinDielectric {
-    /// Where the tint of what is reflected is packed.
+    /// Index of the tint of what is reflected among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 0;
     /// Where that of what is transmitted is.
     pub(crate) const TRANSMITTANCE: usize = 3;

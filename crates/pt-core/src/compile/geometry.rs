@@ -64,7 +64,7 @@ pub(super) struct Emitter {
     pub(super) primitives: Primitives,
 }
 
-/// What a surface emits.
+/// Emission of a surface.
 #[derive(Clone, Copy)]
 pub(super) struct SurfaceEmission {
     /// See [`SurfaceRecord::emission`].

@@ -85,7 +85,7 @@ pub(super) fn choose_instances(
 struct ObjectShapes {
     shapes: Shapes,
     bvh: Arc<Bvh>,
-    /// What of it glows.
+    /// Emitters of the object.
     lights: Vec<(Id<SurfaceRecord>, AnyLight)>,
 }
 

@@ -95,9 +95,9 @@ const DARK: &str = "the scene has no light: the image will be black. Give it an 
 
 /// A compiled scene, and what there is to say about it.
 pub struct Compiled {
-    /// What renderers read.
+    /// Tables that renderers read.
     pub scene: RenderScene,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
     /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the
     /// hierarchies of those that are placed there.

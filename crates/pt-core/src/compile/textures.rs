@@ -301,7 +301,7 @@ impl Lowering {
         id
     }
 
-    /// What is computed.
+    /// Procedural pattern.
     fn laid(&mut self, texture: &Texture, pattern: Procedural) -> PatternRecord {
         self.textures.uses_footprints |= pattern.has_octaves();
         let layout = self.layout(texture);

@@ -61,7 +61,7 @@ pub(crate) struct SquaredErrors {
     deviation: f64,
     /// What is displayed.
     signal: f64,
-    /// What no sample may have found.
+    /// Missing mass.
     missing_mass: MissingMass,
     /// The fewest samples of a pixel that may hide something, in both halves.
     pub(crate) fewest: u32,

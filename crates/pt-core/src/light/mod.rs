@@ -192,7 +192,7 @@ macro_rules! lights {
             pub fn is_invisible(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::INVISIBLE),* }
             }
-            /// What it is called.
+            /// Name.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }

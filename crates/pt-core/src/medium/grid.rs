@@ -22,7 +22,7 @@ pub struct Field {
     pub corner: Vec3,
     /// From differences to the corner to the unit cube.
     pub to_unit: Mat3,
-    /// What is between the middles of its cells.
+    /// Interpolation between cell centres.
     pub filter: GridFilter,
 }
 

@@ -58,7 +58,7 @@ macro_rules! phases {
         })*
 
         impl AnyPhase {
-            /// What it is called.
+            /// Name.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }

@@ -1,4 +1,4 @@
-//! The radiance of starts, added up contribution by contribution.
+//! Accumulation of the radiance of camera rays, contribution by contribution.
 
 use pt_core::film::ExactSum;
 use pt_core::settings::Clamp;
@@ -7,22 +7,22 @@ use pt_math::Spectrum;
 use super::observer::PathObserver;
 use crate::trace::LightSource;
 
-/// Sums of contributions, which are cut off at a luminance.
+/// Sums of contributions, each clamped to a luminance.
 pub(super) struct RadianceAccumulator<'a, W> {
     radiance: &'a mut Vec<Spectrum>,
-    /// Number of those that are camera rays; the rest are partial sums.
+    /// Number of sums that belong to camera rays; the rest are partial sums.
     camera_rays: usize,
     clamp: Clamp,
-    /// That of the contributions that come next.
+    /// Limit of the luminance of the next contributions.
     limit: f32,
-    /// Luminance that was cut off.
+    /// Luminance removed by clamping.
     clamped: &'a mut ExactSum,
-    /// Who hears of all that is added, and of how it came about.
+    /// Observer of every contribution.
     pub(super) observer: W,
 }
 
 impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
-    /// Adds to `radiance`, and to `clamped` what is cut off.
+    /// Accumulates into `radiance`; luminance removed by clamping goes to `clamped`.
     pub(super) fn new(
         radiance: &'a mut Vec<Spectrum>,
         clamp: Clamp,
@@ -33,13 +33,13 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         Self { radiance, camera_rays, clamp, limit: clamp.limit(0), clamped, observer }
     }
 
-    /// The contributions that come next are of light scattered `bounces` times.
+    /// Sets the number of times that the light of the next contributions was scattered.
     #[inline(always)]
     pub(super) fn set_bounces(&mut self, bounces: u32) {
         self.limit = self.clamp.limit(bounces);
     }
 
-    /// Adds a contribution to the radiance of a start, and tells what is left of it.
+    /// Adds a contribution to a sum; returns what is left of it after clamping.
     #[inline(always)]
     pub(super) fn add(&mut self, start: u32, value: Spectrum) -> Spectrum {
         let kept = if self.limit < f32::INFINITY { self.clamp(start, value) } else { value };
@@ -47,7 +47,7 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         kept
     }
 
-    /// Adds light that a path found.
+    /// Adds emission that a path found.
     #[inline(always)]
     pub(super) fn add_emission(
         &mut self,
@@ -59,25 +59,25 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         self.observer.on_emission(start, [value, kept], source);
     }
 
-    /// Adds light that a path asked for, as [`PathObserver::on_light_result`] says.
+    /// Adds the result of a light sample; see [`PathObserver::on_light_result`].
     #[inline(always)]
     pub(super) fn add_light_sample(&mut self, start: u32, value: Spectrum, is_last: bool) {
         let kept = self.add(start, value);
         self.observer.on_light_result(start, [value, kept], is_last);
     }
 
-    /// Another sum, for a part of the light of a start; nothing is cut off from it.
+    /// Returns the index of a new partial sum, which is not clamped.
     pub(super) fn new_partial(&mut self) -> u32 {
         self.radiance.push(Spectrum::ZERO);
         self.radiance.len() as u32 - 1
     }
 
-    /// What a start or a part has so far.
+    /// Current value of a sum.
     pub(super) fn value(&self, target: u32) -> Spectrum {
         self.radiance[target as usize]
     }
 
-    /// What is left of a contribution. What is no number stays, to be refused by the film.
+    /// Clamps a contribution. NaN stays, for the film to reject.
     #[cold]
     fn clamp(&mut self, start: u32, value: Spectrum) -> Spectrum {
         let y = value.luminance();

@@ -1,4 +1,4 @@
-//! Rays that go on through surfaces of which a part is not there.
+//! Alpha: rays that continue through partly transparent surfaces.
 
 use pt_bvh::Hit;
 use pt_core::settings::Hidden;
@@ -16,8 +16,8 @@ fn dimension(bounces: u32, count: u32) -> u32 {
     FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
 }
 
-/// Lets paths that met holes between two bounces go on, each by its time and numbers of its own;
-/// `passed` hears of what they leave behind: the number of the ray, the ray, and its hit.
+/// Continues paths stochastically through transparent surfaces between two bounces; `passed`
+/// receives the number of the ray, the ray and the hit of each surface that is passed.
 pub(super) fn skip_transparent(
     tracer: &mut Tracer,
     bounces: u32,
@@ -35,7 +35,7 @@ pub(super) fn skip_transparent(
     });
 }
 
-/// Moves hits of camera rays on surfaces that emit to what is behind them.
+/// Replaces hits of camera rays on emissive surfaces by the next hit behind them.
 pub(super) fn skip_emitters(
     tracer: &mut Tracer,
     rays: &[Ray],
@@ -46,7 +46,7 @@ pub(super) fn skip_emitters(
     continue_while(tracer, rays, time, hits, |_, _, hit| scene.is_emissive(hit));
 }
 
-/// The first surfaces that camera rays see, in place of what `hits` held; those of their paths.
+/// First hits of camera rays, the same as those of their paths; replaces the content of `hits`.
 pub(crate) fn first_hits(
     tracer: &mut Tracer,
     camera_rays: &CameraRays,
@@ -115,8 +115,8 @@ fn continue_while(
     }
 }
 
-/// The share of the light that gets along each ray, in place of what `transmittance` held; `time`
-/// tells the time of a ray.
+/// Fraction of the light that passes along each shadow ray; replaces the content of
+/// `transmittance`. `time` returns the time of a ray.
 pub(super) fn shadow_transmittance(
     tracer: &mut Tracer,
     rays: &[Ray],

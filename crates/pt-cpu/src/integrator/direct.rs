@@ -1,4 +1,4 @@
-//! Direct light at surface points: rays that ask whether it arrives, and what it brings.
+//! Direct lighting at surface points: light samples with shadow rays, and hemisphere samples.
 
 use pt_bvh::Hit;
 use pt_core::light::{Light, LightSample, LightVisitor};
@@ -16,14 +16,14 @@ use super::{CameraRays, alpha};
 use crate::Tracer;
 use crate::trace::{LightRef, LightSource};
 
-/// How light is looked for in random directions of the hemisphere.
+/// Estimator of direct light by random directions of the hemisphere.
 #[derive(Clone, Copy)]
 pub(super) struct Hemisphere {
     /// Directions per surface point.
     pub(super) samples: u32,
-    /// True if their density is that of the cosine; else it is uniform.
+    /// True if directions are cosine-weighted; else they are uniform.
     pub(super) cosine: bool,
-    /// True if light of the sky counts.
+    /// True if infinite lights count.
     pub(super) sky: bool,
 }
 
@@ -41,11 +41,12 @@ impl Hemisphere {
     }
 }
 
-/// Rays and what each brings.
+/// Rays with the contribution of each.
 #[derive(Default)]
 struct RayQueue {
     rays: Vec<Ray>,
-    /// What a ray brings, and to which of the sums; where something moves, that is its start.
+    /// Contribution of each ray, and the index of its sum; in animated scenes that is its camera
+    /// ray.
     payloads: Vec<(Spectrum, u32)>,
 }
 
@@ -62,7 +63,7 @@ impl RayQueue {
     }
 }
 
-/// A block of surfaces that ask for their direct light.
+/// A block of shading points for which direct light is sampled.
 pub(super) struct ShadingBlock<'a, R> {
     pub(super) estimator: &'a R,
     pub(super) settings: &'a Settings,
@@ -70,24 +71,24 @@ pub(super) struct ShadingBlock<'a, R> {
     pub(super) numbers: &'a BlockSamples,
 }
 
-/// What surface points want to know. A path asks for lights first and for its hemisphere then, and
-/// is answered in this order, wherever in between answers are given.
+/// Pending direct-lighting rays. Each path queues its light samples before its hemisphere samples;
+/// results are returned in that order, even if the queue is flushed in between.
 pub(super) struct DirectLighting {
     hemisphere: Option<Hemisphere>,
-    /// Samples of one light, one for each surface of a block.
+    /// Samples of one light, one per shading point of a block.
     samples: Vec<Option<LightSample>>,
-    /// Bring f · |cos| · L / p if nothing is in their way.
+    /// Contribute f · |cos| · L / p if unoccluded.
     shadow_rays: RayQueue,
     blocked: Vec<bool>,
-    /// What share gets through, where surfaces have holes.
+    /// Transmittance of each shadow ray, in scenes with alpha.
     transmittance: Vec<f32>,
-    /// Bring f · |cos| / p times what they find.
+    /// Contribute f · |cos| / p times the emission that they find.
     bsdf_rays: RayQueue,
     hits: Vec<Option<Hit>>,
 }
 
-/// Rays beyond which requests are answered before there are more: enough for full batches, few
-/// enough for the cache.
+/// Number of rays from which on the queue is flushed: enough for full batches, few enough for the
+/// cache.
 const FLUSH_RAYS: usize = 4096;
 
 impl DirectLighting {
@@ -103,8 +104,8 @@ impl DirectLighting {
         }
     }
 
-    /// Asks for the direct light at each of a block of surfaces, to be multiplied by the throughput
-    /// of its path; answers what becomes too much.
+    /// Samples direct light at each shading point of a block, weighted by the throughput of its
+    /// path; flushes the queue when it is full.
     pub(super) fn sample_lights(
         &mut self,
         shading_block: &ShadingBlock<impl PathEstimator>,
@@ -178,7 +179,7 @@ impl DirectLighting {
         }
     }
 
-    /// Asks for light from one random direction at each surface.
+    /// Samples one direction of the hemisphere at each shading point.
     fn sample_hemisphere(
         &mut self,
         hemisphere: Hemisphere,
@@ -206,7 +207,7 @@ impl DirectLighting {
         }
     }
 
-    /// Answers them if they are many.
+    /// Flushes the queue if it is full.
     fn trace_if_full(
         &mut self,
         tracer: &mut Tracer,
@@ -218,8 +219,7 @@ impl DirectLighting {
         }
     }
 
-    /// Adds to each start what its rays bring, in the order in which they were asked for, and
-    /// forgets them.
+    /// Traces all pending rays, adds their contributions in order, and clears the queue.
     pub(super) fn trace(
         &mut self,
         tracer: &mut Tracer,
@@ -278,12 +278,12 @@ impl DirectLighting {
     }
 }
 
-/// What a surface that a ray hits at a time emits towards it.
+/// Radiance that a surface emits towards a ray that hits it.
 fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
     scene.le(&scene.interaction(ray, hit, time), hit, time)
 }
 
-/// Asks for one of `n` samples of a light at each surface.
+/// Takes one of `n` samples of a light at each shading point.
 struct LightSampling<'a, 's, R, W> {
     shading_block: &'a ShadingBlock<'a, R>,
     scene: &'a RenderScene,
@@ -309,7 +309,7 @@ impl<R: PathEstimator, W: PathObserver> LightVisitor for LightSampling<'_, '_, R
 }
 
 impl<'a, R: PathEstimator, W: PathObserver> LightSampling<'a, '_, R, W> {
-    /// The surfaces, each with its numbers.
+    /// Shading points, each with two random numbers.
     #[inline(always)]
     fn points(&self) -> impl Iterator<Item = (&'a ShadingPoint<'a>, [f32; 2])> + use<'a, R, W> {
         let [x, y] = self.numbers;

@@ -1,4 +1,4 @@
-//! What distinguishes one path tracer from another.
+//! Estimators of path tracers: weights, numbers of samples and Russian roulette.
 
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
@@ -11,7 +11,7 @@ use pt_math::{Spectrum, Vec3};
 use super::direct::Hemisphere;
 use super::path_queue::{BsdfPdf, PathState};
 
-/// What is rendered, and how.
+/// Scene and settings of a render.
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
     pub(super) scene: &'a RenderScene,
@@ -21,7 +21,7 @@ pub(super) struct Context<'a> {
 /// Lights of the sky.
 pub(super) type Skies = [Id<AnyLight>];
 
-/// A surface that a ray found.
+/// A surface hit by a ray.
 #[derive(Clone, Copy)]
 pub(super) struct SurfaceHit<'a> {
     pub(super) at: &'a Interaction,
@@ -30,7 +30,7 @@ pub(super) struct SurfaceHit<'a> {
     pub(super) time: f32,
 }
 
-/// What distinguishes one path tracer from another.
+/// The estimator of a path tracer.
 pub(super) trait PathEstimator {
     /// Largest number of surface interactions.
     fn max_depth(&self, settings: &Settings) -> u32;
@@ -40,8 +40,8 @@ pub(super) trait PathEstimator {
         true
     }
 
-    /// Weighted radiance of these lights of the sky towards a ray that left the scene in direction
-    /// `d`.
+    /// Radiance of infinite lights along a ray that left the scene in direction `d`, times the MIS
+    /// weight.
     fn sky_radiance(
         &self,
         cx: Context,
@@ -51,16 +51,16 @@ pub(super) trait PathEstimator {
         infinite_lights: &Skies,
     ) -> Spectrum;
 
-    /// Weighted radiance that a surface emits towards the ray that found it.
+    /// Radiance that a surface emits towards the ray that hit it, times the MIS weight.
     fn emitted_radiance(&self, cx: Context, path: &PathState, found: SurfaceHit) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
     fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32;
 
-    /// Weight of one of `n` samples of a light that rays may find, too.
+    /// MIS weight of one of `n` samples of a light that BSDF samples may find, too.
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
 
-    /// How direct light is looked for in random directions, if it is.
+    /// Hemisphere sampling of direct light, if the settings ask for it.
     fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
 
     /// Returns true if light that a ray finds can count, by how the ray came to its direction.

@@ -36,7 +36,7 @@ use observer::{PathObserver, PathRecorder};
 use path::Path;
 use wavefront::Wavefront;
 
-/// Where samples start: a ray, a sampler and, where it matters, a time for each.
+/// Camera rays of a batch, with a sampler and, in animated scenes, a time for each.
 #[derive(Clone, Debug)]
 pub struct CameraRays {
     /// Camera rays; their directions have unit length.
@@ -45,7 +45,7 @@ pub struct CameraRays {
     pub samplers: SamplerBlocks,
     /// Their times, shares of that for which the shutter is open; none if nothing moves.
     pub times: Vec<f32>,
-    /// Where paths bring their light to each other: the groups in order.
+    /// Groups of camera rays that reuse paths, in order; empty without path reuse.
     pub groups: Vec<ReuseGroup>,
 }
 
@@ -108,7 +108,7 @@ pub trait Integrator {
 
 /// An integrator that writes down how its samples come about; the samples are the same.
 pub trait TracedIntegrator: Integrator {
-    /// How those of the last call came about, in order; once.
+    /// Takes the traces of the samples of the last call, in order.
     fn take_traces(&mut self) -> Vec<Trace>;
 }
 
@@ -118,7 +118,7 @@ pub struct Registration {
     pub name: &'static str,
     /// One line for the help.
     pub help: &'static str,
-    /// What it does besides.
+    /// Features that it supports.
     pub features: &'static [Feature],
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,

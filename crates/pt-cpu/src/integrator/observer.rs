@@ -1,4 +1,4 @@
-//! Who hears how samples come about.
+//! Observer interface for recording the construction of light paths.
 
 use std::collections::VecDeque;
 
@@ -14,34 +14,32 @@ use crate::trace::{
     Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
 };
 
-/// Hears what becomes of the samples of a batch, each of which is a path that does not split. Of
-/// each it hears in the order of the path; light that was asked for is answered in the order of the
-/// questions.
+/// Observer of the samples of a batch, each of which is one path without splitting. Events of a
+/// path come in its order; results of light samples come in the order of the samples.
 ///
-/// A render has nobody who hears: `()`, for whom nothing is computed.
+/// Renders use `()`, a no-op observer that compiles to nothing.
 pub(super) trait PathObserver: Default {
-    /// True if it hears anything.
+    /// True if events are recorded.
     const ENABLED: bool;
-    /// A batch begins.
+    /// Begins a batch.
     fn on_batch(&mut self, camera_rays: &CameraRays);
-    /// A path has come to where it is scattered.
+    /// A path has reached a vertex.
     fn on_vertex(&mut self, start: u32, vertex: impl FnOnce() -> Vertex);
-    /// It goes on from there.
+    /// The path continues from its last vertex.
     fn on_scatter(&mut self, start: u32, scatter: impl FnOnce() -> ScatterSample);
-    /// It asks for light there.
+    /// A light is sampled at the last vertex.
     fn on_light_sample(&mut self, start: u32, source: impl FnOnce() -> LightSource);
-    /// It found light, of which `kept` was added.
+    /// The path found emission: `value` before and after clamping.
     fn on_emission(
         &mut self,
         start: u32,
         value: [Spectrum; 2],
         source: impl FnOnce() -> LightSource,
     );
-    /// What it found last is of the sky, to which each of its lights brings so much before the path
-    /// weighs it.
+    /// Unweighted radiance of each infinite light in the emission that was found last.
     fn on_sky_split(&mut self, start: u32, infinite_lights: impl FnOnce() -> Vec<Spectrum>);
-    /// What it asked for first of what was not answered yet brings light, of which `kept` was
-    /// added; more may come unless this is the last of it.
+    /// Result of the oldest pending light sample: `value` before and after clamping. `is_last` is
+    /// true if no further contribution of this sample follows.
     fn on_light_result(&mut self, start: u32, value: [Spectrum; 2], is_last: bool);
 }
 
@@ -63,16 +61,16 @@ impl PathObserver for () {
     fn on_light_result(&mut self, _: u32, _: [Spectrum; 2], _: bool) {}
 }
 
-/// Writes down all that it hears.
+/// Records all events as [`Trace`]s.
 #[derive(Default)]
 pub(super) struct PathRecorder {
     traces: Vec<Trace>,
-    /// What each path asked for and was not told yet, with the number of its vertices then.
+    /// Pending light samples of each path, each with the number of vertices at that time.
     pending: Vec<VecDeque<(usize, LightSource)>>,
 }
 
 impl PathRecorder {
-    /// What it wrote down of the last batch, which it forgets.
+    /// Takes the traces of the last batch.
     pub(super) fn take(&mut self) -> Vec<Trace> {
         std::mem::take(&mut self.traces)
     }
@@ -145,7 +143,7 @@ impl PathObserver for PathRecorder {
     }
 }
 
-/// Tells of surfaces to which paths have come.
+/// Records the vertices of a block of paths.
 #[inline(always)]
 pub(super) fn record_vertices<W: PathObserver>(
     surfaces: &[ShadingPoint],
@@ -166,7 +164,8 @@ pub(super) fn record_vertices<W: PathObserver>(
     }
 }
 
-/// A surface that glows, which a path found, and whose weighted radiance towards it is this.
+/// Source of emission that a path found on a surface; `weighted` is its radiance times the MIS
+/// weight.
 pub(super) fn emitter_source(
     cx: Context,
     path: &PathState,
@@ -185,13 +184,14 @@ pub(super) fn emitter_source(
     }
 }
 
-/// The sky in a direction from a point, where its weighted radiance is this.
+/// Source of emission that a path found in the environment; `weighted` is its radiance times the
+/// MIS weight.
 pub(super) fn sky_source(cx: Context, p: Vec3, direction: Vec3, weighted: Spectrum) -> LightSource {
     let radiance = cx.scene.le_infinite(p, direction, &cx.scene.infinite_lights);
     LightSource::Sky { direction, radiance, weight: weight_of(weighted, radiance) }
 }
 
-/// One of `n` samples of a light, drawn for a point by two numbers.
+/// Source of one of `n` samples of a light, drawn for a point with two random numbers.
 pub(super) fn light_source(
     scene: &RenderScene,
     light: LightRef,
@@ -216,7 +216,7 @@ pub(super) fn light_source(
     })
 }
 
-/// What share of the one the other is, by their brightest channels.
+/// Ratio of the brightest channels.
 fn weight_of(part: Spectrum, whole: Spectrum) -> f32 {
     let most = whole.max_channel();
     if most > 0.0 { part.max_channel() / most } else { 0.0 }

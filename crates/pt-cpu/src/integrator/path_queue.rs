@@ -1,14 +1,15 @@
-//! Paths that are under way, side by side.
+//! Paths under way, with their rays.
 
 use pt_core::RenderScene;
 use pt_core::footprint::Cone;
 use pt_core::light::LightSampleContext;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
 
-/// How a ray came to its direction: the density, if light sampling could have found it too.
+/// Density of the last BSDF sample; `None` if it was specular, so that light sampling could not
+/// have found its direction.
 pub(super) type BsdfPdf = Option<Pdf<SolidAngle>>;
 
-/// A path that is under way, apart from its ray.
+/// State of a path, apart from its ray.
 #[derive(Clone, Copy)]
 pub(super) struct PathState {
     /// Throughput: the product of the weights so far.
@@ -17,7 +18,7 @@ pub(super) struct PathState {
     pub(super) eta_scale: f32,
     /// The surface point, or the point of the lens, that the ray left.
     pub(super) origin: LightSampleContext,
-    /// How it got its direction there.
+    /// Density with which its direction was sampled there.
     pub(super) bsdf_pdf: BsdfPdf,
     /// Which start it is of; once paths have split, that times their ways, and which way it is.
     pub(super) start: u32,
@@ -57,7 +58,7 @@ pub(super) struct PathQueue {
 }
 
 impl PathQueue {
-    /// Puts a path, its ray and, if there are cones, its cone in a place.
+    /// Stores a path, its ray and, with footprints, its cone at an index.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, path: PathState, ray: Ray, cone: Option<Cone>) {
         self.paths[place] = path;
@@ -67,7 +68,7 @@ impl PathQueue {
         }
     }
 
-    /// Gets places for `len` paths, which hold one of `like`.
+    /// Resizes to `len` paths, with copies of the first path of `like`.
     pub(super) fn resize_like(&mut self, len: usize, like: &Self) {
         let Self { paths, rays, cones } = like;
         self.paths.resize(len, paths[0]);

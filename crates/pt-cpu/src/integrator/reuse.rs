@@ -1,5 +1,5 @@
-//! Light that the paths of neighbouring pixels bring to each other. [Bekaert, Sbert & Halton 2002,
-//! "Accelerating Path Tracing by Re-Using Paths", §3]
+//! Path reuse between neighbouring pixels. [Bekaert, Sbert & Halton 2002, "Accelerating Path
+//! Tracing by Re-Using Paths", §3]
 //!
 //! The pixels of a square take their samples together. Each path sees a point xₖ, and from there a
 //! point yₖ in the direction that the BSDF drew. The light that arrives at yⱼ is thrown back
@@ -42,7 +42,7 @@ const FLUSH_RAYS: usize = 2048;
 #[derive(Clone, Copy)]
 pub(super) struct SurfaceVertex {
     pub(super) at: Interaction,
-    /// What its material is, if it varies.
+    /// Evaluated material, if it is not constant.
     pub(super) materials: Option<EvaluatedMaterial>,
 }
 
@@ -52,38 +52,38 @@ impl SurfaceVertex {
     }
 }
 
-/// How light is kept that others may have.
+/// Storage of the radiance that other paths may take.
 #[derive(Clone, Copy)]
 pub(super) enum SharedRadiance {
-    /// In one sum, this one: it is the same in all directions.
+    /// In one partial sum, since it is the same in all directions.
     Diffuse(u32),
     /// In [`IncidentSample`]s.
     Glossy,
 }
 
-/// Light that arrived at a glossy surface.
+/// Radiance incident on a glossy surface.
 #[derive(Clone, Copy)]
 struct IncidentSample {
     /// The path.
     donor: u32,
-    /// From where it arrived.
+    /// Direction from which it is incident.
     wi: Vec3,
-    /// Where it is added up.
+    /// Index of its partial sum.
     target: u32,
 }
 
-/// A second surface of a path, whose light others may have.
+/// Second surface of a path, whose radiance other paths may take.
 #[derive(Clone, Copy)]
 struct Donor {
     vertex: SurfaceVertex,
     shared: SharedRadiance,
-    /// What the path carried there.
+    /// Throughput up to there.
     beta: Spectrum,
     /// Density with which its direction was drawn, per area of surface.
     density: f32,
 }
 
-/// What one point takes from another.
+/// Connection of the first surface of one path with the second surface of another.
 struct Connection {
     receiver: u32,
     /// Direction from the giver.
@@ -92,14 +92,14 @@ struct Connection {
     value: Spectrum,
     /// p G
     density: f32,
-    /// How much gets through.
+    /// Transmittance between the two.
     transmittance: f32,
 }
 
-/// Light that goes from path to path.
+/// Radiance shared between paths.
 #[derive(Default)]
 pub(super) struct Reuse {
-    /// True if surfaces that are not matte give, too.
+    /// True if surfaces that are not diffuse are donors, too.
     glossy: bool,
     /// First surfaces, by paths.
     receivers: Vec<Option<SurfaceVertex>>,
@@ -129,7 +129,7 @@ impl Reuse {
         self.incident.clear();
     }
 
-    /// A path has come to its first surface.
+    /// Records the first surface of a path.
     pub(super) fn add_receiver(&mut self, start: u32, seen: &SurfaceVertex) {
         self.receivers[start as usize] = Some(*seen);
     }
@@ -187,7 +187,7 @@ impl Reuse {
         path.beta = Spectrum::splat(1.0 / pdf.get());
     }
 
-    /// Gives everybody what is theirs.
+    /// Connects all paths of each tile, and adds what they share.
     pub(super) fn share_radiance(
         &mut self,
         tracer: &mut Tracer,
@@ -262,7 +262,7 @@ impl Reuse {
         }
     }
 
-    /// Adds what givers give.
+    /// Traces the pending connections, and adds their contributions.
     fn trace(
         &mut self,
         tracer: &mut Tracer,
@@ -309,7 +309,7 @@ impl Reuse {
 }
 
 impl Donor {
-    /// What the path itself takes.
+    /// Connection of a donor with its own path.
     fn own_connection(&self, member: u32) -> Connection {
         let Self { beta, density, .. } = *self;
         Connection {
@@ -360,7 +360,7 @@ fn incident_samples(sorted: &[IncidentSample], donor: u32) -> &[IncidentSample] 
     &sorted[first..first + count]
 }
 
-/// Gives everybody what is the same towards all.
+/// Shares radiance that is the same in all directions.
 fn share_diffuse(
     light: Spectrum,
     pairs: &[Connection],
@@ -374,7 +374,7 @@ fn share_diffuse(
     }
 }
 
-/// Gives everybody what a surface throws back to them.
+/// Shares radiance that a glossy surface reflects towards each receiver.
 fn share_glossy(
     own: &Bsdf,
     parts: &[IncidentSample],

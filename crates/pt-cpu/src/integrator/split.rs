@@ -1,12 +1,11 @@
-//! Paths that have split behind the first surface where they scattered.
+//! Path splitting at the first surface where a path scatters.
 
 use pt_math::sampler::Sampler;
 
 use super::CameraRays;
 use super::path_queue::PathState;
 
-/// The number of ways that each start has, a power of two. The ways of all starts are numbered
-/// start by start.
+/// Number of paths per camera ray, a power of two. Paths are numbered camera ray by camera ray.
 #[derive(Clone, Copy)]
 pub(super) struct PathSplitting {
     log2: u32,
@@ -15,7 +14,7 @@ pub(super) struct PathSplitting {
 impl PathSplitting {
     pub(super) const NONE: Self = Self { log2: 0 };
 
-    /// So many.
+    /// `count` paths per camera ray; `count` must be a power of two.
     pub(super) fn new(count: u32) -> Self {
         debug_assert!(count.is_power_of_two());
         Self { log2: count.trailing_zeros() }
@@ -25,25 +24,25 @@ impl PathSplitting {
         1 << self.log2
     }
 
-    /// The number of a way of a start.
+    /// Number of a path of a camera ray.
     pub(super) fn path_index(self, start: u32, way: u32) -> u32 {
         start << self.log2 | way
     }
 
-    /// The start of the way with this number.
+    /// Camera ray of the path with this number.
     #[inline(always)]
     pub(super) fn camera_ray(self, number: u32) -> usize {
         (number >> self.log2) as usize
     }
 
-    /// Its numbers.
+    /// Sampler of the path with this number.
     #[inline(always)]
     pub(super) fn sampler(self, camera_rays: &CameraRays, number: u32) -> Sampler {
         let whole = camera_rays.samplers.get(self.camera_ray(number));
         whole.split(self.log2, number & (self.count() - 1))
     }
 
-    /// The time of path number `i`. Where nothing moves, the path is not looked at.
+    /// Time of path number `i`; 0 in static scenes.
     #[inline(always)]
     pub(super) fn time(self, camera_rays: &CameraRays, paths: &[PathState], i: usize) -> f32 {
         if camera_rays.times.is_empty() {

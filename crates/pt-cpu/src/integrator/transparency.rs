@@ -1,4 +1,4 @@
-//! What is seen through the scene, and what is hidden from who sees it directly.
+//! Coverage of pixels, and lights that are hidden from the camera.
 //!
 //! A path that nothing has scattered yet carries how clear its way is
 //! ([`PathState::camera_transmittance`]): 1 at the camera; times what media let through on average

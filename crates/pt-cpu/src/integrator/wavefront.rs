@@ -1,21 +1,23 @@
-//! Paths that advance together, bounce by bounce, so that rays are asked for many at a time.
+//! Wavefront path tracing: the paths of a batch advance together, bounce by bounce, so that rays
+//! are traced many at a time. [Laine, Karras & Aila 2013, "Megakernels Considered Harmful"]
+//! [`super::reference`] has the same steps for one path.
 //!
 //! ```text
 //! for each bounce:
-//!     nearest hits of all rays                   one batch, more for those that go through holes
-//!     sky; which paths scatter                   arrive
-//!     block by block:                            scatter
-//!         numbers of the sampler                     draw
-//!         surface points, and their emission         meet
-//!         materials that vary                        resolve, surfaces
-//!         direct light: shadow rays                  Requests
-//!         BSDF samples, roulette: next rays          leave
-//!     what the shadow rays bring                 one batch, Requests::answer
+//!     nearest hits of all rays             Tracer::intersect, pass_alpha
+//!     emission at the ends of paths        add_emission_and_sky
+//!     block by block:                      scatter_paths
+//!         samples of the block                 sample_block_dimensions
+//!         surface points and emission          shade_hits
+//!         materials and BSDFs                  evaluate_materials, shading_points
+//!         light samples                        DirectLighting::sample_lights
+//!         BSDF samples, Russian roulette       sample_bsdf_and_roulette
+//!     shadow rays                          DirectLighting::trace
 //! ```
 //!
-//! Paths share nothing but the memory they stand in, and all sums of a path are in the order of
-//! its bounces and of its light samples. So its radiance does not depend on the other paths, but on
-//! those of its group where these bring their light to each other ([`super::reuse`]).
+//! Paths share nothing but memory, and all sums of a path are in the order of its bounces and of
+//! its light samples. Its radiance therefore does not depend on other paths, except for those of
+//! its group with path reuse ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
@@ -51,9 +53,9 @@ pub(super) struct Wavefront<'a, R, W = ()> {
     dimensions: BounceDimensions,
     /// Paths under way.
     queue: PathQueue,
-    /// Those behind the surface where paths split; empty but there.
+    /// Paths after splitting; empty at all other bounces.
     split_queue: PathQueue,
-    /// Ways that each start has by now.
+    /// Number of paths of each camera ray.
     splitting: PathSplitting,
     hits: Vec<Option<Hit>>,
     /// Which of the paths have come to a surface where they scatter, and where on it.
@@ -177,7 +179,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// Adds the light that rays find where their paths end, and says which paths scatter.
+    /// Adds the emission of surfaces and of the environment at the ends of paths, and collects the
+    /// paths that scatter.
     fn add_emission_and_sky(
         &mut self,
         bounces: u32,
@@ -215,7 +218,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// Asks for the direct light at each surface, and sends the paths that live on their way.
+    /// Samples direct light and the BSDF at each surface, and continues the surviving paths.
     fn scatter_paths(
         &mut self,
         bounces: u32,
@@ -313,7 +316,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         });
     }
 
-    /// The surface points to which a block of paths has come; adds their emission, if it is shown.
+    /// Computes the surface points of a block of paths, and adds their emission if it is shown.
     fn shade_hits(
         &mut self,
         block: &[(u32, Hit)],
@@ -342,7 +345,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// What the materials of a block are that vary; nothing if none does.
+    /// Evaluates the materials of a block; empty if all are constant.
     fn evaluate_materials(
         &self,
         block: &[(u32, Hit)],
@@ -367,10 +370,10 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }));
     }
 
-    /// How a block scatters.
+    /// Shading points of a block.
     ///
-    /// In a loop of its own, which is short enough for the next paths to run while one waits: one
-    /// loop with the surface points costs 4 % of a render.
+    /// A separate loop, short enough for the processor to overlap several paths: one loop together
+    /// with the surface points costs 4 % of a render.
     fn shading_points<'s>(
         &self,
         block: &[(u32, Hit)],
@@ -399,7 +402,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         surfaces
     }
 
-    /// Where paths bring their light to each other: what others may need of these surfaces.
+    /// Records the surfaces for path reuse.
     fn record_for_reuse(
         &mut self,
         block: &[(u32, Hit)],
@@ -428,8 +431,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for
-    /// materials.
+    /// Samples of the block's paths for direct light, BSDF, Russian roulette and materials.
     #[inline(always)]
     fn sample_block_dimensions(
         &self,
@@ -520,7 +522,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         live
     }
 
-    /// The path behind a surface, if it goes on, by numbers for the BSDF and one for roulette.
+    /// Samples the BSDF and Russian roulette; returns the continued path, if there is one.
     #[inline(always)]
     fn sample_bsdf(
         &self,
@@ -562,13 +564,13 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     }
 }
 
-/// How clear the way of a path is behind a surface that it leaves towards `wi`.
+/// Transmittance from the camera after a surface that the path leaves towards `wi`.
 #[inline(always)]
 pub(super) fn transmittance_after(camera_transmittance: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
     if camera_transmittance != 0.0 && bsdf.lets_through(wi) { camera_transmittance } else { 0.0 }
 }
 
-/// Adds the emission of a surface to the light of the path that found it.
+/// Adds the emission of a surface that a path hit.
 #[inline(always)]
 pub(super) fn add_emission(
     estimator: &impl PathEstimator,
@@ -582,7 +584,7 @@ pub(super) fn add_emission(
         .add_emission(path.target, path.beta * l, || observer::emitter_source(cx, path, found, l));
 }
 
-/// Adds what the sky brings to a path that left the scene in direction `d`.
+/// Adds the radiance of infinite lights to a path that left the scene in direction `d`.
 #[inline(always)]
 pub(super) fn add_sky<W: PathObserver>(
     estimator: &impl PathEstimator,

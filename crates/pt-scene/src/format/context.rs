@@ -25,7 +25,7 @@ use crate::{Geometry, LoadError, Scene, SourceFile, Span, Warning, source};
 /// Most items with an error, whether it was told before or not.
 const MAX_FAILURES: usize = 20_000;
 
-/// What the readers of a scene share.
+/// State shared by the readers of a scene.
 #[derive(Debug)]
 pub(super) struct Context {
     options: LoadOptions,
@@ -61,7 +61,7 @@ struct Noted {
     measurements: HashMap<PathBuf, Arc<Measurements>>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
-    /// What the user should know about files.
+    /// Notes about files.
     notes: Vec<Warning>,
     /// All errors and missing files as texts.
     told: HashSet<String>,

@@ -36,7 +36,7 @@ pub enum SaveError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A file cannot be written.
@@ -47,7 +47,7 @@ pub enum SaveError {
 /// A scene in some format.
 #[derive(Debug, Default)]
 pub struct Encoded {
-    /// What the file holds.
+    /// Content of the file.
     pub bytes: Vec<u8>,
     /// Files beside it that it refers to: their paths from its folder, and what they hold.
     pub files: Vec<(PathBuf, Vec<u8>)>,

@@ -10,7 +10,7 @@ pub enum ImageError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The file cannot be created, written, or put into its place.
@@ -18,7 +18,7 @@ pub enum ImageError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// Nothing can be created in the folder of the file.
@@ -28,7 +28,7 @@ pub enum ImageError {
         path: PathBuf,
         /// Its folder.
         folder: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The ending of the name belongs to no format that can do this.
@@ -44,7 +44,7 @@ pub enum ImageError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the problem.
         message: String,
     },
     /// The image or its metadata cannot be written in this format.

@@ -267,7 +267,7 @@ impl World {
     }
 }
 
-/// What a surface emits.
+/// Emission of a surface.
 fn emission(hit: &Hit) -> DVec3 {
     if let Material::Emission(radiance) = hit.material { radiance } else { DVec3::ZERO }
 }

@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::{Light, Material, Metal, Shape, World};
 
-/// What stands in the box.
+/// Content of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
     /// Two balls, both of them matte.

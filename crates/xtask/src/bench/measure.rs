@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::project::{output_folder, succeed};
 
-/// What the program says about a run.
+/// Summary of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measured {
     pub(crate) triangles: f64,

@@ -11,7 +11,7 @@ mod seed;
 
 use anyhow::Result;
 
-/// What to measure.
+/// Quantity to measure.
 #[derive(clap::Subcommand)]
 pub(crate) enum Bench {
     /// Time with and without a tree, against a student's program and the course's

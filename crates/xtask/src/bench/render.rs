@@ -6,7 +6,7 @@ use super::measure::{Measured, least_and_median, measure, verdict};
 use super::mesh;
 use crate::project::{build_program, course_scene, output_folder};
 
-/// How to measure.
+/// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Renders of each scene in each mode

@@ -6,7 +6,7 @@ use anyhow::Result;
 use super::measure::{least_and_median, measure, verdict};
 use crate::project::{build_program, course_scene};
 
-/// How to measure.
+/// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Renders with the tree

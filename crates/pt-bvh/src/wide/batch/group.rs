@@ -47,7 +47,7 @@ pub(super) struct Group {
     pub(super) t: Column,
     pub(super) barycentric: [Column; 2],
     pub(super) primitive: Column<u32>,
-    /// What the ray visits next.
+    /// Node that the ray visits next.
     pub(super) child: Column<u32>,
     /// The first free entry above its stack.
     pub(super) top: Column<u32>,
@@ -396,7 +396,7 @@ impl Group {
         !none.all()
     }
 
-    /// What the ray has hit.
+    /// Nearest hit of the ray.
     #[inline(always)]
     pub(super) fn hit(&self, i: usize) -> Option<Hit> {
         let [b1, b2] = self.barycentric.each_ref().map(|column| column[i]);

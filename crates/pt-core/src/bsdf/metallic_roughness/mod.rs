@@ -85,7 +85,7 @@ struct View {
 }
 
 impl MetallicRoughness {
-    /// Where the parameters that textures may give are packed.
+    /// Index of the parameters that textures may give among the packed parameters.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const METALLIC: usize = 3;
@@ -117,7 +117,7 @@ impl MetallicRoughness {
     pub(crate) const CLEARCOAT: usize = 26;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const CLEARCOAT_ROUGHNESS: usize = 27;
-    /// Where the coat's normal is packed.
+    /// Index of the coat's normal among the packed parameters.
     pub(crate) const COAT_NORMAL: usize = 29;
 
     /// The facets, whose first roughness is along the direction of the anisotropy.

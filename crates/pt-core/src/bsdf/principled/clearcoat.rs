@@ -16,7 +16,7 @@ pub(super) struct Clearcoat {
     alpha2: f32,
 }
 
-/// How facets hide each other.
+/// Masking and shadowing of microfacets.
 const HIDING: MicrofacetDistribution = MicrofacetDistribution {
     distribution: Distribution::Ggx,
     masking: Masking::Separable,

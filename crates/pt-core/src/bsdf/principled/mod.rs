@@ -44,7 +44,7 @@ pub struct Principled {
     pub spec_tint: f32,
     /// Amount of sheen, from 0 to 1.
     pub sheen: f32,
-    /// How much of the base's tint the sheen has, from 0 to 1.
+    /// Fraction of the base's tint in the sheen, from 0 to 1.
     pub sheen_tint: f32,
     /// From 0, a diffuse surface, to 1, light that is scattered under it.
     pub flatness: f32,
@@ -94,7 +94,7 @@ fn tinted_fresnel(tint: Spectrum, weight: f32, eta: f32) -> Spectrum {
 }
 
 impl Principled {
-    /// Where the parameters that textures may give are packed.
+    /// Index of the parameters that textures may give among the packed parameters.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const ROUGHNESS: usize = 3;

@@ -35,7 +35,7 @@ pub struct PrincipledThin {
     pub spec_tint: f32,
     /// Amount of sheen, from 0 to 1.
     pub sheen: f32,
-    /// How much of the base's tint the sheen has, from 0 to 1.
+    /// Fraction of the base's tint in the sheen, from 0 to 1.
     pub sheen_tint: f32,
     /// From 0, a diffuse surface, to 1, light that is scattered under it.
     pub flatness: f32,
@@ -93,7 +93,7 @@ fn hides(wi: Vec3, h: Vec3) -> bool {
 }
 
 impl PrincipledThin {
-    /// Where the parameters that textures may give are packed.
+    /// Index of the parameters that textures may give among the packed parameters.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const ROUGHNESS: usize = 3;

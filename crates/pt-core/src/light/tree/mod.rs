@@ -275,7 +275,7 @@ impl LightTree {
 /// Points that go down a tree side by side.
 const BLOCK: usize = 16;
 
-/// What was chosen.
+/// A chosen light and its probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Choice {
     light: u32,

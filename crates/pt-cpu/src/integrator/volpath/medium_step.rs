@@ -1,4 +1,4 @@
-//! From one place where paths are scattered to the next.
+//! Steps of paths from one scattering event to the next.
 
 use pt_bvh::Hit;
 use pt_core::medium::MediumSample;
@@ -14,7 +14,7 @@ use crate::integrator::observer::PathObserver;
 use crate::integrator::wavefront::add_emission;
 use crate::trace::LightSource;
 
-/// How a path came to the end of its way.
+/// Event at the end of a step.
 #[derive(Clone, Copy)]
 pub(super) enum PathEvent {
     /// On a surface.
@@ -35,7 +35,7 @@ pub(super) struct MediumStep {
     hits: Vec<Option<Hit>>,
 }
 
-/// What a path meets next.
+/// Result of following a ray to the next surface.
 enum Step {
     /// The end of its way.
     Ends(PathEvent),

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! for each bounce:
-//!     from surface to surface, through holes, until paths are scattered     travel
-//!     light that they find; which paths go on                              arrive
-//!     path by path: direct light, and the next direction                   scatter
-//!     what gets through to the lights                                      shadows
+//!     steps to the next scattering event, through alpha      sample_medium
+//!     emission at the ends of paths                          add_emission_and_sky
+//!     path by path: light samples, and the next direction    scatter_paths
+//!     shadow rays                                            ShadowRays::trace
 //! ```
 //!
-//! As in `wavefront.rs`, paths share nothing but the memory they stand in.
+//! As in [`super::wavefront`], paths share nothing but memory.
 
 mod medium_step;
 mod shadow_ray;
@@ -75,7 +75,7 @@ struct VolPathState {
     ray: Ray,
     /// That of the ray, if some texture asks for it.
     cone: Cone,
-    /// What it is in.
+    /// Medium around the path.
     medium: Option<Id<MediumRecord>>,
     /// Number of interactions that are not counted.
     free: u32,

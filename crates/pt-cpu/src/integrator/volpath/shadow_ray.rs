@@ -1,4 +1,4 @@
-//! What gets through to lights.
+//! Shadow rays through media and alpha.
 
 use pt_bvh::Hit;
 use pt_core::id::Id;
@@ -12,7 +12,7 @@ use crate::integrator::CameraRays;
 use crate::integrator::accumulator::RadianceAccumulator;
 use crate::integrator::observer::PathObserver;
 
-/// A ray towards a light, and what it brings.
+/// A shadow ray and its contribution.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRay {
     /// Its interval is what it has not been through yet.

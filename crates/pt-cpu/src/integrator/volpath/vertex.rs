@@ -1,4 +1,4 @@
-//! Where paths are scattered: surfaces, and points of media.
+//! Vertices of paths: surfaces and points of media.
 
 use std::borrow::Cow;
 
@@ -22,7 +22,7 @@ pub(super) struct Vertex<'a> {
     point: SurfacePoint,
     /// The medium that the path came through.
     medium: Option<Id<MediumRecord>>,
-    /// How far the path came.
+    /// Length of the ray, for the footprint.
     distance: f32,
     kind: Kind<'a>,
 }
@@ -77,7 +77,7 @@ impl<'a> Vertex<'a> {
         &self.point
     }
 
-    /// What there is to tell of it and of the path that came.
+    /// The vertex as observers record it.
     pub(super) fn recorded(&self, throughput: Spectrum) -> crate::trace::Vertex {
         let place = match &self.kind {
             Kind::Surface { bsdf, primitive, .. } => ScatterSite::of(bsdf, *primitive),
@@ -86,7 +86,7 @@ impl<'a> Vertex<'a> {
         crate::trace::Vertex { p: self.point.p, site: place, throughput, scatter: None }
     }
 
-    /// What lights are told of it.
+    /// Context of light samples.
     pub(super) fn context(&self) -> LightSampleContext {
         match &self.kind {
             Kind::Surface { bsdf, .. } => bsdf.light_sample_context(self.point.p),

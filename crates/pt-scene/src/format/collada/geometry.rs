@@ -15,7 +15,7 @@ use crate::{Attribute, Attributes, Geometry, LoadError, Mesh, Submesh};
 #[derive(Clone)]
 pub(super) struct Shape<'a> {
     pub(super) geometry: Geometry,
-    /// What the primitives call the material of each slot.
+    /// Symbol by which primitives refer to each material slot.
     pub(super) symbols: Arc<[Option<&'a str>]>,
 }
 

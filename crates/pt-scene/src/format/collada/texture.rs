@@ -9,7 +9,7 @@ use crate::format::xml::{Node, quote};
 use crate::image::{PixelEncoding, Transfer};
 use crate::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
 
-/// What the numbers of images mean.
+/// Encoding of pixels.
 const NUMBERS: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 
 /// The texture of an image file, which is read once for all materials that show it.

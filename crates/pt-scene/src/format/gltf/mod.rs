@@ -114,7 +114,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(reader.finish())
 }
 
-/// What was read so far.
+/// State of the reader of a file.
 struct Reader<'a> {
     file: &'a Path,
     context: &'a Context,
@@ -135,7 +135,7 @@ struct Reader<'a> {
     points: HashMap<(usize, usize), Option<Arc<Points>>>,
     /// Backs of those that emit on both sides.
     backs: HashMap<(usize, usize), Arc<Mesh>>,
-    /// What the joints of each skin do.
+    /// Joint transforms of each skin.
     joints: HashMap<usize, Arc<Vec<DAffine3>>>,
     /// What animations say of nodes, by their indices.
     poses: HashMap<usize, Pose>,

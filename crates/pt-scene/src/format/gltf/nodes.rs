@@ -297,7 +297,7 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    /// What the joints of a skin do.
+    /// Joint transforms of a skin.
     fn skin(
         &mut self,
         node: &Item<'a>,

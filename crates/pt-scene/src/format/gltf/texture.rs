@@ -26,7 +26,7 @@ const MAX_TEXELS: usize = 1 << 28;
 /// Fields of images of normals.
 const NORMALS: [&str; 2] = ["normalTexture", "clearcoatNormalTexture"];
 
-/// What of an image is meant.
+/// Meaning of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Content {
     /// Colours of sRGB.

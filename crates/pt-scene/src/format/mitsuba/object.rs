@@ -173,7 +173,7 @@ impl Object {
     }
 }
 
-/// What a colour stands for.
+/// Meaning of a colour.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Role {
     /// A share of light, in [0, 1].

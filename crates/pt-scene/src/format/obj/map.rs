@@ -32,7 +32,7 @@ pub(super) struct Map {
     channel: Option<usize>,
 }
 
-/// What of an image is meant.
+/// Meaning of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Content {
     /// Colours of sRGB.
@@ -46,7 +46,7 @@ pub(super) enum Content {
 }
 
 impl Content {
-    /// What the numbers of an image mean.
+    /// Encoding of an image's pixels.
     fn numbers(self) -> PixelEncoding {
         PixelEncoding::of_raw(self != Self::Colors)
     }

@@ -7,7 +7,7 @@ use crate::{Span, Warning};
 /// Most notes that are kept.
 const MAX: usize = 100;
 
-/// What the user should know about how materials were read.
+/// Notes about reading materials.
 #[derive(Default)]
 pub(super) struct Notes {
     kept: Vec<Warning>,

@@ -7,7 +7,7 @@ use super::entity::{Entity, Parameter, Values};
 use super::named_spectra::{self, Named};
 use crate::LoadError;
 
-/// What a colour stands for.
+/// Meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     /// A share of light, in [0, 1].

@@ -50,7 +50,7 @@ pub(super) struct Lens {
 }
 
 impl Lens {
-    /// What the film sees.
+    /// Perspective projection that covers the film.
     pub(super) fn projection(&self) -> Projection {
         let [x_fov, y_fov] = self.extent.map(|half| 2.0 * libm::atan(half).to_degrees());
         Projection::Perspective { x_fov, y_fov }

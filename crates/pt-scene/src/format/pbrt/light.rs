@@ -343,7 +343,7 @@ fn hanging_along(direction: DVec3) -> DMat3 {
     DMat3::from_cols(x, z.cross(x), z)
 }
 
-/// What an image shows between the middles of its texels.
+/// Interpolation between texel centres.
 fn bilinear(image: &Image, u: f64, v: f64) -> [f32; 3] {
     let place = |t: f64, count: u32| {
         let x = (t * f64::from(count) - 0.5).clamp(0.0, f64::from(count - 1));

@@ -132,7 +132,7 @@ pub(super) fn hot(temperature: f64, offset: f64, scale: f64) -> f32 {
     ((temperature - offset) * scale).max(0.0) as f32
 }
 
-/// What light is multiplied by.
+/// Scale factor of radiance.
 fn scale(entity: &Entity) -> Result<f64, LoadError> {
     let [first, second] = SCALES;
     let scale = entity.float(first, entity.float(second, 1.0)?)?;

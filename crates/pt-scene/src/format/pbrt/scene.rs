@@ -239,7 +239,7 @@ impl World {
         Ok(Geometry::Mesh(Arc::new(made)))
     }
 
-    /// What the readers of scenes share.
+    /// State shared by the readers of scenes.
     fn context(&self) -> &Context {
         &self.textures.folder.context
     }

@@ -466,7 +466,7 @@ fn check_count(body: &Body, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
     Err(body.error("the file has more than 4294967295 triangles".to_owned()))
 }
 
-/// What the parser says, on one line.
+/// Message of the parser, on one line.
 fn explain(error: &ParseError) -> String {
     let text = error.to_string();
     let text = error.line().map_or(&*text, |l| text.trim_start_matches(&format!("Line {l}: ")));

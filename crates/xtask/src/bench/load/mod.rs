@@ -19,7 +19,7 @@ use self::peer::Peer;
 use super::measure::{least_and_median, print_busyness, verdict};
 use crate::project::{cargo, output_folder, succeed};
 
-/// How to measure.
+/// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// How often each reads each file

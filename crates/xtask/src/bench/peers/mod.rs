@@ -25,7 +25,7 @@ use self::scene::{Files, Scene};
 use crate::project::{build_program, output_folder, shared, step};
 use crate::venv::Prepared;
 
-/// How to measure.
+/// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Only these scenes, separated by commas

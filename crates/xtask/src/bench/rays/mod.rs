@@ -22,7 +22,7 @@ use self::report::Outcome;
 use super::measure::print_busyness;
 use crate::project::{cargo, succeed};
 
-/// How to measure.
+/// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Only these meshes, separated by commas

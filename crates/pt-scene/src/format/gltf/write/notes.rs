@@ -25,7 +25,7 @@ impl Notes {
         }
     }
 
-    /// What was said.
+    /// Returns a line for each message, with its number of places.
     pub(super) fn finish(self) -> Vec<String> {
         let line = |(message, places): (String, Vec<String>)| {
             let first = places.first().map(String::as_str).unwrap_or_default();

@@ -213,7 +213,7 @@ fn unpolarized_plastic(inputs: &mut Inputs<'_, '_>) -> Result<FresnelPlastic, Lo
     })
 }
 
-/// How the slopes of facets are distributed.
+/// Distribution of microfacet slopes.
 fn distribution(inputs: &mut Inputs<'_, '_>) -> Result<Distribution, LoadError> {
     let parameters = &mut inputs.parameters;
     parameters.pass_over(&["sample_visible"]);
