@@ -12,7 +12,7 @@ use std::sync::{Once, OnceLock};
 use pt_core::film::Aov;
 use pt_core::{CompileOptions, Film, Region, compile};
 use pt_scene::format::{self, Limits, LoadOptions};
-use pt_scene::image::{self, Numbers, Room, Transfer};
+use pt_scene::image::{self, PixelEncoding, Room, Transfer};
 use pt_scene::{Geometry, IesProfile, LoadError, Scene, camera_file};
 pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
@@ -100,7 +100,7 @@ pub fn image(bytes: &[u8], ending: &str) {
         });
     }
     let path = Path::new("image").with_extension(ending);
-    for numbers in [Numbers::Light(Transfer::Srgb), Numbers::Stored] {
+    for numbers in [PixelEncoding::Light(Transfer::Srgb), PixelEncoding::Stored] {
         match image::decode_in(bytes, &path, numbers, &Room::new(&little)) {
             Ok(decoded) => {
                 let image = decoded.image;
