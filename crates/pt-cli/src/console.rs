@@ -11,7 +11,8 @@ use pathtracer::eta::{Eta, TimeRemaining};
 use pathtracer::{Observer, Outcome, ProgressUpdate};
 use serde_json::json;
 
-use crate::args::{Cli, ProgressKind};
+use crate::arg_values::ProgressKind;
+use crate::args::Cli;
 use crate::message::printable;
 
 /// Without a terminal, a line as often as this.

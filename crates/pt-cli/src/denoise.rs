@@ -13,7 +13,7 @@ use crate::resolve::RenderJob;
 /// The layer of an EXR image, and the end of the name of a PNG image, that holds what was rendered.
 const NOISY: &str = "noisy";
 
-/// True if and by what images are denoised.
+/// Denoising of images, and the library for it.
 pub(crate) struct Denoising {
     is_wanted: bool,
     is_quiet: bool,

@@ -3,7 +3,8 @@
 use pathtracer::light_groups::{REST, as_layer};
 use pathtracer::{INTEGRATORS, LightGroup, LightGroups, Registration, Scene, light_groups};
 
-use crate::args::{Cli, Direct};
+use crate::arg_values::Direct;
+use crate::args::Cli;
 use crate::resolve::has_room_for_channels;
 
 /// Groups of lights.

@@ -5,6 +5,7 @@
 #[macro_use]
 mod message;
 
+mod arg_values;
 mod args;
 mod checkpointing;
 mod commands;

@@ -12,7 +12,8 @@ use pathtracer::{
     Scene, Settings, aov, denoise, groups, integrator,
 };
 
-use crate::args::{Cli, PngBits, ReceiptKind};
+use crate::arg_values::{PngBits, ReceiptKind};
+use crate::args::Cli;
 use crate::image_options::{self, Exposure};
 use crate::{light_groups, stop_options};
 

@@ -31,7 +31,7 @@ pub struct Statistics {
     pub time: Duration,
 }
 
-/// True if an image is finished.
+/// Outcome of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All samples are taken.

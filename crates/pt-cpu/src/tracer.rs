@@ -77,8 +77,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Returns true if anything is in the way of each ray, in order, in place of what `occluded`
-    /// held; `time` as in [`Self::intersect`].
+    /// Writes to `occluded`, for each ray in order, whether anything is in its way; `time` as in
+    /// [`Self::intersect`].
     pub fn occluded<'r>(
         &mut self,
         rays: impl Into<Rays<'r>>,

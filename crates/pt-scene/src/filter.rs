@@ -85,7 +85,7 @@ impl Filter {
         }
     }
 
-    /// Returns true if its numbers make sense.
+    /// Checks that its parameters are in range.
     ///
     /// # Errors
     /// What is wrong, and what was expected.

@@ -72,7 +72,7 @@ pub enum Distribution {
     Ggx,
 }
 
-/// True if facets that hide light on its way in are those that hide it on its way out.
+/// Correlation of shadowing (towards the light) with masking (towards the viewer).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Masking {
     /// By the height of the facet. [Heitz 2014, eq. 99]

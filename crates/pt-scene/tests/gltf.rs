@@ -5,6 +5,8 @@ mod animation;
 mod common;
 #[path = "gltf/compressed.rs"]
 mod compressed;
+#[path = "gltf/image_formats.rs"]
+mod image_formats;
 #[path = "gltf/layers.rs"]
 mod layers;
 #[path = "gltf/materials.rs"]

@@ -280,8 +280,8 @@ fn judge(histogram: &Histogram, config: &Chi2<'_>) -> Result<(), Reason> {
     judge_places(histogram, level)
 }
 
-/// Returns true if as many samples were taken as the integral of the density says: a test of its
-/// own, since in a thousand bins a flaw of one has to be great to show.
+/// Checks the number of samples taken against the integral of the density: a separate test, since
+/// among a thousand bins only a large error of one is significant.
 fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(), Reason> {
     const MASS_TOLERANCE: f64 = 1e-3;
     // Share of the integral that rounding and the rule of integration may cost.

@@ -54,7 +54,7 @@ impl std::error::Error for ZFailure {}
 /// Share of a value that `f32` sums may have lost.
 const ROUNDING: f64 = 1e-5;
 
-/// Returns true if two sets of estimates agree value by value. All values together fail for a share
+/// Tests whether two sets of estimates agree value by value. All values together fail for a share
 /// `significance` of the seeds when they do agree.
 ///
 /// # Errors
@@ -81,7 +81,7 @@ pub fn z_test(a: Estimates<'_>, b: Estimates<'_>, significance: f64) -> Result<(
     }
 }
 
-/// Returns true if samples have the mean `expected`; a correct estimator fails for a share
+/// Tests whether samples have the mean `expected`; a correct estimator fails for a share
 /// `significance` of the seeds.
 ///
 /// # Errors

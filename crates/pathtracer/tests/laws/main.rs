@@ -33,6 +33,7 @@ mod mattes;
 mod measure;
 mod measured;
 mod media;
+mod media_invariance;
 mod meters;
 mod motion;
 mod no_area;

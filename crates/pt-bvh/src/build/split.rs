@@ -68,7 +68,7 @@ impl Effort {
     pub(crate) const EVERYTHING: Self =
         Self { share: 4.0, least_budget: 0, least_gain: 0.0, least_part: 0.01, least_spared: 0.0 };
 
-    /// Returns the number of references that may be added to so many.
+    /// Returns the largest number of references that splits may add to `items` items.
     pub(super) fn budget(&self, items: usize) -> usize {
         ((items as f32 * self.share) as usize).max(self.least_budget)
     }

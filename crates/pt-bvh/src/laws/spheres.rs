@@ -33,7 +33,7 @@ fn tiny_and_far_spheres_are_hit_exactly_where_they_are() {
     }
 }
 
-/// Returns true if a line meets a sphere is decided exactly for small integers:
+/// Lines hit a sphere exactly where integer arithmetic finds it, for small integers:
 /// (f·d)² − d·d (f·f − r²) > 0.
 #[test]
 fn hits_and_misses_are_those_of_integer_arithmetic() {

@@ -33,7 +33,7 @@ pub(super) struct CollapseCosts<'a> {
 struct Subtree {
     /// C for up to 1, 2, … roots.
     costs: [f32; WIDTH - 1],
-    /// Number of primitives it has.
+    /// Number of primitives.
     count: u32,
     /// True if there are triangles, spheres.
     kinds: [bool; 2],

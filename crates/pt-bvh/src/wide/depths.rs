@@ -18,7 +18,7 @@ pub(super) fn earlier(a: f32x8, b: f32x8) -> f32x8 {
     from_bits(bits(a).min(bits(b)))
 }
 
-/// Returns true if one depth is greater than another, of which one at least is above 0.
+/// Lanes in which `a` is greater than `b`; at least one of the two must be above 0.
 #[inline(always)]
 pub(super) fn after(a: f32x8, b: f32x8) -> f32x8 {
     from_bits(bits(a).simd_gt(bits(b)))

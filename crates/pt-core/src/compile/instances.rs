@@ -168,7 +168,7 @@ impl InstancedShapes {
         Ok(ObjectShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
     }
 
-    /// Returns the number of those that move.
+    /// Returns the number of animated instances.
     pub(super) fn moving(&self) -> usize {
         self.moving.iter().filter(|instance| instance.moves()).count()
     }

@@ -69,6 +69,16 @@ impl Path {
     }
 }
 
+/// Settings of integrators without hemisphere sampling, for which its estimators become
+/// [`DirectLight::Mis`].
+pub(super) fn without_hemisphere_sampling(settings: &Settings) -> Settings {
+    let direct = match settings.direct {
+        DirectLight::Light => DirectLight::Light,
+        _ => DirectLight::Mis,
+    };
+    Settings { direct, ..settings.clone() }
+}
+
 impl PathEstimator for Path {
     fn max_depth(&self, settings: &Settings) -> u32 {
         self.max_depth.min(settings.max_depth).min(settings.max_bounce)

@@ -9,25 +9,27 @@ use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::{Interaction, RenderScene};
-use pt_core::settings::{DirectLight, Settings};
+use pt_core::settings::Settings;
 use pt_math::sampler::Sampler;
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
-use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::estimator::{
+    Context, PathEstimator, SurfaceHit, add_emission, add_sky, transmittance_after,
+};
 use super::observer::{self, PathObserver, PathRecorder};
-use super::path::Path;
+use super::path::{Path, without_hemisphere_sampling};
 use super::path_queue::PathState;
 use super::shading::BounceDimensions;
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::wavefront::{add_emission, add_sky, transmittance_after};
 use super::{CameraRays, Integrator, TracedIntegrator, alpha};
 use crate::Tracer;
 use crate::trace::{LightRef, ScatterSample, ScatterSite, Trace, Vertex};
 
 /// Unidirectional path tracing with multiple importance sampling, as [`Path`] describes it.
-/// Estimators of direct light by hemisphere sampling become [`DirectLight::Mis`].
+/// Estimators of direct light by hemisphere sampling become
+/// [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
 pub(super) struct Reference<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
@@ -226,11 +228,7 @@ fn sample_lights(
 
 impl<'a, W: PathObserver> Reference<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
-        let direct = match settings.direct {
-            DirectLight::Light => DirectLight::Light,
-            _ => DirectLight::Mis,
-        };
-        let settings = Settings { direct, ..settings.clone() };
+        let settings = without_hemisphere_sampling(settings);
         let estimator = Path { max_depth: u32::MAX };
         Self {
             scene,

@@ -21,18 +21,19 @@
 
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
-use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::{Interaction, RenderScene};
 use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Sampler};
-use pt_math::{Ray, Rays, Spectrum, Vec3};
+use pt_math::{Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
 use super::alpha;
 use super::direct::{DirectLighting, ShadingBlock};
-use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::estimator::{
+    Context, PathEstimator, SurfaceHit, add_emission, add_sky, transmittance_after,
+};
 use super::observer::{self, PathObserver, PathRecorder};
 use super::path_queue::{PathQueue, PathState};
 use super::reuse::{Reuse, SharedRadiance, SurfaceVertex};
@@ -561,46 +562,5 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
         observer.on_scatter(surface.start, || ScatterSample::new(&scattered, survival));
         Some((next, surface.point.spawn(scattered.wi)))
-    }
-}
-
-/// Transmittance from the camera after a surface that the path leaves towards `wi`.
-#[inline(always)]
-pub(super) fn transmittance_after(camera_transmittance: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
-    if camera_transmittance != 0.0 && bsdf.lets_through(wi) { camera_transmittance } else { 0.0 }
-}
-
-/// Adds the emission of a surface that a path hit.
-#[inline(always)]
-pub(super) fn add_emission(
-    estimator: &impl PathEstimator,
-    cx: Context,
-    path: &PathState,
-    found: SurfaceHit,
-    accumulator: &mut RadianceAccumulator<impl PathObserver>,
-) {
-    let l = estimator.emitted_radiance(cx, path, found);
-    accumulator
-        .add_emission(path.target, path.beta * l, || observer::emitter_source(cx, path, found, l));
-}
-
-/// Adds the radiance of infinite lights to a path that left the scene in direction `d`.
-#[inline(always)]
-pub(super) fn add_sky<W: PathObserver>(
-    estimator: &impl PathEstimator,
-    cx: Context,
-    path: &PathState,
-    (d, bounces): (Vec3, u32),
-    accumulator: &mut RadianceAccumulator<W>,
-) {
-    let scene = cx.scene;
-    let l = estimator.sky_radiance(cx, path, d, bounces, &scene.infinite_lights);
-    accumulator
-        .add_emission(path.target, path.beta * l, || observer::sky_source(cx, path.origin.p, d, l));
-    if W::ENABLED && scene.infinite_lights.len() > 1 {
-        let of_each = |sky| estimator.sky_radiance(cx, path, d, bounces, std::slice::from_ref(sky));
-        accumulator
-            .observer
-            .on_sky_split(path.target, || scene.infinite_lights.iter().map(of_each).collect());
     }
 }

@@ -50,7 +50,7 @@ fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the number of scans a file has. [ITU-T T.81, §B.1.1 and §B.2]
+/// Returns the number of scans of a file. [ITU-T T.81, §B.1.1 and §B.2]
 fn scans(bytes: &[u8]) -> u64 {
     /// Start of a scan.
     const START: u8 = 0xDA;

@@ -483,7 +483,7 @@ pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     decode_framed(&read_file(path)?, path, PixelEncoding::Stored)
 }
 
-/// Returns true if pictures with the ending of a name can be read.
+/// Checks that images with the extension of a name can be read.
 ///
 /// # Errors
 /// If they cannot.
@@ -590,7 +590,7 @@ fn codec_with<F>(path: &Path, choose: impl Fn(&Codec) -> Option<F>) -> Result<F,
         })
 }
 
-/// Returns true if `count` pixels fill the rows, and are any.
+/// Checks that `count` is the number of pixels, and above 0.
 fn check_shape(width: u32, height: u32, count: usize) -> Result<(), String> {
     let expected = u64::from(width) * u64::from(height);
     if expected == 0 || expected != count as u64 {

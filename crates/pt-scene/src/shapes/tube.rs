@@ -71,7 +71,7 @@ impl Spline {
             && (self.is_bspline || (self.points.len() - 1).is_multiple_of(self.degree))
     }
 
-    /// Returns the number of triangles a tube of it has.
+    /// Returns the number of triangles of its tube.
     pub(crate) fn triangles_of_tube(&self, detail: Detail) -> usize {
         self.segments() * self.pieces(detail) * 2 * detail.sides as usize
     }

@@ -11,7 +11,7 @@ use super::read;
 use super::text::Text;
 
 /// Two texels side by side: (188, 0, 51) with an opacity of 0, and (188, 100, 51) with one of 128.
-const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAEUlEQVR42mPYw2DMsCfFuAEADB0Cw5g8Xu0AAAAASUVORK5CYII=";
+pub(super) const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAEUlEQVR42mPYw2DMsCfFuAEADB0Cw5g8Xu0AAAAASUVORK5CYII=";
 
 /// A scene of one triangle of a material, with the texture 0.
 pub(super) fn scene(material: &Value) -> Scene {
@@ -568,67 +568,5 @@ fn colours_of_whole_numbers_are_levels() {
         assert_eq!(colors, [1.0, 0.2, 0.0], "{is_marked}");
         let noted = scene.warnings.iter().any(|note| note.message.contains("normalized"));
         assert_eq!(noted, !is_marked);
-    }
-}
-
-/// An image of WebP, by its extension or without, is shown in place of another one.
-#[test]
-fn images_may_be_of_webp() {
-    const WEBP: &str =
-        "data:image/webp;base64,UklGRiAAAABXRUJQVlA4TBQAAAAvAQAAAA8wZO/9n5n5Dy1UIKL/AQ==";
-    for texture in [
-        json!({"source": 1, "extensions": {"EXT_texture_webp": {"source": 0}}}),
-        json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
-        json!({"source": 0}),
-    ] {
-        let mut text = Text::default();
-        let attributes = text.triangle();
-        let scene = read(&text.with(json!({
-            "extensionsRequired": ["EXT_texture_webp"],
-            "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
-            "materials": [{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}],
-            "textures": [texture],
-            "images": [{"uri": WEBP}, {"uri": PNG}]
-        })));
-        assert!(scene.missing.is_empty(), "{:?}", scene.missing);
-        assert_eq!(bitmap(&scene.materials[0].emission).image.pixels[0], [1.0, 0.0, 0.0]);
-    }
-}
-
-/// Images of KTX 2.0 and DDS are shown in place of another one, by their extensions or without.
-#[test]
-fn images_may_be_textures_of_graphics_processors() {
-    const KTX2: &[u8] = include_bytes!("../../../../tests/formats/images/blocks/uastc.ktx2");
-    const DDS: &[u8] = include_bytes!("../../../../tests/formats/images/blocks/rgba.dds");
-    for (texture, bytes) in [
-        (json!({"source": 1, "extensions": {"KHR_texture_basisu": {"source": 0}}}), KTX2),
-        (json!({"source": 1, "extensions": {"MSFT_texture_dds": {"source": 0}}}), DDS),
-        (json!({"source": 0}), DDS),
-    ] {
-        let mut text = Text::default();
-        let attributes = text.triangle();
-        let scene = read(&text.with(json!({
-            "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
-            "materials": [{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}],
-            "textures": [texture],
-            "images": [{"uri": super::text::data(bytes)}, {"uri": PNG}]
-        })));
-        assert!(scene.missing.is_empty(), "{:?}", scene.missing);
-        assert_eq!(bitmap(&scene.materials[0].emission).image.width, 8);
-    }
-}
-
-/// The normals of a coat lie on the coordinates of the mesh, also where no other image does.
-#[test]
-fn a_coat_may_have_the_only_image() {
-    for set in [0, 1] {
-        let coat =
-            json!({"clearcoatFactor": 1, "clearcoatNormalTexture": {"index": 0, "texCoord": set}});
-        let material = json!({"extensions": {"KHR_materials_clearcoat": coat}});
-        let look = look(&material);
-        let normals = format!("{:?}", look.clearcoat_normals);
-        assert!(normals.starts_with("Relief") && !normals.contains("Coordinates"), "{normals}");
     }
 }

@@ -154,8 +154,8 @@ fn validate(bytes: &[u8]) {
     }
 }
 
-/// Returns true if the numbers of an accessor are in its view, as it says; normals and indices are
-/// what they should be.
+/// Checks that the numbers of an accessor are in its view, that its bounds are true, and that
+/// normals and indices are valid.
 fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     let number = |value: &Value| value.as_u64().expect("a number") as usize;
     let width = match accessor["type"].as_str() {
@@ -185,7 +185,7 @@ fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     }
 }
 
-/// Returns true if each node has one parent, and a transform of a scale, a turn and a move.
+/// Checks that each node has one parent, and a transform of scale, rotation and translation.
 fn check_nodes(nodes: &[Value], roots: &Value) {
     let mut parents = vec![0; nodes.len()];
     let children = nodes.iter().map(|node| &node["children"]).chain([roots]);

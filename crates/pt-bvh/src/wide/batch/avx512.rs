@@ -35,8 +35,8 @@ pub(in crate::wide) struct Avx512(());
 
 #[expect(clippy::unused_self, reason = "it proves that the calls are sound")]
 impl Avx512 {
-    /// Returns true if it has; and the rest of the build fused multiply-add, which the functions
-    /// here use; and whether `PATHTRACER_SIMD` does not ask to do without.
+    /// Returns a token if the processor has AVX-512, the build has fused multiply-add, which the
+    /// functions here use, and `PATHTRACER_SIMD` does not disable it.
     pub(in crate::wide) fn detect() -> Option<Self> {
         static IS_LEFT_OUT: LazyLock<bool> = LazyLock::new(|| {
             std::env::var_os("PATHTRACER_SIMD").is_some_and(|simd| simd == "avx2")

@@ -70,7 +70,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// Returns true if all have the axis y, and whether all have z; else nothing.
+    /// Returns, if all rays have the same dominant axis, whether it is y and whether it is z.
     #[inline(always)]
     fn common(self) -> Option<[bool; 2]> {
         let [y, z] = [self.is_y, self.is_z].map(f32x8::to_bitmask);

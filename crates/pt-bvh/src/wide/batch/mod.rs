@@ -203,7 +203,7 @@ impl WideBvh {
         });
     }
 
-    /// Returns true if each ray hits anything, in place of what `occluded` has.
+    /// Writes to `occluded`, for each ray in order, whether it hits anything.
     pub(crate) fn occluded_batch(
         &self,
         rays: Rays<'_>,

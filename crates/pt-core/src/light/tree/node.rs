@@ -84,7 +84,7 @@ impl Node {
         self.children[lane] = 2 * number + u32::from(is_node);
     }
 
-    /// Returns true if a child is a node, and the number of the node or light.
+    /// Returns whether a child is a node, and the number of the node or light.
     #[inline(always)]
     pub(super) fn child(&self, lane: usize) -> (bool, u32) {
         let child = self.children[lane];

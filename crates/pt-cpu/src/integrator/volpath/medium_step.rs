@@ -9,9 +9,9 @@ use super::{Layout, VolPath, VolPathState};
 use crate::Tracer;
 use crate::integrator::CameraRays;
 use crate::integrator::accumulator::RadianceAccumulator;
+use crate::integrator::estimator::add_emission;
 use crate::integrator::estimator::{Context, SurfaceHit};
 use crate::integrator::observer::PathObserver;
-use crate::integrator::wavefront::add_emission;
 use crate::trace::LightSource;
 
 /// Event at the end of a step.

@@ -20,18 +20,18 @@ use pt_core::id::Id;
 use pt_core::light::{Light, LightSample, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
-use pt_core::settings::{DirectLight, Settings};
+use pt_core::settings::Settings;
 use pt_math::sampler::{RngStream, Sampler};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
 use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::estimator::{add_emission, add_sky};
 use super::observer::{self, PathObserver, PathRecorder};
-use super::path::{Path, light_mis_weight};
+use super::path::{Path, light_mis_weight, without_hemisphere_sampling};
 use super::path_queue::PathState;
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::wavefront::{add_emission, add_sky};
 use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
 use crate::trace::{LightRef, ScatterSample, Trace};
@@ -46,7 +46,7 @@ use vertex::Vertex;
 /// An interaction is one with a surface or with a medium. The phase function takes the place of the
 /// BSDF. Where light goes straight on for free, such interactions are not counted, and follow the
 /// last one that is. Estimators of direct light by hemispheres, which media do not have, are that
-/// of [`DirectLight::Mis`].
+/// of [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
 pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
@@ -175,11 +175,7 @@ impl TracedIntegrator for VolPath<'_, PathRecorder> {
 
 impl<'a, W: PathObserver> VolPath<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
-        let direct = match settings.direct {
-            DirectLight::Light => DirectLight::Light,
-            _ => DirectLight::Mis,
-        };
-        let settings = Settings { direct, ..settings.clone() };
+        let settings = without_hemisphere_sampling(settings);
         let estimator = Path { max_depth: u32::MAX };
         let transparency = Transparency::new(scene, &settings);
         let moving = scene.animated_lights().iter().map(|moving| &moving.light);

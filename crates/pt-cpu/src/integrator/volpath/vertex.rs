@@ -14,7 +14,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::VolPathState;
 use super::medium_step::PathEvent;
-use crate::integrator::wavefront::transmittance_after;
+use crate::integrator::estimator::transmittance_after;
 use crate::trace::ScatterSite;
 
 /// A place where a path is scattered.

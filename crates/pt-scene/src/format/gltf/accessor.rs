@@ -382,7 +382,7 @@ pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Syn
     values.par_chunks(ELEMENTS).all(&test)
 }
 
-/// Returns true if all numbers of the elements of an accessor are finite.
+/// Checks that all numbers of the elements of an accessor are finite.
 fn check_finite<T: Copy + Into<f64> + Sync>(
     accessor: &Item<'_>,
     values: &[T],

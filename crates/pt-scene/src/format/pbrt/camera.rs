@@ -1,12 +1,26 @@
 //! `Camera`.
 
+use std::rc::Rc;
+
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::context::Folder;
 use super::entity::Entity;
 use super::lens::{self, Lens};
+use super::medium::Interface;
 use super::state::Moving;
 use crate::{Camera, Fit, Key, LoadError, Motion, Placement, Projection, Warning};
+
+/// Camera, film, sampler, integrator and filter of a scene.
+#[derive(Default)]
+pub(super) struct CameraSetup {
+    /// With its transform to the world, and the media around it.
+    pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
+    pub(super) film: Option<Entity>,
+    pub(super) sampler: Option<Entity>,
+    pub(super) integrator: Option<Entity>,
+    pub(super) filter: Option<Entity>,
+}
 
 const KINDS: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 /// Distance before which nothing is seen. There is none in pbrt-v4.

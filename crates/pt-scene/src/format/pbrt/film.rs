@@ -1,8 +1,8 @@
 //! `Film`, `PixelFilter`, `Sampler`, `Integrator` and `Option`: how to render.
 
 use super::super::xml::quote;
+use super::camera::CameraSetup;
 use super::entity::Entity;
-use super::scene::CameraSetup;
 use crate::{Filter, LoadError, RenderHints, Warning};
 
 const FILMS: [&str; 3] = ["rgb", "gbuffer", "spectral"];

@@ -10,6 +10,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use super::super::context::{Context, Folder};
 use super::super::placeholder;
 use super::super::xml::{did_you_mean, quote};
+use super::camera::CameraSetup;
 use super::color_space::ColorSpace;
 use super::curve::is_tube;
 use super::emission::{AreaLight, area, area_light};
@@ -45,17 +46,6 @@ pub(super) enum MaterialName {
 
 /// A material by its number or its name.
 pub(super) type MaterialKey = (usize, Option<Rc<str>>);
-
-/// What is looked through, and how.
-#[derive(Default)]
-pub(super) struct CameraSetup {
-    /// With its transform to the world, and the media around it.
-    pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
-    pub(super) film: Option<Entity>,
-    pub(super) sampler: Option<Entity>,
-    pub(super) integrator: Option<Entity>,
-    pub(super) filter: Option<Entity>,
-}
 
 /// A shape with all that its state says.
 #[derive(Clone)]

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::bench::mesh::{waves, write_waves};
 
-/// Number of triangles the mesh has.
+/// Number of triangles of the mesh.
 pub(super) const TRIANGLES: usize = 2_000_000;
 
 /// A file.

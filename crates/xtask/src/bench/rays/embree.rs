@@ -332,7 +332,7 @@ impl Scene {
         }
     }
 
-    /// Returns true if each ray hits anything, in order.
+    /// Passes to `take`, for each ray in order, whether it hits anything.
     #[inline]
     pub(super) fn occluded(&self, rays: &[Single], mut take: impl FnMut(bool)) {
         let (call, scene, arguments) =

@@ -108,7 +108,7 @@ impl Writer<'_> {
     }
 }
 
-/// Returns true if the lists of a mesh fit together, and its positions are finite.
+/// Checks that the lists of a mesh fit together, and that its positions are finite.
 fn check(mesh: &Mesh) -> Result<(), String> {
     fn fits<T>(attribute: Option<&Attribute<T>>, mesh: &Mesh) -> bool {
         attribute.is_none_or(|attribute| {
