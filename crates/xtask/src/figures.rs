@@ -44,7 +44,7 @@ const NORMALS: &str = "-t 8 -s 4 --integrator normals -r 800 600 -f X.png";
 const ONCE: &[&str] = &[""];
 
 /// All figures with renderings. Where several images share a command, the views are told apart
-/// by `--show`, and light sampling by leaving out `-H`.
+/// by `--light-component`, and light sampling by leaving out `-H`.
 const FIGURES: &[Figure] = &[
     figure(3, NORMALS, &["cube"], "simple/cube.dae"),
     figure(3, NORMALS, &["teapot"], "meshedit/teapot.dae"),
@@ -59,7 +59,7 @@ const FIGURES: &[Figure] = &[
     figure(6, "-t 8 -s 16 -l 8 -f CBbunny_H_16_8_light.png -r 480 360", ONCE, BUNNY),
     figure(
         7,
-        "-t 8 -s 64 -l 16 -m 5 -r 480 360 -f X.png --show X",
+        "-t 8 -s 64 -l 16 -m 5 -r 480 360 -f X.png --light-component X",
         &["direct", "indirect", "global"],
         SPHERES,
     ),

@@ -132,7 +132,7 @@ fn render(program: &Path, scene: &Path, spp: u32, seed: u32, path: &PathBuf) -> 
         "independent",
         "--checkpoint-every",
         "0",
-        "--receipt",
+        "--metadata",
         "none",
     ]);
     command.args(["-s", &spp.to_string(), "--seed", &seed.to_string()]);

@@ -61,7 +61,7 @@ pub(crate) struct SquaredErrors {
     deviation: f64,
     /// What is displayed.
     signal: f64,
-    /// Missing mass.
+    /// Bound on the error due to features that no sample has hit.
     missing_mass: MissingMass,
     /// The fewest samples of a pixel that may hide something, in both halves.
     pub(crate) fewest: u32,

@@ -30,7 +30,7 @@ const VARIANTS: [(&str, &str); 12] = [
     ("avx2", "-t 7 --tile-size 5"),
     ("", "-t 2 --bvh none"),
     ("", "-t 2 --bvh mean --max-leaf-size 1"),
-    ("", "-t 2 --quality high"),
+    ("", "-t 2 --bvh-quality high"),
 ];
 
 /// Samples of the parts that are rendered by processes of their own, at the same time: how many of

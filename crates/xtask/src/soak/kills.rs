@@ -105,7 +105,7 @@ impl<'a> Render<'a> {
         }
         fs::create_dir_all(&folder)?;
         let scene = root().join("scenes/cornell.dae");
-        let fixed = ["-q", "--receipt", "stable", "--checkpoint-every", "0.03", "-f", "out.exr"]
+        let fixed = ["-q", "--metadata", "stable", "--checkpoint-every", "0.03", "-f", "out.exr"]
             .map(str::to_owned);
         let options = options.split(' ').map(str::to_owned);
         let options = options.chain(fixed).chain([scene.display().to_string()]).collect();

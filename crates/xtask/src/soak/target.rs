@@ -50,7 +50,7 @@ impl Subject<'_> {
         let json = self.image.with_extension("json");
         let mut command = Command::new(self.program);
         command.args(self.options.split(' ')).args(options.split(' '));
-        command.args(["-q", "--checkpoint-every", "0", "--receipt", "none", "--summary-json"]);
+        command.args(["-q", "--checkpoint-every", "0", "--metadata", "none", "--summary-json"]);
         command.arg(&json).arg("-f").arg(&self.image).arg(&self.scene);
         let status = command.status()?;
         ensure!(status.success(), "{}: the render fails", self.scene.display());
@@ -131,12 +131,13 @@ pub(super) fn run(program: &Path) -> Result<()> {
         };
         let known = mean_of_some(&|seed| Ok(subject.known_samples(target, seed)?.into()))?;
         let uniform = mean_of_some(&|seed| {
-            let (_, summary) = subject.render(&format!("{} --uniform", to_target(seed)))?;
+            let (_, summary) =
+                subject.render(&format!("{} --uniform-sampling", to_target(seed)))?;
             Ok(number(&summary, "samples")? / pixels)
         })?;
         println!(
             "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {told}; \
-             {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform, {:.2} of the {known:.0} with \
+             {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform-sampling, {:.2} of the {known:.0} with \
              which a single look would do, if one knew them before; the truth is off by {:.3} %",
             100.0 * target,
             samples / uniform,
