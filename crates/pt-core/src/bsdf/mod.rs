@@ -240,7 +240,7 @@ macro_rules! lobes {
             fn is_diffuse(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
             }
-            /// Name.
+            /// Name of the lobe, as in `lobes!`.
             fn name(&self) -> &'static str {
                 $(if self.kind == Kind::$name as u32 {
                     return stringify!($name);

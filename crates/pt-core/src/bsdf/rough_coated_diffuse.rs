@@ -162,7 +162,7 @@ fn transmitted(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32
     })
 }
 
-/// Reflectance.
+/// Single-scattering reflectance of the coat at a cosine.
 fn reflectance(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32 {
     distribution.mean_of_visible(cos, 16, |wo, h| {
         let cos = wo.dot(h);

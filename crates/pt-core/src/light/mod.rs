@@ -192,7 +192,7 @@ macro_rules! lights {
             pub fn is_invisible(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::INVISIBLE),* }
             }
-            /// Name.
+            /// Name of the light, as in `lights!`.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }

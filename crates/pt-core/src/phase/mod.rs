@@ -58,7 +58,7 @@ macro_rules! phases {
         })*
 
         impl AnyPhase {
-            /// Name.
+            /// Name of the phase function, as in `phases!`.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }

@@ -53,7 +53,7 @@ pub(in crate::format) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, 
     writer.finish()
 }
 
-/// Output so far.
+/// State of the writer of a file.
 struct Writer<'a> {
     scene: &'a Scene,
     /// Metres per unit of the scene; lengths of glTF are metres.
