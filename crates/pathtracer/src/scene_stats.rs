@@ -8,7 +8,7 @@ use pt_scene::medium::{MediumEmission, MediumProperties, PlacedGrid, Volume};
 use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, SourceFile, framing};
 use serde::Serialize;
 
-use crate::{BuildOptions, Builder, Session, memory};
+use crate::{BuildOptions, Quality, Session, memory};
 
 /// What a scene is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -123,15 +123,15 @@ impl SceneStats {
     }
 }
 
-/// A session of a scene that is compiled without a tree, as fast as that goes, and in a studio, as
-/// renders are by default: what cannot be rendered is an error, and what becomes something else has
-/// a [note](Session::notes).
+/// A session of a scene that is compiled with the hierarchy that is built fastest, for the few rays
+/// that look for a blocked view, and with studio lighting, as renders are by default: a scene that
+/// cannot be rendered is an error, and approximated features have a [note](Session::notes).
 ///
 /// # Errors
 /// If the scene cannot be rendered.
 pub fn compiled(scene: &Scene) -> Result<Session, CompileError> {
     let options = CompileOptions {
-        bvh: BuildOptions { builder: Builder::None, ..BuildOptions::default() },
+        bvh: BuildOptions { quality: Quality::Fast, ..BuildOptions::default() },
         studio: true,
         ..CompileOptions::default()
     };
