@@ -1,14 +1,13 @@
-//! A tree over boxes: it says which of them a ray may meet, and leaves it to others what is in
-//! them.
+//! Tree over boxes that finds candidates for a ray. The caller tests their contents.
 //!
 //! **Why no box test misses a primitive.** Let R be the largest coordinate distance from the origin
-//! to a corner of the box around everything. A hit is at most `error_bound`·R outside of the box of
-//! its primitive, as its slack promises, and the box test errs by less than 16εR (see
-//! [`crate::ray`]). So each node is widened by (`error_bound` + 16ε)·R, with the largest slack of
-//! all primitives below it. With the usual slack of 80ε that is twice the pad that nodes over
-//! triangles have. A node is left out only if the ray enters it beyond the depth of the nearest hit
-//! so far, rounded up. So all that can win is visited, and the tree finds what a loop over all
-//! primitives finds.
+//! to a corner of the scene box. A hit is at most `error_bound`·R outside of the box of its
+//! primitive, by the contract of the primitives, and the box test errs by less than 16εR (see
+//! [`crate::ray`]). So each node is widened by (`error_bound` + 16ε)·R, with the largest bound of
+//! all primitives below it. With the default bound of 80ε that is twice the pad of nodes over
+//! triangles. A node is skipped only if the ray enters it beyond the depth of the nearest hit so
+//! far, rounded up. So every possible nearest hit is visited, and the tree returns the same hit as
+//! a loop over all primitives.
 
 use pt_math::{Bounds3, Ray};
 
@@ -18,21 +17,21 @@ use crate::ray::{BOX_TEST, PAD, Prepared};
 use crate::traverse::{STACK, Stack, Walk};
 use crate::{BuildError, build};
 
-/// Primitives with more slack are left out.
+/// Largest accepted error bound; primitives with a larger one are left out.
 const MAX_ERROR_BOUND: f32 = 128.0;
 
-/// Boxes of primitives, ready for rays.
+/// Boxes of primitives, prepared for ray queries.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AabbTree {
-    /// Each primitive has a leaf of its own.
+    /// Binary tree with one primitive per leaf.
     tree: Bvh2,
-    /// By how many times the pad of the ray each node is widened.
+    /// Factor per node by which the pad of the ray is multiplied.
     widening: Vec<f32>,
 }
 
 impl AabbTree {
-    /// Over so many primitives, with a box and a slack for each, as
-    /// [`UserPrimitives`](crate::UserPrimitives) has them.
+    /// Builds the tree over `len` primitives, with a box and an error bound for each, as in
+    /// [`UserPrimitives`](crate::UserPrimitives).
     ///
     /// # Errors
     /// Too many primitives.
@@ -48,8 +47,8 @@ impl AabbTree {
         Ok(Self { tree, widening })
     }
 
-    /// The hit with the least parameter `t` in (`t_min`, `t_max`) of those that `test` finds; of
-    /// hits with equal t that on the primitive with the least number.
+    /// Returns the hit of `test` with the least parameter `t` in (`t_min`, `t_max`); of hits with
+    /// equal t, that on the primitive with the least number.
     #[inline]
     pub(crate) fn nearest<H>(
         &self,
@@ -68,7 +67,8 @@ impl AabbTree {
         nearest.hit.map(|(_, hit)| hit)
     }
 
-    /// Returns true if `test` says of any primitive that it is hit with t in (`t_min`, `t_max`).
+    /// Returns true if `test` returns true for any primitive that the ray may hit with t in
+    /// (`t_min`, `t_max`).
     #[inline]
     pub(crate) fn any(&self, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
         let mut stack = STACK;
@@ -82,37 +82,37 @@ impl AabbTree {
         false
     }
 
-    /// `None` for a ray that cannot hit anything.
+    /// Starts a traversal, or `None` for a ray that cannot hit anything.
     #[inline]
     fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut Stack) -> Option<Walk<'a, 'b>> {
         Some(Walk::new(&self.tree, Prepared::new(ray, &self.tree.bounds())?, stack))
     }
 
-    /// The next primitive that may be hit with parameter up to `t`.
+    /// Returns the next primitive that may be hit with parameter up to `t`.
     #[inline]
     fn next(&self, walk: &mut Walk<'_, '_>, t: f32) -> Option<u32> {
         let ids = walk.next(t, |node| self.widening[node])?;
-        Some(ids[0]) // each leaf has one
+        Some(ids[0]) // each leaf has one primitive
     }
 
-    /// The box around everything that can be hit; empty when nothing can.
+    /// Box around all primitives that can be hit; empty if there are none.
     pub(crate) fn bounds(&self) -> Bounds3 {
         self.tree.bounds()
     }
 
-    /// Primitives left out because no ray can hit them.
+    /// Number of primitives left out because no ray can hit them.
     pub(crate) fn skipped(&self) -> u32 {
         self.tree.skipped
     }
 }
 
-/// The ray without what lies before its origin.
+/// Restricts a ray to t ≥ 0.
 #[inline]
 fn from_zero(ray: &Ray) -> Ray {
     Ray { t_min: ray.t_min.max(0.0), ..*ray }
 }
 
-/// The nearest hit so far, with the number of its primitive, and the ray as far as it matters.
+/// Nearest hit so far with the number of its primitive, and the ray up to just beyond it.
 struct Nearest<H> {
     ray: Ray,
     hit: Option<(u32, H)>,
@@ -123,8 +123,8 @@ impl<H> Nearest<H> {
         Self { ray: from_zero(ray), hit: None }
     }
 
-    /// Takes the hit of a primitive if it is better: of two with equal t, the one with the lower
-    /// number is.
+    /// Replaces the hit by one that is nearer; of two with equal t, the one with the lower
+    /// primitive number wins.
     #[inline]
     fn offer(&mut self, t: f32, id: u32, hit: H) {
         // The ray ends just beyond the nearest hit.
@@ -143,7 +143,7 @@ fn is_usable(bounds: &Bounds3, error_bound: f32) -> bool {
     is_box && (0.0..=MAX_ERROR_BOUND).contains(&error_bound)
 }
 
-/// By how many times the pad of a ray each node is to be widened: see the module.
+/// Factor per node by which the pad of a ray is multiplied: see the module.
 fn widening(tree: &Bvh2, error_bound: impl Fn(u32) -> f32) -> Vec<f32> {
     let mut widening = vec![1f32; tree.nodes.len()];
     for (i, node) in tree.nodes.iter().enumerate().rev() {

@@ -1,4 +1,4 @@
-//! The invariants of a [`Bvh2`], tested.
+//! Verification of the invariants of a [`Bvh2`].
 
 use pt_math::{Bounds3, Vec3};
 use thiserror::Error;
@@ -6,35 +6,36 @@ use thiserror::Error;
 use crate::geometry::{Geometry, Primitive};
 use crate::node::{Bvh2, MAX_DEPTH};
 
-/// What is wrong with a tree.
+/// Violated invariant of a tree.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Fault {
     /// A usable triangle is in no leaf, a usable sphere not in exactly one, or an unusable
     /// primitive in any.
     #[error("primitive {primitive} occurs {times} times, which is wrong")]
     Occurrence {
-        /// Which.
+        /// Number of the primitive.
         primitive: u32,
-        /// How often it is in a leaf.
+        /// Number of its references in leaves.
         times: u32,
     },
     /// A point of a triangle is in no box of a leaf that refers to it.
     #[error("triangle {triangle} is not covered at {point:?}")]
     Uncovered {
-        /// Which.
+        /// Number of the triangle.
         triangle: u32,
-        /// The point.
+        /// Uncovered point.
         point: [f64; 3],
     },
-    /// A box that is not the union of what it should contain, or, for a leaf with pieces of
-    /// triangles, not between the boxes of the whole triangles and those of what is not in pieces.
+    /// Wrong box of a node: an inner node's box is not the union of its children's, or a leaf's box
+    /// is not between the union of its uncut primitives' boxes and the union of all its primitives'
+    /// boxes.
     #[error("node {node} has the box {actual:?} instead of {expected:?}")]
     Bounds {
         /// Index of the node.
         node: usize,
-        /// Its box.
+        /// Box of the node.
         actual: Bounds3,
-        /// The union of the boxes below it.
+        /// Union of the boxes below it.
         expected: Bounds3,
     },
     /// Nodes or leaves that are not in depth-first order.
@@ -54,15 +55,15 @@ pub enum Fault {
     TooDeep {
         /// Index of the node.
         node: usize,
-        /// Its depth.
+        /// Depth of the leaf.
         depth: usize,
     },
 }
 
-/// Points along each edge at which triangles in pieces are tested.
+/// Points along each edge at which cut triangles are tested.
 const SAMPLES: u32 = 24;
 
-/// Tests all invariants of a tree that was built over `geometry`. Of triangles that are in several
+/// Tests all invariants of a tree that was built over `geometry`. For triangles that are in several
 /// leaves, it tests a grid of points.
 ///
 /// # Errors
@@ -110,7 +111,7 @@ pub fn verify(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<(), Fault> {
     pieces.chunk_by(|a, b| a.0 == b.0).try_for_each(|pieces| verify_cover(pieces, geometry))
 }
 
-/// How often each primitive is in a leaf.
+/// Counts the references to each primitive.
 fn occurrences(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<Vec<u32>, Fault> {
     let mut occurrences = vec![0; geometry.len()];
     for &id in &bvh.order {
@@ -132,8 +133,9 @@ fn occurrences(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<Vec<u32>, Fault> {
     Ok(occurrences)
 }
 
-/// Tests that a leaf has one kind of primitives, and that its box is the union of theirs; or, where
-/// there are pieces of triangles, that the box is within that union, and has all that is whole.
+/// Tests that a leaf has one kind of primitives, and that its box is the union of theirs. If the
+/// leaf has pieces of triangles, its box must be within that union and contain all uncut
+/// primitives.
 fn verify_leaf(
     node: usize,
     actual: Bounds3,
@@ -162,7 +164,7 @@ fn verify_cover(pieces: &[(u32, Bounds3)], geometry: &Geometry<'_>) -> Result<()
     let triangle = pieces[0].0;
     let Primitive::Triangle(p) = geometry.primitive(triangle) else { return Ok(()) };
     let [a, b, c] = p.map(Vec3::as_dvec3);
-    // The rounding of the points themselves.
+    // Rounding error of the points themselves.
     let size = p.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max);
     let error_bound = f64::from(size) * 8.0 * f64::EPSILON;
     for (i, j) in (0..=SAMPLES).flat_map(|i| (0..=SAMPLES - i).map(move |j| (i, j))) {

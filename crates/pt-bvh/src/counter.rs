@@ -1,12 +1,12 @@
-//! Counting primitive tests, for nothing when nobody asks.
+//! Optional counting of primitive tests, without cost when disabled.
 
-/// Receives numbers of primitive tests.
+/// Counter of primitive tests.
 pub(crate) trait Counter {
-    /// Adds `n()`, which is not called when nobody counts.
+    /// Adds `n()`, which is not evaluated if counting is disabled.
     fn add(&mut self, n: impl FnOnce() -> u64);
 }
 
-/// Does not count.
+/// Disabled counter.
 pub(crate) struct Off;
 
 impl Counter for Off {

@@ -1,5 +1,5 @@
-//! What the fuzz targets run on the bytes that they are given, and the tests on random ones.
-//! Present under `--cfg fuzzing`, which cargo-fuzz sets, and in tests.
+//! Bodies of the fuzz targets, which tests also run on random bytes. Compiled under
+//! `--cfg fuzzing`, which cargo-fuzz sets, and in tests.
 
 use pt_math::{Ray, Vec3};
 
@@ -7,34 +7,34 @@ use crate::serial::codec::checksum;
 use crate::serial::{MARK, VERSION};
 use crate::{BuildOptions, Builder, Bvh, Geometry, Hit, Quality, Sphere};
 
-/// Ways to build that give bytes of different kinds.
+/// Options of builds that give bytes of different kinds.
 const WAYS: [(Builder, Quality); 4] = [
     (Builder::Sah, Quality::Balanced),
     (Builder::Sah, Quality::High),
     (Builder::Mean, Quality::Balanced),
     (Builder::None, Quality::Balanced),
 ];
-/// Bytes of an edit: what to do, where, and with which number.
+/// Bytes of an edit: operation, position and value.
 const EDIT_BYTES: usize = 7;
 
-/// Reads `data` as a tree: as it is, and as what stands between the version and the checksum. What
-/// is accepted answers queries, and can be written and read again.
+/// Reads `data` as a tree: unchanged, and as the content between the version and the checksum. An
+/// accepted tree must handle queries, and can be written and read again.
 ///
 /// # Panics
-/// If anything of that is not so.
+/// If any of this fails.
 pub fn bytes(data: &[u8]) {
     read(data);
     read(&with_checksum([&MARK[..], &VERSION.to_le_bytes(), data].concat()));
 }
 
-/// Makes the bytes of a tree, changes them as `data` says, and reads them with the checksum that
-/// goes with the change. What is accepted answers queries, and can be written, read and refitted.
+/// Serializes a tree, applies the edits in `data`, and reads the result with a matching checksum.
+/// An accepted tree must handle queries, and can be written, read and refitted.
 ///
-/// The first byte of `data` says which tree; edits follow, of seven bytes each. The result is
-/// whether the bytes were accepted.
+/// The first byte of `data` selects the tree; edits of seven bytes each follow. Returns true if the
+/// bytes were accepted.
 ///
 /// # Panics
-/// If anything of that is not so.
+/// If any of this fails.
 pub fn mutated(data: &[u8]) -> bool {
     let Some((&first, edits)) = data.split_first() else { return false };
     let (builder, quality) = WAYS[usize::from(first) % WAYS.len()];
@@ -53,7 +53,7 @@ pub fn mutated(data: &[u8]) -> bool {
     true
 }
 
-/// A strip of triangles, and spheres.
+/// Strip of triangles, and spheres.
 struct Soup {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -61,7 +61,7 @@ struct Soup {
 }
 
 impl Soup {
-    /// With `n` vertices, and half as many spheres.
+    /// A strip with `n` vertices, and half as many spheres.
     fn new(n: usize) -> Self {
         let at = |i: usize| {
             let (i, turn) = (i as f32, (i % 8) as f32 - 3.5);
@@ -106,7 +106,8 @@ fn with_checksum(mut content: Vec<u8>) -> Vec<u8> {
     content
 }
 
-/// The tree that the bytes are, if they are accepted; one that does what a tree has to.
+/// Parses a tree and checks that it handles queries and round-trips; `None` if the bytes are
+/// rejected.
 fn read(bytes: &[u8]) -> Option<Bvh> {
     let bvh = Bvh::from_bytes(bytes).ok()?;
     let exists = |hit: &Hit| (hit.primitive as usize) < bvh.primitives();
@@ -117,7 +118,7 @@ fn read(bytes: &[u8]) -> Option<Bvh> {
     Some(bvh)
 }
 
-/// Rays through all of the unit cube, and rays side by side; some lie in the planes of axes.
+/// Rays through the whole unit cube, some of them coherent, some in the planes of axes.
 fn rays() -> Vec<Ray> {
     let spread = |i: u8| {
         let along = |step: f32| (f32::from(i) * step).fract() - 0.5;
@@ -129,7 +130,7 @@ fn rays() -> Vec<Ray> {
     across.chain(beside).chain(straight).collect()
 }
 
-/// All that the tree says about the rays, single and in batches.
+/// Runs all queries, single and batched, and returns the hits.
 pub(crate) fn ask(bvh: &Bvh, rays: &[Ray]) -> Vec<Option<Hit>> {
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
     bvh.intersect_batch(rays, &mut hits);

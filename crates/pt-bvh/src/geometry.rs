@@ -1,9 +1,9 @@
-//! What is built over, and what a query returns.
+//! Input of a build, and result of a query.
 
 use pt_math::{Bounds3, DVec3, Vec3};
 
-/// Coordinates, radii and ray origins above this magnitude (2⁶⁰ ≈ 1.15·10¹⁸) take no part, so that
-/// no product of two distances overflows.
+/// Largest usable magnitude of coordinates, radii and ray origins, 2⁶⁰ ≈ 1.15·10¹⁸: no product of
+/// two distances overflows. Primitives and rays beyond it are ignored.
 pub const LARGEST_COORDINATE: f32 = (1u64 << 60) as f32;
 
 /// A sphere; rays hit it from both sides.
@@ -15,7 +15,7 @@ pub struct Sphere {
     pub radius: f32,
 }
 
-/// The primitives of a scene. Primitive `i` is triangle `i` when `i < triangles.len()`, and sphere
+/// Primitives of a scene. Primitive `i` is triangle `i` if `i < triangles.len()`, and sphere
 /// `i − triangles.len()` otherwise.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Geometry<'a> {
@@ -27,7 +27,7 @@ pub struct Geometry<'a> {
     pub spheres: &'a [Sphere],
 }
 
-/// The nearest intersection.
+/// Nearest intersection of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Ray parameter: the point is o + t·d.
@@ -37,11 +37,11 @@ pub struct Hit {
     pub b1: f32,
     /// Weight of the triangle's third vertex; 0 for a sphere.
     pub b2: f32,
-    /// Which primitive: triangles first, then spheres, as in [`Geometry`].
+    /// Number of the primitive: triangles first, then spheres, as in [`Geometry`].
     pub primitive: u32,
 }
 
-/// One primitive, looked up.
+/// Triangle or sphere, by value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Primitive {
     Triangle([Vec3; 3]),
@@ -54,7 +54,7 @@ impl Geometry<'_> {
         self.triangles.len() + self.spheres.len()
     }
 
-    /// Returns true if there are none.
+    /// Returns true if there are no primitives.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -77,8 +77,8 @@ impl Geometry<'_> {
 }
 
 impl Primitive {
-    /// The box around it; `None` for a primitive that no ray can hit: one with coordinates that
-    /// are not finite or too large, a triangle without area, a sphere without positive radius.
+    /// Box around the primitive; `None` if no ray can hit it: coordinates that are not finite or
+    /// too large, a triangle without area, a sphere without positive radius.
     #[inline(always)]
     pub(crate) fn bounds(&self) -> Option<Bounds3> {
         match *self {
@@ -93,7 +93,7 @@ impl Primitive {
     }
 }
 
-/// A box around these corners, by outward rounding.
+/// Box around two corners, rounded outward.
 pub(crate) fn outward(min: DVec3, max: DVec3) -> Bounds3 {
     let down = min.as_vec3().to_array().map(f32::next_down);
     let up = max.as_vec3().to_array().map(f32::next_up);

@@ -1,8 +1,8 @@
-//! The binary tree that everything else is made from.
+//! Binary tree, from which all other layouts are made.
 
 use pt_math::{Bounds3, Vec3};
 
-/// Depth of the deepest leaf that a builder makes, the root being at depth 0.
+/// Maximum depth of leaves, with the root at depth 0.
 pub const MAX_DEPTH: usize = 62;
 
 /// Node of a [`Bvh2`].
@@ -11,8 +11,8 @@ pub const MAX_DEPTH: usize = 62;
 pub struct Node {
     /// Least corner of the box.
     pub min: Vec3,
-    /// Leaf: where its primitives start in [`Bvh2::order`]. Inner node: how many nodes after this
-    /// one the right child is.
+    /// Leaf: index of its first primitive in [`Bvh2::order`]. Inner node: distance to the right
+    /// child in nodes.
     pub offset: u32,
     /// Greatest corner of the box.
     pub max: Vec3,
@@ -23,45 +23,48 @@ pub struct Node {
 const _: () = assert!(size_of::<Node>() == 32);
 
 impl Node {
-    /// Returns true if it holds primitives.
+    /// Returns true if the node is a leaf.
     #[inline]
     pub fn is_leaf(&self) -> bool {
         self.count > 0
     }
 
-    /// The box around everything below.
+    /// Box around everything below the node.
     #[inline]
     pub fn bounds(&self) -> Bounds3 {
         Bounds3 { min: self.min, max: self.max }
     }
 }
 
-/// A binary bounding volume hierarchy: the hub from which other layouts are made.
+/// A binary bounding volume hierarchy, from which other layouts are made.
 ///
-/// Invariants ([`check::verify`](crate::check::verify) tests them): nodes are in depth-first
-/// order, the root first, the left child of node `i` is `i + 1` and the right child
-/// `i + nodes[i].offset`; every usable sphere is in exactly one leaf, every usable triangle in at
-/// least one; each point of a triangle is in the box of a leaf that refers to it; leaves are in the
-/// order of `order` and hold either triangles or spheres; the box of a node is the union of those
-/// of its children, that of a leaf without pieces of triangles the union of its primitives'; no
-/// leaf is deeper than [`MAX_DEPTH`].
+/// Invariants ([`check::verify`](crate::check::verify) tests them):
+///
+/// * Nodes are in depth-first order, the root first. The left child of node `i` is `i + 1` and the
+///   right child `i + nodes[i].offset`.
+/// * Every usable sphere is in exactly one leaf, every usable triangle in at least one. Each point
+///   of a triangle is in the box of a leaf that refers to it.
+/// * Leaves are in the order of `order` and contain either triangles or spheres.
+/// * The box of an inner node is the union of those of its children. The box of a leaf without
+///   pieces of triangles is the union of those of its primitives.
+/// * No leaf is deeper than [`MAX_DEPTH`].
 #[derive(Clone, Debug, Default)]
 pub struct Bvh2 {
-    /// All nodes; none when there are no primitives.
+    /// All nodes; empty without primitives.
     pub nodes: Vec<Node>,
-    /// Primitives in the order of the leaves; triangles that were cut occur several times.
+    /// Primitives in the order of the leaves; cut triangles occur several times.
     pub order: Vec<u32>,
-    /// Primitives left out because no ray can hit them.
+    /// Number of primitives left out because no ray can hit them.
     pub skipped: u32,
 }
 
 impl Bvh2 {
-    /// The box around everything; empty when there is nothing.
+    /// Box around all primitives; empty if there are none.
     pub fn bounds(&self) -> Bounds3 {
         self.nodes.first().map_or(Bounds3::EMPTY, Node::bounds)
     }
 
-    /// The two children of inner node `i`.
+    /// Indices of the children of inner node `i`.
     #[inline]
     pub fn children(&self, i: usize) -> [usize; 2] {
         [i + 1, i + self.nodes[i].offset as usize]

@@ -1,6 +1,6 @@
-//! How a tree is to be built.
+//! Options of the build.
 
-/// How the tree is built.
+/// Algorithm that builds the tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Builder {
     /// Surface area heuristic, in parallel.
@@ -12,35 +12,35 @@ pub enum Builder {
     None,
 }
 
-/// How much time [`Builder::Sah`] may take for a tree that is faster to query.
+/// Trade-off of [`Builder::Sah`] between build time and query speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Few bins, and nothing afterwards: the tree is soon there, for geometry that changes or is
-    /// looked at briefly.
+    /// Few bins, no post-processing: a short build, for geometry that changes or is rendered
+    /// briefly.
     Fast,
-    /// More bins. Triangles that fill little of their boxes are cut into pieces where there are
-    /// enough of them to matter; references to pieces are at most 30 % of the primitives, or about
-    /// a thousand. Meshes without such triangles pay next to nothing for that. When the tree is
-    /// there, the largest of its subtrees are moved to where they cost less.
+    /// More bins. If enough triangles fill little of their boxes, they are cut into pieces;
+    /// references to pieces are at most 30 % of the primitives, or about a thousand. For other
+    /// meshes the cost of this step is negligible. After the build, the largest subtrees are moved
+    /// to cheaper positions.
     #[default]
     Balanced,
-    /// More bins again, and every way to part up to 128 primitives along an axis; triangles are
-    /// cut finer, with up to 50 % more references, and subtrees of all sizes are moved to where
-    /// they cost less. Takes several times as long as [`Quality::Balanced`] for trees that are
-    /// smaller by some percent, and hardly faster unless there are triangles to cut.
+    /// Still more bins, and a full sweep of up to 128 primitives along each axis. Triangles are cut
+    /// finer, with up to 50 % more references, and subtrees of all sizes are moved to cheaper
+    /// positions. Takes several times as long as [`Quality::Balanced`], for trees that are cheaper
+    /// by some percent and hardly faster unless there are triangles to cut.
     High,
 }
 
 /// Options of [`Bvh::build`](crate::Bvh::build).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// How to build.
+    /// Algorithm.
     pub builder: Builder,
-    /// How carefully; [`Builder::Mean`] and [`Builder::None`] know one way only.
+    /// Effort of [`Builder::Sah`]; the other builders ignore it.
     pub quality: Quality,
-    /// Leaves of the binary tree hold no more primitives than this; taken as a number from 1 to
-    /// 64. The default is 8, as many as are tested at once; for queries, subtrees with up to that
-    /// many become one leaf in any case.
+    /// Maximum number of primitives per leaf of the binary tree, clamped to [1, 64]. The default is
+    /// 8, the number of primitives tested at once. For queries, subtrees with up to that many
+    /// primitives become one leaf in any case.
     pub max_leaf_size: u32,
 }
 

@@ -1,14 +1,14 @@
-//! The tree of primitives that have moved.
+//! Refitting of a tree to primitives that have moved.
 
 use thiserror::Error;
 
 use crate::geometry::Geometry;
 use crate::{BuildError, Bvh, Kernel, Source, build};
 
-/// Why a tree was not refitted; it is as it was.
+/// Reason for which a tree was not refitted; it is then unchanged.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum RefitError {
-    /// The tree is of other primitives.
+    /// The tree was built over other numbers of primitives.
     #[error("{triangles} triangles and {spheres} spheres are not as many as the tree has")]
     Counts {
         /// Triangles in the geometry.
@@ -22,13 +22,13 @@ pub enum RefitError {
 }
 
 impl Bvh {
-    /// Takes the primitives anew from `geometry`, in which they may have moved. That is much faster
-    /// than [`Self::build`], and queries find the same; but the farther neighbours have moved
-    /// apart, the slower queries become, and cuts through triangles no longer spare anything.
+    /// Updates the tree to `geometry`, in which the primitives may have moved. Much faster than
+    /// [`Self::build`], with the same hits; but the farther neighbours have moved apart, the slower
+    /// queries become, and cuts of triangles lose their benefit.
     ///
-    /// Primitives that have become unusable are left out and counted. When one has become usable
-    /// that never was, or none is left, the tree is built anew. Of [`Self::statistics`], all but
-    /// `skipped` stay those of the build.
+    /// Primitives that have become unusable are left out and counted. If a primitive has become
+    /// usable that was not in the tree, or none is left, the tree is rebuilt. Of
+    /// [`Self::statistics`], all but `skipped` remain those of the build.
     ///
     /// # Errors
     /// Other numbers of primitives than before, or an index out of range.

@@ -5,21 +5,20 @@ use pt_math::{DVec3, Ray, Vec3};
 
 use crate::geometry::Sphere;
 
-/// How far f·f − r² may be from 0, relative to f·f + r², for an origin to count as on the sphere.
+/// Maximum |f·f − r²|, relative to f·f + r², for which an origin counts as on the sphere.
 const ON_SPHERE: f64 = 8.0 * f64::EPSILON;
 
-/// A parameter is known to this share of itself: of two roots as near as that, the first was hit.
+/// Relative error of a parameter: of two roots within it, the first was hit.
 const ROUNDED: f64 = 4.0 * EPSILON as f64;
 
-/// The least root after `t_min`, at least 0, of |o + t·d − c|² = r², without regard to `t_max`.
+/// Least root after `t_min`, at least 0, of |o + t·d − c|² = r², without regard to `t_max`.
 ///
-/// With f = o − c, a = d·d, b = −f·d: the discriminant is taken from the vector
-/// l = f + (b/a)·d between centre and line, as r² − l·l, which cancels least, and the roots are
-/// q/a and (f·f − r²)/q with q = b ± √(a(r² − l·l)). In double precision. [Haines, Günther &
-/// Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems
-/// ch. 7]
+/// With f = o − c, a = d·d, b = −f·d: the discriminant is computed from the vector l = f + (b/a)·d
+/// between centre and line, as r² − l·l, which cancels least, and the roots are q/a and (f·f −
+/// r²)/q with q = b ± √(a(r² − l·l)). In double precision. [Haines, Günther & Akenine-Möller 2019,
+/// "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems ch. 7]
 ///
-/// An origin on the sphere, within the rounding of double precision, has a root 0, which is no
+/// An origin on the sphere, within the rounding of double precision, has a root 0, which is not a
 /// hit.
 #[inline]
 pub(crate) fn intersect(origin: Vec3, direction: Vec3, t_min: f32, sphere: &Sphere) -> Option<f32> {
@@ -52,8 +51,8 @@ fn roots(origin: Vec3, direction: Vec3, sphere: &Sphere) -> Option<[f64; 2]> {
 }
 
 impl Sphere {
-    /// The unit vector from the centre to the point where a ray hits the sphere at parameter `t`,
-    /// in double precision: how far away the ray begins does not matter.
+    /// Unit vector from the centre to the point where a ray hits the sphere at parameter `t`, in
+    /// double precision: its accuracy does not depend on the distance of the ray's origin.
     #[inline]
     pub fn normal_at(&self, ray: &Ray, t: f32) -> DVec3 {
         let t = f64::from(t);

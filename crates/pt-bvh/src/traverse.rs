@@ -1,5 +1,5 @@
-//! Queries in plain scalar code: the loop over everything, and the binary tree. They define what
-//! the fast kernels must find.
+//! Queries in plain scalar code: the loop over all primitives, and the binary tree. They define the
+//! results of the fast kernels.
 
 use pt_math::{Bounds3, Ray};
 
@@ -9,7 +9,7 @@ use crate::node::{Bvh2, MAX_DEPTH};
 use crate::ray::Prepared;
 use crate::{sphere, triangle};
 
-/// The nearest hit so far: the least t, of equal ones the least primitive number.
+/// Nearest hit so far: the least t, and of equal ones the least primitive number.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     hit: Hit,
@@ -25,7 +25,7 @@ impl Nearest {
         Self { hit, found: false, t_min: ray.t_min }
     }
 
-    /// Takes the hit if it is inside of the interval and better; says whether.
+    /// Replaces the hit if the new one is inside of the interval and nearer; returns true if so.
     #[inline]
     pub(crate) fn offer(&mut self, hit: Hit) -> bool {
         let nearer =
@@ -38,7 +38,7 @@ impl Nearest {
         better
     }
 
-    /// Only hits up to here can be better.
+    /// Upper bound of the parameter of nearer hits.
     #[inline]
     pub(crate) fn t(&self) -> f32 {
         self.hit.t
@@ -50,7 +50,7 @@ impl Nearest {
     }
 }
 
-/// Where the ray meets one primitive, without regard to `t_max`.
+/// Intersection of a ray with one primitive, without regard to `t_max`.
 #[inline]
 pub(crate) fn intersect_primitive(ray: &Prepared, primitive: &Primitive, id: u32) -> Option<Hit> {
     match primitive {
@@ -62,7 +62,7 @@ pub(crate) fn intersect_primitive(ray: &Prepared, primitive: &Primitive, id: u32
     }
 }
 
-/// All usable primitives in a list without a tree: what rendering costs without one.
+/// All usable primitives in a list without a tree, for comparison with trees.
 #[derive(Clone, Debug)]
 pub(crate) struct List {
     primitives: Vec<(Primitive, u32)>,
@@ -70,7 +70,7 @@ pub(crate) struct List {
 }
 
 impl List {
-    /// Collects primitives; returns the number of those left out as well.
+    /// Collects primitives; also returns the number of those left out.
     pub(crate) fn new(geometry: &Geometry<'_>) -> (Self, u32) {
         let all = (0..geometry.len() as u32).map(|id| (geometry.primitive(id), id));
         let usable: Vec<_> = all.filter(|(primitive, _)| primitive.bounds().is_some()).collect();
@@ -78,7 +78,7 @@ impl List {
         (Self::of(usable), skipped)
     }
 
-    /// A list of usable primitives with their numbers.
+    /// List of usable primitives with their numbers.
     pub(crate) fn of(primitives: Vec<(Primitive, u32)>) -> Self {
         let bounds = primitives.iter().filter_map(|(primitive, _)| primitive.bounds());
         let bounds = bounds.fold(Bounds3::EMPTY, Bounds3::union);
@@ -97,7 +97,7 @@ impl List {
         size_of_val(self.primitives.as_slice())
     }
 
-    /// The nearest hit.
+    /// Returns the nearest hit.
     pub(crate) fn intersect(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
         let ray = Prepared::new(ray, &self.bounds)?;
         let mut nearest = Nearest::new(&ray);
@@ -126,19 +126,20 @@ impl List {
 pub(crate) type Stack = [(u32, f32); MAX_DEPTH + 2];
 pub(crate) const STACK: Stack = [(0, 0.0); MAX_DEPTH + 2];
 
-/// A ray on its way through a binary tree.
+/// Traversal of a binary tree by a ray.
 #[derive(Debug)]
 pub(crate) struct Walk<'a, 'b> {
     tree: &'a Bvh2,
     ray: Prepared,
     start: f32,
     stack: &'b mut Stack,
-    /// Entries on the stack.
+    /// Number of entries on the stack.
     size: usize,
 }
 
 impl<'a, 'b> Walk<'a, 'b> {
-    /// `tree` must have nodes; what is on the stack means nothing.
+    /// Starts at the root of `tree`, which must not be empty; the contents of the stack are
+    /// overwritten.
     #[inline]
     pub(crate) fn new(tree: &'a Bvh2, ray: Prepared, stack: &'b mut Stack) -> Self {
         let start = ray.depth_start();
@@ -146,9 +147,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         Self { tree, ray, start, stack, size: 1 }
     }
 
-    /// The primitives of the next leaf, the nearer ones first, in which there may be a hit with
-    /// parameter up to `t`. The box of node `i` is widened by the pad of the ray times
-    /// `widening(i)`.
+    /// Returns the primitives of the next leaf, near to far, that may contain a hit with parameter
+    /// up to `t`. The box of node `i` is widened by the pad of the ray times `widening(i)`.
     #[inline]
     pub(crate) fn next(&mut self, t: f32, widening: impl Fn(usize) -> f32) -> Option<&'a [u32]> {
         let limit = self.ray.depth_limit(t);
@@ -183,8 +183,8 @@ impl<'a, 'b> Walk<'a, 'b> {
 }
 
 impl Bvh2 {
-    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
-    /// `geometry` must be what the tree was built over.
+    /// Returns the nearest hit, by scalar code: a slow reference for the fast kernels. `geometry`
+    /// must be the one over which the tree was built.
     pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
         let ray = Prepared::new(ray, &self.bounds())?;
         let mut nearest = Nearest::new(&ray);

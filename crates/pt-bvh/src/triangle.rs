@@ -1,30 +1,32 @@
 //! The watertight triangle test. [Woop, Benthin & Wald 2013, "Watertight Ray/Triangle
 //! Intersection", JCGT 2(1)]
 //!
-//! Vertices are moved so that the ray starts at 0, and sheared so that it runs along kz; the ray
-//! then hits if 0 is on the same side of all three edges in the plane.
+//! Vertices are translated so that the ray starts at 0, and sheared so that it runs along kz; the
+//! ray then hits if 0 is on the same side of all three edges in the plane.
 //!
 //! A filter takes fl(fl(c_x b_y) − fl(c_y b_x)) for an edge function: rounding is monotone, so its
-//! sign is right whenever it is not 0. For what passes, edge functions are computed with the
-//! rounding of one product made up for, fl(fl(c_x b_y − p) + fl(p − c_y b_x)) with p = fl(c_y b_x),
-//! by Kahan's method. It errs by at most 2ε of itself, ε = 2⁻²⁴ [Jeannerod, Louvet & Muller 2013,
-//! "Further analysis of Kahan's algorithm for the accurate computation of 2×2 determinants", Math.
-//! Comp. 82]; and if products underflow its sign is still right or it is 0, since c_x b_y − p is at
-//! least c_y b_x − p where c_x b_y is at least c_y b_x, and rounding is monotone.
+//! sign is right whenever it is not 0. For triangles that pass, edge functions are computed with
+//! compensation for the rounding of one product, fl(fl(c_x b_y − p) + fl(p − c_y b_x)) with p =
+//! fl(c_y b_x), by Kahan's method. Its relative error is at most 2ε, ε = 2⁻²⁴ [Jeannerod, Louvet &
+//! Muller 2013, "Further analysis of Kahan's algorithm for the accurate computation of 2×2
+//! determinants", Math. Comp. 82]; and if products underflow its sign is still right or it is 0,
+//! since c_x b_y − p is at least c_y b_x − p where c_x b_y is at least c_y b_x, and rounding is
+//! monotone.
 //!
-//! So for needles and for triangles seen edge-on as well, the weights err by 4ε of themselves and
-//! single precision gives the hit: its depth is a mean of the vertices' that errs by at most 14ε of
-//! their largest, its barycentric coordinates err by less than 10ε. Where an edge function is 0
-//! (equal products, underflow), double precision decides, in which the products are exact; and so
-//! it does where the depth is within its error of 0, since hits next to the origin are as real as
-//! others. All of it is a function of ray and triangle alone, so every kernel gets the same bits.
+//! So for needles and for triangles seen edge-on as well, the weights have a relative error of 4ε
+//! and single precision gives the hit: its depth is a mean of the vertices' that errs by at most
+//! 14ε of their largest, and its barycentric coordinates err by less than 10ε. If an edge function
+//! is 0 (equal products, underflow), double precision decides, in which the products are exact. It
+//! also decides if the depth is within its error of 0, since hits next to the origin must be as
+//! reliable as others. The result is a function of ray and triangle alone, so every kernel gets the
+//! same bits.
 
 use pt_math::float_error::gamma;
 use pt_math::{DVec3, Vec3};
 
 use crate::ray::Prepared;
 
-/// Where a triangle is hit.
+/// Hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TriangleHit {
     pub(crate) t: f32,
@@ -35,14 +37,14 @@ pub(crate) struct TriangleHit {
 /// Below this, products may have lost digits to underflow.
 pub(crate) const MIN_DET: f32 = 1.0 / (1u128 << 100) as f32;
 
-/// What single precision says.
+/// Result of the test in single precision.
 pub(crate) enum Verdict {
     Miss,
     Hit(TriangleHit),
     Unclear,
 }
 
-/// The intersection with one triangle, without regard to `t_min` and `t_max`.
+/// Intersection with one triangle, without regard to `t_min` and `t_max`.
 #[inline]
 pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
     let sheared = p.map(|v| shear(ray, v));
@@ -56,11 +58,11 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
     }
 }
 
-/// The intersection in single precision; the wide kernels do the same for many triangles.
+/// Intersection in single precision; the wide kernels do the same for many triangles.
 ///
-/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with weights that
-/// are rounded:  δ = (3·δe + γ₁₄|det|)·Z / |det| + δz  with  δe = 2(δx·Y + δy·X),  and as |det| is
-/// at most 4XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
+/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with rounded
+/// weights: δ = (3·δe + γ₁₄|det|)·Z / |det| + δz with δe = 2(δx·Y + δy·X), and as |det| is at most
+/// 4XY, δ is at most γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
 #[inline]
 pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let edge = |p: [f32; 3], q: [f32; 3]| difference_of_products(q[0], p[1], q[1], p[0]);
@@ -98,13 +100,13 @@ pub(crate) const IS_FUSED: bool = cfg!(any(
     all(target_arch = "aarch64", target_feature = "neon")
 ));
 
-/// x·y + z, rounded as often as by the vectors of the platform.
+/// x·y + z, with the rounding of the vectors of the platform.
 #[inline]
 fn mul_add(x: f32, y: f32, z: f32) -> f32 {
     if IS_FUSED { x.mul_add(y, z) } else { x * y + z }
 }
 
-/// a·b − c·d with an error of at most 2ε of itself; see the module.
+/// a·b − c·d with a relative error of at most 2ε; see the module.
 #[inline]
 pub(crate) fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
     if IS_FUSED {
@@ -116,14 +118,14 @@ pub(crate) fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
     }
 }
 
-/// The intersection in double precision, by origin, direction and scale of the ray. On which side
-/// of the edges it passes is decided by the sheared f32 vertices, as everywhere; how far away it
-/// meets the plane, by the `vertices` themselves: hits next to the origin are as real as others.
+/// Intersection in double precision, by origin, direction and scale of the ray. The side of the
+/// edges is decided by the sheared f32 vertices, as everywhere; the depth in the plane by the
+/// original `vertices`, since hits next to the origin must be as reliable as others.
 ///
-/// Where the ray passes inside by the rounding of the sheared vertices only, the plane may be met
-/// anywhere. There the depth is the mean of theirs, and counts if it exceeds its error; or if all
-/// vertices are ahead and so is the plane: a ray that leaves the triangle has the plane behind it,
-/// but one that meets a closed mesh next to its origin must not pass through it.
+/// If the ray passes inside only by the rounding of the sheared vertices, the depth in the plane is
+/// arbitrary. Then the depth is the mean of the vertices' depths, and counts if it exceeds its
+/// error; or if all vertices are ahead and so is the plane: a ray that leaves the triangle has the
+/// plane behind it, but a ray that hits a closed mesh next to its origin must not pass through it.
 #[inline(never)]
 pub(crate) fn confirm(
     [origin, direction]: [Vec3; 2],
@@ -133,7 +135,7 @@ pub(crate) fn confirm(
 ) -> Option<TriangleHit> {
     let plane = Plane::met(origin, direction, vertices);
     if plane.t.is_some_and(|t| t <= 0.0) {
-        return None; // mostly what the ray starts from
+        return None; // mostly the triangle that the ray leaves
     }
     let [a, b, c] = sheared;
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
@@ -163,12 +165,12 @@ pub(crate) fn confirm(
     is_ahead.then_some(TriangleHit { t: t as f32, b1, b2 })
 }
 
-/// The plane of a triangle, as a ray sees it in double precision.
+/// Plane of a triangle in double precision, as seen by a ray.
 struct Plane {
-    /// Where the ray meets the triangle, if it does by double precision as well. The point is then
-    /// within εR of the triangle, R being the distance to its farthest vertex: with u = 2⁻⁵³ and c
-    /// the least slope, the point errs by some uR/c, and beyond the tip of a needle the edges see
-    /// it inside for 1/c as far.
+    /// Parameter of the intersection, if the ray hits the triangle in double precision as well. The
+    /// point is then within εR of the triangle, R being the distance to its farthest vertex: with
+    /// u = 2⁻⁵³ and c the least slope, the point errs by some uR/c, and beyond the tip of a needle
+    /// the edge tests accept it for 1/c as far.
     t: Option<f64>,
     /// True if the ray moves away from the plane.
     is_behind: bool,
@@ -179,7 +181,7 @@ impl Plane {
         let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
         let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
         let edges = [b - a, c - b, a - c];
-        // By the two shortest edges, so that its error is the least.
+        // The normal is computed from the two shortest edges, for the least error.
         let lengths = edges.map(DVec3::length_squared);
         let longest = if lengths[0] >= lengths[1].max(lengths[2]) {
             0
@@ -201,11 +203,11 @@ impl Plane {
     }
 }
 
-/// Triangles of less area for their two shortest edges, or seen under less of an angle, are met too
-/// far from where they are by the rounding of double precision.
+/// Below this slope, or ratio of area to the lengths of the two shortest edges, the rounding of
+/// double precision moves the intersection too far.
 const MIN_SLOPE: f64 = 1e-4;
 
-/// From the vertex to the ray, across it along two axes; and the vertex's depth.
+/// Vector from the vertex to the ray, across it along two axes; and the vertex's depth.
 #[inline]
 pub(crate) fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
     let q = (ray.origin - p).to_array();
@@ -221,17 +223,17 @@ fn edge(p: [f32; 3], q: [f32; 3]) -> f64 {
     f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])
 }
 
-/// A bound δ of the error of the mean depth: only a hit beyond it is certainly ahead of the origin.
-/// [Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.6, with the rounding of the
-/// edge functions left out as they are in double precision here]
+/// Bound δ of the error of the mean depth: only a hit beyond it is certainly ahead of the origin.
+/// [Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.6, without the rounding of
+/// the edge functions, which are in double precision here]
 ///
-/// With X, Y, Z the largest magnitudes of the sheared coordinates: the error of x is
-/// δx = γ₅(X + Z), of y δy = γ₅(Y + Z), of z δz = γ₂Z, of an edge function
-/// δe = 2(δx·Y + δy·X + δx·δy), and of the depth  δ = 3·δe·(Z + δz) / |det| + δz.
+/// With X, Y, Z the largest magnitudes of the sheared coordinates: the error of x is δx = γ₅(X +
+/// Z), of y δy = γ₅(Y + Z), of z δz = γ₂Z, of an edge function δe = 2(δx·Y + δy·X + δx·δy), and of
+/// the depth δ = 3·δe·(Z + δz) / |det| + δz.
 ///
-/// For small triangles seen from afar this exceeds the distance itself, and they would vanish. But
-/// the depth is a mean of those of the vertices: where all three are ahead by more than the offset
-/// of a spawned origin and its rounding, nothing needs to be known about the error, and δ is 0.
+/// For small distant triangles this exceeds the distance itself, and they would vanish. But the
+/// depth is a mean of those of the vertices: if all three are ahead by more than the offset of a
+/// spawned origin and its rounding, the error does not matter, and δ is 0.
 fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
     let [x, y, z] = [largest(0), largest(1), largest(2)];
@@ -246,7 +248,7 @@ fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     3.0 * de * (z + dz) / det.abs() + dz
 }
 
-/// How the ray passes a triangle, without regard to where along the ray.
+/// Position of a ray relative to the edges of a triangle, independent of the depth.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Side {
@@ -255,11 +257,11 @@ pub(crate) enum Side {
     Edge,
     /// All edge functions are above 0.
     Positive,
-    /// All edge functions are below 0: it turns the other way.
+    /// All edge functions are below 0: the opposite orientation.
     Negative,
 }
 
-/// The side by the signs of the edge functions.
+/// Side by the signs of the edge functions.
 #[cfg(test)]
 pub(crate) fn side(ray: &Prepared, p: [Vec3; 3]) -> Side {
     let [a, b, c] = p.map(|v| shear(ray, v));
@@ -275,8 +277,9 @@ pub(crate) fn side(ray: &Prepared, p: [Vec3; 3]) -> Side {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::{Bounds3, Ray};
+
+    use super::*;
 
     fn prepared(o: Vec3, d: Vec3, p: &[Vec3]) -> Prepared {
         let scene: Bounds3 = p.iter().copied().collect();

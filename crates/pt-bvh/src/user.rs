@@ -1,5 +1,5 @@
-//! A tree over primitives of any kind, which say themselves where rays hit them. [The user
-//! geometries of Embree are the model: a box, a nearest hit and any hit for each primitive]
+//! Tree over primitives of any kind, which implement their own intersection. [Modelled on the user
+//! geometries of Embree: a box, a nearest hit and any hit for each primitive]
 
 use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, Ray};
@@ -7,54 +7,54 @@ use pt_math::{Bounds3, Ray};
 use crate::BuildError;
 use crate::aabb_tree::AabbTree;
 
-/// The [slack](UserPrimitives::error_bound) of primitives whose hits are computed in single
-/// precision with some care: 80ε ≈ 4.8·10⁻⁶.
+/// The [error bound](UserPrimitives::error_bound) of primitives whose hits are computed carefully
+/// in single precision: 80ε ≈ 4.8·10⁻⁶.
 pub const DEFAULT_ERROR_BOUND: f32 = 80.0 * EPSILON;
 
-/// A set of primitives, numbered from 0, that know their boxes and where rays hit them.
+/// A set of primitives, numbered from 0, with boxes and ray intersections.
 ///
-/// Queries must be functions of primitive and ray, in which `t_max` does nothing but leave hits
-/// out. They get rays with finite coordinates, a direction of any length but 0, and `t_min` at
+/// Queries must be functions of primitive and ray, in which `t_max` does nothing but exclude hits.
+/// They receive rays with finite coordinates, a nonzero direction of any length, and `t_min` at
 /// least 0.
 pub trait UserPrimitives {
-    /// What is known of a hit.
+    /// Description of a hit.
     type Hit: Copy;
 
     /// Number of primitives, at most 2³⁰.
     fn len(&self) -> usize;
 
-    /// Returns true if there are none.
+    /// Returns true if there are no primitives.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The box around a primitive; `None` when no ray can hit it.
+    /// Box around a primitive; `None` if no ray can hit it.
     fn bounds(&self, primitive: u32) -> Option<Bounds3>;
 
-    /// How far o + t·d may be outside of the box for any hit of the primitive, by rounding, along
-    /// each axis; in units of the largest coordinate distance from o to a corner of the box. From 0
-    /// to 128; the more, the more boxes are entered in vain.
+    /// Maximum distance by which o + t·d may be outside of the box for any hit of the primitive,
+    /// due to rounding, along each axis; in units of the largest coordinate distance from o to a
+    /// corner of the box. In [0, 128]; larger bounds lead to more boxes entered without a hit.
     fn error_bound(&self, _primitive: u32) -> f32 {
         DEFAULT_ERROR_BOUND
     }
 
-    /// The hit of a primitive with the least t in (`t_min`, `t_max`).
+    /// Returns the hit of a primitive with the least t in (`t_min`, `t_max`).
     fn intersect(&self, primitive: u32, ray: &Ray) -> Option<Self::Hit>;
 
-    /// The ray parameter t of a hit.
+    /// Ray parameter t of a hit.
     fn t(hit: &Self::Hit) -> f32;
 
-    /// Returns true if a primitive is hit with t in (`t_min`, `t_max`), as [`Self::intersect`] has
-    /// it.
+    /// Returns true if a primitive is hit with t in (`t_min`, `t_max`), consistently with
+    /// [`Self::intersect`].
     fn occluded(&self, primitive: u32, ray: &Ray) -> bool {
         self.intersect(primitive, ray).is_some()
     }
 }
 
-/// [`UserPrimitives`], ready for ray queries.
+/// [`UserPrimitives`], prepared for ray queries.
 ///
-/// Of several hits with the least t, queries return that on the primitive with the least number:
-/// the same as a loop over all primitives.
+/// Of several hits with the least t, queries return that on the primitive with the least number,
+/// like a loop over all primitives.
 ///
 /// ```
 /// use pt_bvh::{UserBvh, UserPrimitives};
@@ -100,8 +100,8 @@ pub struct UserBvh<P> {
 }
 
 impl<P: UserPrimitives> UserBvh<P> {
-    /// Makes the primitives ready for queries. Those without a box, with one that is inside out or
-    /// beyond [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE), and those with a slack out of
+    /// Builds a tree over the primitives. Primitives without a box, with an empty box or one beyond
+    /// [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE), and those with an error bound out of
     /// range are left out and counted.
     ///
     /// # Errors
@@ -112,12 +112,12 @@ impl<P: UserPrimitives> UserBvh<P> {
         Ok(bvh)
     }
 
-    /// Changes the primitives, as many and as much as it takes, and builds the tree over them anew;
-    /// returns what `change` returns. There is no refit: a build takes about a microsecond for each
-    /// primitive, and a tree that is only refitted answers the slower the farther they move.
+    /// Applies arbitrary changes to the primitives and rebuilds the tree; returns the result of
+    /// `change`. There is no refit: a build takes about a microsecond per primitive, and queries of
+    /// a refitted tree are the slower the farther the primitives move.
     ///
     /// # Errors
-    /// Too many primitives; nothing is hit then.
+    /// Too many primitives; no ray hits anything then.
     pub fn update<R>(&mut self, change: impl FnOnce(&mut P) -> R) -> Result<R, BuildError> {
         let result = change(&mut self.primitives);
         self.rebuild()?;
@@ -132,8 +132,8 @@ impl<P: UserPrimitives> UserBvh<P> {
         Ok(())
     }
 
-    /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive
-    /// with the least number.
+    /// Returns the nearest hit with t in (`t_min`, `t_max`); of hits with equal t, that on the
+    /// primitive with the least number.
     pub fn intersect(&self, ray: &Ray) -> Option<P::Hit> {
         self.tree.nearest(ray, P::t, |id, ray| self.primitives.intersect(id, ray))
     }
@@ -143,29 +143,31 @@ impl<P: UserPrimitives> UserBvh<P> {
         self.tree.any(ray, |id, ray| self.primitives.occluded(id, ray))
     }
 
-    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
+    /// Replaces the contents of `hits` by the results of [`Self::intersect`] for each ray, in
+    /// order.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<P::Hit>>) {
         hits.clear();
         hits.extend(rays.iter().map(|ray| self.intersect(ray)));
     }
 
-    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held.
+    /// Replaces the contents of `occluded` by the results of [`Self::occluded`] for each ray, in
+    /// order.
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
         occluded.clear();
         occluded.extend(rays.iter().map(|ray| self.occluded(ray)));
     }
 
-    /// The primitives.
+    /// Primitives of the tree.
     pub fn primitives(&self) -> &P {
         &self.primitives
     }
 
-    /// The box around everything that can be hit; empty when nothing can.
+    /// Box around all primitives that can be hit; empty if there are none.
     pub fn bounds(&self) -> Bounds3 {
         self.tree.bounds()
     }
 
-    /// Primitives left out because no ray can hit them.
+    /// Number of primitives left out because no ray can hit them.
     pub fn skipped(&self) -> u32 {
         self.tree.skipped()
     }

@@ -1,4 +1,4 @@
-//! Where the library may be.
+//! Search for the library.
 
 use std::env;
 use std::fmt::Write;
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use crate::DenoiseError;
 use crate::library::Functions;
 
-/// The environment variable that gives the file of the library, or a folder with it.
+/// Environment variable with the path of the library, or of a folder that contains it.
 pub const VARIABLE: &str = "PATHTRACER_OIDN";
 
-/// The file of the library.
+/// File name of the library.
 const NAME: &str = if cfg!(windows) {
     "OpenImageDenoise.dll"
 } else if cfg!(target_os = "macos") {
@@ -19,14 +19,14 @@ const NAME: &str = if cfg!(windows) {
     "libOpenImageDenoise.so.2"
 };
 
-/// Where the library is below a folder: in itself, in a release of Intel, in the package pyoidn,
-/// and among packages.
+/// Locations of the library relative to a folder: the folder itself, a release of Intel, the
+/// package pyoidn, and a folder of packages.
 const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
 
-/// Opens the library, and says which file it is.
+/// Opens the library, and also returns its path.
 ///
 /// # Errors
-/// If it is not there.
+/// If it is not found.
 pub(crate) fn open() -> Result<(Functions, PathBuf), DenoiseError> {
     match env::var_os(VARIABLE).filter(|place| !place.is_empty()) {
         Some(place) => open_given(place.into()),
@@ -46,23 +46,23 @@ fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
     let by_tests = above(2).into_iter().flat_map(|target| in_root(&target.join("oidn-venv")));
     let folders = above(1).into_iter().chain(installed()).chain(by_tests).chain(packages());
     let mut files: Vec<_> = folders.flat_map(|folder| in_folder(&folder)).collect();
-    // Without a folder, the system looks where it has its libraries.
+    // A name without a folder is searched for on the system's library path.
     let by_system = Path::new(NAME);
     files.push(by_system.to_owned());
     first(&files).map_err(|mut tried| {
-        // That it is not there either is no news.
+        // The library's absence on this path is not reported.
         tried.pop();
         DenoiseError::Missing { tried }
     })
 }
 
-/// The folder into which [`install_command`] installs the package: `pathtracer/oidn` among the data
+/// Folder into which [`install_command`] installs the package: `pathtracer/oidn` in the data folder
 /// of the user.
 fn installed() -> Option<PathBuf> {
     Some(dirs::data_local_dir()?.join("pathtracer").join("oidn"))
 }
 
-/// The one command that installs the library where it is found.
+/// Shell command that installs the library where [`open`] finds it.
 pub(crate) fn install_command() -> String {
     let python = if cfg!(windows) { "py" } else { "python3" };
     let mut command = format!("{python} -m pip install --no-deps ");
@@ -73,7 +73,7 @@ pub(crate) fn install_command() -> String {
     command + "pyoidn"
 }
 
-/// The first of some libraries that opens; or what is wrong with each.
+/// Opens the first library that can be opened; the error lists the problem of each.
 fn first(files: &[PathBuf]) -> Result<(Functions, PathBuf), Vec<String>> {
     let mut tried = Vec::new();
     for file in files {
@@ -85,14 +85,14 @@ fn first(files: &[PathBuf]) -> Result<(Functions, PathBuf), Vec<String>> {
     Err(tried)
 }
 
-/// The libraries that a folder has.
+/// Libraries in a folder.
 fn in_folder(folder: &Path) -> Vec<PathBuf> {
     let files = BELOW.iter().map(|below| folder.join(below).join(NAME));
     files.filter(|file| file.is_file()).collect()
 }
 
-/// Where Python keeps packages: those of the virtual environment that is active, of the user, and
-/// of the system.
+/// Package folders of Python: those of the active virtual environment, of the user, and of the
+/// system.
 fn packages() -> Vec<PathBuf> {
     let variable = |name| env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let of_user = variable("HOME").map(|home| home.join(".local"));
@@ -102,14 +102,14 @@ fn packages() -> Vec<PathBuf> {
     roots.flat_map(|root| in_root(&root)).collect()
 }
 
-/// The folders of packages below a root, those of later versions of Python first.
+/// Package folders below a root, those of later versions of Python first.
 fn in_root(root: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(root.join("lib")).into_iter().flatten();
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let mut pythons: Vec<_> =
         paths.filter_map(|path| Some((minor_version(&path)?, path))).collect();
     pythons.sort_by(|a, b| b.cmp(a));
-    // Windows has one, without a version.
+    // Windows has a single folder, without a version.
     let folders = pythons.into_iter().map(|(_, path)| path).chain([root.join("Lib")]);
     folders.flat_map(|lib| ["site-packages", "dist-packages"].map(|kind| lib.join(kind))).collect()
 }

@@ -1,32 +1,31 @@
-//! Denoising by Intel Open Image Denoise 2, a library that is looked for at run time.
+//! Denoising by Intel Open Image Denoise 2, a library that is loaded at run time.
 //!
-//! `find.rs` says where, `library.rs` calls it, and this file says what for: the neural network
-//! sees the image and, of the first surfaces, the albedo and the normals, which are cleaned by
-//! networks of their own before. [Open Image Denoise, documentation, "RT" filter, "Prefiltering"]
+//! `find.rs` locates the library, and `library.rs` calls it. This file prepares its inputs: the
+//! image, and the albedo and normals of the first surfaces, which are prefiltered by their own
+//! networks. [Open Image Denoise, documentation, "RT" filter, "Prefiltering"]
 
 mod find;
 mod library;
 
 use std::path::PathBuf;
 
+pub use find::VARIABLE;
 use library::{Device, Image};
 
-pub use find::VARIABLE;
-
-/// Why there is no denoised image.
+/// Reason for which there is no denoised image.
 #[derive(Debug, thiserror::Error)]
 pub enum DenoiseError {
-    /// The library is in none of the usual places.
+    /// The library is in none of the usual locations.
     #[error(
         "Open Image Denoise is not found; install it by\n  {}\nor set {VARIABLE} to the library or its folder{}",
         find::install_command(),
         list(.tried)
     )]
     Missing {
-        /// Where something was found that did not open, and why.
+        /// Files that were found but could not be opened, with the reasons.
         tried: Vec<String>,
     },
-    /// The place that [`VARIABLE`] gives is none of the library.
+    /// The library is not at the location given by [`VARIABLE`].
     #[error(
         "{VARIABLE} is {}, where Open Image Denoise cannot be opened; expected the library, or a folder with it or with \
          the package pyoidn{}",
@@ -34,12 +33,12 @@ pub enum DenoiseError {
         list(.tried)
     )]
     NotThere {
-        /// The place.
+        /// Value of [`VARIABLE`].
         place: PathBuf,
-        /// What was found there, and why it did not open.
+        /// Files that were found but could not be opened, with the reasons.
         tried: Vec<String>,
     },
-    /// It is another version.
+    /// The library has an unsupported version.
     #[error(
         "{} is version {}.{} of Open Image Denoise; expected 2.0 or later",
         .path.display(),
@@ -47,33 +46,33 @@ pub enum DenoiseError {
         version / 100 % 100
     )]
     Version {
-        /// Where it is.
+        /// Path of the library.
         path: PathBuf,
-        /// As 10000 · major + 100 · minor + patch.
+        /// Version as 10000 · major + 100 · minor + patch.
         version: i32,
     },
-    /// It makes no device.
+    /// The library creates no device.
     #[error(
         "{} cannot compute on this processor (is the library of its CPU device beside it?): {message}",
         .path.display()
     )]
     Device {
-        /// Where it is.
+        /// Path of the library.
         path: PathBuf,
-        /// What it says.
+        /// Error message of the library.
         message: String,
     },
-    /// It fails.
+    /// The library reports an error; this is its message.
     #[error("Open Image Denoise fails: {0}")]
     Failed(String),
-    /// The planes have other numbers of pixels than the image.
+    /// The number of pixels of a plane differs from that of the image.
     #[error("{what} has {found} pixels, and the image {expected}")]
     Shape {
-        /// Which plane.
+        /// Name of the plane.
         what: &'static str,
-        /// Its pixels.
+        /// Number of pixels of the plane.
         found: usize,
-        /// Those there should be.
+        /// Number of pixels of the image.
         expected: usize,
     },
 }
@@ -82,12 +81,12 @@ fn list(tried: &[String]) -> String {
     tried.iter().flat_map(|line| ["\n  ", line]).collect()
 }
 
-/// What the network sees: rows of pixels from the top.
+/// Input images of the network: rows of pixels from the top.
 #[derive(Clone, Copy, Debug)]
 pub struct Planes<'a> {
-    /// Pixels in a row.
+    /// Number of pixels per row.
     pub width: u32,
-    /// Linear radiance, with noise and without an end.
+    /// Noisy linear radiance, unbounded.
     pub color: &'a [[f32; 3]],
     /// Albedo of the first surface, in [0, 1].
     pub albedo: &'a [[f32; 3]],
@@ -95,20 +94,21 @@ pub struct Planes<'a> {
     pub normal: &'a [[f32; 3]],
 }
 
-/// A device of the library.
+/// Open device of the library.
 pub struct Denoiser {
     device: Device,
 }
 
 impl Denoiser {
-    /// Looks for the library: at the place that the environment variable [`VARIABLE`] gives, if it
-    /// is set; else beside the program, among the data of the user (`pathtracer/oidn`), in the
-    /// package `pyoidn` of the usual places of Python, and where the system has its libraries.
+    /// Opens the library. Searches at the location in the environment variable [`VARIABLE`], if it
+    /// is set. Otherwise searches beside the program, in the data folder of the user
+    /// (`pathtracer/oidn`), in the package `pyoidn` of the usual Python folders, and on the
+    /// system's library path.
     ///
-    /// It will compute on so many threads.
+    /// The device computes with `threads` threads.
     ///
     /// # Errors
-    /// If it is not found, too old, or makes no device.
+    /// If the library is not found, is too old, or creates no device.
     pub fn open(threads: usize) -> Result<Self, DenoiseError> {
         let (library, path) = find::open()?;
         let device = Device::new(library, threads)
@@ -119,16 +119,16 @@ impl Denoiser {
         }
     }
 
-    /// The version of the library, as in "2.5.1".
+    /// Version of the library, as in "2.5.1".
     pub fn version(&self) -> String {
         let version = self.device.version();
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
-    /// The image without its noise.
+    /// Returns the denoised image.
     ///
     /// # Errors
-    /// If the planes are not of one size, or the library fails.
+    /// If the planes differ in size, or the library fails.
     pub fn denoise(&self, planes: Planes<'_>) -> Result<Vec<[f32; 3]>, DenoiseError> {
         let expected = planes.color.len();
         for (what, plane) in [("albedo", planes.albedo), ("normal", planes.normal)] {

@@ -1,4 +1,4 @@
-//! The C interface of Open Image Denoise 2. [oidn.h]
+//! C interface of Open Image Denoise 2. [oidn.h]
 
 #![expect(unsafe_code, reason = "the C interface of a library that is opened at run time")]
 
@@ -16,10 +16,10 @@ const CPU: c_int = 1;
 /// `OIDN_FORMAT_FLOAT3`.
 const FLOAT3: c_int = 3;
 
-/// Declares the functions that are used, and finds them in a library.
+/// Declares the functions that are used, and loads them from a library.
 macro_rules! functions {
     ($($name:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The library and its functions.
+        /// Library and its functions.
         pub(crate) struct Functions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
             /// Keeps the functions loaded until the program ends, since threads of the library may
@@ -65,14 +65,14 @@ functions! {
     release_filter = b"oidnReleaseFilter": fn(Handle);
 }
 
-/// Rows of pixels from the top.
+/// Image as rows of pixels from the top.
 pub(crate) struct Image {
     width: usize,
     pixels: Vec<[f32; 3]>,
 }
 
 impl Image {
-    /// The number of pixels is a multiple of the width, which is not 0.
+    /// The number of pixels must be a multiple of the width, which must not be 0.
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
         Self { width, pixels }
     }
@@ -82,21 +82,21 @@ impl Image {
     }
 }
 
-/// A processor that computes.
+/// Compute device.
 pub(crate) struct Device {
     functions: Functions,
     handle: Handle,
 }
 
 impl Device {
-    /// The CPU, with so many threads, which it does not bind to cores.
+    /// Creates a CPU device with `threads` threads, which are not bound to cores.
     ///
     /// # Errors
-    /// What the library says, if there is none.
+    /// Message of the library, if it creates no device.
     pub(crate) fn new(functions: Functions, threads: usize) -> Result<Self, String> {
         // SAFETY: the constant is one of the header's.
         let handle = unsafe { (functions.new_device)(CPU) };
-        // The library takes a null device where it is asked for an error that belongs to none.
+        // With a null device, the library returns the error of a device that could not be created.
         let device = Self { functions, handle };
         if handle.is_null() {
             device.check()?;
@@ -112,16 +112,16 @@ impl Device {
         device.check().map(|()| device)
     }
 
-    /// 10000 · major + 100 · minor + patch.
+    /// Version as 10000 · major + 100 · minor + patch.
     pub(crate) fn version(&self) -> i32 {
         // SAFETY: the device is alive, and the name ends with a NUL.
         unsafe { (self.functions.get_device_int)(self.handle, c"version".as_ptr()) }
     }
 
-    /// What the filter for ray tracing makes of some images of one size, with these switches on.
+    /// Applies the ray tracing filter to images of one size, with these switches on.
     ///
     /// # Errors
-    /// What the library says.
+    /// Message of the library.
     pub(crate) fn filter(
         &self,
         inputs: &[(&CStr, &Image)],
@@ -142,7 +142,7 @@ impl Device {
         let target = output.pixels.as_mut_ptr().cast();
         self.bind(filter, c"output", &output, target);
         // SAFETY: the filter is alive, the names end with a NUL, and the images live until it is
-        // released. It writes to its output alone, which nothing else refers to meanwhile.
+        // released. It writes only to its output, to which nothing else refers meanwhile.
         unsafe {
             for name in switches {
                 (f.set_filter_bool)(filter, name.as_ptr(), true);
@@ -154,24 +154,26 @@ impl Device {
         self.check().map(|()| output)
     }
 
-    /// Tells a filter of the pixels of an image, at `pixels`.
+    /// Binds the pixels of an image, at `pixels`, to an input or output of a filter.
     fn bind(&self, filter: Handle, name: &CStr, image: &Image, pixels: *mut c_void) {
         let (width, height) = (image.width, image.pixels.len() / image.width);
         let pixel = size_of::<[f32; 3]>();
-        // SAFETY: the filter is alive, the name ends with a NUL, and there are as many pixels,
-        // without gaps.
+        // SAFETY: the filter is alive, the name ends with a NUL, and the pixels are contiguous and
+        // as many as the size says.
         unsafe {
             let set = self.functions.set_image;
             set(filter, name.as_ptr(), pixels, FLOAT3, width, height, 0, pixel, width * pixel);
         }
     }
 
+    /// Checks the device for errors.
+    ///
     /// # Errors
-    /// What has gone wrong since the last time.
+    /// Message of the first error since the last call.
     fn check(&self) -> Result<(), String> {
         let mut message = ptr::null();
-        // SAFETY: the device is alive or null, which asks for the error of a device that could not
-        // be made.
+        // SAFETY: the device is alive or null, which requests the error of a device that could not
+        // be created.
         let error = unsafe { (self.functions.device_error)(self.handle, &raw mut message) };
         if error == 0 {
             return Ok(());
@@ -179,7 +181,7 @@ impl Device {
         if message.is_null() {
             return Err(format!("error {error}"));
         }
-        // SAFETY: a text that ends with a NUL, and stays until the next error of this thread.
+        // SAFETY: the text ends with a NUL, and is valid until the next error of this thread.
         Err(unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned())
     }
 }
@@ -187,7 +189,7 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         if !self.handle.is_null() {
-            // SAFETY: it is alive, and nothing uses it any more.
+            // SAFETY: the device is alive, and not used any more.
             unsafe { (self.functions.release_device)(self.handle) };
         }
     }

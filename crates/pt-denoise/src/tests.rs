@@ -1,8 +1,8 @@
-//! Laws of denoising, where the library is there.
+//! Laws of denoising, if the library is installed.
 
 use super::*;
 
-/// The library, or a line that says that there is none.
+/// Opens the library, or prints a line that it is not installed.
 fn denoiser(threads: usize) -> Option<Denoiser> {
     match Denoiser::open(threads) {
         Ok(denoiser) => Some(denoiser),
@@ -16,7 +16,7 @@ fn denoiser(threads: usize) -> Option<Denoiser> {
 
 const SIZE: usize = 96;
 
-/// Numbers in [0, 1) that look random. [Knuth, "The Art of Computer Programming" 2, 3.3.4, line 26]
+/// Pseudorandom number in [0, 1). [Knuth, "The Art of Computer Programming" 2, 3.3.4, line 26]
 fn random(i: usize) -> f32 {
     let mut state = i as u64;
     for _ in 0..3 {
@@ -27,7 +27,7 @@ fn random(i: usize) -> f32 {
     (state >> 40) as f32 / (1 << 24) as f32
 }
 
-/// Two walls, one twice as bright as the other and of another colour, and noise of their size.
+/// Image of two walls with different brightness and colour.
 fn clean(i: usize) -> [f32; 3] {
     if i % SIZE < SIZE / 2 { [0.2, 0.3, 0.4] } else { [0.9, 0.6, 0.3] }
 }
@@ -59,7 +59,7 @@ fn noise_goes_and_edges_stay() {
     assert!(after < 0.02 * before, "{before} becomes {after}");
 }
 
-/// On one machine; processors of other kinds may take other instructions.
+/// Guaranteed on one machine only; other processors may use other instructions.
 #[test]
 fn the_same_image_has_the_same_bits_with_any_number_of_threads() {
     let (color, flat) = (noisy(), vec![[0.5; 3]; SIZE * SIZE]);

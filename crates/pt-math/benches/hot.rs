@@ -1,7 +1,7 @@
 //! Times of the functions that every path calls many times: `cargo bench -p pt-math`.
 //!
-//! Each is called with inputs that the compiler cannot foresee, and the results are used; the
-//! least of several runs is printed, since other work on the machine only adds time.
+//! Each is called with inputs unknown to the compiler, and the results are used. The minimum of
+//! several runs is printed, since other work on the machine only adds time.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use pt_testing::Random;
 const CALLS: u32 = 1 << 14;
 const RUNS: u32 = 1000;
 
-/// Prints nanoseconds per call of `f`, which gets the number of the call.
+/// Prints nanoseconds per call of `f`, whose argument is the number of the call.
 fn time(name: &str, mut f: impl FnMut(u32) -> f32) {
     let run = |f: &mut dyn FnMut() -> f32| {
         let start = Instant::now();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// An axis-aligned box; empty when a coordinate of `min` is above that of `max`.
+/// Axis-aligned box; empty if a coordinate of `min` is above that of `max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Bounds3 {
@@ -13,30 +13,30 @@ pub struct Bounds3 {
 }
 
 impl Bounds3 {
-    /// The box that contains nothing, and that a union leaves unchanged.
+    /// Empty box, the neutral element of the union.
     pub const EMPTY: Self =
         Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
 
-    /// The box of one point.
+    /// Box that contains one point.
     #[inline]
     pub const fn point(p: Vec3) -> Self {
         Self { min: p, max: p }
     }
 
-    /// Returns true if nothing is inside.
+    /// Returns true if the box is empty.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()
     }
 
-    /// The smallest box around `self` and a point.
+    /// Extends the box to contain a point.
     #[inline]
     pub fn grow(&mut self, p: Vec3) {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
     }
 
-    /// The smallest box around both.
+    /// Smallest box around both.
     #[inline]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
@@ -48,13 +48,13 @@ impl Bounds3 {
         self.max - self.min
     }
 
-    /// The middle.
+    /// Center of the box.
     #[inline]
     pub fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
 
-    /// Half the surface area, which is what the surface area heuristic compares; 0 when empty.
+    /// Half the surface area, as used by the surface area heuristic; 0 if empty.
     #[inline]
     pub fn half_area(&self) -> f32 {
         let d = self.diagonal().max(Vec3::ZERO);

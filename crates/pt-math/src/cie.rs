@@ -1,12 +1,13 @@
-//! The CIE 1931 2° standard observer, the standard illuminant D65, and linear Rec. 709 of XYZ.
+//! CIE 1931 2° standard observer, standard illuminant D65, and conversion from XYZ to linear
+//! Rec. 709.
 
 /// Shortest and longest wavelength of the observer, in nanometres.
 pub const WAVELENGTHS: [f64; 2] = [360.0, 830.0];
 
-/// x̄, ȳ, z̄ of the observer, which have no unit.
+/// Colour matching functions x̄, ȳ, z̄ of the observer, without unit.
 ///
-/// Linear between the wavelengths of the table, every 5 nm; 0 outside of [`WAVELENGTHS`].
-/// [CIE 015:2004, table T.4, with the digits of the Colour & Vision Research Laboratory, cvrl.org]
+/// Linear between the wavelengths of the table, every 5 nm; 0 outside of [`WAVELENGTHS`]. [CIE
+/// 015:2004, table T.4, with the digits of the Colour & Vision Research Laboratory, cvrl.org]
 ///
 /// ```
 /// assert_eq!(pt_math::cie::observer(555.0)[1], 1.0);
@@ -28,8 +29,8 @@ pub fn d65(nanometres: f64) -> f64 {
     row(nanometres)[3]
 }
 
-/// Linear Rec. 709 of CIE XYZ; D65 with Y = 1 is (1, 1, 1). [Poynton, "Frequently asked questions
-/// about color", 1997; ITU-R BT.709 has the primaries and the white point]
+/// Converts CIE XYZ to linear Rec. 709; D65 with Y = 1 is (1, 1, 1). [Poynton, "Frequently asked
+/// questions about color", 1997; primaries and white point: ITU-R BT.709]
 pub fn rec709_from_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
     [
         3.240_479 * x - 1.537_150 * y - 0.498_535 * z,
@@ -38,7 +39,7 @@ pub fn rec709_from_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// Nanometres between the rows of the table.
+/// Distance between the rows of the table in nanometres.
 const STEP: f64 = 5.0;
 
 /// x̄, ȳ, z̄ and D65 at a wavelength.

@@ -1,10 +1,10 @@
-//! Transfer functions between linear light and the numbers in image files.
+//! Transfer functions between linear light and the values in image files.
 //!
-//! What is not a number becomes 0, and what lies outside of [0, 1] is clamped.
+//! NaN becomes 0, and values outside of [0, 1] are clamped.
 
 use crate::trig::powf;
 
-/// Linear light to the sRGB signal, both in [0, 1]. [IEC 61966-2-1]
+/// Converts linear light to the sRGB signal, both in [0, 1]. [IEC 61966-2-1]
 ///
 /// ```
 /// assert_eq!(pt_math::color::srgb_from_linear(1.0), 1.0);
@@ -20,31 +20,32 @@ pub fn srgb_from_linear(l: f32) -> f32 {
     }
 }
 
-/// 1, or 0 for what is not a number.
+/// Signal for values that are not below 1: 1, or 0 for NaN.
 #[inline]
 fn signal_above(l: f32) -> f32 {
     if l.is_nan() { 0.0 } else { 1.0 }
 }
 
-/// The sRGB signal in [0, 1] to linear light. [IEC 61966-2-1]
+/// Converts the sRGB signal in [0, 1] to linear light. [IEC 61966-2-1]
 #[inline]
 pub fn linear_from_srgb(v: f32) -> f32 {
     if v <= 0.040_45 { v.max(0.0) / 12.92 } else { powf((v.min(1.0) + 0.055) / 1.055, 2.4) }
 }
 
-/// Linear light to the nearest of 256 levels of the sRGB signal.
+/// Converts linear light to the nearest of 256 levels of the sRGB signal.
 #[inline]
 pub fn encode_srgb8(l: f32) -> u8 {
     (255.0 * srgb_from_linear(l) + 0.5) as u8
 }
 
-/// Linear light to the nearest of 65 536 levels of the sRGB signal.
+/// Converts linear light to the nearest of 65 536 levels of the sRGB signal.
 #[inline]
 pub fn encode_srgb16(l: f32) -> u16 {
     (65_535.0 * srgb_from_linear(l) + 0.5) as u16
 }
 
-/// Linear light to the signal of the course program: v = (√2·L)^(1/2.2), clamped to [0, 1].
+/// Converts linear light to the signal of the course program: v = (√2·L)^(1/2.2), clamped to
+/// [0, 1].
 ///
 /// (Exposure √2, gamma 2.2: the defaults of its tone mapper.)
 #[inline]
@@ -52,26 +53,26 @@ pub fn course_from_linear(l: f32) -> f32 {
     if l.is_nan() { 0.0 } else { powf((std::f32::consts::SQRT_2 * l).clamp(0.0, 1.0), 1.0 / 2.2) }
 }
 
-/// Linear light to a byte of the course program, trunc(255·v).
+/// Converts linear light to a byte of the course program, trunc(255·v).
 #[inline]
 pub fn encode_course8(l: f32) -> u8 {
     (255.0 * course_from_linear(l)) as u8
 }
 
-/// Linear light to 16 bits by the rule of the course program, trunc(65 535·v).
+/// Converts linear light to 16 bits by the rule of the course program, trunc(65 535·v).
 #[inline]
 pub fn encode_course16(l: f32) -> u16 {
     (65_535.0 * course_from_linear(l)) as u16
 }
 
-/// The signal of the course program to linear light: v^2.2 / √2.
+/// Converts the signal of the course program to linear light: v^2.2 / √2.
 #[inline]
 pub fn linear_from_course(v: f32) -> f32 {
     powf(v.max(0.0), 2.2) * std::f32::consts::FRAC_1_SQRT_2
 }
 
-/// The linear light that a byte of the course program stands for: that of v = (b + ½)/255, the
-/// middle of what becomes `b`.
+/// Converts a byte of the course program to linear light: that of v = (b + ½)/255, the middle of
+/// the signals that are encoded as `b`.
 #[inline]
 pub fn decode_course8(b: u8) -> f32 {
     linear_from_course((f32::from(b) + 0.5) / 255.0)

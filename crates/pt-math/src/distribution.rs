@@ -1,27 +1,27 @@
-//! Sampling from tables.
+//! Sampling of tabulated distributions.
 
-/// Chooses an index with a probability proportional to its weight, in constant time. [Walker
-/// 1977; construction: Vose 1991]
+/// Samples an index with a probability proportional to its weight, in constant time. [Walker 1977;
+/// construction: Vose 1991]
 #[derive(Clone, Debug, PartialEq)]
 pub struct AliasTable {
     slots: Vec<Slot>,
 }
 
-/// One of n equal parts of [0, 1): it is shared by its own index and one other.
+/// One of n equal parts of [0, 1), divided between its own index and one other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Slot {
-    /// Share of the slot that belongs to its own index.
+    /// Fraction of the slot that belongs to its own index.
     own: f32,
-    /// The index that has the rest.
+    /// Index to which the rest belongs.
     alias: u32,
     /// Probability of the slot's own index.
     probability: f32,
 }
 
 impl AliasTable {
-    /// A table for these weights. Weights that are not positive and finite count as zero; `None`
-    /// where no other is left, or for more than 2²⁴ weights (a slot would be narrower than the
-    /// numbers that choose it).
+    /// Creates a table for these weights. Weights that are not positive and finite count as zero;
+    /// `None` if no other is left, or for more than 2²⁴ weights (a slot would be narrower than the
+    /// spacing of the random numbers).
     pub fn new(weights: &[f32]) -> Option<Self> {
         if weights.len() > MAX_CELLS {
             return None;
@@ -45,10 +45,10 @@ impl AliasTable {
         Some(Self { slots })
     }
 
-    /// Chooses by `u` in [0, 1): the index, its probability, and a number in [0, 1) that is
-    /// uniform whatever the index (with log₂ n bits less than `u`).
+    /// Samples with `u` in [0, 1): returns the index, its probability, and the remapped random
+    /// number, uniform in [0, 1) and independent of the index (with log₂ n bits less than `u`).
     ///
-    /// An index of zero probability is never chosen.
+    /// An index of zero probability is never sampled.
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32, f32) {
         let n = self.slots.len();
@@ -64,7 +64,7 @@ impl AliasTable {
         (chosen, self.slots[chosen].probability, rest.min(BELOW_ONE))
     }
 
-    /// The probability of index `i`; 0 beyond the end.
+    /// Returns the probability of index `i`; 0 beyond the end.
     #[inline]
     pub fn probability(&self, i: usize) -> f32 {
         self.slots.get(i).map_or(0.0, |s| s.probability)
@@ -74,19 +74,19 @@ impl AliasTable {
 /// The largest `f32` below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// An `f32` counts no further without gaps.
+/// Maximum number of cells: an `f32` represents no larger integers without gaps.
 const MAX_CELLS: usize = 1 << 24;
 
-/// A weight as `f64`, or 0 where it is not positive and finite.
+/// Returns a weight as `f64`, or 0 if it is not positive and finite.
 fn usable(w: f32) -> f64 {
     if w > 0.0 && w.is_finite() { f64::from(w) } else { 0.0 }
 }
 
-/// Vose's algorithm: each slot that its own index cannot fill is filled up by one that has more
+/// Vose's algorithm: each slot that its own index cannot fill is filled up by an index with more
 /// than a slot.
 ///
-/// What rounding leaves over keeps a whole slot, or the alias it was given where it has no
-/// probability.
+/// Slots left over by rounding belong wholly to their own index, or to their alias if their own
+/// index has no probability.
 fn share_slots(slots: &mut [Slot]) {
     let n = slots.len() as f64;
     let mut left: Vec<f64> = slots.iter().map(|s| f64::from(s.probability) * n).collect();
@@ -106,28 +106,28 @@ fn share_slots(slots: &mut [Slot]) {
     }
 }
 
-/// A density on [0, 1)² that is constant on each cell of a grid. [Pharr, Jakob & Humphreys,
+/// Density on [0, 1)² that is constant on each cell of a grid. [Pharr, Jakob & Humphreys,
 /// Physically Based Rendering, 4th ed., §A.5.2]
 ///
-/// A row is chosen by its share of the total, then a cell by its share of the row.
+/// A row is sampled by its marginal probability, then a cell by its conditional probability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piecewise2D {
     width: usize,
     height: usize,
     /// Density of each cell, row by row.
     density: Vec<f32>,
-    /// One table, of the shares of the rows.
+    /// Cumulative distribution of the rows: one table.
     rows: Cumulative,
-    /// Per row, a table of the shares of its cells.
+    /// Cumulative distributions of the cells of each row: one table per row.
     cells: Cumulative,
 }
 
 impl Piecewise2D {
-    /// A density proportional to `values`, a grid of `height` rows of `width` cells; cell (i, j)
-    /// covers [i/w, (i+1)/w) × [j/h, (j+1)/h).
+    /// Creates a density proportional to `values`, a grid of `height` rows of `width` cells; cell
+    /// (i, j) covers [i/w, (i+1)/w) × [j/h, (j+1)/h).
     ///
-    /// Values that are not positive and finite count as zero; `None` where no other is left, the
-    /// number of values is not `width` · `height`, or a side has more than 2²⁴ cells.
+    /// Values that are not positive and finite count as zero; `None` if no other is left, if the
+    /// number of values is not `width` · `height`, or if a side has more than 2²⁴ cells.
     pub fn new(values: &[f32], width: usize, height: usize) -> Option<Self> {
         let size_fits = width.checked_mul(height) == Some(values.len());
         if !size_fits || values.is_empty() || width.max(height) > MAX_CELLS {
@@ -148,8 +148,8 @@ impl Piecewise2D {
         Some(Self { width, height, density, rows, cells })
     }
 
-    /// Maps a uniform point to one of this density, and returns both. Cells of zero density are
-    /// never hit.
+    /// Maps a uniform point to one of this density, and returns the point and its density. Cells of
+    /// zero density are never sampled.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let (row, y) = self.rows.choose(0, u[1]);
@@ -157,43 +157,44 @@ impl Piecewise2D {
         ([x, y], self.density[row * self.width + column])
     }
 
-    /// The density of each cell, row by row.
+    /// Density of each cell, row by row.
     pub fn densities(&self) -> &[f32] {
         &self.density
     }
 
-    /// The density at a point of [0, 1)².
+    /// Density at a point of [0, 1)².
     #[inline]
     pub fn pdf(&self, p: [f32; 2]) -> f32 {
         self.density[cell(p[1], self.height) * self.width + cell(p[0], self.width)]
     }
 }
 
-/// The cell of [0, 1) that `x` lies in, when there are `n`.
+/// Index of the cell of [0, 1) that contains `x`, of `n` cells.
 #[inline]
 fn cell(x: f32, n: usize) -> usize {
     ((x * n as f32) as usize).min(n - 1)
 }
 
-/// Tables of cumulative shares of as many cells each.
+/// Cumulative distributions with the same number of cells.
 ///
-/// Equal parts of [0, 1), a power of two so that numbers are exact, know where their shares begin:
-/// so a search looks at about one of them. [Chen & Asau 1974, "On Generating Random Variates from
-/// an Empirical Distribution"]
+/// [0, 1) is divided into equal parts, a power of two so that their ends are exact. For each part,
+/// the first cell is stored, so a search examines about one cell. [Chen & Asau 1974, "On Generating
+/// Random Variates from an Empirical Distribution"]
 #[derive(Clone, Debug, PartialEq)]
 struct Cumulative {
-    /// Cells of a table.
+    /// Number of cells of a table.
     cells: usize,
-    /// Per table, `cells` + 1 numbers from 0 to 1.
+    /// Cumulative probabilities of each table: `cells` + 1 numbers from 0 to 1.
     shares: Vec<f32>,
-    /// Parts of a table.
+    /// Number of parts of a table.
     parts: usize,
-    /// Per table and for the beginnings and the end of its parts, how many shares are not above.
+    /// Number of entries of `shares` that are not above the bounds of the parts, for each table and
+    /// bound.
     starts: Vec<u32>,
 }
 
 impl Cumulative {
-    /// Without tables yet, of which there will be `tables`.
+    /// Creates an empty set with capacity for `tables` tables.
     fn new(cells: usize, tables: usize) -> Self {
         let parts = cells.next_power_of_two();
         Self {
@@ -204,9 +205,9 @@ impl Cumulative {
         }
     }
 
-    /// Appends a table of the running shares of `weights`, from 0 to 1, and returns their sum.
+    /// Appends the cumulative distribution of `weights`, from 0 to 1, and returns their sum.
     ///
-    /// A weight of zero repeats the share before it exactly. All shares are 0 when the sum is.
+    /// A weight of zero repeats the entry before it exactly. All entries are 0 if the sum is.
     fn push(&mut self, weights: impl Iterator<Item = f64> + Clone) -> f64 {
         let total: f64 = weights.clone().fold(0.0, |sum, w| sum + w);
         let scale = |sum: f64| if total > 0.0 { (sum / total) as f32 } else { 0.0 };
@@ -227,7 +228,7 @@ impl Cumulative {
         total
     }
 
-    /// Inverts a table that ends with 1: the cell, and the point of [0, 1) in it.
+    /// Inverts a table that ends with 1: returns the cell, and the point of [0, 1) in it.
     #[inline]
     fn choose(&self, table: usize, u: f32) -> (usize, f32) {
         let n = self.cells;
@@ -235,14 +236,14 @@ impl Cumulative {
         let u = u.min(BELOW_ONE);
         let part = table * (self.parts + 1) + (u * self.parts as f32) as usize;
         let [first, last] = [self.starts[part], self.starts[part + 1]].map(|i| i as usize);
-        // The last share that is not above u; the next one is, so the cell is not empty.
+        // The last entry that is not above u; the next one is, so the cell is not empty.
         let above = first + shares[first..last].partition_point(|&share| share <= u);
         let i = above.clamp(1, n) - 1;
         (i, point_in(i, [shares[i], shares[i + 1]], u, n))
     }
 }
 
-/// The point of [0, 1) in cell `i` of `n`, by the shares at its sides.
+/// Returns the point of [0, 1) in cell `i` of `n`, given the cumulative probabilities at its ends.
 #[inline]
 fn point_in(i: usize, [low, high]: [f32; 2], u: f32, n: usize) -> f32 {
     let mut x = (i as f32 + (u - low) / (high - low)) / n as f32;

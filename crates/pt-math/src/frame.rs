@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// A right-handed orthonormal frame; local +z is the normal.
+/// Right-handed orthonormal frame; local +z is the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Tangent, local +x.
@@ -14,8 +14,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame around the unit vector `n`, continuous everywhere but at n.z = 0 changing sign.
-    /// [Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3]
+    /// Creates a frame around the unit vector `n`, continuous except where n.z changes sign. [Duff
+    /// et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3]
     #[inline]
     pub fn from_normal(n: Vec3) -> Self {
         let sign = 1f32.copysign(n.z);
@@ -28,8 +28,8 @@ impl Frame {
         }
     }
 
-    /// A frame around the unit vector `n`, of which +x is the part of `tangent` across it; any
-    /// where there is none.
+    /// Creates a frame around the unit vector `n` whose +x is the component of `tangent`
+    /// perpendicular to it; an arbitrary frame if that is zero.
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
         let across = tangent - n * n.dot(tangent);
@@ -39,13 +39,13 @@ impl Frame {
         }
     }
 
-    /// World to local.
+    /// Transforms from world to local coordinates.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
-    /// Local to world.
+    /// Transforms from local to world coordinates.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z

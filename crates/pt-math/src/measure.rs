@@ -1,5 +1,5 @@
-//! Densities that know their measure, so that adding an area density to a solid-angle density is
-//! a type error instead of a bright pixel.
+//! Densities with their measure in the type, so that adding an area density to a solid-angle
+//! density is a type error instead of a bright pixel.
 
 use std::marker::PhantomData;
 
@@ -19,26 +19,26 @@ impl<M> Pdf<M> {
     /// Zero: never sampled.
     pub const ZERO: Self = Self::new(0.0);
 
-    /// Wraps a raw density.
+    /// Creates a density from its value.
     #[inline]
     pub const fn new(p: f32) -> Self {
         Self(p, PhantomData)
     }
 
-    /// The raw density.
+    /// Value of the density.
     #[inline]
     pub const fn get(self) -> f32 {
         self.0
     }
 
-    /// Returns true if a sample can have it: above 0, and finite.
+    /// Returns true if the density is positive and finite, as that of any sample is.
     #[inline]
     pub fn is_positive(self) -> bool {
         self.0 > 0.0 && self.0.is_finite()
     }
 
-    /// The density of `n` independent samples taken together, or of one that is taken with
-    /// probability `n`.
+    /// Density of `n` independent samples taken together, or of one that is taken with probability
+    /// `n`.
     #[inline]
     pub fn scaled_by(self, n: f32) -> Self {
         Self::new(self.0 * n)
@@ -46,17 +46,17 @@ impl<M> Pdf<M> {
 }
 
 impl Pdf<Area> {
-    /// dA → dω:  p_ω = p_A · r² / |cos θ'|, with r the distance to the point and θ' the angle at
-    /// it. [Veach 1997, eq. 8.10]
+    /// Converts dA to dω: p_ω = p_A · r² / |cos θ'|, with r the distance to the point and θ' the
+    /// angle at it. [Veach 1997, eq. 8.10]
     #[inline]
     pub fn to_solid_angle(self, distance_squared: f32, cos_at_point: f32) -> Pdf<SolidAngle> {
         Pdf::new(self.0 * distance_squared / cos_at_point.abs())
     }
 }
 
-/// Power heuristic with β = 2:  w_f = p_f² / (p_f² + p_g²). [Veach 1997, §9.2.4]
+/// Power heuristic with β = 2: w_f = p_f² / (p_f² + p_g²). [Veach 1997, §9.2.4]
 ///
-/// Written with the ratio of the two, so that neither square overflows.
+/// Computed from the ratio of the two, so that neither square overflows.
 ///
 /// ```compile_fail
 /// use pt_math::measure::{power_heuristic, Area, Pdf, SolidAngle};

@@ -1,11 +1,11 @@
-//! Gradient noise, and sums of it. [Perlin 2002, "Improving Noise"; the four gradients that are
-//! there twice are those of pbrt-v4]
+//! Gradient noise, and sums of its octaves. [Perlin 2002, "Improving Noise"; the four duplicated
+//! gradients are those of pbrt-v4]
 
 use std::ops::{Add, Mul};
 
 use crate::{FloatExt, Vec3};
 
-/// The order of the numbers from 0 to 255 by which gradients are chosen, as published with the
+/// Permutation of the numbers from 0 to 255 by which gradients are chosen, as published with the
 /// reference implementation.
 const ORDER: [u8; 256] = [
     151, 160, 137, 91, 90, 15, 131, 13, 201, 95, 96, 53, 194, 233, 7, 225, 140, 36, 103, 30, 69,
@@ -23,9 +23,8 @@ const ORDER: [u8; 256] = [
     128, 195, 78, 66, 215, 61, 156, 180,
 ];
 
-/// Smooth noise of mean 0 between −1.04 and 1.04, which is 0 where all coordinates are whole
-/// numbers, and repeats after 256 along each axis. Coordinates must be below 2³¹; from 2²³ on all
-/// are whole numbers.
+/// Smooth noise of mean 0 in [−1.04, 1.04]. It is 0 at integer coordinates, and repeats after 256
+/// along each axis. Coordinates must be below 2³¹; from 2²³ on all are integers.
 ///
 /// ```
 /// use pt_math::{Vec3, noise};
@@ -45,12 +44,12 @@ pub fn perlin(p: Vec3) -> f32 {
     along_y(0).lerp(along_y(1), w.z)
 }
 
-/// A number that varies in space, and how it grows along each axis.
+/// Value of a function in space, and its gradient.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ValueAndGradient {
-    /// The number.
+    /// Value of the function.
     pub value: f32,
-    /// Its gradient.
+    /// Gradient of the function.
     pub slope: Vec3,
 }
 
@@ -82,7 +81,7 @@ pub fn perlin_sloped(p: Vec3) -> ValueAndGradient {
     };
     let w = d * d * d * (d * (d * 6.0 - 15.0) + 10.0);
     let dw = d * d * (d * (d - 2.0) + 1.0) * 30.0;
-    // a + w (b − a) grows by w′ (b − a) besides.
+    // The derivative of a + w (b − a) has the additional term w′ (b − a).
     let between = |a: ValueAndGradient, b: ValueAndGradient, axis: usize| {
         let mut slope = a.slope.lerp(b.slope, w[axis]);
         slope[axis] += dw[axis] * (b.value - a.value);
@@ -93,16 +92,16 @@ pub fn perlin_sloped(p: Vec3) -> ValueAndGradient {
     between(along_y(0), along_y(1), 2)
 }
 
-/// What octaves are summed of: numbers, or numbers with their gradients.
+/// Summand of octaves: a value, or a value with its gradient.
 pub trait Noise: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> {
-    /// [`perlin`] at `p`, or 0 where that is not finite; gradients are by `p`.
+    /// [`perlin`] at `p`, or 0 if `p` is not finite; gradients are with respect to `p`.
     fn at(p: Vec3) -> Self;
-    /// A number that is the same everywhere.
+    /// Constant function of this value.
     fn even(value: f32) -> Self;
-    /// The same without its sign.
+    /// Absolute value of the function.
     #[must_use]
     fn abs(self) -> Self;
-    /// The same where what it is a function of grows so many times as fast.
+    /// Same value with the gradient scaled by `factor`: the chain rule for a scaled argument.
     #[must_use]
     fn stretched(self, factor: f32) -> Self;
 }
@@ -145,32 +144,32 @@ impl Noise for ValueAndGradient {
     }
 }
 
-/// By how much finer each octave is than the one before: not quite 2, so that the zeros of their
-/// lattices do not meet.
+/// Ratio of the frequencies of successive octaves: not quite 2, so that the zeros of their lattices
+/// do not coincide.
 const LACUNARITY: f32 = 1.99;
 
-/// About the mean of [`perlin`] without its sign.
+/// Approximate mean of |[`perlin`]|.
 pub const MEAN_MAGNITUDE: f32 = 0.2;
 
-/// Number of octaves, and the weight of each.
+/// Number of octaves and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octaves {
-    /// Count.
+    /// Total number of octaves.
     pub count: u32,
-    /// By how much an octave is worth less than the one before.
+    /// Ratio of the weights of successive octaves.
     pub roughness: f32,
-    /// Number of those seen; the last one may be seen in part.
+    /// Number of octaves that are evaluated; the last one may have a fractional weight.
     pub seen: f32,
 }
 
 impl Octaves {
-    /// All of them.
+    /// All of `count` octaves.
     pub fn new(count: u32, roughness: f32) -> Self {
         Self { count, roughness, seen: count as f32 }
     }
 
-    /// Those that are coarser than twice a width: finer ones would only be seen as noise. [Pharr,
-    /// Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.6.3]
+    /// Omits octaves finer than twice `width`, which would alias. [Pharr, Jakob & Humphreys,
+    /// "Physically Based Rendering", 3rd ed., §10.6.3]
     #[must_use]
     pub fn seen_within(self, width: f32) -> Self {
         if width > 0.0 {
@@ -181,7 +180,7 @@ impl Octaves {
         }
     }
 
-    /// Each octave with its frequency, its worth, and the share of it that is seen.
+    /// Each octave with its frequency, its weight, and the fraction of it that is evaluated.
     fn each(self) -> impl Iterator<Item = (f32, f32, f32)> {
         let start = (1.0, 1.0);
         let roughness = self.roughness;
@@ -203,7 +202,7 @@ impl Octaves {
         })
     }
 
-    /// Turbulence, Σ rⁱ |noise(1.99ⁱ p)|; what is not seen of it counts by [`MEAN_MAGNITUDE`].
+    /// Turbulence, Σ rⁱ |noise(1.99ⁱ p)|; omitted octaves are replaced by [`MEAN_MAGNITUDE`].
     pub fn turbulence<T: Noise>(self, p: Vec3) -> T {
         self.each().fold(T::default(), |sum, (frequency, worth, share)| {
             let unseen = sum + T::even(MEAN_MAGNITUDE * worth * (1.0 - share));
@@ -215,7 +214,7 @@ impl Octaves {
     }
 }
 
-/// The gradient at a corner of the lattice: from the middle of a cube to that of an edge.
+/// Gradient at a corner of the lattice: from the centre of a cube to the midpoint of an edge.
 fn gradient(x: u8, y: u8, z: u8) -> Vec3 {
     const TABLE: [[f32; 3]; 16] = [
         [1.0, 1.0, 0.0],
@@ -265,7 +264,7 @@ mod tests {
         }
     }
 
-    /// Without jumps, within its bounds, of mean 0, and the same 256 further on.
+    /// Noise is continuous, within its bounds, of mean 0, and periodic with 256.
     #[test]
     fn noise_is_smooth_and_even() {
         const COUNT: i32 = 40;
@@ -292,7 +291,7 @@ mod tests {
         })
     }
 
-    /// Of the noise, and of both sums of it.
+    /// Tests the noise, fBm and turbulence.
     #[test]
     fn slopes_are_differences() {
         let octaves = Octaves::new(3, 0.6);
@@ -307,7 +306,7 @@ mod tests {
                         Vec3::AXES.map(|a| (f(p + a * step) - f(p - a * step)) / (2.0 * step));
                     bad += u32::from((Vec3::from(difference) - slope).length() > 0.03);
                 }
-                // Where the sign changes there is no slope.
+                // There is no gradient at a change of sign.
                 assert!(bad <= if kinks { 30 } else { 0 }, "{bad}");
             };
         check(&perlin, &perlin_sloped, false);
@@ -315,7 +314,7 @@ mod tests {
         check(&|p| octaves.turbulence(p), &|p| octaves.turbulence(p), true);
     }
 
-    /// Octaves that are all seen are the sums of the definition.
+    /// With all octaves evaluated, the sums are those of the definition.
     #[test]
     fn octaves_are_summed_by_their_worth() {
         let p = Vec3::new(0.3, -4.7, 12.1);
@@ -329,7 +328,7 @@ mod tests {
         assert_eq!(Octaves::new(0, 0.5).fbm::<f32>(p), 0.0);
     }
 
-    /// From a width of ½ on nothing is seen but means; in between, nothing jumps.
+    /// From a width of ½ on, only means remain; between, the sums are continuous.
     #[test]
     fn what_is_seen_fades_with_the_width() {
         let octaves = Octaves::new(6, 0.5);
@@ -349,7 +348,7 @@ mod tests {
         }
     }
 
-    /// Wherever they are looked up, and if only a share of the last octave is seen.
+    /// Tests extreme arguments, and a fractional last octave.
     #[test]
     fn sums_are_finite_and_bounded_everywhere() {
         let hostile =
@@ -370,7 +369,7 @@ mod tests {
         }
     }
 
-    /// By 100,000 points; the standard error is below 0.001.
+    /// Uses 100,000 points; the standard error is below 0.001.
     #[test]
     fn the_mean_magnitude_is_about_what_it_is_said_to_be() {
         const COUNT: u32 = 100_000;

@@ -1,9 +1,9 @@
-//! Which points lie on surfaces.
+//! Proximity of points to surfaces.
 
 use crate::{Bounds3, Vec3};
 
-/// Returns true if a point lies on one of some triangles, or as near as a thousandth of the
-/// diagonal of them all.
+/// Returns true if a point is on one of the triangles, to within a thousandth of the diagonal of
+/// their bounds.
 pub fn touches_triangles(p: Vec3, triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> bool {
     let bounds: Bounds3 = triangles.clone().flatten().collect();
     let size = if bounds.is_empty() { 0.0 } else { bounds.diagonal().length() };
@@ -46,7 +46,8 @@ mod tests {
         }
     }
 
-    /// Half a thousandth of the diagonal away it is on them, and two thousandths away it is not.
+    /// Points at half a thousandth of the diagonal are on the triangles, points at two thousandths
+    /// are not.
     #[test]
     fn what_is_near_is_on_triangles() {
         let triangles = [[Vec3::ZERO, Vec3::X * 3.0, Vec3::Y * 4.0]];

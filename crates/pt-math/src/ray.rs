@@ -1,12 +1,12 @@
-//! Rays, and origins that do not hit the surface they leave.
+//! Rays, and ray origins that avoid self-intersection.
 
 use glam::Vec3;
 
 use crate::float_error::EPSILON;
 
-/// A half line o + t·d with t in (`t_min`, `t_max`).
+/// Ray o + t·d with t in (`t_min`, `t_max`).
 ///
-/// The direction need not have unit length for queries; `t` is measured in its length.
+/// The direction need not have unit length for queries; `t` is in units of its length.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Ray {
@@ -14,46 +14,46 @@ pub struct Ray {
     pub origin: Vec3,
     /// Direction d.
     pub direction: Vec3,
-    /// Hits at or before this parameter do not count.
+    /// Hits at or before this parameter are ignored.
     pub t_min: f32,
-    /// Hits at or after this parameter do not count.
+    /// Hits at or after this parameter are ignored.
     pub t_max: f32,
 }
 
 impl Ray {
-    /// A ray that ends nowhere.
+    /// Ray without end.
     #[inline]
     pub const fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
-    /// A ray that ends at `t_max`.
+    /// Ray that ends at `t_max`.
     #[inline]
     pub const fn to(origin: Vec3, direction: Vec3, t_max: f32) -> Self {
         Self { origin, direction, t_min: 0.0, t_max }
     }
 
-    /// o + t·d.
+    /// Point o + t·d.
     #[inline]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
 }
 
-/// The origin of a ray that leaves the computed surface point `p` in direction `w`.
+/// Origin of a ray that leaves the computed surface point `p` in direction `w`.
 ///
 /// `error` bounds the absolute error of each coordinate of `p`, and `n` is the geometric normal.
 /// The result lies on the side of the surface to which `w` points, outside of the box of possible
-/// true positions: the offset along the normal is the half extent of that box, enlarged by what
-/// rounding the sum can take away, which is at most ε(|p| + |offset|) per coordinate. [after
-/// Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.5, where each coordinate
-/// is rounded up instead]
+/// true positions: the offset along the normal is the half extent of that box, enlarged by the
+/// possible loss by rounding the sum, which is at most ε(|p| + |offset|) per coordinate. [after
+/// Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.5, where each coordinate is
+/// rounded up instead]
 #[inline]
 pub fn offset_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     offset_by(p, offset(p, error, n), n, w)
 }
 
-/// The distance by which [`offset_origin`] moves a point, for points that many rays leave.
+/// Distance by which [`offset_origin`] moves a point, for points that many rays leave.
 #[inline]
 pub fn offset(p: Vec3, error: Vec3, n: Vec3) -> f32 {
     let d = n.abs().dot(error * (1.0 + 8.0 * EPSILON) + p.abs() * (2.0 * EPSILON));

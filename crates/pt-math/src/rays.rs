@@ -1,11 +1,11 @@
-//! Many rays, one after the other or by columns.
+//! Arrays of rays, by rows or by columns.
 
 use crate::{Ray, Vec3};
 
-/// Rays of a [`Ray8`].
+/// Number of rays of a [`Ray8`].
 const EIGHT: usize = 8;
 
-/// Eight rays by columns: each number of all of them, before the next one.
+/// Eight rays by columns (structure of arrays).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct Ray8 {
@@ -13,17 +13,17 @@ pub struct Ray8 {
     pub origin: [[f32; EIGHT]; 3],
     /// Directions: all x, all y, all z.
     pub direction: [[f32; EIGHT]; 3],
-    /// [`Ray::t_min`] of each.
+    /// [`Ray::t_min`] of each ray.
     pub t_min: [f32; EIGHT],
-    /// [`Ray::t_max`] of each.
+    /// [`Ray::t_max`] of each ray.
     pub t_max: [f32; EIGHT],
 }
 
 impl Ray8 {
-    /// One of the eight.
+    /// Returns ray `i`.
     ///
     /// # Panics
-    /// From `i` = 8 on.
+    /// If `i` is 8 or more.
     #[inline]
     pub fn get(&self, i: usize) -> Ray {
         let vector =
@@ -36,10 +36,10 @@ impl Ray8 {
         }
     }
 
-    /// Replaces one of the eight.
+    /// Replaces ray `i`.
     ///
     /// # Panics
-    /// From `i` = 8 on.
+    /// If `i` is 8 or more.
     #[inline]
     pub fn set(&mut self, i: usize, ray: &Ray) {
         for k in 0..3 {
@@ -51,7 +51,7 @@ impl Ray8 {
     }
 }
 
-/// Any number of rays by columns.
+/// Rays by columns.
 #[derive(Clone, Debug, Default)]
 pub struct RayColumns {
     eights: Vec<Ray8>,
@@ -59,15 +59,15 @@ pub struct RayColumns {
 }
 
 impl RayColumns {
-    /// Makes it so many rays, of which new ones are without direction; the eights of all, the last
-    /// of which may have places beyond them.
+    /// Sets the number of rays; new ones have a zero direction. Returns the blocks of eight rays,
+    /// the last of which may be partly unused.
     pub fn resize(&mut self, len: usize) -> &mut [Ray8] {
         self.len = len;
         self.eights.resize(len.div_ceil(EIGHT), Ray8::default());
         &mut self.eights
     }
 
-    /// Keeps the first so many.
+    /// Keeps the first `len` rays.
     pub fn truncate(&mut self, len: usize) {
         self.resize(len.min(self.len));
     }
@@ -84,17 +84,17 @@ impl FromIterator<Ray> for RayColumns {
     }
 }
 
-/// Many rays, in either form.
+/// Rays in either layout.
 #[derive(Clone, Copy, Debug)]
 pub enum Rays<'a> {
-    /// One after the other.
+    /// By rows (array of structures).
     Rows(&'a [Ray]),
-    /// By columns: the first so many of the eights.
+    /// By columns: blocks of eight rays, and the total number of rays.
     Columns(&'a [Ray8], usize),
 }
 
 impl<'a> Rays<'a> {
-    /// Returns the count.
+    /// Number of rays.
     #[inline]
     pub fn len(self) -> usize {
         match self {
@@ -103,16 +103,16 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Returns true if there are none.
+    /// Returns true if there are no rays.
     #[inline]
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
 
-    /// One of them.
+    /// Returns ray `i`.
     ///
     /// # Panics
-    /// If there are not so many.
+    /// If `i` is out of range.
     #[inline]
     pub fn get(self, i: usize) -> Ray {
         match self {
@@ -121,16 +121,16 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// All of them, in order.
+    /// All rays, in order.
     #[inline]
     pub fn iter(self) -> impl ExactSizeIterator<Item = Ray> + 'a {
         (0..self.len()).map(move |i| self.get(i))
     }
 
-    /// The first so many, a multiple of eight or all of them; and the others.
+    /// Splits after the first `n` rays, where `n` is a multiple of eight or the number of rays.
     ///
     /// # Panics
-    /// If there are not so many, or the number is neither.
+    /// If `n` is out of range, or neither of these.
     #[inline]
     pub fn split_at(self, n: usize) -> (Self, Self) {
         assert!(n.is_multiple_of(EIGHT) || n == self.len(), "{n} of {} rays", self.len());

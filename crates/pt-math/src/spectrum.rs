@@ -1,4 +1,4 @@
-//! The one place that says what a spectrum is: linear Rec. 709 RGB in `f32`.
+//! Representation of spectra: linear Rec. 709 RGB in `f32`.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
@@ -11,18 +11,18 @@ use glam::Vec3;
 pub struct Spectrum(pub Vec3);
 
 impl Spectrum {
-    /// Nothing.
+    /// Zero in every channel.
     pub const ZERO: Self = Self(Vec3::ZERO);
     /// One in every channel.
     pub const ONE: Self = Self(Vec3::ONE);
 
-    /// From red, green and blue.
+    /// Creates a spectrum from red, green and blue.
     #[inline]
     pub const fn rgb(r: f32, g: f32, b: f32) -> Self {
         Self(Vec3::new(r, g, b))
     }
 
-    /// The same value in every channel.
+    /// Creates a spectrum with the same value in every channel.
     #[inline]
     pub const fn splat(v: f32) -> Self {
         Self(Vec3::splat(v))
@@ -34,13 +34,13 @@ impl Spectrum {
         0.2126 * self.0.x + 0.7152 * self.0.y + 0.0722 * self.0.z
     }
 
-    /// The largest channel.
+    /// Maximum over the channels.
     #[inline]
     pub fn max_channel(self) -> f32 {
         self.0.x.max(self.0.y).max(self.0.z)
     }
 
-    /// The mean of the channels.
+    /// Mean over the channels.
     #[inline]
     pub fn mean(self) -> f32 {
         (self.0.x + self.0.y + self.0.z) * (1.0 / 3.0)
@@ -58,13 +58,13 @@ impl Spectrum {
         self.0.is_finite()
     }
 
-    /// Each channel through `f`.
+    /// Applies `f` to each channel.
     #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
         Self(Vec3::new(f(self.0.x), f(self.0.y), f(self.0.z)))
     }
 
-    /// Red, green, blue.
+    /// Red, green and blue.
     #[inline]
     pub fn to_array(self) -> [f32; 3] {
         self.0.to_array()

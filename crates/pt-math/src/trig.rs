@@ -1,15 +1,16 @@
 //! Transcendental functions in `f32` that give the same bits on every machine.
 //!
-//! Sine, cosine, exponential and logarithm are polynomials of our own, fitted by the Remez
-//! exchange (minimax, in the relative error unless a comment says otherwise), because images
-//! spend real time in them. The rare functions are those of the `libm` crate, which is portable
-//! code as well.
+//! Sine, cosine, exponential and logarithm are custom polynomials, fitted by the Remez exchange
+//! (minimax, in the relative error unless a comment says otherwise), because they are
+//! performance-critical. The rarer functions are those of the `libm` crate, which is portable as
+//! well.
 
 use std::f64::consts::{LN_2, LOG2_E};
 
-/// 1.5 · 2²³: adding it rounds an `f32` below 2²² to an integer, which its lowest bits then hold.
+/// 1.5 · 2²³: adding it rounds an `f32` below 2²² to an integer, stored in the lowest bits of the
+/// sum.
 const ROUND_F32: f32 = 12_582_912.0;
-/// 1.5 · 2⁵², the same for `f64`.
+/// 1.5 · 2⁵², the same constant for `f64`.
 const ROUND_F64: f64 = 6_755_399_441_055_744.0;
 
 /// (sin 2πr, cos 2πr) for |r| ≤ ⅛.
@@ -26,7 +27,7 @@ pub(crate) fn sin_cos_eighth(r: f32) -> (f32, f32) {
     (s, c)
 }
 
-/// Turns (sin, cos) by `quarters` quarter turns; only the two lowest bits count.
+/// Rotates (sin, cos) by `quarters` quarter turns; only the two lowest bits count.
 #[inline]
 fn turn((s, c): (f32, f32), quarters: u32) -> (f32, f32) {
     const SIGN: u32 = 1 << 31;
@@ -36,10 +37,10 @@ fn turn((s, c): (f32, f32), quarters: u32) -> (f32, f32) {
     (flip(s, quarters << 30), flip(c, quarters.wrapping_add(1) << 30))
 }
 
-/// (b, a) where all bits of `mask` are set, (a, b) where none is.
+/// Returns (b, a) if all bits of `mask` are set, (a, b) if none is.
 ///
-/// Masks come from arithmetic and not from comparisons, of which compilers make branches, which
-/// random numbers make unpredictable.
+/// Masks come from arithmetic and not from comparisons, since compilers turn those into branches,
+/// which are unpredictable for random numbers.
 #[inline]
 pub(crate) fn swap_where(mask: u32, a: f32, b: f32) -> (f32, f32) {
     let (a, b) = (a.to_bits(), b.to_bits());
@@ -59,7 +60,7 @@ pub fn sin_cos_tau(u: f32) -> (f32, f32) {
 /// (sin x, cos x), with absolute errors below 1.2·10⁻⁷.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
-    // Up to here the f64 product below has 2⁻²⁸ to spare.
+    // Up to this value the f64 product below has 2⁻²⁸ to spare.
     const LARGEST_REDUCED: f32 = 65_536.0;
     if x.abs() <= LARGEST_REDUCED {
         let turns = f64::from(x) * (0.5 * std::f64::consts::FRAC_1_PI);
@@ -71,8 +72,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     }
 }
 
-/// eˣ, with a relative error below 6.2·10⁻⁸ (0.52 units in the last place); ∞ where that
-/// overflows.
+/// eˣ, with a relative error below 6.2·10⁻⁸ (0.52 units in the last place); ∞ on overflow.
 #[inline]
 pub fn exp(x: f32) -> f32 {
     exp_f64(f64::from(x)) as f32
@@ -103,13 +103,13 @@ fn exp_f64(x: f64) -> f64 {
     (low + high * (r2 * r2)) * f64::from_bits(power)
 }
 
-/// The natural logarithm, with a relative error below 6.2·10⁻⁸; −∞ at 0 and NaN below.
+/// Natural logarithm, with a relative error below 6.2·10⁻⁸; −∞ at 0 and NaN below.
 #[inline]
 pub fn ln(x: f32) -> f32 {
     ln_f64(x) as f32
 }
 
-/// The natural logarithm of an `f32` with a relative error below 10⁻¹¹.
+/// Natural logarithm of an `f32` with a relative error below 10⁻¹¹.
 ///
 /// x = 2ᵉ·m with m in [√½, √2), and ln m = 2 artanh s = s·P(s²) with s = (m − 1)/(m + 1).
 #[inline]
@@ -148,38 +148,38 @@ pub fn powf(x: f32, y: f32) -> f32 {
     exp_f64(f64::from(y) * ln_f64(x)) as f32
 }
 
-/// The angle of (x, y) to the x axis, in [−π, π].
+/// Angle of (x, y) to the x axis, in [−π, π].
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     libm::atan2f(y, x)
 }
 
-/// The arc tangent, in [−π/2, π/2].
+/// Arc tangent, in [−π/2, π/2].
 #[inline]
 pub fn atan(x: f32) -> f32 {
     libm::atanf(x)
 }
 
-/// The arc cosine, in [0, π], of `x` clamped to [−1, 1].
+/// Arc cosine, in [0, π], of `x` clamped to [−1, 1].
 #[inline]
 pub fn acos(x: f32) -> f32 {
     libm::acosf(x.clamp(-1.0, 1.0))
 }
 
-/// The tangent.
+/// Tangent of `x`.
 #[inline]
 pub fn tan(x: f32) -> f32 {
     libm::tanf(x)
 }
 
-/// The error function erf x = 2/√π ∫₀ˣ exp(−t²) dt.
+/// Error function erf x = 2/√π ∫₀ˣ exp(−t²) dt.
 #[inline]
 pub fn erf(x: f32) -> f32 {
     libm::erff(x)
 }
 
-/// The x with erf x = `y`, with a relative error below 5·10⁻⁷; ±3.83 at ±1 and beyond, where the
-/// numbers below 1 end.
+/// Inverse error function: the x with erf x = `y`, with a relative error below 5·10⁻⁷; ±3.83, the
+/// value at the last `f32` below 1, at ±1 and beyond.
 ///
 /// x/y is smooth in w = −ln(1 − y²). [Giles 2012, "Approximating the erfinv function"; coefficients
 /// by weighted least squares, relative error 10⁻⁷]
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn the_inverse_of_the_error_function_inverts_it() {
-        // By how far y is off over the slope of erf there: how far x is.
+        // Error of x: the error of y divided by the slope of erf.
         let error = |y: f32| {
             let x = f64::from(erf_inv(y));
             let slope = std::f64::consts::FRAC_2_SQRT_PI * (-x * x).exp();

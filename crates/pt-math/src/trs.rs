@@ -1,10 +1,10 @@
-//! Affine transforms taken apart, so that what is between two of them can be told.
+//! Decomposition of affine transforms for interpolation.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// The affine transform x ↦ R S x + t, with R a rotation and S symmetric: positive definite, or
-/// negative definite where the transform mirrors. [Shoemake & Duff 1992, "Matrix Animation and
-/// Polar Decomposition", §4 and §5]
+/// Affine transform x ↦ R S x + t, with R a rotation and S symmetric: positive definite, or
+/// negative definite if the transform mirrors. [Shoemake & Duff 1992, "Matrix Animation and Polar
+/// Decomposition", §4 and §5]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trs {
     rotation: DQuat,
@@ -13,11 +13,11 @@ pub struct Trs {
     is_mirrored: bool,
 }
 
-/// See [`Trs::steps_to`].
+/// Maximum interpolation error; see [`Trs::steps_to`].
 pub const POSE_ERROR: f64 = 1e-5;
 
 impl Trs {
-    /// Takes a transform apart; `None` if it is not finite, or flattens space.
+    /// Decomposes a transform; `None` if it is not finite, or singular.
     pub fn of(transform: &DAffine3) -> Option<Self> {
         let m = transform.matrix3;
         let is_mirrored = m.determinant() < 0.0;
@@ -31,23 +31,23 @@ impl Trs {
         is_finite.then_some(Self { rotation, stretch, translation, is_mirrored })
     }
 
-    /// The rotation R.
+    /// Rotation R.
     pub fn rotation(&self) -> DQuat {
         self.rotation
     }
 
-    /// The stretch S.
+    /// Stretch S.
     pub fn stretch(&self) -> DMat3 {
         self.stretch
     }
 
-    /// Returns true if it turns space inside out.
+    /// Returns true if the transform mirrors.
     pub fn is_mirrored(&self) -> bool {
         self.is_mirrored
     }
 
-    /// The transform at a share from 0 to 1 of the way from here to another pose: rotations go the
-    /// shorter way around one axis at constant speed [Shoemake 1985, "Animating Rotation with
+    /// Interpolated transform at `share` in [0, 1] between this pose and another: rotations take
+    /// the shorter way around one axis at constant speed [Shoemake 1985, "Animating Rotation with
     /// Quaternion Curves", §3.3], stretches and translations are linear.
     pub fn between(&self, other: &Self, share: f64) -> DAffine3 {
         let rotation = match self.turn_to(other) {
@@ -63,13 +63,13 @@ impl Trs {
         DAffine3::from_mat3_translation(DMat3::from_quat(rotation) * stretch, translation)
     }
 
-    /// In how many equal parts the way to another pose has to be cut, so that with straight lines
-    /// in each part no point x is further from its true place than [`POSE_ERROR`] · ‖S‖ · |x|,
+    /// Number of equal intervals to another pose such that, with linear interpolation in each
+    /// interval, no point x is further from its true position than [`POSE_ERROR`] · ‖S‖ · |x|,
     /// where ‖S‖ is the larger Frobenius norm of the two stretches.
     ///
-    /// A straight line over a share h misses a curve by at most h²/8 of its second derivative. That
-    /// of R S x is at most (θ²‖S‖ + 2θ‖ΔS‖)|x|, with θ the angle between the rotations and ΔS the
-    /// difference of the stretches.
+    /// Linear interpolation over an interval h misses a curve by at most h²/8 of its second
+    /// derivative. That of R S x is at most (θ²‖S‖ + 2θ‖ΔS‖)|x|, with θ the angle between the
+    /// rotations and ΔS the difference of the stretches.
     pub fn steps_to(&self, other: &Self) -> u32 {
         let angle = self.turn_to(other).map_or(0.0, |(_, half)| 2.0 * half);
         let size = frobenius(self.stretch).max(frobenius(other.stretch));
@@ -78,7 +78,7 @@ impl Trs {
         (curvature / (8.0 * POSE_ERROR)).sqrt().ceil().max(1.0) as u32
     }
 
-    /// The turn to another pose: its unit axis before this rotation, and half of its angle, from 0
+    /// Rotation to another pose: its unit axis before this rotation, and half of its angle, from 0
     /// to π/2; `None` if there is none.
     fn turn_to(&self, other: &Self) -> Option<(DVec3, f64)> {
         let turn = self.rotation.conjugate() * other.rotation;
@@ -88,15 +88,15 @@ impl Trs {
     }
 }
 
-/// Turns of less than this have an axis of rounding errors.
+/// Minimum sine of a half angle; below, the axis consists of rounding errors.
 const MIN_SINE: f64 = 1e-14;
 
-/// The orthogonal matrix that is nearest to a matrix, by Newton's method:
-/// Q ← (Q + Q⁻ᵀ)/2. [Higham 1986, "Computing the Polar Decomposition—with Applications", §3.1]
+/// Orthogonal matrix nearest to a matrix, by Newton's method: Q ← (Q + Q⁻ᵀ)/2. [Higham 1986,
+/// "Computing the Polar Decomposition—with Applications", §3.1]
 ///
-/// `None` if it does not converge, which it does for what has an inverse.
+/// `None` if it does not converge; it converges for nonsingular matrices.
 fn orthogonal_factor(m: DMat3) -> Option<DMat3> {
-    const MAX_STEPS: usize = 200; // each halves what is too large, then digits double
+    const MAX_STEPS: usize = 200; // each halves large singular values, then digits double
     const CONVERGED: f64 = 1e-14;
     let mut q = m;
     for _ in 0..MAX_STEPS {
@@ -125,7 +125,7 @@ mod tests {
         DMat3::from_axis_angle(axis.normalize(), angle)
     }
 
-    /// Turned, sheared, stretched, mirrored.
+    /// Rotated, sheared, stretched and mirrored transforms.
     fn transforms() -> Vec<DAffine3> {
         let shear =
             DMat3::from_cols(DVec3::X, DVec3::new(0.7, 1.0, 0.0), DVec3::new(-0.2, 0.4, 1.0));
@@ -183,8 +183,8 @@ mod tests {
         }
     }
 
-    /// Between the ends of each part, points are as near to straight lines as is promised, and with
-    /// half as many parts some would not be.
+    /// Between the ends of each interval, points are within the stated error of straight lines, and
+    /// with half as many intervals some are not.
     #[test]
     fn parts_are_as_straight_as_promised() {
         for (a, b) in transforms().iter().zip(transforms().iter().skip(1).take(2)) {

@@ -4,14 +4,14 @@
 //! is the density of the result, and `x_invert` maps back. The hemisphere, the sphere and the
 //! cone surround +z.
 
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4};
+
 use glam::Vec3;
 
 use crate::measure::{Area, Pdf, SolidAngle};
 use crate::trig;
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_4};
-
-/// The signed radius of a point of the concentric disk, and the point. |r| is its distance to the
+/// Signed radius of a point of the concentric disk, and the point. |r| is its distance to the
 /// centre.
 #[inline]
 fn concentric(u: [f32; 2]) -> (f32, [f32; 2]) {
@@ -26,8 +26,8 @@ fn concentric(u: [f32; 2]) -> (f32, [f32; 2]) {
     (r, [r * x, r * y])
 }
 
-/// Uniform in the unit disk; concentric squares become concentric circles. ["A Low
-/// Distortion Map Between Disk and Square", Shirley & Chiu 1997]
+/// Uniform point in the unit disk; concentric squares become concentric circles. ["A Low Distortion
+/// Map Between Disk and Square", Shirley & Chiu 1997]
 #[inline]
 pub fn concentric_disk(u: [f32; 2]) -> [f32; 2] {
     concentric(u).1
@@ -52,13 +52,13 @@ pub fn concentric_disk_invert(p: [f32; 2]) -> [f32; 2] {
     [0.5 * a + 0.5, 0.5 * b + 0.5]
 }
 
-/// Distributed as cos θ on the upper hemisphere: a uniform point of the disk, lifted. [Malley's
-/// method; Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §A.5.3]
+/// Cosine-weighted direction on the upper hemisphere: a uniform point of the disk, projected up.
+/// [Malley's method; Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §A.5.3]
 ///
-/// cos θ is never 0, so the density of what is returned is never 0 either.
+/// cos θ is never 0, so the density of the result is never 0 either.
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
-    // On the rim of the disk: the 1 − r² of the middle of the last cell that a 24-bit u can name.
+    // On the rim of the disk: 1 − r² at the middle of the last cell of a 24-bit u.
     const MIN_Z2: f32 = f32::EPSILON;
     let (r, [x, y]) = concentric(u);
     let z2 = (1.0 - r) * (1.0 + r);
@@ -77,10 +77,10 @@ pub fn cosine_hemisphere_invert(w: Vec3) -> [f32; 2] {
     concentric_disk_invert([w.x, w.y])
 }
 
-/// Uniform in the cone of directions ω with 1 − ω·z ≤ `one_minus_cos_max`.
+/// Uniform direction in the cone of directions ω with 1 − ω·z ≤ `one_minus_cos_max`.
 ///
-/// The cone is given by 1 − cos θₘ, in (0, 2], because cos θₘ itself has no digits left for the
-/// sun and smaller lights. A point of the disk at distance r gets 1 − cos θ = r²·(1 − cos θₘ).
+/// The cone is given by 1 − cos θₘ, in (0, 2], because cos θₘ itself has no digits left for the sun
+/// and smaller lights. A point of the disk at distance r is mapped to 1 − cos θ = r²·(1 − cos θₘ).
 #[inline]
 pub fn uniform_cone(u: [f32; 2], one_minus_cos_max: f32) -> Vec3 {
     let (r, [x, y]) = concentric(u);
@@ -107,7 +107,7 @@ pub fn uniform_cone_invert(w: Vec3, one_minus_cos_max: f32) -> [f32; 2] {
     concentric_disk_invert([w.x * scale, w.y * scale])
 }
 
-/// Uniform on the upper hemisphere.
+/// Uniform direction on the upper hemisphere.
 #[inline]
 pub fn uniform_hemisphere(u: [f32; 2]) -> Vec3 {
     uniform_cone(u, 1.0)
@@ -125,7 +125,7 @@ pub fn uniform_hemisphere_invert(w: Vec3) -> [f32; 2] {
     uniform_cone_invert(w, 1.0)
 }
 
-/// Uniform on the unit sphere.
+/// Uniform direction on the unit sphere.
 #[inline]
 pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
     uniform_cone(u, 2.0)
@@ -148,7 +148,7 @@ pub fn uniform_sphere_invert(w: Vec3) -> [f32; 2] {
 #[inline]
 pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {
     let [x, y] = u;
-    // No branch, since half of the points would go the other way.
+    // Branch-free, since the branch would be taken for half of the points.
     let half = 0.5 * if x < y { x } else { y };
     [x - half, y - half]
 }

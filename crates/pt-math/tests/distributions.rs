@@ -1,12 +1,12 @@
-//! Laws of tables: what is chosen how often, and what never.
+//! Laws of tabulated distributions: frequencies of the results, and results that never occur.
 
 use pt_math::distribution::{AliasTable, Piecewise2D};
 use pt_testing::{Chi2, Random, chi2_square};
 
-/// The largest number below 1 that a sampler gives.
+/// Largest number below 1 that a sampler returns.
 const LAST: f32 = 1.0 - 1.0 / 16_777_216.0;
 
-/// Lists of weights with everything that may be in one.
+/// Lists of weights with all special cases.
 fn weight_lists() -> Vec<Vec<f32>> {
     let mut random = Random::new(2);
     let mut mixed = |n: usize, zeros: f32| -> Vec<f32> {
@@ -27,7 +27,7 @@ fn weight_lists() -> Vec<Vec<f32>> {
     ]
 }
 
-/// The weights that count, as shares.
+/// Usable weights, normalized.
 fn shares(weights: &[f32]) -> Vec<f64> {
     let usable = |w: f32| if w > 0.0 && w.is_finite() { f64::from(w) } else { 0.0 };
     let total: f64 = weights.iter().map(|&w| usable(w)).sum();
@@ -49,13 +49,14 @@ fn indices_are_chosen_by_their_shares() {
         }
         for (i, share) in shares(&weights).into_iter().enumerate() {
             assert!((f64::from(table.probability(i)) - share).abs() <= 1e-7 * share + 1e-45);
-            // The points that choose i lie in at most n intervals, each counted to one point.
+            // The points that choose i lie in at most n intervals, each with a count within one
+            // point.
             let count = f64::from(counts[i]);
             let most = n as f64 + 1e-6 * POINTS as f64;
             assert!((count - share * POINTS as f64).abs() <= most, "{i} of {n}");
             if count > 0.0 {
-                // In each interval the rest runs evenly through [0, 1), up to half a point at
-                // either end.
+                // In each interval the remapped number runs uniformly through [0, 1), up to half a
+                // point at either end.
                 assert!((rests[i] / count - 0.5).abs() <= most / count, "{i} of {n}");
             }
         }
@@ -140,7 +141,7 @@ fn points_lie_in_cells_of_the_density_returned() {
 
 #[test]
 fn cumulative_shares_on_the_point_choose_the_cell_behind() {
-    // Shares of ¼, ½ and ¼ around empty cells: each boundary is a number that u takes exactly.
+    // Fractions of ¼, ½ and ¼ around empty cells: each boundary is a number that u takes exactly.
     let table = Piecewise2D::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0], 7, 1).unwrap();
     let cell = |u: f32| (table.sample([u, 0.5]).0[0] * 7.0) as usize;
     assert_eq!([0.0, 0.25, 0.75].map(cell), [0, 2, 5]);

@@ -10,7 +10,7 @@ use pt_testing::{Chi2, chi2_square, mean_z_test};
 const KINDS: [SamplerKind; 4] =
     [SamplerKind::Sobol, SamplerKind::ZSobol, SamplerKind::Stratified, SamplerKind::Independent];
 
-/// Points that are laid out for 256 samples.
+/// Point set that is arranged for 256 samples.
 fn set(kind: SamplerKind, seed: u32) -> SamplerConfig {
     SamplerConfig { kind, seed, spp: 256 }
 }
@@ -23,8 +23,8 @@ fn point_of(set: SamplerConfig, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2
     Sampler::new(set, pixel, sample).at_dimension(d).next_2d()
 }
 
-/// Returns true if the first n points of a run are one in each of the n intervals of every shape
-/// 2⁻ᵃ × 2⁻⁽ᵏ⁻ᵃ⁾.
+/// Returns true if the points, a power of two, are one in each of the intervals of every shape 2⁻ᵃ
+/// × 2⁻⁽ᵏ⁻ᵃ⁾.
 fn is_net(points: &[[f32; 2]]) -> bool {
     let k = points.len().ilog2();
     (0..=k).all(|a| {
@@ -55,8 +55,7 @@ fn aligned_runs_of_sobol_points_are_nets() {
     assert!(!is_net(&independent), "the test cannot tell nets from other points");
 }
 
-/// Of samples that are split, all parts are a net, and so are those of each sample; parts of
-/// different kinds are each in the set that is laid out for them.
+/// For split samples, all parts are a net, and so are those of each sample.
 #[test]
 fn parts_of_samples_are_nets() {
     for kind in [SamplerKind::Sobol, SamplerKind::ZSobol] {
@@ -74,8 +73,8 @@ fn parts_of_samples_are_nets() {
     }
 }
 
-/// Splitting into one part is no splitting, and the parts of samples are the samples of a set for
-/// as many.
+/// Splitting into one part changes nothing, and the parts of samples are the samples of a set that
+/// is arranged for their number.
 #[test]
 fn parts_are_samples_of_a_larger_set() {
     for kind in KINDS {
@@ -106,7 +105,7 @@ fn aligned_runs_of_sobol_numbers_are_stratified() {
     }
 }
 
-/// The points of all samples of a square of pixels.
+/// Points of all samples of a rectangle of pixels.
 fn points_of_square(
     set: SamplerConfig,
     corner: [u32; 2],
@@ -135,7 +134,7 @@ fn zsobol_points_of_squares_of_pixels_are_nets() {
     assert!(!is_net(&points_of_square(sobol, [0, 0], [2, 2], 0)), "pixels have nothing in common");
 }
 
-/// Two pixels are a net with the one beside it, below it, or across, as the dimension has it.
+/// Two pixels form a net with the neighbour to the right, below, or diagonally, by the dimension.
 #[test]
 fn zsobol_points_favour_no_direction() {
     let set = SamplerConfig { spp: 8, ..set(SamplerKind::ZSobol, 0) };
@@ -145,8 +144,7 @@ fn zsobol_points_favour_no_direction() {
     }
 }
 
-/// Each half is as evenly spread as a whole, and what one gets too much of says nothing of the
-/// other.
+/// Each half is as evenly distributed as a whole, and their errors are uncorrelated.
 #[test]
 fn halves_are_nets_that_know_nothing_of_each_other() {
     const N: u32 = 16;
@@ -170,7 +168,7 @@ fn halves_are_nets_that_know_nothing_of_each_other() {
     }
 }
 
-/// A render may take more samples than its points were laid out for.
+/// A render may take more samples than its points were arranged for.
 #[test]
 fn samples_beyond_the_layout_are_other_points() {
     for kind in [SamplerKind::ZSobol, SamplerKind::Stratified] {
@@ -187,8 +185,8 @@ fn samples_beyond_the_layout_are_other_points() {
     }
 }
 
-/// No two in a cell of the grid, or in an interval of a coordinate that is as narrow as a cell by
-/// the other sides of the grid: with as many points as cells, all of these are taken.
+/// No two points are in a cell of the grid, or in an interval of a coordinate as narrow as a cell
+/// divided by the other side of the grid: with as many points as cells, all of these are taken.
 #[test]
 fn stratified_points_are_stratified() {
     for (spp, columns, rows) in [
@@ -229,7 +227,7 @@ fn blocks_of_samplers_are_the_samplers() {
             let runs: Vec<_> = (0..30).map(run).collect();
             let samples = runs.iter().flat_map(|(p, run)| run.clone().map(move |s| (*p, s)));
             let mut blocks = SamplerBlocks::new(set);
-            // What stood there before does not matter.
+            // The previous contents do not matter.
             for _ in 0..2 {
                 blocks.refill(runs.iter().cloned());
             }
@@ -298,11 +296,10 @@ fn numbers_lie_below_one() {
     }
 }
 
-/// What varies between the points of a set.
+/// Point set indexed by one varying argument.
 type Walk = fn(SamplerKind, u32) -> [f32; 2];
 
-/// Point sets of independent uniform points: along pixels, seeds and dimensions, and for
-/// independent numbers along samples.
+/// Point sets of independent uniform points: along pixels, seeds and dimensions.
 const WALKS: [(&str, Walk); 5] = [
     ("row of pixels", |kind, i| point(kind, 0, [i, 0], 0, 0)),
     ("column of pixels", |kind, i| point(kind, 0, [0, i], 0, 2)),
@@ -328,7 +325,7 @@ fn points_of_other_pixels_seeds_and_dimensions_are_uniform() {
     chi2_square(draw, |_| 1.0, &Chi2::new("Independent samples")).unwrap();
 }
 
-/// The products (a − ½)(b − ½) of pairs of numbers that should be independent have mean 0.
+/// Tests that the products (a − ½)(b − ½) of pairs of independent numbers have mean 0.
 fn uncorrelated(name: &str, tests: usize, pair: impl Fn(u32) -> (f32, f32)) {
     let centred = |x: f32| f64::from(x) - 0.5;
     let products: Vec<_> = (0..1 << 16).map(&pair).map(|(a, b)| centred(a) * centred(b)).collect();
@@ -345,7 +342,7 @@ fn neighbouring_pixels_and_seeds_are_uncorrelated() {
     let steps: Vec<(u32, [u32; 2])> = near.into_iter().chain(far).collect();
     for kind in KINDS {
         for &(seed, [dx, dy]) in &steps {
-            // What one pixel has too much of, its neighbours have too little, on purpose.
+            // For this sampler, errors of neighbours are anticorrelated on purpose.
             if kind == SamplerKind::ZSobol && seed == 0 {
                 continue;
             }
@@ -408,12 +405,12 @@ fn mean_squared_error(kind: SamplerKind, pixels: u32) -> f64 {
 ///
 /// Independent points: the squared error has mean σ²/n.
 ///
-/// A scrambled (0, m, 2)-net in base 2 removes the part of the variance in Haar functions of
-/// levels k₁ + k₂ ≤ m − 2 and multiplies the rest by e at most. [Owen 1997, "Scrambled Net
-/// Variance for Integrals of Smooth Functions", theorem 1 and lemma 4] Level k of x − ½ has the
-/// share ¾·4⁻ᵏ of its variance. What stays, with m = 8, is
-/// 9/16 · Σ_{s ≥ 7} (s + 1)·4⁻ˢ = 9/16 · 4⁻⁷ · (8·4/3 + 4/9) = 25/4 · 4⁻⁷,
-/// and e times that is 1/965 of σ²/n: the error is at least 31 times smaller.
+/// A scrambled (0, m, 2)-net in base 2 removes the part of the variance in Haar functions of levels
+/// k₁ + k₂ ≤ m − 2 and multiplies the rest by e at most. [Owen 1997, "Scrambled Net Variance for
+/// Integrals of Smooth Functions", theorem 1 and lemma 4] Level k of x − ½ has the fraction ¾·4⁻ᵏ
+/// of its variance. The remainder, with m = 8, is 9/16 · Σ_{s ≥ 7} (s + 1)·4⁻ˢ = 9/16 · 4⁻⁷ ·
+/// (8·4/3 + 4/9) = 25/4 · 4⁻⁷, and e times that is 1/965 of σ²/n: the error is at least 31 times
+/// smaller.
 #[test]
 fn sobol_points_integrate_better_by_as_much_as_nets_must() {
     const PIXELS: u32 = 4096;
@@ -451,8 +448,9 @@ fn slope(kind: SamplerKind) -> f64 {
     numerator / denominator
 }
 
-/// Of a smooth function: n^−½ for independent points. One jittered point in each cell of a grid has
-/// the exponent −1 in two dimensions, scrambled nets −3/2 up to logarithms. [Owen 1997]
+/// Convergence for a smooth function: n^−½ for independent points. One jittered point in each cell
+/// of a grid has the exponent −1 in two dimensions, scrambled nets −3/2 up to logarithms. [Owen
+/// 1997]
 #[test]
 fn errors_fall_as_they_must() {
     let [sobol, zsobol, stratified, independent] = KINDS.map(slope);
@@ -462,7 +460,7 @@ fn errors_fall_as_they_must() {
     assert!((independent + 0.5).abs() < 0.1, "independent: {independent}");
 }
 
-/// Points of two different dimensions fill the square evenly.
+/// Points of two different dimensions fill the square uniformly.
 #[test]
 fn any_two_dimensions_are_independent() {
     let near = [(0, 1), (0, 2), (0, 3), (1, 2), (2, 4), (3, 7), (5, 6), (0, 40), (41, 44)];
@@ -493,8 +491,8 @@ fn names_and_kinds_belong_together() {
     assert_eq!(SamplerKind::from_name("halton"), None);
 }
 
-/// The pairs of numbers of a stream, those of one place in many streams, and those of one place in
-/// one stream of many samples are uniform in the square.
+/// Pairs of consecutive numbers of a stream, numbers at one position of many streams, and numbers
+/// at one position of one stream of many samples are uniform in the square.
 #[test]
 fn streams_are_uniform_along_and_across() {
     let sampler = |kind, sample| Sampler::new(set(kind, 1), [sample % 61, 5], sample / 61);
@@ -530,7 +528,7 @@ fn streams_are_uniform_along_and_across() {
     }
 }
 
-/// A stream is the same each time, and differs from those of other numbers, samples and pixels.
+/// A stream is reproducible, and differs from those of other numbers, samples and pixels.
 #[test]
 fn streams_depend_on_their_number_and_sample_alone() {
     for kind in KINDS {

@@ -1,4 +1,5 @@
-//! Laws of the warps: each follows its density, stretches area by its inverse, and has an inverse.
+//! Laws of the warps: each follows its density, stretches area by its reciprocal, and has an
+//! inverse.
 
 use std::f32::consts::TAU;
 
@@ -9,7 +10,7 @@ use pt_testing::{Chi2, Random, chi2_sphere, chi2_square};
 type Sample = Box<dyn Fn([f32; 2]) -> Vec3>;
 type Density = Box<dyn Fn(Vec3) -> f32>;
 
-/// A warp onto directions.
+/// Warp onto directions.
 struct Spherical {
     name: String,
     sample: Sample,
@@ -60,7 +61,7 @@ fn one_minus_cos(w: Vec3) -> f32 {
 
 #[test]
 fn directions_follow_their_densities() {
-    // Small cones do not fill a bin; their places inside are tested below.
+    // Small cones do not fill a bin; positions in them are tested below.
     let warps: Vec<_> = spherical().into_iter().filter(|w| (w.pdf)(Vec3::Z) < 10.0).collect();
     for w in &warps {
         let config = Chi2::new(&w.name).one_of(warps.len());
@@ -105,7 +106,7 @@ fn the_triangle_is_uniform() {
     chi2_square(|u| Some(uniform_triangle(u)), pdf, &Chi2::new("triangle")).unwrap();
 }
 
-/// Random points, the corners, the middles of the sides, and the centre.
+/// Random points, the corners, the midpoints of the sides, and the centre.
 fn points() -> Vec<[f32; 2]> {
     let last = 1.0f32.next_down();
     let mut points = Vec::new();
@@ -140,7 +141,7 @@ fn inverses_lead_back() {
         close("triangle", u, uniform_triangle_invert(uniform_triangle(u)));
     }
     for w in spherical() {
-        // The rim of the disk is a single point of the sphere, from which nothing leads back.
+        // The rim of the disk is a single point of the sphere, which has no inverse.
         let has_rim = |u: &[f32; 2]| {
             let v = (w.sample)(*u);
             v.z > 0.0 || v.x.hypot(v.y) > 3e-3
@@ -177,7 +178,7 @@ fn area_is_stretched_by_one_over_the_density() {
     for (name, sample, pdf) in &warps {
         for _ in 0..2000 {
             let u = [random.between(0.02, 0.98), random.between(0.02, 0.98)];
-            // The maps have creases on the diagonals, where differences mean nothing.
+            // The maps have creases on the diagonals, where differences are meaningless.
             let crease = (u[0] - u[1]).abs().min((u[0] + u[1] - 1.0).abs());
             if crease < 3.0 * H {
                 continue;

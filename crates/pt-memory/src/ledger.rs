@@ -1,23 +1,23 @@
-//! The ledger of memory: whoever makes something large asks before it does.
+//! Ledger of the process's memory: large allocations are requested in advance.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::usage;
 
-/// Bytes below which nobody needs to ask.
+/// Allocations of fewer bytes need no request.
 pub const SMALL: u64 = 1 << 20;
 
-/// Share of the memory that is left when the program starts, of which it takes no more without
-/// being told to.
+/// Fraction, as numerator and denominator, of the memory available when the program starts that it
+/// may use by default.
 const SHARE: [u64; 2] = [9, 10];
 
-/// The limit in bytes; 0 while there is none.
+/// Limit in bytes; 0 if none is set.
 static LIMIT: AtomicU64 = AtomicU64::new(0);
-/// Bytes that were granted and may not be in use yet.
+/// Granted bytes that may not be in use yet.
 static PENDING: Mutex<u64> = Mutex::new(0);
 
-/// Memory that was granted. Until it is dropped, it counts in addition to what the process holds.
+/// Granted memory. Until it is dropped, it counts in addition to the memory used by the process.
 #[derive(Debug)]
 #[must_use = "what is granted counts until it is dropped"]
 pub struct Grant(u64);
@@ -33,8 +33,9 @@ pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes.max(1), Ordering::Relaxed);
 }
 
-/// The limit of the process, in bytes: what was set, or nine tenths of what the system had left
-/// when this was asked first, and what the process held then. `None` where neither is known.
+/// Limit of the process, in bytes: the one that was set, or nine tenths of the memory available at
+/// the first call of this function, plus the memory that the process used then. `None` if neither
+/// is known.
 pub fn limit() -> Option<u64> {
     static DEFAULT: OnceLock<Option<u64>> = OnceLock::new();
     match LIMIT.load(Ordering::Relaxed) {
@@ -46,10 +47,10 @@ pub fn limit() -> Option<u64> {
     }
 }
 
-/// Asks for memory that is about to be taken.
+/// Requests memory that is about to be allocated.
 ///
 /// # Errors
-/// If the process would hold more than its limit; the message gives both.
+/// If the process would exceed its limit; the message gives both numbers.
 pub fn ask(bytes: u64) -> Result<Grant, String> {
     if bytes < SMALL {
         return Ok(Grant(0));
@@ -72,7 +73,7 @@ pub fn ask(bytes: u64) -> Result<Grant, String> {
 mod tests {
     use super::*;
 
-    /// The limit belongs to the process: one test for all of it.
+    /// The limit is global to the process, so a single test covers everything.
     #[test]
     fn what_is_granted_counts_until_it_is_dropped() {
         let used = usage::used_bytes().unwrap_or(0);

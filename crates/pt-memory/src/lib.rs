@@ -1,19 +1,17 @@
-//! Large arrays on large pages, and the ledger of the memory that the process takes.
+//! Large arrays on huge pages, and a ledger of the process's memory.
 //!
-//! Random rays in a tree of 100 MB visit more pages of 4 KiB than a processor keeps the places of,
-//! and a build that fills new memory stops at each of them, as does a reader of large meshes. Where
-//! the system has larger pages for those who ask (Linux, 2 MiB), the large arrays that are made
-//! here do.
+//! Random rays in a tree of 100 MB visit more pages of 4 KiB than the TLB of a processor covers. A
+//! build that fills new memory faults at each page, as does a reader of large meshes. If the system
+//! supports huge pages by request (Linux, 2 MiB), the large arrays created here use them.
 
 mod ledger;
 mod usage;
 
 use bytemuck::Zeroable;
-
 pub use ledger::{Grant, SMALL, ask, limit, set_limit};
 pub use usage::{available_bytes, peak_bytes, used_bytes};
 
-/// An empty vector with room for so many.
+/// Creates an empty vector with the given capacity.
 #[cfg(target_os = "linux")]
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let mut vector = Vec::with_capacity(capacity);
@@ -21,13 +19,13 @@ pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     vector
 }
 
-/// An empty vector with room for so many.
+/// Creates an empty vector with the given capacity.
 #[cfg(not(target_os = "linux"))]
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     Vec::with_capacity(capacity)
 }
 
-/// A vector of so many zeros, which is written where it is first used.
+/// Creates a vector of `len` zeros, whose memory is first touched on use.
 pub fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
     #[cfg_attr(not(target_os = "linux"), expect(unused_mut, reason = "only Linux takes advice"))]
     let mut vector = bytemuck::zeroed_vec(len);
@@ -36,14 +34,13 @@ pub fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
     vector
 }
 
-/// Asks for large pages where this memory is first written. Nothing depends on whether there are
-/// any.
+/// Requests huge pages for memory that has not been written yet. Failure has no effect.
 #[cfg(target_os = "linux")]
 fn on_large_pages<T>(room: &mut [T]) {
     use rustix::mm::{Advice, madvise};
     use rustix::param::page_size;
 
-    /// Arrays of fewer bytes have few pages of any size.
+    /// Below this number of bytes, arrays have few pages of any size.
     const MIN: usize = 4 << 20;
 
     if size_of_val(room) < MIN {
@@ -55,30 +52,30 @@ fn on_large_pages<T>(room: &mut [T]) {
     let before = bytes.addr().next_multiple_of(page) - bytes.addr();
     let whole = (size_of_val(room) - before) / page * page;
     #[expect(unsafe_code, reason = "advice takes a pointer")]
-    // SAFETY: the pages lie inside of `room`, and this advice changes neither what they hold nor
-    // who may use them.
+    // SAFETY: the pages lie inside of `room`, and this advice changes neither their contents nor
+    // their access rights.
     let _ = unsafe { madvise(bytes.add(before).cast(), whole, Advice::LinuxHugepage) };
 }
 
-/// Has the allocator of the process give arrays of 4 MiB and more back to the system as soon as
-/// they are freed, where it may be asked to (the GNU C library). Otherwise it comes to keep freed
-/// memory of up to 32 MiB in one piece, which other arrays do not fill.
+/// Makes the allocator return arrays of 4 MiB and more to the system as soon as they are freed, if
+/// supported (GNU C library). Otherwise it would eventually keep freed blocks of up to 32 MiB,
+/// which other arrays do not fill.
 pub fn return_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         #[expect(unsafe_code, reason = "it is a function of the C library")]
-        // SAFETY: the call takes numbers alone, and has effect on later allocations only.
+        // SAFETY: the call takes only numbers, and affects only later allocations.
         let _ = unsafe { libc::mallopt(libc::M_MMAP_THRESHOLD, 4 << 20) };
     }
 }
 
-/// Has the allocator give pages between what is in use back to the system, where it may be asked to
-/// (the GNU C library): many small arrays that were freed leave as much as they took.
+/// Makes the allocator return free pages between allocations to the system, if supported (GNU C
+/// library): many small arrays that were freed occupy as much as before.
 pub fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         #[expect(unsafe_code, reason = "it is a function of the C library")]
-        // SAFETY: what is in use stays where it is.
+        // SAFETY: allocations in use are not moved.
         let _ = unsafe { libc::malloc_trim(0) };
     }
 }

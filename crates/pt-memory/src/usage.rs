@@ -1,14 +1,14 @@
-//! The memory that the process uses, and that the system has left.
+//! Memory used by the process, and memory available on the system.
 
 use std::path::Path;
 
-/// The largest amount of physical memory that the process has held so far, in bytes; `None` where
-/// the system does not tell.
+/// Peak physical memory of the process so far, in bytes; `None` if the system does not report it.
 pub fn peak_bytes() -> Option<u64> {
     own("VmHWM:")
 }
 
-/// The physical memory that the process holds now, in bytes; likewise.
+/// Physical memory currently used by the process, in bytes; `None` if the system does not report
+/// it.
 pub fn used_bytes() -> Option<u64> {
     own("VmRSS:")
 }
@@ -17,15 +17,15 @@ fn own(field: &str) -> Option<u64> {
     kib(&std::fs::read_to_string("/proc/self/status").ok()?, field)
 }
 
-/// The number behind `field` in a text with a line for each field, in bytes.
+/// Parses the number after `field` in a text with one field per line; returns bytes.
 fn kib(text: &str, field: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(field))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }
 
-/// The memory that the process may still take, in bytes: what the machine has, and what control
-/// groups leave of it; `None` where the system does not tell.
+/// Memory that the process may still allocate, in bytes: limited by the machine and by control
+/// groups; `None` if the system does not report it.
 pub fn available_bytes() -> Option<u64> {
     let machine = kib(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?;
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -33,11 +33,11 @@ pub fn available_bytes() -> Option<u64> {
     Some(left.map_or(machine, |left| machine.min(left)))
 }
 
-/// What the control groups that `groups` names, below `root`, leave of their memory; `None` if they
-/// do not limit it.
+/// Memory left by the control groups in `groups`, whose folders are below `root`; `None` if they do
+/// not limit it.
 ///
 /// Lines are `number:controllers:path`; in version 2 there are no controllers. A group is also
-/// bound by the ones above it. [cgroups(7)]
+/// limited by its ancestors. [cgroups(7)]
 fn left_by_groups(root: &Path, groups: &str) -> Option<u64> {
     let left_of = |line: &str| {
         let mut parts = line.splitn(3, ':').skip(1);
@@ -63,8 +63,9 @@ fn left_by_groups(root: &Path, groups: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::fs;
+
+    use super::*;
 
     #[test]
     #[cfg(target_os = "linux")]

@@ -1,8 +1,9 @@
-//! How far two images differ, block by block: a block has less noise than a pixel, and says where.
+//! Comparison of two images block by block: a block has less noise than a pixel, and locates the
+//! difference.
 
 use std::fmt;
 
-/// One block of pixels.
+/// Block of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     /// Column and row of its first pixel.
@@ -11,32 +12,32 @@ pub struct Block {
     pub a: [f64; 3],
     /// Mean of the second image.
     pub b: [f64; 3],
-    /// The greatest difference of a channel, divided by the mean of all channels of both images;
-    /// 0 where all is black.
+    /// Maximum difference over the channels, divided by the mean of all channels of both images; 0
+    /// for black blocks.
     pub relative: f64,
-    /// The greatest difference of a channel in standard errors; 0 where there is no difference,
-    /// ∞ where there is one but no variance.
+    /// Maximum difference over the channels in standard errors; 0 without a difference, ∞ for a
+    /// difference without variance.
     pub standard_errors: f64,
 }
 
-/// How far two images differ.
+/// Differences of two images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockReport {
-    /// The blocks, row by row; those at the right and the lower edge may be smaller.
+    /// Blocks, row by row; those at the right and the lower edge may be smaller.
     pub blocks: Vec<Block>,
     /// All pixels as one block.
     pub whole: Block,
 }
 
 impl BlockReport {
-    /// The block with the greatest relative difference.
+    /// Returns the block with the greatest relative difference.
     pub fn worst(&self) -> &Block {
         self.blocks.iter().max_by(|x, y| x.relative.total_cmp(&y.relative)).unwrap_or(&self.whole)
     }
 
-    /// The blocks that differ by more than `relative` and by more than `standard_errors`.
+    /// Returns the blocks that differ by more than `relative` and by more than `standard_errors`.
     pub fn beyond(&self, relative: f64, standard_errors: f64) -> Vec<&Block> {
-        // Written so that what is no number is beyond everything.
+        // Written so that NaN exceeds every bound.
         let within = |b: &Block| b.relative <= relative || b.standard_errors <= standard_errors;
         self.blocks.iter().filter(|b| !within(b)).collect()
     }
@@ -56,8 +57,8 @@ impl fmt::Display for BlockReport {
     }
 }
 
-/// Compares two images in blocks of `block` × `block` pixels. `var_a` and `var_b` are the
-/// variances of the pixels' means.
+/// Compares two images in blocks of `block` × `block` pixels. `var_a` and `var_b` are the variances
+/// of the pixels' means.
 ///
 /// # Panics
 /// If a slice does not have `width` · `height` pixels, or `block` is 0.
@@ -125,7 +126,7 @@ impl Sums {
     }
 }
 
-/// The greater one; NaN if one is.
+/// Maximum of two numbers; NaN if either is NaN.
 fn nan_max(x: f64, y: f64) -> f64 {
     if x.is_nan() || y.is_nan() { f64::NAN } else { x.max(y) }
 }

@@ -1,9 +1,9 @@
-//! χ² tests of sampling routines against the densities they state.
+//! χ² tests of sampling routines against their stated densities.
 //!
-//! Random points go through the routine into a histogram, and the density is integrated over each
-//! bin. Pearson's statistic Σ (observed − expected)² / expected then follows the χ² distribution
-//! with one degree of freedom less than there are bins. [Pearson 1900; the method of Wenzel
-//! Jakob's tests in Nori and Mitsuba]
+//! Random points are mapped by the routine and counted in a histogram, and the density is
+//! integrated over each bin. Pearson's statistic Σ (observed − expected)² / expected then follows
+//! the χ² distribution, with one degree of freedom less than there are bins. [Pearson 1900; the
+//! method of Wenzel Jakob's tests in Nori and Mitsuba]
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -17,18 +17,18 @@ use statrs::function::erf::erfc;
 use crate::integrate::{Rectangle, integrate};
 use crate::{Random, output, sidak};
 
-/// How to test.
+/// Configuration of a test.
 #[derive(Clone, Copy, Debug)]
 pub struct Chi2<'a> {
-    /// What is tested; the histogram of a failure is written to a file of this name.
+    /// Name of the test, and of the file for the histogram of a failure.
     pub name: &'a str,
     /// Number of samples.
     pub samples: u32,
     /// Number of bins in cos θ and φ, or x and y.
     pub bins: [usize; 2],
-    /// The share of seeds with which a correct routine fails.
+    /// Fraction of seeds with which a correct routine fails.
     pub significance: f64,
-    /// The number of tests that `significance` is for together.
+    /// Number of tests among which `significance` is divided.
     pub tests: usize,
     /// Seed of the random points.
     pub seed: u64,
@@ -40,63 +40,63 @@ impl<'a> Chi2<'a> {
         Self { name, samples: 200_000, bins: [32, 64], significance: 1e-4, tests: 1, seed: 0 }
     }
 
-    /// One of `tests` tests that have the level together.
+    /// The same test as one of `tests` tests with a common significance level.
     pub fn one_of(self, tests: usize) -> Self {
         Self { tests, ..self }
     }
 }
 
-/// Why a routine does not follow its density.
+/// Failure of a routine to follow its density.
 #[derive(Debug)]
 pub struct Chi2Failure {
-    /// What is tested.
+    /// Name of the test.
     pub name: String,
-    /// Description of the problem.
+    /// Reason for the failure.
     pub reason: Reason,
-    /// The histogram, where it could be written.
+    /// Path of the histogram, if it could be written.
     pub histogram: Option<PathBuf>,
 }
 
-/// Description of the problem.
+/// Reason for the failure of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// The routine returned something outside of its domain.
+    /// A sample is outside of the domain.
     Outside {
-        /// The random point.
+        /// Random point of the sample.
         u: [f32; 2],
     },
-    /// The routine returned something whose density is not a positive finite number.
+    /// The density of a sample is not a positive finite number.
     Impossible {
-        /// The random point.
+        /// Random point of the sample.
         u: [f32; 2],
-        /// The density.
+        /// Density of the sample.
         pdf: f64,
     },
-    /// The density integrates to more than 1, or to no number.
+    /// The integral of the density exceeds 1, or is NaN.
     Mass {
-        /// Its integral.
+        /// Integral of the density.
         integral: f64,
     },
-    /// Samples are taken more or less often than the integral of the density says.
+    /// The fraction of valid samples differs from the integral of the density.
     Taken {
-        /// The share of samples that were taken.
+        /// Fraction of valid samples.
         observed: f64,
-        /// The integral of the density.
+        /// Integral of the density.
         expected: f64,
-        /// The probability of such a difference, or a greater one.
+        /// Probability of a difference at least this large.
         p: f64,
-        /// The probability below which the test fails.
+        /// Probability below which the test fails.
         level: f64,
     },
-    /// The histogram does not fit.
+    /// The histogram differs from the expected one.
     Distribution {
         /// Pearson's statistic.
         statistic: f64,
-        /// Its degrees of freedom.
+        /// Degrees of freedom.
         degrees: usize,
-        /// The probability of such a statistic, or a greater one.
+        /// Probability of a statistic at least this large.
         p: f64,
-        /// The probability below which the test fails.
+        /// Probability below which the test fails.
         level: f64,
     },
 }
@@ -126,9 +126,8 @@ impl fmt::Display for Chi2Failure {
 
 impl std::error::Error for Chi2Failure {}
 
-/// Tests a routine that maps random points to unit vectors, or to `None` where it takes no sample.
-/// `pdf` is its density per steradian; what it lacks to an integral of 1 is the probability of
-/// `None`.
+/// Tests a routine that maps random points to unit vectors, or to `None` for an invalid sample.
+/// `pdf` is its density per steradian; 1 minus its integral is the probability of `None`.
 ///
 /// # Errors
 /// If the routine does not follow its density; see [`Reason`].
@@ -158,9 +157,9 @@ pub fn chi2_sphere(
     test(place, density, config)
 }
 
-/// As [`chi2_sphere`], for densities too narrow for its bins: only directions ω of the cone with
-/// 1 − ω·`axis` ≤ `one_minus_cos` are told apart, and the others count as not taken. `axis` has
-/// unit length.
+/// Variant of [`chi2_sphere`] for densities too narrow for its bins: the bins cover only directions
+/// ω of the cone with 1 − ω·`axis` ≤ `one_minus_cos`, and others count as invalid samples. `axis`
+/// has unit length.
 ///
 /// # Errors
 /// If the routine does not follow its density; see [`Reason`].
@@ -178,14 +177,14 @@ pub fn chi2_cone(
         let inside = local.z > 0.0 || one_minus_cos > 1.0;
         (inside && p.iter().all(|x| (0.0..1.0).contains(x))).then_some(p)
     };
-    // The solid angle of the cone: what the density of a uniform direction of it is one over.
+    // Solid angle of the cone: the reciprocal of the density of its uniform distribution.
     let solid_angle = 1.0 / warp::uniform_cone_pdf(one_minus_cos).get();
     let density = |p| pdf(frame.to_world(warp::uniform_cone(p, one_minus_cos))) * solid_angle;
     chi2_square(place, density, config)
 }
 
-/// Tests a routine that maps random points to points of [0, 1)², or to `None` where it takes no
-/// sample. `pdf` is its density; what it lacks to an integral of 1 is the probability of `None`.
+/// Tests a routine that maps random points to points of [0, 1)², or to `None` for an invalid
+/// sample. `pdf` is its density; 1 minus its integral is the probability of `None`.
 ///
 /// # Errors
 /// If the routine does not follow its density; see [`Reason`].
@@ -204,19 +203,19 @@ pub fn chi2_square(
     test(place, |x, y| f64::from(pdf([x as f32, y as f32])), config)
 }
 
-/// A sample's place in the unit square and its density, or `None` where it was not taken.
+/// Position of a sample in the unit square and its density, or `None` for an invalid sample.
 type Placed = Result<Option<([f64; 2], f64)>, Reason>;
 
-/// The histogram of a routine, and what it should be.
+/// Observed and expected histogram of a routine.
 struct Histogram {
     bins: [usize; 2],
-    /// Samples per bin; at the end, those that were not taken.
+    /// Number of samples per bin; the last entry is that of invalid samples.
     observed: Vec<u32>,
-    /// Expected number of samples per bin; at the end, of those that are not taken.
+    /// Expected number of samples per bin; the last entry is that of invalid samples.
     expected: Vec<f64>,
 }
 
-/// Both tests, on the unit square.
+/// Runs both tests on the unit square.
 fn test(
     place: impl Fn([f32; 2]) -> Placed,
     density: impl Fn(f64, f64) -> f64,
@@ -233,7 +232,7 @@ fn test(
     })
 }
 
-/// Counts samples.
+/// Counts samples per bin.
 fn observe(place: impl Fn([f32; 2]) -> Placed, config: &Chi2<'_>) -> Result<Vec<u32>, Reason> {
     let [nx, ny] = config.bins;
     let mut counts = vec![0; nx * ny + 1];
@@ -255,8 +254,8 @@ fn observe(place: impl Fn([f32; 2]) -> Placed, config: &Chi2<'_>) -> Result<Vec<
     Ok(counts)
 }
 
-/// Integrates the density over the bins; an error of a twentieth of a sample in a bin is far
-/// below the noise.
+/// Integrates the density over the bins; an error of a twentieth of a sample in a bin is far below
+/// the noise.
 fn expect(density: impl Fn(f64, f64) -> f64, config: &Chi2<'_>) -> Vec<f64> {
     let [nx, ny] = config.bins;
     let samples = f64::from(config.samples);
@@ -273,18 +272,18 @@ fn expect(density: impl Fn(f64, f64) -> f64, config: &Chi2<'_>) -> Vec<f64> {
     expected
 }
 
-/// The tests of a histogram: of the share of samples taken, and of their places.
+/// Tests the fraction of valid samples, and their distribution.
 fn judge(histogram: &Histogram, config: &Chi2<'_>) -> Result<(), Reason> {
     let level = sidak(config.significance, 2 * config.tests);
     judge_taken(histogram, config, level)?;
     judge_places(histogram, level)
 }
 
-/// Checks the number of samples taken against the integral of the density: a separate test, since
-/// among a thousand bins only a large error of one is significant.
+/// Compares the number of valid samples with the integral of the density. This is a separate test,
+/// since among a thousand bins only a large error of one is significant.
 fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(), Reason> {
     const MASS_TOLERANCE: f64 = 1e-3;
-    // Share of the integral that rounding and the rule of integration may cost.
+    // Relative error of the integral due to rounding and quadrature.
     const MASS_ERROR: f64 = 1e-4;
     let samples = f64::from(config.samples);
     let (Some(observed), Some(expected)) = (histogram.observed.last(), histogram.expected.last())
@@ -300,7 +299,7 @@ fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(
     if p < level { Err(Reason::Taken { observed, expected, p, level }) } else { Ok(()) }
 }
 
-/// Pearson's test. Bins that expect few samples are taken together, the poorest first, since the
+/// Pearson's test. Bins with few expected samples are merged in ascending order, since the
 /// statistic of a bin follows its distribution only from about five expected samples on.
 fn judge_places(histogram: &Histogram, level: f64) -> Result<(), Reason> {
     const MIN_EXPECTED: f64 = 5.0;
@@ -319,13 +318,13 @@ fn judge_places(histogram: &Histogram, level: f64) -> Result<(), Reason> {
     }
     let degrees = pooled.len() - 1;
     let statistic: f64 = pooled.iter().map(|(e, o)| (o - e) * (o - e) / e).sum();
-    // With one bin there is nothing to compare, and no distribution.
+    // A single bin has no degree of freedom, and no distribution.
     let p = ChiSquared::new(degrees as f64).map_or(1.0, |d| d.sf(statistic));
     if p < level { Err(Reason::Distribution { statistic, degrees, p, level }) } else { Ok(()) }
 }
 
 impl Histogram {
-    /// A table for people: bin, observed, expected, contribution to the statistic with its sign.
+    /// Readable table: bin, observed, expected, signed contribution to the statistic.
     fn table(&self) -> String {
         let mut text = String::from("x bin,y bin,observed,expected,signed contribution\n");
         let ny = self.bins[1];
@@ -346,8 +345,9 @@ impl Histogram {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f32::consts::FRAC_1_PI;
+
+    use super::*;
 
     fn on_sphere(u: [f32; 2], z: f32) -> Vec3 {
         let r = (1.0 - z * z).max(0.0).sqrt();
@@ -371,7 +371,7 @@ mod tests {
         // x = √u has density 2x.
         let linear = |u: [f32; 2]| Some([u[0].sqrt(), u[1]]);
         chi2_square(linear, |p| 2.0 * p[0], &Chi2::new("linear")).unwrap();
-        // Edges that do not lie between bins.
+        // Edges that do not coincide with bounds of bins.
         let part = |u: [f32; 2]| Some([0.37 * u[0], 0.1 + 0.45 * u[1]]);
         let inside = |p: [f32; 2]| p[0] < 0.37 && (0.1..0.55).contains(&p[1]);
         let pdf = |p| if inside(p) { 1.0 / (0.37 * 0.45) } else { 0.0 };
@@ -382,7 +382,7 @@ mod tests {
     fn cones_zoom_in() {
         let axis = Vec3::new(0.48, -0.6, 0.64);
         let frame = Frame::from_normal(axis);
-        // Uniform in a cone of a tenth of a degree, looked at in one of half the solid angle.
+        // Uniform in a cone of a tenth of a degree, tested in a cone of half the solid angle.
         let c = 1.5e-6;
         let sample = |u| Some(frame.to_world(warp::uniform_cone(u, c)));
         let pdf = |scale: f32| move |_: Vec3| scale * warp::uniform_cone_pdf(c).get();
@@ -407,7 +407,7 @@ mod tests {
         assert!(matches!(failure.reason, Reason::Distribution { .. }), "{failure}");
         let table = std::fs::read_to_string(failure.histogram.expect("a histogram")).unwrap();
         assert_eq!(table.lines().count(), 32 * 64 + 2);
-        // One percent too much to one side.
+        // One percent of the samples is moved to one side.
         let tilted = |u: [f32; 2]| Some([u[0], if u[1] < 0.01 { 0.25 } else { u[1] }]);
         let failure = chi2_square(tilted, |_| 1.0, &Chi2::new("tilted")).unwrap_err();
         assert!(matches!(failure.reason, Reason::Distribution { .. }), "{failure}");

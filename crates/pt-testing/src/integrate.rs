@@ -8,7 +8,7 @@ pub(crate) struct Rectangle {
 }
 
 impl Rectangle {
-    /// Its four quarters.
+    /// The four quarters.
     fn quarters(self) -> [Self; 4] {
         let middle = |[a, b]: [f64; 2]| 0.5 * (a + b);
         let (mx, my) = (middle(self.x), middle(self.y));
@@ -18,17 +18,17 @@ impl Rectangle {
     }
 }
 
-/// Levels of quartering that are always made, so that a narrow peak is not overlooked.
+/// Minimum depth of subdivision, so that a narrow peak is not overlooked.
 const MIN_DEPTH: u32 = 2;
-/// Levels of quartering that end at an edge of the integrand.
+/// Maximum depth of subdivision, at an edge of the integrand.
 const MAX_DEPTH: u32 = 11;
 
-/// ∫f over the rectangle, to about `tolerance` where `f` is smooth or has edges along lines.
+/// ∫f over the rectangle, to about `tolerance` if `f` is smooth or has edges along lines.
 pub(crate) fn integrate(f: &impl Fn(f64, f64) -> f64, rectangle: Rectangle, tolerance: f64) -> f64 {
     refine(f, rectangle, gauss(f, rectangle), tolerance, 0)
 }
 
-/// Quarters the rectangle until that changes little; `whole` is the rule's value for all of it.
+/// Subdivides the rectangle until the sum changes little; `whole` is the estimate for all of it.
 fn refine(
     f: &impl Fn(f64, f64) -> f64,
     rectangle: Rectangle,
@@ -46,8 +46,7 @@ fn refine(
     quarters.into_iter().map(|(r, value)| refine(f, r, value, 0.5 * tolerance, depth + 1)).sum()
 }
 
-/// The rule of Gauss and Legendre with 3 × 3 points: exact for polynomials of degree 5 in each
-/// variable.
+/// Gauss–Legendre rule with 3 × 3 points: exact for polynomials of degree 5 in each variable.
 fn gauss(f: &impl Fn(f64, f64) -> f64, rectangle: Rectangle) -> f64 {
     const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
     let offset = 0.15f64.sqrt();
@@ -77,7 +76,7 @@ mod tests {
 
     #[test]
     fn peaks_and_edges_are_found() {
-        // Gauss's bell around the middle, far inside: √π/k in each variable.
+        // Gaussian around the middle, far inside: √π/k in each variable.
         let k = 200.0;
         let bell = |x: f64, y: f64| (-k * k * ((x - 0.5).powi(2) + (y - 0.5).powi(2))).exp();
         let exact = std::f64::consts::PI / (k * k);

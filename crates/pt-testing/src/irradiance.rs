@@ -1,14 +1,14 @@
-//! Closed forms of the irradiance that lights of radiance 1 cause where nothing is in their way:
-//! ∫ cos θ dω over the directions in which a surface element sees the light.
+//! Closed forms of the unoccluded irradiance of lights of radiance 1: ∫ cos θ dω over the
+//! directions in which a surface element sees the light.
 
 use std::f64::consts::PI;
 
 use pt_math::DVec3;
 
-/// Irradiance at `p`, on a surface with unit normal `n`, by a convex polygon with these corners
-/// that glows towards `p`: half the sum over its edges of the angle of the edge times the cosine
-/// of the plane through the edge and `p`. What lies below the horizon does not count. [Lambert
-/// 1760; Baum, Rushmeier & Winget 1989, eq. 7]
+/// Irradiance at `p`, on a surface with unit normal `n`, due to a convex polygon with these corners
+/// that emits towards `p`: half the sum over its edges of the angle of the edge times the cosine of
+/// the plane through the edge and `p`. The part below the horizon is ignored. [Lambert 1760; Baum,
+/// Rushmeier & Winget 1989, eq. 7]
 pub fn of_polygon(corners: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     let seen: Vec<DVec3> = corners.iter().map(|&c| c - p).collect();
     let polygon = above_horizon(&seen, n);
@@ -20,7 +20,7 @@ pub fn of_polygon(corners: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     (0.5 * (0..polygon.len()).map(edge).sum::<f64>()).abs()
 }
 
-/// The part of a convex polygon with d·n ≥ 0. [Sutherland & Hodgman 1974]
+/// Part of a convex polygon with d·n ≥ 0. [Sutherland & Hodgman 1974]
 fn above_horizon(polygon: &[DVec3], n: DVec3) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (i, &a) in polygon.iter().enumerate() {
@@ -36,9 +36,9 @@ fn above_horizon(polygon: &[DVec3], n: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// Irradiance at `p` outside of a sphere, on a surface with unit normal `n`: π cos θ (R/d)² where
-/// all of the sphere is above the horizon. [Howell, A Catalog of Radiation Heat Transfer
-/// Configuration Factors, sphere and differential element]
+/// Irradiance at `p` outside of a sphere, on a surface with unit normal `n`: π cos θ (R/d)² if all
+/// of the sphere is above the horizon. [Howell, A Catalog of Radiation Heat Transfer Configuration
+/// Factors, sphere and differential element]
 pub fn of_sphere(center: DVec3, radius: f64, p: DVec3, n: DVec3) -> f64 {
     let to_center = center - p;
     let h = to_center.length() / radius;
@@ -55,8 +55,8 @@ pub fn of_sphere(center: DVec3, radius: f64, p: DVec3, n: DVec3) -> f64 {
     0.5 * PI - (root / (h * sin)).asin() + cut / (h * h)
 }
 
-/// Irradiance by a sky of radiance L(d), on a surface with unit normal `n`: the midpoint rule in
-/// polar angle from +y and azimuth, with `rows` × 2 `rows` cells.
+/// Irradiance due to a sky of radiance L(d), on a surface with unit normal `n`: the midpoint rule
+/// in polar angle from +y and azimuth, with `rows` × 2 `rows` cells.
 pub fn of_sky(n: DVec3, rows: u32, radiance: impl Fn(DVec3) -> f64) -> f64 {
     let step = PI / f64::from(rows);
     let cell = |row: u32, column: u32| {
@@ -76,7 +76,7 @@ mod tests {
 
     const NORMALS: [DVec3; 3] = [DVec3::Y, DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.96, 0.28, 0.0)];
 
-    /// Part of the sky behind the shape is black where a ray misses it.
+    /// Compares with a sky that has radiance 1 where a ray hits the shape, and 0 elsewhere.
     fn check(of_shape: impl Fn(DVec3) -> f64, hits: impl Fn(DVec3) -> bool) {
         for n in NORMALS {
             let want = of_sky(n, 800, |d| f64::from(u8::from(hits(d))));

@@ -1,13 +1,14 @@
 //! Statistical tests for the tests of pathtracer.
 //!
-//! * [`chi2`]: does a sampling routine follow the density it states?
-//! * [`ztest`]: do two images, or a mean and its expected value, agree up to noise?
-//! * [`blocks`]: how far do two images differ, block of pixels by block of pixels?
-//! * [`irradiance`]: what should lights bring?
+//! * [`chi2`]: agreement of a sampling routine with its density.
+//! * [`ztest`]: agreement of two images, or of a mean with its expected value, up to noise.
+//! * [`blocks`]: differences of two images by blocks of pixels.
+//! * [`irradiance`]: closed forms of the irradiance due to lights.
 //! * [`random`]: deterministic random input.
+//! * [`without_panics`]: absence of panics, which readers would convert into errors.
 //!
 //! All of them are deterministic, so a test that passes keeps passing; the significance is the
-//! share of seeds with which a correct routine fails.
+//! fraction of seeds with which a correct routine fails.
 
 pub mod blocks;
 pub mod chi2;
@@ -15,16 +16,18 @@ pub mod course;
 mod integrate;
 pub mod irradiance;
 pub mod output;
+mod panics;
 pub mod random;
 pub mod ztest;
 
 pub use blocks::{Block, BlockReport, compare_blocks};
 pub use chi2::{Chi2, Chi2Failure, chi2_cone, chi2_sphere, chi2_square};
+pub use panics::without_panics;
 pub use random::Random;
 pub use ztest::{Estimates, ZFailure, mean_z_test, z_test};
 
-/// The level α' of each of n independent tests with which all of them together are at level α:
-/// 1 − (1 − α')ⁿ = α. [Šidák 1967]
+/// Level α' of each of n independent tests that together have the level α: 1 − (1 − α')ⁿ = α.
+/// [Šidák 1967]
 pub fn sidak(significance: f64, tests: usize) -> f64 {
     -((-significance).ln_1p() / tests.max(1) as f64).exp_m1()
 }

@@ -1,4 +1,4 @@
-//! Where failing tests leave what a person wants to see.
+//! Output files of failing tests.
 
 use std::path::PathBuf;
 use std::{env, fs, io};
@@ -15,7 +15,7 @@ pub fn write(name: &str, content: &[u8]) -> io::Result<PathBuf> {
     Ok(path)
 }
 
-/// The target folder: a test runs from `<target>/<profile>/deps/<test>`. Otherwise, the folder for
+/// Target folder: a test runs from `<target>/<profile>/deps/<test>`. Otherwise, the folder for
 /// temporary files.
 fn target_folder() -> PathBuf {
     let executable = env::current_exe().unwrap_or_default();

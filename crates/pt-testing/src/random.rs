@@ -2,20 +2,20 @@
 
 use pt_math::Vec3;
 
-/// A stream of random numbers: SplitMix64. [Steele, Lea & Flood 2014, "Fast Splittable
-/// Pseudorandom Number Generators", figure 17; output function: variant 13 of Stafford]
+/// Stream of random numbers: SplitMix64. [Steele, Lea & Flood 2014, "Fast Splittable Pseudorandom
+/// Number Generators", figure 17; output function: variant 13 of Stafford]
 ///
-/// It shares nothing with the samplers of the renderer, so that a flaw there cannot hide here.
+/// Independent of the samplers of the renderer, so that it does not share their errors.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of this seed.
+    /// Creates the stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -23,33 +23,33 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a uniform number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Uniform in [0, 1)².
+    /// Returns a uniform point in [0, 1)².
     pub fn unit_2d(&mut self) -> [f32; 2] {
         [self.unit(), self.unit()]
     }
 
-    /// Uniform in [a, b).
+    /// Returns a uniform number in [a, b).
     pub fn between(&mut self, a: f32, b: f32) -> f32 {
         a + (b - a) * self.unit()
     }
 
-    /// Uniform in 0 … n − 1; `n` must not be 0.
+    /// Returns a uniform integer in 0 … n − 1; `n` must not be 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
 
-    /// A vector with coordinates uniform in [−1, 1).
+    /// Returns a vector with coordinates uniform in [−1, 1).
     pub fn in_cube(&mut self) -> Vec3 {
         Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
     }
 
-    /// A unit vector, uniform on the sphere: the first vector of the cube that is neither outside
-    /// of the ball nor too short to normalise well.
+    /// Returns a unit vector, uniform on the sphere, by rejection: the first vector of the cube
+    /// that is neither outside of the ball nor too short to normalise accurately.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.in_cube();
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn the_first_numbers_are_those_of_the_reference_implementation() {
-        // The output of the public reference code for seed 1234567.
+        // Output of the public reference code for seed 1234567.
         let mut random = Random::new(1_234_567);
         assert_eq!(random.bits(), 6_457_827_717_110_365_317);
         assert_eq!(random.bits(), 3_203_168_211_198_807_973);

@@ -1,7 +1,7 @@
-//! z-tests: do means agree up to noise?
+//! z-tests of the agreement of means up to noise.
 //!
-//! The means must be of enough samples to be normally distributed far out: hundreds for bounded
-//! values, more where rare bright samples occur.
+//! The means must be of enough samples that their tails are normally distributed: hundreds for
+//! bounded values, more if rare bright samples occur.
 
 use std::fmt;
 
@@ -9,30 +9,29 @@ use statrs::function::erf::erfc;
 
 use crate::sidak;
 
-/// Estimated means, each with the variance of that mean (the variance of the samples divided by
-/// their number).
+/// Estimated means, each with its variance (the variance of the samples divided by their number).
 #[derive(Clone, Copy, Debug)]
 pub struct Estimates<'a> {
-    /// The means.
+    /// Estimated means.
     pub mean: &'a [f32],
-    /// Their variances; all zero for exact values.
+    /// Variances of the means; all zero for exact values.
     pub variance: &'a [f32],
 }
 
-/// Where means do not agree.
+/// Disagreement of means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZFailure {
-    /// Which of the values differs most.
+    /// Index of the value that differs most.
     pub index: usize,
-    /// It.
+    /// First mean.
     pub left: f64,
-    /// What it was compared with.
+    /// Second mean.
     pub right: f64,
-    /// Their difference in standard errors.
+    /// Difference in standard errors.
     pub z: f64,
-    /// The probability of such a difference, or a greater one.
+    /// Probability of a difference at least this large.
     pub p: f64,
-    /// The probability below which a single value fails.
+    /// Probability below which a single value fails.
     pub level: f64,
     /// Number of values that fail.
     pub failing: usize,
@@ -51,14 +50,14 @@ impl fmt::Display for ZFailure {
 
 impl std::error::Error for ZFailure {}
 
-/// Share of a value that `f32` sums may have lost.
+/// Relative error that sums in `f32` may have.
 const ROUNDING: f64 = 1e-5;
 
-/// Tests whether two sets of estimates agree value by value. All values together fail for a share
-/// `significance` of the seeds when they do agree.
+/// Tests the agreement of two sets of estimates value by value. If they agree, the whole test fails
+/// for a fraction `significance` of the seeds.
 ///
 /// # Errors
-/// If a value differs too much, is no number, or the lengths of the slices differ (then `index` is
+/// If a value differs too much or is NaN, or if the lengths of the slices differ (then `index` is
 /// the first one that is not in all of them).
 pub fn z_test(a: Estimates<'_>, b: Estimates<'_>, significance: f64) -> Result<(), ZFailure> {
     let lengths = [a.mean.len(), a.variance.len(), b.mean.len(), b.variance.len()];
@@ -81,11 +80,11 @@ pub fn z_test(a: Estimates<'_>, b: Estimates<'_>, significance: f64) -> Result<(
     }
 }
 
-/// Tests whether samples have the mean `expected`; a correct estimator fails for a share
+/// Tests if samples have the mean `expected`; a correct estimator fails for a fraction
 /// `significance` of the seeds.
 ///
 /// # Errors
-/// If the mean differs too much or is no number, or there are fewer than two samples.
+/// If the mean differs too much or is NaN, or there are fewer than two samples.
 pub fn mean_z_test(samples: &[f64], expected: f64, significance: f64) -> Result<(), ZFailure> {
     let n = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / n;
@@ -94,7 +93,7 @@ pub fn mean_z_test(samples: &[f64], expected: f64, significance: f64) -> Result<
     if passes(&result) { Ok(()) } else { Err(ZFailure { failing: 1, ..result }) }
 }
 
-/// Two means whose difference has this variance.
+/// Compares two means whose difference has this variance.
 fn compare(left: f64, right: f64, variance: f64, index: usize, level: f64) -> ZFailure {
     let rounding = ROUNDING * left.abs().max(right.abs());
     let error = (variance + rounding * rounding).sqrt();
@@ -104,7 +103,7 @@ fn compare(left: f64, right: f64, variance: f64, index: usize, level: f64) -> ZF
     ZFailure { index, left, right, z, p, level, failing: 0 }
 }
 
-/// Returns true if the probability is a number that is not below the level.
+/// Returns true if the statistic is a number and its probability is not below the level.
 fn passes(result: &ZFailure) -> bool {
     !result.z.is_nan() && result.p >= result.level
 }

@@ -1,16 +1,16 @@
-//! Planes between bins of centroids. [Wald 2007, "On fast Construction of SAH-based Bounding Volume
-//! Hierarchies"]
+//! Split planes between bins of centroids. [Wald 2007, "On fast Construction of SAH-based Bounding
+//! Volume Hierarchies"]
 
 use rayon::prelude::*;
 use wide::{f32x4, f32x8, i32x4};
 
-use super::sah::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
+use super::cost::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
 use super::{Boxes, CHUNK, Extent, Halves, Item, partition};
 
-/// So many items are put into bins together.
+/// Number of items whose bins are computed together.
 const GROUP: usize = 32;
 
-/// Looks at the planes between so many bins per axis, a power of two.
+/// Search over the planes between `BINS` bins per axis, a power of two.
 pub(super) struct Binned<const BINS: usize>;
 
 impl<const BINS: usize> Search for Binned<BINS> {
@@ -45,21 +45,21 @@ impl<const BINS: usize> Search for Binned<BINS> {
     }
 }
 
-/// Items of which those on the left come first.
+/// Result of a partition: the items on the left come first.
 #[derive(Clone, Copy)]
 struct Parted {
     left: usize,
-    /// The boxes of the (doubled) centroids of both sides.
+    /// Boxes of the (doubled) centroids of both sides.
     centroids: [Extent; 2],
 }
 
 impl Parted {
     const NOTHING: Self = Self { left: 0, centroids: [Extent::EMPTY; 2] };
 
-    /// Parts items.
+    /// Partitions items by the plane of `split`.
     fn of(items: &mut [Item], split: &Split) -> Self {
         let Split { bins: Bins { base, scale, .. }, axis, bin, .. } = *split;
-        // Nothing is less along the other axes.
+        // Along the other axes, no value is less than −∞.
         let mut end = [f32::NEG_INFINITY; 4];
         end[axis] = bin as f32;
         let end = f32x4::new(end);
@@ -67,7 +67,7 @@ impl Parted {
         let left = partition(items, |item| {
             let centroid = item.centroid();
             let is_left = ((centroid - base) * scale).simd_lt(end).any();
-            // The smaller of this and a point is the point, or nothing.
+            // The minimum of this and a point is the point, or empty.
             let keep = f32x8::splat([f32::NEG_INFINITY, f32::INFINITY][usize::from(is_left)]);
             let point = Extent::point(centroid).0;
             below = below.fast_max(point.fast_min(keep));
@@ -84,11 +84,11 @@ impl Parted {
     }
 }
 
-/// Moves the items on the left of all chunks of [`CHUNK`] to the front.
+/// Moves the left items of all chunks of [`CHUNK`] to the front.
 fn bring_together(items: &mut [Item], chunks: &[Parted]) {
     let middle = chunks.iter().map(|chunk| chunk.left).sum();
     let starts = (0..).step_by(CHUNK);
-    // Those that are before the middle and belong behind it, and the others; as many.
+    // Right items before the middle, and left items behind it; their numbers are equal.
     let wrong_rights = starts
         .clone()
         .zip(chunks)
@@ -100,23 +100,23 @@ fn bring_together(items: &mut [Item], chunks: &[Parted]) {
     }
 }
 
-/// A plane between two bins.
+/// Plane between two bins.
 #[derive(Clone, Copy)]
 pub(super) struct Split {
     bins: Bins,
     axis: usize,
     /// Items in lower bins go left.
     bin: usize,
-    /// The boxes around the items of both sides.
+    /// Boxes around the items of both sides.
     sides: [Extent; 2],
 }
 
-/// How centroids map to bins.
+/// Mapping from centroids to bins.
 #[derive(Clone, Copy)]
 struct Bins {
     base: f32x4,
     scale: f32x4,
-    /// The number of the last bin.
+    /// Index of the last bin.
     last: f32x4,
 }
 
@@ -133,7 +133,7 @@ impl Bins {
         Self { base: four(low.to_array()), scale: four(scale), last }
     }
 
-    /// The bin per axis.
+    /// Bin index of a centroid along each axis.
     #[inline]
     fn index(&self, centroid: f32x4) -> [i32; 4] {
         let place = ((centroid - self.base) * self.scale).fast_max(f32x4::ZERO);
@@ -141,10 +141,10 @@ impl Bins {
     }
 }
 
-/// What falls into each bin, for the three axes.
+/// Bins along the three axes.
 struct Histogram<const BINS: usize>([Bin; BINS]);
 
-/// What falls into the bins of one number, or into several in a row, along each axis.
+/// Item counts and boxes of one bin, or of several consecutive bins, along each axis.
 #[derive(Clone, Copy)]
 struct Bin {
     extents: [Extent; 3],
@@ -162,7 +162,7 @@ impl Bin {
         Self { extents: [x.union(u), y.union(v), z.union(w)], counts: counts.to_array() }
     }
 
-    /// What the items cost as one leaf, per axis; NaN where there are none.
+    /// Cost of the items as one leaf, per axis; NaN without items.
     #[inline]
     fn cost(&self, areas: RelativeArea) -> f32x4 {
         let blocks = (i32x4::new(self.counts) + i32x4::splat((1 << LOG_BLOCK) - 1)) >> LOG_BLOCK;
@@ -173,8 +173,8 @@ impl Bin {
 impl<const BINS: usize> Histogram<BINS> {
     const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
-    /// The places of a group of items are found before any of them is put there, so that reading an
-    /// item never waits for where one before it is written.
+    /// Bins the items in groups. The bin indices of a group are computed before any item is added,
+    /// so that reading an item does not wait for the store of the one before.
     fn of(items: &[Item], bins: Bins) -> Self {
         let mut histogram = Self::EMPTY;
         let mut places = [[0; 4]; GROUP];
@@ -206,7 +206,7 @@ impl<const BINS: usize> Histogram<BINS> {
         self
     }
 
-    /// The cheapest plane: what it costs, its axis, and the bin above it. Along all axes at once.
+    /// Returns the cheapest plane over all axes: its cost, its axis, and the bin above it.
     fn cheapest(&self, areas: RelativeArea) -> Option<(f32, usize, usize)> {
         let mut right_costs = [f32x4::ZERO; BINS];
         let mut side = Bin::EMPTY;
@@ -218,7 +218,7 @@ impl<const BINS: usize> Histogram<BINS> {
         side = Bin::EMPTY;
         for (bin, right) in (1..BINS).zip(&right_costs[1..]) {
             side = side.union(&self.0[bin - 1]);
-            // NaN, and so never less, where a side is empty.
+            // NaN, which is never less, if a side is empty.
             let cost = f32x4::splat(NODE_COST) + side.cost(areas) + *right;
             let is_less = cost.simd_lt(least);
             least = is_less.select(cost, least);
@@ -230,7 +230,7 @@ impl<const BINS: usize> Histogram<BINS> {
         (bin > 0).then_some((least[axis], axis, bin))
     }
 
-    /// The boxes on both sides of a plane.
+    /// Boxes on both sides of a plane.
     fn sides(&self, axis: usize, bin: usize) -> [Extent; 2] {
         let (left, right) = self.0.split_at(bin);
         [left, right].map(|bins| bins.iter().fold(Extent::EMPTY, |e, b| e.union(b.extents[axis])))
@@ -239,9 +239,10 @@ impl<const BINS: usize> Histogram<BINS> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::{Bounds3, Vec3};
     use pt_testing::Random;
+
+    use super::*;
 
     #[test]
     fn parts_hold_all_items_on_their_sides_with_their_boxes() {

@@ -1,20 +1,20 @@
-//! The plain builder: split at the mean.
+//! Simple builder that splits at the mean of the centroids.
 
 use super::{Extent, Item, halvings, longest_axis, partition, push_leaf, split_at_median};
 use crate::node::{MAX_DEPTH, Node};
 
-/// A range of items that waits for its node.
+/// Range of items whose node is still to be built.
 struct Task {
     start: usize,
     end: usize,
     depth: usize,
-    /// The inner node of which this is the right child.
+    /// Inner node of which this is the right child.
     parent: Option<usize>,
 }
 
-/// Splits at the mean of the centroids, along the longest axis of their box, until no more than
-/// `largest_leaf` items are left. Where all are on one side, or the tree would become too deep,
-/// the median takes the place of the mean.
+/// Splits at the mean of the centroids, along the longest axis of their box, until at most
+/// `largest_leaf` items are left. If the mean separates nothing, or the tree would become too deep,
+/// splits at the median instead.
 pub(super) fn build(items: &mut [Item], largest_leaf: usize, nodes: &mut Vec<Node>) {
     let mut stack = vec![Task { start: 0, end: items.len(), depth: 0, parent: None }];
     while let Some(Task { start, end, depth, parent }) = stack.pop() {

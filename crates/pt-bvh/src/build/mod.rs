@@ -1,34 +1,34 @@
-//! Builders of the binary tree. All give the same tree for any number of threads.
+//! Builders of the binary tree. Each gives the same tree for any number of threads.
 
 mod bins;
+mod cost;
 mod mean;
 mod reinsert;
 mod sah;
 mod split;
 mod sweep;
 
-pub(crate) use sah::tree_cost;
-pub(crate) use split::Effort;
-
 use bytemuck::{Pod, Zeroable};
+pub(crate) use cost::tree_cost;
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
+pub(crate) use split::Effort;
 use wide::{f32x4, f32x8};
 
-use self::sah::RelativeArea;
+use self::cost::RelativeArea;
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
 use crate::{BuildError, BuildOptions, Builder, Quality};
 
-/// More primitives than this do not fit the 30 bits of an index.
+/// Maximum number of primitives: an index has 30 bits.
 pub(crate) const MAX_PRIMITIVES: usize = 1 << 30;
-/// Leaves never hold more, whatever the options say.
+/// Upper limit of [`BuildOptions::max_leaf_size`].
 const LARGEST_LEAF: u32 = 64;
-/// Boxes and bins of more items than this are computed in chunks of so many.
+/// Boxes and bins of more items than this are computed in chunks of this size.
 const CHUNK: usize = 32_768;
 
-/// Gives back the memory of what was made on the way to a tree of so many primitives, if that is
-/// much: it lies in pieces, in which nothing large finds room.
+/// Returns the freed memory of a build of `primitives` primitives to the system, if it is large: it
+/// is fragmented, so large allocations cannot reuse it.
 pub(crate) fn tidy(primitives: usize) {
     const LARGE: usize = 1 << 18;
     if primitives > LARGE {
@@ -36,23 +36,23 @@ pub(crate) fn tidy(primitives: usize) {
     }
 }
 
-/// A primitive while the tree is built: its box with the lower corner negated, so that the union
-/// of two boxes is one maximum of eight lanes.
+/// Primitive during the build: its box with the lower corner negated, so that the union of two
+/// boxes is one maximum of eight lanes.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 struct Item {
     negated_min: [f32; 3],
-    /// The number of the primitive with [`NORMAL`] added.
+    /// Number of the primitive plus [`NORMAL`].
     label: u32,
     max: [f32; 3],
     /// 1 for a sphere, 0 for a triangle.
     sphere: f32,
 }
 
-/// Makes a normal floating-point number of any number of a primitive: arithmetic of the lanes
-/// beside takes it along, and processors are slow with subnormal ones.
+/// Offset that turns the number of any primitive into the bits of a normal floating-point number.
+/// The lane takes part in vector arithmetic, which is slow for subnormal numbers.
 const NORMAL: u32 = 1 << 30;
-/// `label` of an item to leave out.
+/// `label` of an item that is left out.
 const SKIPPED: u32 = 0;
 
 impl Item {
@@ -73,30 +73,30 @@ impl Item {
         }
     }
 
-    /// The number of the primitive.
+    /// Number of the primitive.
     #[inline]
     fn id(&self) -> u32 {
         self.label & !NORMAL
     }
 
-    /// The same primitive, as far as it is in a box.
+    /// The same primitive, restricted to a box.
     fn within(&self, bounds: Bounds3) -> Self {
         Self { negated_min: (-bounds.min).to_array(), max: bounds.max.to_array(), ..*self }
     }
 
-    /// The box; lanes 3 and 7 mean nothing.
+    /// Box of the item; lanes 3 and 7 are undefined.
     #[inline]
     fn extent(&self) -> Extent {
         Extent(bytemuck::cast(*self))
     }
 
-    /// The area of the box.
+    /// Area of the box.
     #[inline]
     fn area(&self, areas: RelativeArea) -> f32 {
         areas.get(self.extent())
     }
 
-    /// Twice the centre of the box; lane 3 means nothing.
+    /// Twice the centre of the box; lane 3 is undefined.
     #[inline]
     fn centroid(&self) -> f32x4 {
         let [low, high]: [f32x4; 2] = bytemuck::cast(*self);
@@ -109,7 +109,7 @@ impl Item {
     }
 }
 
-/// A box as (−min, ·, max, ·); lanes 3 and 7 mean nothing.
+/// A box as (−min, ·, max, ·); lanes 3 and 7 are undefined.
 #[derive(Clone, Copy, Debug)]
 struct Extent(f32x8);
 
@@ -131,14 +131,14 @@ impl Extent {
         Self(bytemuck::cast([low, high]))
     }
 
-    /// max − min; below 0 or NaN when empty.
+    /// max − min; negative or NaN if empty.
     #[inline]
     fn diagonal(self) -> [f32; 3] {
         let [x, y, z, _] = self.lanes_of_diagonal().to_array();
         [x, y, z]
     }
 
-    /// [`Self::diagonal`]; lane 3 means nothing.
+    /// [`Self::diagonal`] as a vector; lane 3 is undefined.
     #[inline]
     fn lanes_of_diagonal(self) -> f32x4 {
         let [low, high]: [f32x4; 2] = bytemuck::cast(self.0);
@@ -154,13 +154,13 @@ impl Extent {
         items.iter().fold(Self::EMPTY, |e, i| e.union(i.extent()))
     }
 
-    /// The box of the (doubled) centroids.
+    /// Box of the (doubled) centroids.
     fn of_centroids(items: &[Item]) -> Self {
         items.iter().fold(Self::EMPTY, |e, i| e.union(Self::point(i.centroid())))
     }
 }
 
-/// The boxes around some items and around their (doubled) centroids.
+/// Boxes around some items and around their (doubled) centroids.
 #[derive(Clone, Copy, Debug)]
 struct Boxes {
     items: Extent,
@@ -190,32 +190,32 @@ impl Boxes {
     }
 }
 
-/// Items parted in two: how many are in the first part, and the boxes of both.
+/// Items partitioned in two: the number in the first part, and the boxes of both.
 struct Halves {
     left: usize,
     boxes: [Boxes; 2],
 }
 
 impl Halves {
-    /// Items whose order says where they go.
+    /// Splits items in their current order.
     fn at(items: &[Item], left: usize) -> Self {
         let (a, b) = items.split_at(left);
         Self { left, boxes: [a, b].map(Boxes::of) }
     }
 }
 
-/// ⌈log₂ n⌉: the depth of a tree of `n` items that is halved at every node.
+/// ⌈log₂ n⌉: the depth of a tree over `n` items that are halved at every node.
 fn halvings(n: usize) -> usize {
     n.next_power_of_two().trailing_zeros() as usize
 }
 
-/// The axis of the largest number.
+/// Index of the largest component.
 fn longest_axis(d: [f32; 3]) -> usize {
     (1..3).fold(0, |best, k| if d[k] > d[best] { k } else { best })
 }
 
-/// Moves the items for which `is_left` holds to the front, and returns how many there are. Nothing
-/// branches on what holds, which a processor could not foretell.
+/// Moves the items for which `is_left` returns true to the front, and returns their number.
+/// Branch-free, since the outcome is unpredictable.
 fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usize {
     let mut left = 0;
     for i in 0..items.len() {
@@ -237,8 +237,8 @@ fn split_at_median(items: &mut [Item]) -> usize {
     middle
 }
 
-/// Appends a leaf of items with this box, or two when there are both triangles and spheres.
-/// `first` is the place of the first item in the order of the tree.
+/// Appends a leaf with this box, or two leaves if the items contain both triangles and spheres.
+/// `first` is the index of the first item in the order of the tree.
 fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Node>) {
     let triangles = partition(items, |i| i.sphere == 0.0);
     let leaf = |items: &[Item], extent: Extent, offset: u32| {
@@ -256,7 +256,7 @@ fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Nod
     }
 }
 
-/// An error if so many primitives are too many.
+/// Returns an error if there are too many primitives.
 pub(crate) fn check_number(primitives: usize) -> Result<(), BuildError> {
     let is_allowed = primitives <= MAX_PRIMITIVES;
     is_allowed.then_some(()).ok_or(BuildError::TooManyPrimitives { primitives })
@@ -277,7 +277,7 @@ pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
     }
 }
 
-/// The usable primitives, in order of their number, with room for so many more.
+/// Usable primitives in ascending order, with capacity for `room` more.
 fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
     let mut items: Vec<Item> = pt_memory::with_capacity(geometry.len() + room);
     (0..geometry.len() as u32)
@@ -290,7 +290,7 @@ fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
     items
 }
 
-/// The numbers of the items.
+/// Numbers of the items.
 fn order(items: &[Item]) -> Vec<u32> {
     let mut order = pt_memory::with_capacity(items.len());
     items.par_iter().with_min_len(CHUNK).map(Item::id).collect_into_vec(&mut order);
@@ -298,8 +298,8 @@ fn order(items: &[Item]) -> Vec<u32> {
 }
 
 impl Bvh2 {
-    /// Builds the tree. [`Builder::None`] puts everything into leaves as [`Builder::Mean`] does:
-    /// leaving the tree out is for the caller to do.
+    /// Builds the tree. [`Builder::None`] puts all primitives into leaves like [`Builder::Mean`];
+    /// the caller then omits the tree.
     ///
     /// # Errors
     /// An index out of range, or too many primitives.
@@ -307,7 +307,7 @@ impl Bvh2 {
         Self::with_effort(geometry, *options, Effort::of(options.quality))
     }
 
-    /// [`Self::build`], with this effort to cut triangles.
+    /// [`Self::build`] with a given effort for cutting triangles.
     pub(crate) fn with_effort(
         geometry: &Geometry<'_>,
         options: BuildOptions,
@@ -328,8 +328,8 @@ impl Bvh2 {
             }
             let pieces = sah::build(&mut items, boxes, options.quality, largest_leaf);
             let order = order(&items);
-            // The nodes are put together where the items were, so that memory is never there for
-            // both.
+            // The items are freed before the nodes are joined, so that they are never in memory
+            // together.
             drop(items);
             let nodes = sah::joined(pieces);
             tidy(order.len());
@@ -348,8 +348,8 @@ impl Bvh2 {
         })
     }
 
-    /// The tree over boxes, numbered in their order, each in a leaf of its own; those that are
-    /// `None` are left out and counted.
+    /// Builds the tree over boxes, numbered in their order, one per leaf. Boxes that are `None` are
+    /// left out and counted.
     pub(crate) fn over_boxes(boxes: impl Iterator<Item = Option<Bounds3>>) -> Self {
         let (mut items, mut skipped) = (Vec::new(), 0);
         for (id, bounds) in (0..).zip(boxes) {

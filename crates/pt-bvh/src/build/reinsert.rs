@@ -1,19 +1,19 @@
-//! Subtrees moved to where they cost less, after the build.
+//! Post-build optimization that moves subtrees to cheaper positions.
 //!
-//! A builder that parts items from the top down does not foresee what a plane costs further below.
-//! In the finished tree, each subtree can be looked at by itself. Taken out, it leaves its sibling
-//! in the place of its parent, and the boxes above shrink; put in beside another node, both get a
-//! new parent, and the boxes above that grow. Leaves stay as they are, so what changes is the sum
-//! of the areas of inner nodes.
+//! A top-down builder does not foresee the cost of a split further below. In the finished tree,
+//! each subtree can be considered by itself. If it is removed, its sibling takes the place of its
+//! parent, and the boxes above shrink. If it is inserted beside another node, both get a new
+//! parent, and the boxes above that one grow. Leaves do not change, so only the sum of the areas of
+//! inner nodes does.
 //!
-//! A pass finds the best place of each node by all threads, in the tree as it is, and then moves
-//! the nodes that save most first, each unless it would touch what has been moved. So the tree is
-//! the same for any number of threads. [Bittner, Hapala & Havran 2013, "Fast Insertion-Based
-//! Optimization of Bounding Volume Hierarchies"; Meister & Bittner 2018, "Parallel Reinsertion for
-//! Bounding Volume Hierarchy Optimization", §4]
+//! A pass searches for the best position of each node in parallel, in the unmodified tree, and then
+//! applies the moves in order of decreasing gain, skipping those that touch nodes already moved. So
+//! the tree is the same for any number of threads. [Bittner, Hapala & Havran 2013, "Fast
+//! Insertion-Based Optimization of Bounding Volume Hierarchies"; Meister & Bittner 2018, "Parallel
+//! Reinsertion for Bounding Volume Hierarchy Optimization", §4]
 //!
-//! Most is to be had from the largest nodes, which are few: the others may be left as they are,
-//! with what is below them.
+//! Most of the gain comes from the largest nodes, which are few. The others, with everything below
+//! them, can be left unchanged.
 
 use std::collections::BinaryHeap;
 
@@ -23,28 +23,29 @@ use rayon::prelude::*;
 use crate::Quality;
 use crate::node::{Bvh2, MAX_DEPTH, Node};
 
-/// A search for the best place of a node looks at no more places. Those of ordinary meshes end
-/// earlier, or as well; where large boxes lie in one another, they would look at all.
+/// Maximum number of positions that a search visits. In ordinary meshes searches end earlier, or
+/// gain nothing by more; with large overlapping boxes they would visit all.
 const MAX_VISITS: usize = 256;
-/// So many searches are made by one thread.
+/// Minimum number of searches per task.
 const SEARCHES: usize = 32;
 const ROOT: usize = 0;
 
-/// How far to go.
+/// Extent of the optimization.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// One of so many nodes is large.
+    /// Number of nodes per large node: one node in `large` is optimized.
     large: usize,
-    /// Passes, at most.
+    /// Maximum number of passes.
     passes: usize,
-    /// A pass that saves less than this part of the areas is the last.
+    /// Relative reduction of the area below which a pass is the last.
     least_gain: f64,
 }
 
 impl Effort {
-    /// What goes with a quality. Measured on a building, where the first planes of the builder cut
-    /// through walls and floors: with one node of 32, trees cost 0.70 times as much, with all of
-    /// them 0.65, which takes as long as the rest of the build and more.
+    /// Returns the effort for a quality. Measured on a building, where the first planes of the
+    /// builder cut through walls and floors: with one node of 32 trees cost 0.70 times as much.
+    /// With all nodes they cost 0.65 times as much, but that takes longer than the rest of the
+    /// build.
     pub(super) fn of(quality: Quality) -> Option<Self> {
         match quality {
             Quality::Fast => None,
@@ -54,8 +55,8 @@ impl Effort {
     }
 }
 
-/// Moves what is better elsewhere. A tree that would become deeper than [`MAX_DEPTH`] is left as it
-/// was.
+/// Moves subtrees that are cheaper elsewhere. If the tree would become deeper than [`MAX_DEPTH`],
+/// it is returned unchanged.
 pub(super) fn reinsert(bvh: Bvh2, effort: Effort) -> Bvh2 {
     let mut tree = Tree::of(&bvh, bvh.nodes.len() / effort.large);
     let mut before = tree.area_of_inner_nodes();
@@ -78,22 +79,22 @@ pub(super) fn reinsert(bvh: Bvh2, effort: Effort) -> Bvh2 {
     if new.depth() as usize <= MAX_DEPTH { new } else { bvh }
 }
 
-/// A node that knows its neighbours.
+/// Node with links to its parent and children.
 #[derive(Clone, Copy)]
 struct Link {
     bounds: Bounds3,
-    /// The root is its own.
+    /// Index of the parent; the root is its own parent.
     parent: usize,
-    /// `None` for a leaf, and for a node that is left as it is.
+    /// `None` for a leaf, and for a node that is left unchanged.
     children: Option<[usize; 2]>,
-    /// Its place in the binary tree, and the place after all that is below it.
+    /// Index in the binary tree, and the index after its whole subtree.
     places: [usize; 2],
 }
 
-/// The large nodes of a tree, and their children; the root first.
+/// Large nodes of a tree and their children; the root first.
 struct Tree(Vec<Link>);
 
-/// A better place for a node: as the sibling of another.
+/// Move of a node to a better position: as the sibling of `beside`.
 #[derive(Clone, Copy)]
 struct Move {
     node: usize,
@@ -102,14 +103,14 @@ struct Move {
     gain: f64,
 }
 
-/// Half the area of a box; no box is too large for it.
+/// Half the area of a box; does not overflow.
 fn area(bounds: Bounds3) -> f64 {
     let d = bounds.max.as_dvec3() - bounds.min.as_dvec3();
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
 impl Tree {
-    /// With the so many largest inner nodes.
+    /// Extracts the `large` inner nodes with the largest areas.
     fn of(bvh: &Bvh2, large: usize) -> Self {
         let link = |parent, places: [usize; 2]| Link {
             bounds: bvh.nodes[places[0]].bounds(),
@@ -118,7 +119,7 @@ impl Tree {
             places,
         };
         let mut links = vec![link(ROOT, [0, bvh.nodes.len()])];
-        // Areas are not below 0, so that their bits have the same order.
+        // Areas are nonnegative, so their bits have the same order.
         let key = |i: usize, link: &Link| (area(link.bounds).to_bits(), usize::MAX - i);
         let mut heap: BinaryHeap<(u64, usize)> = BinaryHeap::from([key(ROOT, &links[ROOT])]);
         for _ in 0..large {
@@ -148,7 +149,7 @@ impl Tree {
         self.0.iter().filter(|link| link.children.is_some()).map(|link| area(link.bounds)).sum()
     }
 
-    /// Moves what is better elsewhere; returns whether anything is.
+    /// Moves nodes to better positions; returns true if any node has one.
     fn pass(&mut self) -> bool {
         let nodes = (0..self.0.len()).into_par_iter().with_min_len(SEARCHES);
         let moves = nodes.map_init(Vec::new, |stack, node| self.best_move(node, stack)).flatten();
@@ -171,7 +172,7 @@ impl Tree {
         !moves.is_empty()
     }
 
-    /// Returns true if a node is another, or below it.
+    /// Returns true if `node` is `other` or below it.
     fn is_within(&self, mut node: usize, other: usize) -> bool {
         while node != other && node != ROOT {
             node = self.0[node].parent;
@@ -179,12 +180,12 @@ impl Tree {
         node == other
     }
 
-    /// The place that saves most; `None` if all others cost more than the one it has, and for
-    /// the root and its children. `stack` is room for what is to be looked at.
+    /// Returns the move that saves most; `None` if no move saves area, and for the root and its
+    /// children. `stack` is scratch space for the traversal.
     ///
-    /// Areas saved by taking the node out are known on the way up; on the way down into the
-    /// siblings of what is above it, the growth of the boxes is taken off, and what is left
-    /// after it and the least area of a new parent says whether to go further.
+    /// On the way up, the search accumulates the area saved by removing the node. On the way down
+    /// into the siblings of its ancestors, it subtracts the growth of the boxes. It goes on while
+    /// the remainder exceeds the least area of a new parent by more than the best gain.
     fn best_move(&self, node: usize, stack: &mut Vec<(usize, f64)>) -> Option<Move> {
         let Link { bounds, parent, .. } = self.0[node];
         if node == ROOT || parent == ROOT {
@@ -195,7 +196,7 @@ impl Tree {
         let mut best = Move { node, beside: node, gain: 0.0 };
         let mut saved = area(self.0[parent].bounds);
         let (mut pivot, mut sibling) = (parent, own_sibling);
-        // The box of the pivot without the node.
+        // Box of the pivot without the node.
         let mut rest = self.0[own_sibling].bounds;
         let mut visits = 0;
         loop {
@@ -216,7 +217,8 @@ impl Tree {
             if pivot == ROOT {
                 break;
             }
-            // What is above shrinks when the node is out, which may go beside that.
+            // The ancestors shrink when the node is removed; it may then be inserted beside the
+            // pivot.
             if pivot != parent {
                 saved += area(self.0[pivot].bounds) - area(rest);
                 let gain = saved - area(rest.union(bounds));
@@ -231,7 +233,7 @@ impl Tree {
         (best.gain > 0.0).then_some(best)
     }
 
-    /// Takes a node out, and puts it in as the sibling of another.
+    /// Removes a node and inserts it as the sibling of another.
     fn put_beside(&mut self, node: usize, beside: usize) {
         let (parent, sibling) = (self.0[node].parent, self.sibling(node));
         self.replace(parent, sibling);
@@ -240,7 +242,7 @@ impl Tree {
         self.0[beside].parent = parent;
     }
 
-    /// Puts a node into the place of another.
+    /// Replaces a node by another in its parent.
     fn replace(&mut self, old: usize, new: usize) {
         let parent = self.0[old].parent;
         self.0[new].parent = parent;
@@ -270,7 +272,7 @@ impl Tree {
             order: pt_memory::with_capacity(bvh.order.len()),
             skipped: bvh.skipped,
         };
-        // Nodes to come, and the inner node of which each is the right child.
+        // Nodes to visit, and the inner node of which each is the right child.
         let mut stack: Vec<(usize, Option<usize>)> = vec![(ROOT, None)];
         while let Some((i, left)) = stack.pop() {
             let here = new.nodes.len();
@@ -310,12 +312,13 @@ impl Bvh2 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{BuildOptions, Builder, Geometry, check};
     use pt_math::Vec3;
     use pt_testing::Random;
 
-    /// Calls `check` with a tree over many triangles of many sizes, as the plain builder makes it.
+    use super::*;
+    use crate::{BuildOptions, Builder, Geometry, check};
+
+    /// Calls `check` with a tree of the mean builder over many triangles of many sizes.
     fn with_tree(n: usize, check: impl Fn(Bvh2, &Geometry<'_>)) {
         let mut random = Random::new(n as u64);
         let mut corners = |_| {

@@ -2,55 +2,18 @@
 //! [Goldsmith & Salmon 1987, "Automatic Creation of Object Hierarchies for Ray Tracing"]
 
 use pt_math::Bounds3;
-use wide::f32x4;
 
 use super::bins::Binned;
 use super::sweep::Sweep;
-use super::{Boxes, Extent, Halves, Item, halvings, push_leaf, split_at_median};
+use super::{Boxes, Halves, Item, halvings, push_leaf, split_at_median};
 use crate::Quality;
+use crate::build::cost::{NODE_COST, Search, leaf_cost};
 use crate::node::{MAX_DEPTH, Node};
 
-/// Cost of visiting a node, where testing a block of primitives costs [`BLOCK_COST`].
-pub(super) const NODE_COST: f32 = 1.0;
-/// Cost of testing one block.
-const BLOCK_COST: f32 = 1.0;
-/// Primitives tested at once: a leaf costs as many blocks as it fills, the last maybe in part.
-const BLOCK: u32 = crate::wide::BLOCK as u32;
-/// log₂ of that.
-pub(super) const LOG_BLOCK: u32 = BLOCK.trailing_zeros();
-/// Subtrees at least this large are built by two threads.
+/// Minimum number of items for which the two halves are built in parallel.
 const PARALLEL_SUBTREE: usize = 1024;
 
-/// Cost of a leaf of `n` primitives.
-#[inline]
-pub(super) fn leaf_cost(n: u32) -> f32 {
-    BLOCK_COST * n.div_ceil(BLOCK) as f32
-}
-
-/// Expected cost of a query in the tree, for a random line through the root box, in units of
-/// [`NODE_COST`].  Σ A(node)/A(root) · cost(node)
-pub(crate) fn tree_cost(nodes: &[Node]) -> f32 {
-    let area = |n: &Node| f64::from(n.bounds().half_area());
-    let Some(root) = nodes.first().map(area).filter(|&a| a > 0.0) else { return 0.0 };
-    let cost = |n: &Node| if n.is_leaf() { leaf_cost(n.count) } else { NODE_COST };
-    (nodes.iter().map(|n| area(n) * f64::from(cost(n))).sum::<f64>() / root) as f32
-}
-
-/// How to look for the cheapest way to part the items of a node.
-pub(super) trait Search {
-    /// Kind of split.
-    type Split: Copy;
-
-    /// The cheapest split that leaves items on both sides, and its cost, given the boxes of the
-    /// items; `None` when it finds none. It may reorder the items.
-    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Self::Split)>;
-
-    /// Moves the items that go left to the front.
-    fn part(items: &mut [Item], split: Self::Split) -> Halves;
-}
-
-/// Builds the tree over all items, which have these boxes: its nodes, in pieces that follow one
-/// another.
+/// Builds the tree over all items, which have these boxes. Returns its nodes in consecutive pieces.
 pub(super) fn build(
     items: &mut [Item],
     boxes: Boxes,
@@ -65,7 +28,7 @@ pub(super) fn build(
     }
 }
 
-/// The nodes of all pieces.
+/// Concatenates the nodes of all pieces.
 pub(super) fn joined(pieces: Vec<Vec<Node>>) -> Vec<Node> {
     let mut nodes = pt_memory::with_capacity(pieces.iter().map(Vec::len).sum());
     for piece in pieces {
@@ -74,16 +37,16 @@ pub(super) fn joined(pieces: Vec<Vec<Node>>) -> Vec<Node> {
     nodes
 }
 
-/// The items of a subtree.
+/// Items of a subtree.
 struct Part<'a> {
     items: &'a mut [Item],
     boxes: Boxes,
-    /// The place of the first item in the order of the tree.
+    /// Index of the first item in the order of the tree.
     first: u32,
     depth: usize,
 }
 
-/// The nodes of a subtree, in pieces that follow one another: threads grow them side by side.
+/// Builds a subtree in parallel; returns its nodes in consecutive pieces.
 fn grow_apart<S: Search>(mut part: Part<'_>, largest: usize) -> Vec<Vec<Node>> {
     let halves = (part.items.len() >= PARALLEL_SUBTREE).then(|| choose::<S>(&mut part, largest));
     let Some(Some(halves)) = halves else {
@@ -117,7 +80,7 @@ fn grow<S: Search>(mut part: Part<'_>, largest: usize, nodes: &mut Vec<Node>) {
 }
 
 impl<'a> Part<'a> {
-    /// Its node, which is not yet told where the right child is.
+    /// Inner node of this part; the offset of its right child is still to be set.
     fn inner_node(&self) -> Node {
         let Bounds3 { min, max } = self.boxes.items.bounds();
         Node { min, offset: 0, max, count: 0 }
@@ -136,7 +99,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Parts the items in two; `None` for a leaf.
+/// Partitions the items in two; `None` for a leaf.
 fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
     let Part { items, boxes, depth, .. } = part;
     let n = items.len();
@@ -146,7 +109,7 @@ fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
     if leaf_allowed && costs <= NODE_COST {
         return None;
     }
-    // Two levels are kept for a leaf of both kinds.
+    // Two levels are reserved for a leaf with both kinds of primitives.
     let too_deep = *depth + 2 + halvings(n) > MAX_DEPTH;
     let best = if too_deep { None } else { S::best(items, boxes) };
     match best {
@@ -156,38 +119,5 @@ fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
             let left = split_at_median(items);
             Some(Halves::at(items, left))
         }
-    }
-}
-
-/// Areas as parts of that of one box, in units of its longest edge, so that they neither overflow
-/// nor vanish.
-#[derive(Clone, Copy)]
-pub(super) struct RelativeArea {
-    unit: f32,
-    inverse: f32,
-}
-
-impl RelativeArea {
-    pub(super) fn of(extent: Extent) -> Self {
-        let longest = extent.diagonal().into_iter().fold(0.0, f32::max);
-        let unit = if longest > 0.0 { (1.0 / longest).min(f32::MAX) } else { 0.0 };
-        let whole = Self { unit, inverse: 1.0 }.get(extent);
-        Self { unit, inverse: if whole > 0.0 { 1.0 / whole } else { 0.0 } }
-    }
-
-    #[inline]
-    pub(super) fn get(self, extent: Extent) -> f32 {
-        let [x, y, z] = extent.diagonal().map(|d| d * self.unit);
-        (x * y + y * z + z * x) * self.inverse
-    }
-
-    /// Of three boxes, in the first three lanes.
-    #[inline]
-    pub(super) fn of_three(self, extents: [Extent; 3]) -> f32x4 {
-        let [a, b, c] = extents.map(Extent::lanes_of_diagonal);
-        let [x, y, z, _] = f32x4::transpose([a, b, c, f32x4::ZERO]);
-        let unit = f32x4::splat(self.unit);
-        let (x, y, z) = (x * unit, y * unit, z * unit);
-        (x * y + y * z + z * x) * f32x4::splat(self.inverse)
     }
 }

@@ -1,15 +1,15 @@
-//! Triangles much smaller than their boxes, cut into pieces before the tree is built.
+//! Pre-splitting of triangles that are much smaller than their boxes.
 //!
-//! A long thin triangle that runs across all axes fills next to nothing of its box, and rays meet
-//! the box in vain. Cut in two, it has two boxes with half the area together. Pieces are cut as
-//! long as that saves most, within a budget, and the builder then sees boxes as of any others.
+//! A long thin triangle that runs across all axes fills little of its box, so most rays that enter
+//! the box miss it. Cut in two, it has two boxes with half the total area. Pieces are cut in order
+//! of the area saved, within a budget, and the builder then treats their boxes like any others.
 //! [Ernst & Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; Karras & Aila
 //! 2013, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", §4.4]
 //!
-//! **Nothing is lost.** A half of a piece has the box of the hull of the triangle's vertices on
-//! that side and the points where its edges cross the plane, which are rounded outward by more than
-//! the error of computing them. So every point of a triangle is in the box of one of its pieces,
-//! which is all that the argument in [`crate::ray`] asks for.
+//! **No point is lost.** The box of a half contains the hull of the triangle's vertices on that
+//! side and of the points where its edges cross the plane, which are rounded outward by more than
+//! their error. So every point of a triangle is in the box of one of its pieces, as the argument in
+//! [`crate::ray`] requires.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -19,35 +19,36 @@ use std::sync::atomic::Ordering::Relaxed;
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 
-use super::sah::RelativeArea;
+use super::cost::RelativeArea;
 use super::{Extent, Item, longest_axis};
 use crate::Quality;
 use crate::geometry::{Geometry, Primitive, outward};
 
-/// So many triangles are cut up by one thread.
+/// Triangles per parallel task.
 const CUT_CHUNK: usize = 128;
 
-/// How far to go.
+/// Limits of the cuts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
-    /// References that may be added, as a part of the number of primitives.
+    /// References that may be added, as a fraction of the number of primitives.
     share: f32,
-    /// So many may be added to however small a scene.
+    /// Number of references that may be added to any scene, however small.
     least_budget: usize,
-    /// The least area that a cut must save, as a multiple of an equal share for each reference of
-    /// the area of the box around all. The boxes of ordinary meshes have about ten such shares.
+    /// Minimum area saved by a cut, in units of the area of the scene box divided by the number of
+    /// references. The boxes of ordinary meshes have about ten such units.
     least_gain: f32,
-    /// The part of its area that a box must lose. It is ½ for a line across the box, ¼ for a right
-    /// triangle in a plane of two axes, of which two fill a box that is best left whole.
+    /// Minimum fraction of its area that a box must lose. It is ½ for a line across the box, and ¼
+    /// for a right triangle in a plane of two axes, of which two fill a box that is best left
+    /// whole.
     least_part: f32,
-    /// Boxes that a random line through the scene must be spared by the first cut of each
-    /// triangle, or none is cut.
+    /// Minimum number of boxes that the first cuts of all triangles must spare a random line
+    /// through the scene; below it, nothing is cut.
     least_spared: f32,
 }
 
 impl Effort {
-    /// What goes with a quality. Measured on a hall with and without ropes, and bumpy spheres: more
-    /// cuts than with [`Quality::High`] make the tree larger, but queries no faster.
+    /// Returns the effort for a quality. Measured on a hall with and without ropes, and bumpy
+    /// spheres: more cuts than with [`Quality::High`] make the tree larger, but queries no faster.
     pub(super) fn of(quality: Quality) -> Option<Self> {
         let balanced = Self {
             share: 0.3,
@@ -63,7 +64,7 @@ impl Effort {
         }
     }
 
-    /// Cuts wherever there is anything to cut, until there are five times as many references.
+    /// Cuts wherever possible, until there are five times as many references.
     #[cfg(test)]
     pub(crate) const EVERYTHING: Self =
         Self { share: 4.0, least_budget: 0, least_gain: 0.0, least_part: 0.01, least_spared: 0.0 };
@@ -74,18 +75,18 @@ impl Effort {
     }
 }
 
-/// A piece that may be cut.
+/// Item that may be cut.
 #[derive(Clone, Copy)]
 struct Candidate {
-    /// Area saved, as a part of the area of the box around all.
+    /// Area saved, as a fraction of the area of the scene box.
     gain: f32,
-    /// Which item.
+    /// Index of the item.
     index: usize,
     halves: [Bounds3; 2],
 }
 
 impl Candidate {
-    /// The pieces that a cut makes of its item; two, unless one has no extent.
+    /// Pieces of the item after the cut: two, unless one has no extent.
     fn pieces(&self, item: &Item) -> [Option<Item>; 2] {
         self.halves.map(|b| (!b.is_empty()).then(|| item.within(b)))
     }
@@ -106,15 +107,15 @@ impl PartialOrd for Candidate {
 }
 
 impl Ord for Candidate {
-    /// The one that saves more comes first; of equal ones that of the first item.
+    /// Orders by the area saved; of equal ones, the lower index is greater.
     fn cmp(&self, other: &Self) -> Ordering {
         self.gain.total_cmp(&other.gain).then_with(|| other.index.cmp(&self.index))
     }
 }
 
-/// Cuts triangles for as long as a cut saves enough and the budget lasts. Items stay as they are
-/// where hardly any triangle is badly bounded. `whole` is the box around all; returns whether any
-/// item has changed.
+/// Cuts triangles while a cut saves enough and the budget lasts. Leaves the items unchanged if few
+/// triangles are badly bounded. `whole` is the box around all; returns true if any item was
+/// changed.
 pub(super) fn split(
     items: &mut Vec<Item>,
     whole: Extent,
@@ -138,28 +139,28 @@ pub(super) fn split(
     true
 }
 
-/// What cuts, and when.
+/// Clipper of triangles, with the thresholds for cuts.
 struct Clipper<'a> {
     geometry: &'a Geometry<'a>,
     areas: RelativeArea,
-    /// The least area that a cut must save, as a part of that of the box around all.
+    /// Minimum area saved by a cut, as a fraction of that of the scene box.
     least: f32,
     /// [`Effort::least_part`].
     least_part: f32,
 }
 
-/// What cuts of some items give.
+/// Pieces of some items.
 #[derive(Default)]
 struct Cuts {
-    /// One piece of each item, with the place of the item.
+    /// One piece of each item, with the index of the item.
     replaced: Vec<(usize, Item)>,
-    /// The others.
+    /// All other pieces.
     added: Vec<Item>,
 }
 
 impl Clipper<'_> {
-    /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
-    /// where the box loses too little.
+    /// Returns the cut of an item across the middle of the longest edge of its box; `None` for
+    /// spheres, and if the box loses too little.
     fn candidate(&self, index: usize, item: &Item) -> Option<Candidate> {
         let Primitive::Triangle(p) = self.geometry.primitive(item.id()) else { return None };
         let bounds = item.extent().bounds();
@@ -173,7 +174,7 @@ impl Clipper<'_> {
         (gain > 0.0 && gain >= self.least_part * whole).then_some(Candidate { gain, index, halves })
     }
 
-    /// All cuts that save enough; `None` if they would add more items than the budget allows.
+    /// Returns all cuts that save enough; `None` if they would exceed the budget.
     fn all_cuts(&self, first: &[Candidate], items: &[Item], budget: usize) -> Option<Vec<Cuts>> {
         let left = AtomicUsize::new(budget);
         let cuts = |candidates: &[Candidate]| {
@@ -187,8 +188,8 @@ impl Clipper<'_> {
         first.par_chunks(CUT_CHUNK).map(cuts).collect()
     }
 
-    /// Appends the pieces that are left of an item when all cuts that save enough are done; `None`
-    /// if nothing is left of the budget.
+    /// Appends the pieces of an item after all cuts that save enough; `None` if the budget is
+    /// spent.
     fn cut_up(
         &self,
         candidate: Candidate,
@@ -216,7 +217,7 @@ impl Clipper<'_> {
         Some(())
     }
 
-    /// The cuts that save most, one after the other, until the budget is spent.
+    /// Applies the cuts that save most, one after the other, until the budget is spent.
     fn best_cuts(&self, first: Vec<Candidate>, items: &mut Vec<Item>, budget: usize) {
         let most = items.len() + budget;
         let mut heap = BinaryHeap::from(first);
@@ -237,7 +238,7 @@ impl Clipper<'_> {
     }
 }
 
-/// Puts pieces into the places of what was cut, and at the end.
+/// Replaces cut items by their first pieces and appends the others.
 fn apply(cuts: Vec<Cuts>, items: &mut Vec<Item>) {
     for Cuts { replaced, added } in cuts {
         for (index, piece) in replaced {
@@ -247,8 +248,8 @@ fn apply(cuts: Vec<Cuts>, items: &mut Vec<Item>) {
     }
 }
 
-/// Boxes around the parts of a triangle within `bounds` on either side of a plane; inside out for
-/// a side without any.
+/// Boxes around the parts of a triangle within `bounds` on either side of a plane; empty for a side
+/// without any.
 fn halves(p: [Vec3; 3], bounds: Bounds3, axis: usize, plane: f32) -> [Bounds3; 2] {
     let [mut below, mut above] = [Bounds3::EMPTY; 2];
     for (a, b) in [(p[0], p[1]), (p[1], p[2]), (p[2], p[0])] {
@@ -270,9 +271,9 @@ fn halves(p: [Vec3; 3], bounds: Bounds3, axis: usize, plane: f32) -> [Bounds3; 2
         .map(|half| Bounds3 { min: half.min.max(bounds.min), max: half.max.min(bounds.max) })
 }
 
-/// A box around the point where an edge crosses a plane. With u = 2⁻⁵³ the rounding of double
-/// precision and M the largest coordinate: the parameter has an error of 3u, the product of it and
-/// a difference up to 2M one of 10uM, the sum of 2uM more.
+/// Box around the point where an edge crosses a plane. With u = 2⁻⁵³ the rounding of double
+/// precision and M the largest coordinate: the parameter has an error of 3u, its product with a
+/// difference up to 2M one of 10uM, and the sum adds 2uM.
 fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
     let (from, to) = (a.as_dvec3(), b.as_dvec3());
     let t = (f64::from(plane) - from[axis]) / (to[axis] - from[axis]);
@@ -283,9 +284,10 @@ fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
 
 #[cfg(test)]
 mod tests {
+    use pt_testing::Random;
+
     use super::*;
     use crate::build::{Boxes, gather};
-    use pt_testing::Random;
 
     #[test]
     fn all_cuts_are_the_best_cuts_where_the_budget_suffices() {

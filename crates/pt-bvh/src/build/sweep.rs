@@ -1,25 +1,25 @@
-//! Every way to part the items in the order of their centroids along an axis. [MacDonald & Booth
-//! 1990, "Heuristics for ray tracing using space subdivision"; Wald, Boulos & Shirley 2007, "Ray
-//! Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies", §4]
+//! Full sweep: all partitions of the items in the order of their centroids along an axis.
+//! [MacDonald & Booth 1990, "Heuristics for ray tracing using space subdivision"; Wald, Boulos &
+//! Shirley 2007, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies", §4]
 
 use super::bins::{self, Binned};
-use super::sah::{NODE_COST, RelativeArea, Search, leaf_cost};
+use super::cost::{NODE_COST, RelativeArea, Search, leaf_cost};
 use super::{Boxes, Extent, Halves, Item};
 
-/// More items than this are put into bins: where there are many, planes between bins are as good.
+/// Above this number of items, planes between bins are as good, and the items are binned.
 const MAX: usize = 128;
 
-/// Bins for more items.
+/// Search for more items.
 type Coarse = Binned<32>;
 
-/// Looks at all places between two items in the order along each axis, where there are few.
+/// Search over all partitions in the order along each axis, for few items.
 pub(super) struct Sweep;
 
 #[derive(Clone, Copy)]
 pub(super) enum Split {
     /// At a plane between bins.
     Plane(bins::Split),
-    /// The first items in the order along an axis go left.
+    /// The first `left` items in the order along `axis` go left.
     Order { axis: usize, left: usize },
 }
 
@@ -55,8 +55,8 @@ impl Search for Sweep {
     }
 }
 
-/// Sorts the items by their centroids along an axis; those with equal ones by all that they are,
-/// so that the order is the same however they were arranged.
+/// Sorts the items by their centroids along an axis, and those with equal centroids by all their
+/// bits, so that the result does not depend on the initial order.
 fn sort(items: &mut [Item], axis: usize) {
     let bits = |item: &Item| bytemuck::cast::<Item, [u32; 8]>(*item);
     items.sort_unstable_by(|a, b| {
@@ -65,8 +65,8 @@ fn sort(items: &mut [Item], axis: usize) {
     });
 }
 
-/// The least cost of parting items in their order, and how many are in the first part. `costs` has
-/// room for a number for each item.
+/// Returns the least cost of a partition of the items in their order, and the number in the first
+/// part. `costs` has room for a number for each item.
 fn cheapest(items: &[Item], areas: RelativeArea, costs: &mut [f32]) -> Option<(f32, usize)> {
     let mut extent = Extent::EMPTY;
     for ((item, cost), count) in items.iter().zip(&mut *costs).rev().zip(1..) {

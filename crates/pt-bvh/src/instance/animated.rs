@@ -1,20 +1,20 @@
-//! Objects that move while rays are on their way: every ray has a time.
+//! Instances that move during the exposure; every ray has a time.
 //!
-//! The transform of an object is linear between knots in time, so that each of its points moves on
-//! straight lines, and is always in the convex hull of where it is at the knots.
+//! The transform of an object is piecewise linear in time between keys. So each of its points moves
+//! on straight lines, and always lies in the convex hull of its positions at the keys.
 //!
-//! **Bounds.** The box of [`local_frame`], with its errors, reaches along each axis
-//! as far as a convex function of the transform; so what is between two knots is inside of the box
-//! around the two boxes. Only the slack, and ρ ≥ ‖MW − I‖, depend on the transform in other ways.
-//! Both have bounds by the condition number c = ‖N‖‖N⁻¹‖ of N, which is the linear part with the
-//! axes of the object scaled to about unit length: that changes neither S nor the rounding of an
+//! **Bounds.** The box of [`local_frame`], with its errors, extends along each axis by a convex
+//! function of the transform. So between two keys the object is inside of the box around the two
+//! boxes. Only the error bound, and ρ ≥ ‖MW − I‖, depend on the transform in other ways. Both are
+//! bounded by the condition number c = ‖N‖‖N⁻¹‖ of N, which is the linear part with the axes of the
+//! object scaled to about unit length. This scaling changes neither S nor the rounding of an
 //! inverse by cofactors, of which ρ ≤ 64·2⁻⁵³·c³ follows by counting its operations (|det N⁻¹| is
 //! at most ‖N⁻¹‖³ [Hadamard 1893]). And S ≤ c.
 //!
-//! **The condition number between two knots.** With H half of the difference of the two N, and N
-//! the one in the middle, N + sH = N(I + sN⁻¹H) for |s| ≤ 1. Where δ = ‖N⁻¹‖‖H‖ < 1, its inverse is
-//! at most ‖N⁻¹‖/(1 − δ) [Neumann's series]: none of the transforms between is flat. Where δ is
-//! large, both halves are looked at.
+//! **The condition number between two keys.** With H half of the difference of the two N, and N the
+//! one in the middle, N + sH = N(I + sN⁻¹H) for |s| ≤ 1. If δ = ‖N⁻¹‖‖H‖ < 1, its inverse is at
+//! most ‖N⁻¹‖/(1 − δ) [Neumann's series]: none of the transforms between is singular. If δ is
+//! large, both halves of the interval are examined.
 
 use std::sync::Arc;
 
@@ -26,21 +26,21 @@ use crate::aabb_tree::AabbTree;
 use crate::counter::{Counter, Off};
 use crate::{BuildError, Bvh};
 
-/// Where an object is at a time.
+/// Transform of an object at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionKey {
-    /// When, in any unit.
+    /// Time, in any unit.
     pub time: f32,
-    /// From coordinates of the object to those of the world.
+    /// Transform from object to world coordinates.
     pub to_world: DAffine3,
 }
 
 impl MotionKey {
-    /// The transform at a time by knots of increasing times: linear between two, constant before
-    /// the first and after the last.
+    /// Interpolates the transform at a time from keys of increasing times: linear between two,
+    /// constant before the first and after the last.
     ///
     /// # Panics
-    /// If there are none.
+    /// If there are no keys.
     #[inline]
     pub fn at(keys: &[Self], time: f32) -> DAffine3 {
         let after = keys.partition_point(|key| key.time <= time);
@@ -56,25 +56,24 @@ impl MotionKey {
     }
 }
 
-/// An object that moves. Between knots its transform is linear in time, before the first and after
-/// the last it is constant.
+/// Moving object. Between keys its transform is linear in time; before the first and after the last
+/// it is constant.
 #[derive(Clone, Debug)]
 pub struct AnimatedInstance {
     object: Arc<Bvh>,
     keys: Vec<MotionKey>,
-    /// If there is one knot.
+    /// Transform of an object with a single key.
     still: Option<LocalFrame>,
     bounds: Bounds3,
     error_bound: f32,
 }
 
 impl AnimatedInstance {
-    /// Moves an object. One knot is an object that stands still.
+    /// Creates a moving object. With one key the object is static.
     ///
     /// # Errors
-    /// No knots or times that do not increase; transforms that are not finite, place the object too
-    /// far away, or of which one, or one between two of them, has no inverse or one that is not
-    /// known well.
+    /// No keys, or times that do not increase; transforms that are not finite or place the object
+    /// too far away; a transform at or between keys that is singular or too ill-conditioned.
     pub fn new(object: Arc<Bvh>, keys: Vec<MotionKey>) -> Result<Self, TransformError> {
         let increase = keys.is_sorted_by(|a, b| a.time < b.time);
         let Some(first) = keys.first().filter(|first| increase && first.time.is_finite()) else {
@@ -102,23 +101,23 @@ impl AnimatedInstance {
         Ok(Self { object, keys, still, bounds, error_bound })
     }
 
-    /// The object.
+    /// Moving object.
     pub fn object(&self) -> &Arc<Bvh> {
         &self.object
     }
 
-    /// Returns true if it has more than one knot.
+    /// Returns true if there is more than one key.
     pub fn moves(&self) -> bool {
         self.keys.len() > 1
     }
 
-    /// From coordinates of the object to those of the world, at a time.
+    /// Transform from object to world coordinates at a time.
     #[inline]
     pub fn to_world(&self, time: f32) -> DAffine3 {
         MotionKey::at(&self.keys, time)
     }
 
-    /// A box in the world around all that can be hit at any time; empty when nothing can.
+    /// World-space box of the object over all times; empty if no ray can hit it.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
     }
@@ -135,13 +134,13 @@ impl AnimatedInstance {
     }
 }
 
-/// What is inverted on the way, or as flat as if it were.
+/// Error for a motion that passes through a singular transform, or one too close to it.
 const INVERTED: TransformError = TransformError::Flat { condition: f64::INFINITY };
-/// How often the way between two knots is halved to find that nothing on it is flat.
+/// Maximum number of bisections between two keys in the search for singular transforms.
 const MAX_HALVES: u32 = 12;
 
-/// A bound of the condition numbers, with the axes of the object scaled, of all matrices between
-/// two; `None` if one of them may have no inverse.
+/// Upper bound of the condition numbers, with the axes of the object scaled, of all matrices
+/// between two; `None` if one of them may be singular.
 fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
     const SMALL: f64 = 0.25;
     let middle = (a + b) * 0.5;
@@ -159,11 +158,11 @@ fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
     Some(condition([a, middle], halves)?.max(condition([middle, b], halves)?))
 }
 
-/// Objects that move, ready for queries of rays that have a time.
+/// Moving objects, prepared for queries of rays that have a time.
 ///
-/// The nearest hit is that of a loop over all instances which asks each object for the ray that
-/// [`AnimatedInstance::to_object`] returns; of hits with equal t, that on the instance with the
-/// least number.
+/// The nearest hit is that of a loop over all instances that intersects each object with the ray of
+/// [`AnimatedInstance::to_object`]; of hits with equal t, that on the instance with the least
+/// number.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -190,8 +189,7 @@ pub struct AnimatedBvh {
 }
 
 impl AnimatedBvh {
-    /// Makes instances ready for queries; those in which nothing can be hit are left out and
-    /// counted.
+    /// Builds the tree over instances. Objects that no ray can hit are left out and counted.
     ///
     /// # Errors
     /// Too many instances.
@@ -202,7 +200,7 @@ impl AnimatedBvh {
         Ok(Self { instances, tree })
     }
 
-    /// The nearest hit at a time with t in (`t_min`, `t_max`).
+    /// Returns the nearest hit at a time with t in (`t_min`, `t_max`).
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<InstanceHit> {
         self.nearest(ray, time, &mut Off)
     }
@@ -243,12 +241,12 @@ impl AnimatedBvh {
         &self.instances
     }
 
-    /// The box around everything that can be hit at any time; empty when nothing can.
+    /// Box around all objects over all times; empty if no ray can hit any.
     pub fn bounds(&self) -> Bounds3 {
         self.tree.bounds()
     }
 
-    /// Instances left out because no ray can hit them.
+    /// Number of instances left out because no ray can hit them.
     pub fn skipped(&self) -> u32 {
         self.tree.skipped()
     }

@@ -1,28 +1,28 @@
-//! Where an object is: rays from the world to it, and a box in the world around it, with the error
-//! bounds that make the two agree.
+//! Transform of an object: rays from the world to it, and its box in the world, with the error
+//! bounds that make the two consistent.
 //!
 //! Let the object have the box b, with |b| its largest coordinate and D its longest edge; let M be
 //! the linear part of the transform, T its translation, and W the inverse of M as it is stored; all
-//! norms are maximum norms. A ray o + t·d is handed to the object as o' + t·d' with o' = W(o − T)
+//! norms are maximum norms. A ray o + t·d is passed to the object as o' + t·d' with o' = W(o − T)
 //! and d' = W·d, computed in double precision and then rounded.
 //!
-//! **How far a hit is outside of b, in the object.** Let R_k be the largest distance along axis k
-//! from o' to a corner of b, and s_k the slope of the ray against the axis z of its largest
-//! component. By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the
-//! rounding of sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to
-//! 14ε·s_k·max R. A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and
-//! max R ≤ R_z + D, but for these very errors. So it is outside by at most ε(21R_k + 33D).
+//! **Distance of a hit from b, in the object.** Let R_k be the largest distance along axis k from
+//! o' to a corner of b, and s_k the slope of the ray against the axis z of its largest component.
+//! By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the rounding of
+//! sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to 14ε·s_k·max R.
+//! A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and max R ≤ R_z + D, but for
+//! these very errors. So it is outside by at most ε(21R_k + 33D).
 //!
 //! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖,
 //! mapping it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the
 //! largest distance from o to a corner of the box in the world, S = ‖|M|·|W|‖ [Skeel 1979, "Scaling
 //! for Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the
-//! axes of the object followed by a rotation. What double precision rounds is less than that by the
-//! limit on ‖M‖‖W‖. Together:
+//! axes of the object followed by a rotation. The rounding of double precision is less than that by
+//! the limit on ‖M‖‖W‖. Together:
 //!
 //!   25ε·S·R  +  |M|·(33D + |b|)ε  +  ρ‖M‖·|b|,
 //!
-//! of which the first part is the slack of the instance, and the others widen its box.
+//! of which the first term is the error bound of the instance, and the others widen its box.
 
 use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Ray, Vec3};
@@ -30,25 +30,25 @@ use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Ray, Vec3};
 use super::TransformError;
 use crate::geometry::{in_range, outward};
 
-/// The largest ‖M‖‖W‖ that is allowed.
+/// Largest accepted ‖M‖‖W‖.
 const MAX_CONDITION: f64 = (1u32 << 24) as f64;
-/// The largest ‖MW − I‖ and ‖WM − I‖.
+/// Largest accepted ‖MW − I‖ and ‖WM − I‖.
 pub(super) const MAX_RESIDUAL: f64 = 1.0 / 1024.0;
-/// Directions in the object that are shorter lose digits to underflow.
+/// Minimum length of directions in the object; shorter ones lose digits to underflow.
 const MIN_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
 
-/// A transform, ready for rays.
+/// Transform prepared for rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalFrame {
     translation: DVec3,
-    /// W.
+    /// The inverse W.
     inverse: DMat3,
     bounds: Bounds3,
     error_bound: f32,
 }
 
 impl LocalFrame {
-    /// Places an object with a box, which may be empty.
+    /// Prepares the transform of an object with a box, which may be empty.
     pub(super) fn new(to_world: &DAffine3, object: Bounds3) -> Result<Self, TransformError> {
         if !to_world.is_finite() {
             return Err(TransformError::NotFinite);
@@ -88,7 +88,7 @@ impl LocalFrame {
     }
 }
 
-/// A ray in coordinates of an object with this W and T.
+/// Transforms a ray to the coordinates of an object with this W and T.
 #[inline]
 pub(super) fn ray_to_local(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
     let origin = *inverse * (ray.origin.as_dvec3() - translation);
@@ -98,24 +98,24 @@ pub(super) fn ray_to_local(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ra
     Ray { origin: origin.as_vec3(), direction, ..*ray }
 }
 
-/// The slack of an instance with this S, or this bound of it.
+/// Error bound of an instance with this S, or this bound of it.
 pub(super) fn error_bound_of(s: f64) -> f32 {
     28.0 * EPSILON * s as f32
 }
 
-/// The largest sum of magnitudes of a row.
+/// Maximum norm: the largest sum of magnitudes of a row.
 pub(super) fn norm(m: DMat3) -> f64 {
     (m.abs() * DVec3::ONE).max_element()
 }
 
-/// A bound of ‖ab − I‖: what is computed, and by how much that may err.
+/// Upper bound of ‖ab − I‖: the computed value plus its error.
 fn residual(a: DMat3, b: DMat3) -> f64 {
     norm(a * b - DMat3::IDENTITY) + 2.0 * f64::EPSILON * norm(a.abs() * b.abs())
 }
 
-/// The box of the object in the world, with the second and third part of the error of hits. The
-/// coefficients are larger than they must be by more than what they leave out: products of errors,
-/// underflow, and the rounding of this function. `None` where coordinates become too large.
+/// World-space box of the object, widened by the second and third term of the error of hits. The
+/// coefficients are rounded up by more than the omitted terms: products of errors, underflow, and
+/// the rounding of this function. `None` if coordinates become too large.
 pub(super) fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<Bounds3> {
     let (m, translation) = (to_world.matrix3, to_world.translation);
     let [low, high] = [object.min, object.max].map(Vec3::as_dvec3);
@@ -136,8 +136,9 @@ pub(super) fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::DQuat;
+
+    use super::*;
 
     fn turned(scale: DVec3, translation: DVec3) -> DAffine3 {
         let turn = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(0.48, 0.6, 0.64));
@@ -159,7 +160,7 @@ mod tests {
         }
     }
 
-    /// The box has all corners, and is hardly larger than the box around them.
+    /// The box contains all corners, and is hardly larger than the box around them.
     #[test]
     fn boxes_are_tight() {
         let to_world = turned(DVec3::splat(3.0), DVec3::new(5.0, 6.0, 7.0));

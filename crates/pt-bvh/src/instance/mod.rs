@@ -1,8 +1,8 @@
-//! Objects that are built once and placed many times: two levels of trees.
+//! Instances: objects that are built once and placed many times, as two levels of trees.
 //!
-//! The upper level is a [`UserBvh`] whose primitives are instances. It hands the rays, transformed,
-//! to the [`Bvh`] of the object, with directions that keep their length in the object's units, so
-//! that t is the same on both levels.
+//! The upper level is a [`UserBvh`] whose primitives are instances. It passes transformed rays to
+//! the [`Bvh`] of the object. Directions keep their length in the object's units, so that t is the
+//! same on both levels.
 
 mod animated;
 mod local_frame;
@@ -12,18 +12,17 @@ use std::sync::Arc;
 use pt_math::{Bounds3, DAffine3, Ray};
 use thiserror::Error;
 
+pub use self::animated::{AnimatedBvh, AnimatedInstance, MotionKey};
 use self::local_frame::LocalFrame;
 use crate::{Bvh, Hit, UserBvh, UserPrimitives};
 
-pub use self::animated::{AnimatedBvh, AnimatedInstance, MotionKey};
-
-/// Why an object cannot be placed.
+/// Reason for which a transform is rejected.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum TransformError {
     /// A coefficient is infinite or NaN.
     #[error("the transform has coefficients that are not finite")]
     NotFinite,
-    /// The inverse does not exist, or is not known well enough.
+    /// The inverse does not exist, or is too ill-conditioned.
     #[error(
         "the transform makes objects flat, or does so on its way: its condition number {condition:e} is above 2^24"
     )]
@@ -34,7 +33,7 @@ pub enum TransformError {
     /// The object would not be within [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE).
     #[error("the transform places the object beyond 2^60")]
     TooFar,
-    /// There is no knot, or each is not later than the one before.
+    /// There is no key, or the times are not finite and increasing.
     #[error("the times of knots must be finite and increase, and there must be one")]
     Times,
 }
@@ -47,20 +46,20 @@ pub struct Instance {
     placement: LocalFrame,
 }
 
-/// The nearest intersection with instances.
+/// Nearest intersection with instances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceHit {
     /// Number of the instance.
     pub instance: u32,
-    /// Where its object is hit; t is that of the ray in the world.
+    /// Hit on the object; t is that of the ray in the world.
     pub hit: Hit,
 }
 
-/// Instances, ready for ray queries.
+/// Instances, prepared for ray queries.
 ///
-/// The nearest hit is that of a loop over all instances which asks each object for the ray that
-/// [`Instance::to_object`] returns; of hits with equal t, that on the instance with the least
-/// number. When instances move or objects change, [`UserBvh::update`] takes them anew.
+/// The nearest hit is that of a loop over all instances that intersects each object with the ray of
+/// [`Instance::to_object`]; of hits with equal t, that on the instance with the least number. If
+/// instances move or objects change, call [`UserBvh::update`].
 ///
 /// ```
 /// use std::sync::Arc;
@@ -88,43 +87,43 @@ pub struct InstanceHit {
 pub type InstanceBvh = UserBvh<Vec<Instance>>;
 
 impl Instance {
-    /// Places an object. Its coordinates become those of the world by `to_world`.
+    /// Places an object; `to_world` maps its coordinates to those of the world.
     ///
     /// # Errors
-    /// A transform that is not finite, has no inverse or one that is not known well, or places
-    /// the object too far away.
+    /// A transform that is not finite, is singular or too ill-conditioned, or places the object too
+    /// far away.
     pub fn new(object: Arc<Bvh>, to_world: DAffine3) -> Result<Self, TransformError> {
         let placement = LocalFrame::new(&to_world, object.bounds())?;
         Ok(Self { object, to_world, placement })
     }
 
-    /// Places the object anew.
+    /// Replaces the transform.
     ///
     /// # Errors
-    /// As [`Self::new`]; the instance is then where it was.
+    /// Same as [`Self::new`]; the instance is then unchanged.
     pub fn set_transform(&mut self, to_world: DAffine3) -> Result<(), TransformError> {
         self.placement = LocalFrame::new(&to_world, self.object.bounds())?;
         self.to_world = to_world;
         Ok(())
     }
 
-    /// The object.
+    /// Placed object.
     pub fn object(&self) -> &Arc<Bvh> {
         &self.object
     }
 
-    /// From coordinates of the object to those of the world.
+    /// Transform from object to world coordinates.
     pub fn to_world(&self) -> DAffine3 {
         self.to_world
     }
 
-    /// A box in the world around all that can be hit; empty when nothing can.
+    /// World-space box of the object; empty if no ray can hit it.
     pub fn bounds(&self) -> Bounds3 {
         self.placement.bounds()
     }
 
-    /// The ray in coordinates of the object, with the same t. Where the direction becomes shorter
-    /// than 2⁻¹⁰⁰, it is 0 instead, so that nothing is hit: its digits would be lost.
+    /// The ray in coordinates of the object, with the same t. A direction that becomes shorter than
+    /// 2⁻¹⁰⁰ is replaced by 0, so that nothing is hit, since its digits would be lost.
     #[inline]
     pub fn to_object(&self, ray: &Ray) -> Ray {
         self.placement.local_ray(ray)

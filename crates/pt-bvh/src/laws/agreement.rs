@@ -1,4 +1,4 @@
-//! All builders and kernels return the bits of the loop over everything.
+//! All builders and kernels return the bits of a loop over all primitives.
 
 use proptest::prelude::*;
 use pt_math::{Ray, RayColumns, Vec3};
@@ -12,7 +12,7 @@ pub(super) fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
     hit.map(|h| [h.t.to_bits(), h.b1.to_bits(), h.b2.to_bits(), h.primitive])
 }
 
-/// Coordinates on a small grid, so that much coincides, or anywhere.
+/// Coordinates on a small grid, so that many coincide, or arbitrary ones.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => (-3i8..=3).prop_map(f32::from),
@@ -47,7 +47,7 @@ pub(super) fn soup() -> impl Strategy<Value = Soup> {
     let vertices = prop::collection::vec(vertex(), 1..24);
     let triangles = prop::collection::vec(any::<[prop::sample::Index; 3]>(), 0..60);
     let spheres = prop::collection::vec(sphere(), 0..12);
-    // Powers of two change no result but for overflow and underflow; other factors blur the grid.
+    // Powers of two change no result except by overflow and underflow; other factors blur the grid.
     let scale = prop_oneof![4 => Just(1.0f32), 1 => Just(0.37), 1 => Just(2f32.powi(40)),
         1 => Just(2f32.powi(-40)), 1 => Just(2f32.powi(-75))];
     (vertices, triangles, spheres, scale).prop_map(|(positions, triangles, spheres, scale)| {
@@ -61,12 +61,12 @@ pub(super) fn soup() -> impl Strategy<Value = Soup> {
     })
 }
 
-/// How a ray is made for a given scene.
+/// Recipe for a ray in a given scene.
 #[derive(Clone, Debug)]
 struct RayRecipe {
     origin: Vec3,
     direction: Vec3,
-    /// Aims at a vertex, or the middle of two, instead of along `direction`.
+    /// Target of the ray, a vertex or the midpoint of two, instead of `direction`.
     at: Option<(prop::sample::Index, prop::sample::Index)>,
     from_vertex: Option<prop::sample::Index>,
     length: f32,
@@ -122,7 +122,7 @@ impl RayRecipe {
     }
 }
 
-/// The hit that everything agrees on; an error that says what does not.
+/// Returns the hit on which all kernels and trees agree, or an error that names the disagreement.
 fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Option<Hit>, String> {
     let geometry = soup.geometry();
     let expected = kernels[0].intersect(ray);
@@ -151,8 +151,8 @@ fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Opt
     Ok(expected)
 }
 
-/// An error if a kernel finds otherwise for a whole slice of rays than for one after the other;
-/// where it counts, it is given the rays by columns.
+/// Returns an error if the results of a kernel for a slice of rays differ from those for single
+/// rays. The counted queries take the rays by columns.
 fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
     let columns: RayColumns = rays.iter().copied().collect();
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
@@ -188,7 +188,7 @@ fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
     Ok(())
 }
 
-/// The loop first, then a kernel and a binary tree for each way to build.
+/// The loop first, then a kernel and a binary tree for each combination of build options.
 fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
     let geometry = soup.geometry();
     let (mut kernels, mut trees) = (Vec::new(), Vec::new());
@@ -233,7 +233,7 @@ proptest! {
             let ray = recipe.ray(&soup);
             rays.push(ray);
             let hit = agreed(&soup, &ray, &kernels, &trees).map_err(TestCaseError::fail)?;
-            // An interval that ends at the hit leaves it out.
+            // An interval that ends at the hit excludes it.
             if let Some(hit) = hit {
                 let before = Ray { t_max: hit.t, ..ray };
                 let after = Ray { t_min: hit.t, ..ray };
@@ -307,8 +307,8 @@ fn kernels_agree_on_a_mesh_from_near_and_far() {
     assert_eq!(batches_agree(&kernels[1..], &rays), Ok(()));
 }
 
-/// Rays through a small window: most go as packets, with a few that end early, start late, or
-/// cannot be used among them.
+/// Rays through a small window: most are traced as packets, with some among them that end early,
+/// start late, or are unusable.
 fn side_by_side(r: &mut Random, origin: Vec3, target: Vec3, spread: f32, lens: f32) -> Vec<Ray> {
     let ray = |i: usize| {
         let origin = origin + r.in_cube() * lens;
@@ -345,7 +345,7 @@ fn kernels_agree_on_rays_side_by_side() {
                 2 => r.in_cube() * 1e3,
                 _ => r.in_cube() * 2.0,
             };
-            // At a vertex, past which all may go, or into a triangle.
+            // Towards a vertex, where all may miss, or into a triangle.
             let triangle = soup.triangles[r.below(soup.triangles.len())];
             let [a, b, c] = triangle.map(|v| soup.positions[v as usize]);
             let is_inside = i % 2 == 1 && (b - a).cross(c - a).length() > 1e-5;
@@ -361,8 +361,8 @@ fn kernels_agree_on_rays_side_by_side() {
     }
 }
 
-/// Triangles that are seen edge-on, within rounding: where the ray meets them is hardly defined,
-/// and the order of hits depends on the last bits.
+/// Triangles seen edge-on, within rounding: their intersections are ill-conditioned, and the order
+/// of hits depends on the last bits.
 #[test]
 fn kernels_agree_on_needles_along_the_ray() {
     let mut r = Random::new(13);

@@ -1,4 +1,4 @@
-//! Trees survive being written and read; changed bytes are refused, or do no harm.
+//! Trees survive serialization; modified bytes are rejected or harmless.
 
 use proptest::prelude::*;
 use pt_math::{Ray, Vec3};
@@ -31,7 +31,7 @@ fn rays(n: usize) -> Vec<Ray> {
     let mut r = Random::new(43);
     let any = (0..n).map(|_| Ray::new(r.in_cube() * 2.0, r.in_cube()));
     let mut rays: Vec<Ray> = any.collect();
-    // Side by side.
+    // Coherent rays.
     let window = |r: &mut Random| Ray::new(Vec3::Z * 4.0, r.in_cube() * 0.1 - Vec3::Z);
     rays.extend((0..n).map(|_| window(&mut r)));
     rays
@@ -88,11 +88,11 @@ fn every_part_of_the_bytes_is_guarded() {
     }
 }
 
-/// Bytes with some changed, and with the checksum that goes with the change.
+/// Modifies some of the bytes, and updates the checksum.
 fn mutant(bytes: &[u8], r: &mut Random) -> Vec<u8> {
     let mut changed = bytes[..bytes.len() - 8].to_vec();
     for _ in 0..=r.below(3) {
-        // Numbers of four bytes, often those at the front.
+        // Numbers of four bytes, often at the front.
         let words = if r.below(3) == 0 { 40 } else { changed.len() / 4 };
         let at = 4 * r.below(words);
         let word = match r.below(6) {
@@ -130,13 +130,13 @@ fn twenty_thousand_mutants_do_no_harm() {
             accepted += 1;
             let exists = |hit: &crate::Hit| (hit.primitive as usize) < mutant.primitives();
             assert!(ask(&mutant, &rays).iter().flatten().all(exists));
-            // An error, if the counts are others.
+            // An error if the counts differ.
             if mutant.refit(soup.geometry()).is_ok() {
                 ask(&mutant, &rays);
             }
         }
     }
-    // Most changes are to coordinates, and leave a tree.
+    // Most changes are to coordinates, and leave a valid tree.
     assert!((5000..19_000).contains(&accepted), "{accepted}");
 }
 
@@ -146,7 +146,7 @@ proptest! {
     #[test]
     fn any_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         prop_assert!(Bvh::from_bytes(&bytes).is_err());
-        // With mark, version and checksum as they should be.
+        // With correct mark, version and checksum.
         let mut dressed = b"pt-bvh\r\n\x01\0\0\0".to_vec();
         dressed.extend(bytes);
         let sum = checksum(&dressed);

@@ -1,4 +1,4 @@
-//! Trees are the same for any number of threads, sound, and never too deep.
+//! Trees are the same for any number of threads, valid, and never too deep.
 
 use pt_math::{Ray, Vec3};
 use pt_testing::Random;
@@ -30,7 +30,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// One small triangle at each place.
+/// One small triangle at each position.
 fn triangles_at(places: impl Iterator<Item = (Vec3, f32)>) -> Soup {
     let mut soup = Soup::default();
     for (p, size) in places {
@@ -46,7 +46,7 @@ fn hopeless_distributions_do_not_grow_deep() {
     let n = 300_000;
     let coincident = triangles_at((0..n).map(|_| (Vec3::ONE, 1.0)));
     let mut r = Random::new(5);
-    // Each half as far from 0 as the one before, over and over.
+    // Each at half the distance from 0 of the one before, in several passes.
     let exponential = triangles_at((0..n).map(|i| {
         let size = 2f32.powi(40 - i % 90);
         (Vec3::splat(size) * (1.0 + 0.001 * r.unit()), size * 0.01)
@@ -91,7 +91,7 @@ fn unusable_primitives_are_skipped_and_counted() {
     for builder in [Builder::Sah, Builder::Mean, Builder::None] {
         let options = BuildOptions { builder, ..BuildOptions::default() };
         let bvh = Bvh::build(geometry, &options).expect("indices are in range");
-        // Left are triangle 1 and sphere 3.
+        // Triangle 1 and sphere 3 are left.
         assert_eq!(bvh.skipped(), 9);
         let hit = |o: Vec3| bvh.intersect(&Ray::new(o, Vec3::Z)).map(|h| h.primitive);
         assert_eq!(hit(Vec3::new(0.25, 0.25, -1.0)), Some(1));

@@ -1,4 +1,4 @@
-//! Instances are hit as by a loop that asks each object for itself.
+//! Hits on instances are those of a loop that intersects each object.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn object(soup: &Soup) -> Arc<Bvh> {
     Arc::new(Bvh::build(soup.geometry(), &BuildOptions::default()).expect("indices are in range"))
 }
 
-/// The hit of a loop over the instances.
+/// Returns the hit of a loop over the instances.
 fn looped(instances: &[Instance], ray: &Ray) -> Option<InstanceHit> {
     let hits = (0..).zip(instances).filter_map(|(instance, placed)| {
         let hit = placed.object().intersect(&placed.to_object(ray))?;
@@ -25,7 +25,7 @@ fn looped(instances: &[Instance], ray: &Ray) -> Option<InstanceHit> {
     hits.min_by(|a, b| a.hit.t.total_cmp(&b.hit.t))
 }
 
-/// Asserts that single queries and batches find the bits of the loop; returns how many rays hit.
+/// Asserts that single queries and batches return the bits of the loop; returns the number of hits.
 fn assert_right(scene: &InstanceBvh, rays: &[Ray]) -> usize {
     let all_bits = |hit: Option<InstanceHit>| hit.map(|h| (h.instance, bits(Some(h.hit))));
     for ray in rays {
@@ -35,13 +35,13 @@ fn assert_right(scene: &InstanceBvh, rays: &[Ray]) -> usize {
     assert_looped(scene, rays)
 }
 
-/// The shortest turn from one random direction to another.
+/// The shortest rotation from one random direction to another.
 fn arc(r: &mut Random) -> DQuat {
     let [from, to] = [0; 2].map(|_| r.direction().as_dvec3());
     DQuat::from_rotation_arc(from, to)
 }
 
-/// How an object is placed: what changes its shape, and where to.
+/// Linear part of a placement: scale, rotation and shear.
 fn linear() -> impl Strategy<Value = DMat3> {
     let exponent = || -3.0..3.0f64;
     let size = prop_oneof![
@@ -75,8 +75,8 @@ fn transform() -> impl Strategy<Value = DAffine3> {
     (linear(), translation).prop_map(|(m, t)| DAffine3::from_mat3_translation(m, t))
 }
 
-/// Rays through a scene in which there is something at each of the points: towards them and between
-/// them, from near and far, and along the axes.
+/// Rays through a scene with geometry at each of the points: towards them and between them, from
+/// near and far, and along the axes.
 fn rays(points: &[Vec3], r: &mut Random, number: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     while rays.len() < number {
@@ -104,7 +104,7 @@ fn rays(points: &[Vec3], r: &mut Random, number: usize) -> Vec<Ray> {
     rays
 }
 
-/// Vertices and corners of spheres, in the world.
+/// World positions of the vertices, and of the extremes of spheres along x.
 fn points(soup: &Soup, to_world: &DAffine3) -> Vec<Vec3> {
     let corners = |s: &Sphere| [-1.0, 1.0].map(|sign| s.center + Vec3::X * (sign * s.radius));
     let all = soup.positions.iter().copied().chain(soup.spheres.iter().flat_map(corners));
@@ -112,13 +112,13 @@ fn points(soup: &Soup, to_world: &DAffine3) -> Vec<Vec3> {
     all.filter(|p| in_range(*p)).collect()
 }
 
-/// Places soups, and finds points to aim at.
+/// Places soups, and returns points to aim at.
 fn place(soups: &[Soup], transforms: &[(usize, DAffine3)]) -> (Vec<Instance>, Vec<Vec3>) {
     let objects: Vec<Arc<Bvh>> = soups.iter().map(object).collect();
     let (mut instances, mut targets) = (Vec::new(), Vec::new());
     for (i, to_world) in transforms {
         let i = i % soups.len();
-        // Flat ones are refused.
+        // Singular transforms are rejected.
         if let Ok(instance) = Instance::new(Arc::clone(&objects[i]), *to_world) {
             instances.push(instance);
             targets.extend(points(&soups[i], to_world));
@@ -186,7 +186,7 @@ fn many_instances_of_a_mesh_are_hit_as_in_a_loop() {
     }
 }
 
-/// In the object, origins of rays are rounded by more than all else there is to round.
+/// In the object, the rounding of ray origins exceeds all other rounding.
 #[test]
 fn objects_with_large_coordinates_are_hit_as_in_a_loop() {
     let mut r = Random::new(89);

@@ -20,7 +20,7 @@ use pt_math::Vec3;
 use crate::build::Effort;
 use crate::{BuildOptions, Bvh, Bvh2, Geometry, Sphere};
 
-/// A scene that owns its arrays.
+/// Scene that owns its arrays.
 #[derive(Clone, Debug, Default)]
 struct Soup {
     positions: Vec<Vec3>,
@@ -38,7 +38,7 @@ impl Soup {
     }
 }
 
-/// A tree with triangles cut whether it pays or not.
+/// Builds trees with triangles cut wherever possible.
 fn in_pieces(soup: &Soup, options: BuildOptions) -> (Bvh2, Bvh) {
     let geometry = soup.geometry();
     let hub = Bvh2::with_effort(&geometry, options, Some(Effort::EVERYTHING));
@@ -47,8 +47,8 @@ fn in_pieces(soup: &Soup, options: BuildOptions) -> (Bvh2, Bvh) {
     (hub, bvh)
 }
 
-/// A sphere of triangles: an octahedron, each triangle of which is split in four `levels` times.
-/// Triangles turn left seen from outside.
+/// A sphere of triangles: an octahedron whose triangles are each subdivided into four, `levels`
+/// times. Triangles are counterclockwise seen from outside.
 fn ball(levels: u32) -> Soup {
     let mut positions = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let mut triangles: Vec<[u32; 3]> = Vec::new();
@@ -75,7 +75,7 @@ fn ball(levels: u32) -> Soup {
     Soup { positions, triangles, spheres: Vec::new() }
 }
 
-/// A [`ball`] with hills of two sizes, still seen whole from around its centre.
+/// A [`ball`] with hills of two sizes, star-shaped with respect to its centre.
 fn bumpy_ball(levels: u32) -> Soup {
     let wave = |x: f32| {
         let r = x - x.floor();

@@ -1,5 +1,5 @@
-//! Moving objects are hit as by a loop that asks each for itself at the time of the ray, and are
-//! always inside of their boxes.
+//! Hits on moving objects are those of a loop that intersects each at the time of the ray, and the
+//! objects are always inside of their boxes.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ fn random_turn(r: &mut Random) -> DQuat {
     DQuat::from_rotation_arc(from, to)
 }
 
-/// Somewhere, turned, scaled and sheared.
+/// Random position, rotation, scale and shear.
 fn random_place(r: &mut Random) -> DAffine3 {
     let size = DVec3::splat(1.5) + r.in_cube().as_dvec3();
     let shear = DMat3::from_cols(
@@ -34,8 +34,8 @@ fn random_place(r: &mut Random) -> DAffine3 {
     DAffine3::from_mat3_translation(m, r.in_cube().as_dvec3() * 8.0)
 }
 
-/// Knots that turn by about a radian, grow and fly by about the size of an object from one to the
-/// next.
+/// Keys between which an object rotates by about a radian, changes its size and moves by about its
+/// diameter.
 fn random_knots(r: &mut Random, count: u32) -> Vec<MotionKey> {
     let mut to_world = random_place(r);
     let mut keys = Vec::new();
@@ -70,7 +70,7 @@ fn moving_objects_are_hit_as_in_a_loop() {
         let mut hits = 0;
         for _ in 0..4000 {
             let time = r.between(-0.1, 1.1);
-            // From anywhere to a vertex, which is where boxes are tight.
+            // From a random point to a vertex, which is where boxes are tight.
             let aim = r.below(scene.instances().len());
             let vertex = soups[aim % 2].positions[r.below(6)];
             let target = scene.instances()[aim].to_world(time).transform_point3(vertex.as_dvec3());
@@ -109,7 +109,7 @@ fn points_are_in_the_box_at_every_time() {
     }
 }
 
-/// Rays from inside of a closed mesh always leave through it.
+/// Rays from inside of a closed mesh always hit it.
 #[test]
 fn no_ray_slips_through_a_moving_closed_mesh() {
     let r = &mut Random::new(47);
@@ -122,7 +122,7 @@ fn no_ray_slips_through_a_moving_closed_mesh() {
         for _ in 0..2000 {
             let time = r.unit();
             let to_world = scene.instances()[0].to_world(time);
-            // Towards vertices and edges, where meshes leak first.
+            // Towards vertices and edges, where leaks are likeliest.
             let [a, b, _] = soup.corners(r.below(soup.triangles.len()));
             let aim = if r.below(2) == 0 { a } else { (a + b) * 0.5 };
             let aim = to_world.transform_point3(aim.as_dvec3()).as_vec3();
@@ -134,7 +134,7 @@ fn no_ray_slips_through_a_moving_closed_mesh() {
     }
 }
 
-/// With equal knots, and with one.
+/// With equal keys, and with one.
 #[test]
 fn what_does_not_move_is_hit_as_an_instance() {
     let r = &mut Random::new(53);
@@ -167,7 +167,7 @@ fn motions_that_make_no_sense_are_refused() {
     {
         assert_eq!(new(times), Err(TransformError::Times), "{times:?}");
     }
-    // Somewhere between, these are points.
+    // At some time in between, the object is a point.
     let inverted = TransformError::Flat { condition: f64::INFINITY };
     assert_eq!(new(&[at(0.0, 1.0), at(1.0, -1.0)]), Err(inverted));
     assert_eq!(new(&[at(0.0, -0.1), at(1.0, 3.0)]), Err(inverted));

@@ -1,4 +1,4 @@
-//! Trees with triangles in pieces find what the loop over all primitives finds.
+//! Hits in trees with cut triangles are those of a loop over all primitives.
 
 use pt_math::{Ray, Vec3};
 use pt_testing::Random;
@@ -7,8 +7,7 @@ use rayon::ThreadPoolBuilder;
 use super::{Soup, bumpy_ball};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Quality, check};
 
-/// Triangles among them that reach across the whole scene, with a width of about `width`, and a
-/// small ball.
+/// A small ball and `n` triangles with a width of about `width` that extend across the whole scene.
 pub(super) fn needles(r: &mut Random, n: u32, width: f32) -> Soup {
     let mut soup = bumpy_ball(3);
     for p in &mut soup.positions {
@@ -27,13 +26,13 @@ fn options(quality: Quality) -> BuildOptions {
     BuildOptions { quality, ..BuildOptions::default() }
 }
 
-/// Builds with a number of threads.
+/// Builds with a given number of threads.
 fn with_threads(threads: usize, soup: &Soup, quality: Quality) -> Bvh2 {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
     pool.install(|| Bvh2::build(&soup.geometry(), &options(quality))).expect("indices are in range")
 }
 
-/// Asserts that each kernel finds the bits that the loop finds.
+/// Asserts that each kernel returns the bits of the loop.
 fn assert_same(soup: &Soup, rays: &[Ray]) {
     let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     let list = Bvh::build(soup.geometry(), &list).expect("indices are in range");
@@ -80,7 +79,7 @@ fn kernels_agree_on_needles_in_pieces() {
                 let behind = a - (target - a) * 0.1;
                 rays.push(Ray::new(behind, target - behind));
             }
-            // Side by side.
+            // Coherent rays.
             for _ in 0..200 {
                 let origin = Vec3::new(0.0, 0.0, 4.0) * scale + offset;
                 rays.push(Ray::new(origin, (r.in_cube() * 0.2 - Vec3::Z) * scale));
@@ -134,7 +133,7 @@ fn verification_notices_a_lost_piece() {
     let times = |id: u32| good.order.iter().filter(|&&o| o == id).count();
     let cut = (0..soup.triangles.len() as u32).max_by_key(|&id| times(id)).expect("there are some");
     assert!(times(cut) > 3);
-    // Each leaf forgets its piece, and has a triangle of the ball instead.
+    // In each leaf in turn, the piece is replaced by a triangle of the ball.
     let (mut lost, mut noticed) = (0, 0);
     for leaf in good.nodes.iter().filter(|n| n.is_leaf()) {
         let places = leaf.offset as usize..(leaf.offset + leaf.count) as usize;
@@ -145,6 +144,6 @@ fn verification_notices_a_lost_piece() {
             lost += 1;
         }
     }
-    // A corner of a piece may be between the points that are tested.
+    // A corner of a piece may lie between the sample points.
     assert!(lost > 2 && noticed > lost / 2, "{noticed} of {lost}");
 }

@@ -1,4 +1,4 @@
-//! Hits in single precision are as good as the module of the triangle test says.
+//! The error bounds in the module of the triangle test hold in single precision.
 
 use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Ray, Vec3, Vec3A};
@@ -24,9 +24,9 @@ fn prepared(ray: &Ray, triangle: [Vec3; 3]) -> Prepared {
     Prepared::new(ray, &scene).expect("a usable ray")
 }
 
-/// What the module says about the errors of single precision, and that the verdict about the
-/// sides of the edges is that of double precision: for fat triangles, needles and triangles seen
-/// edge-on, near and far, and rays that pass them anywhere or next to an edge.
+/// Tests the error bounds of single precision in the module documentation, and that the verdict
+/// about the sides of the edges is that of double precision: for fat triangles, needles and
+/// triangles seen edge-on, near and far, and for rays that pass anywhere or next to an edge.
 #[test]
 fn single_precision_errs_as_little_as_it_says() {
     let mut random = Random::new(5);
@@ -77,8 +77,8 @@ fn single_precision_errs_as_little_as_it_says() {
     assert!(hits > 100_000 && each.iter().all(|&n| n > 10_000), "{each:?}");
 }
 
-/// Returns true if a triangle fills less than 1/1000 of the rectangle around it, as the ray sees
-/// it.
+/// Returns true if a triangle, as seen by the ray, fills less than 1/1000 of its bounding
+/// rectangle.
 fn is_flat(at: [[f32; 3]; 3]) -> bool {
     let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = at.map(|v| v.map(f64::from));
     let area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
@@ -87,8 +87,8 @@ fn is_flat(at: [[f32; 3]; 3]) -> bool {
     area.abs() < 1e-3 * across * up
 }
 
-/// Large triangles, and rays that start next to them at all angles: on one side of the plane they
-/// hit, on the other they do not.
+/// Large triangles, and rays that start next to them at all angles: they hit on one side of the
+/// plane and miss on the other.
 #[test]
 fn hits_next_to_the_origin_are_as_real_as_others() {
     let mut random = Random::new(9);
@@ -103,7 +103,7 @@ fn hits_next_to_the_origin_are_as_real_as_others() {
         let [a, b, c] = p.map(|v| v.as_dvec3() - o);
         let normal = (b - a).cross(c - a);
         let t = normal.dot(a) / normal.dot(d);
-        // Inside by far, and not along the plane.
+        // Well inside, and not along the plane.
         let at =
             |q: DVec3, r: DVec3| (q - d * t).cross(r - d * t).dot(normal) / normal.length_squared();
         let inside = [at(a, b), at(b, c), at(c, a)].into_iter().all(|w| w > 0.01);
@@ -115,7 +115,7 @@ fn hits_next_to_the_origin_are_as_real_as_others() {
         assert_eq!(hit.is_some(), t > 0.0, "{t}: {origin} {direction} {p:?}");
         if let Some(hit) = hit {
             let error = (f64::from(hit.t) - t).abs();
-            // Vertices are rounded when they are moved: by 3ε of 60, in each of a few steps.
+            // Vertices are rounded when they are translated: by 3ε of 60, in each of a few steps.
             assert!(error <= 1000.0 * f64::from(EPSILON) / cos, "{t}: {hit:?}");
             near[usize::from(t < 0.01)] += 1;
         }
@@ -123,8 +123,8 @@ fn hits_next_to_the_origin_are_as_real_as_others() {
     assert!(near.iter().all(|&n| n > 10_000), "{near:?}");
 }
 
-/// What all box tests rely on: a hit is within 31εR of the box around its triangle, however far
-/// away it is, and though it is seen edge-on.
+/// Premise of all box tests: a hit is within 31εR of the box around its triangle, at any distance,
+/// even for triangles seen edge-on.
 #[test]
 fn hits_are_near_their_triangles() {
     let mut random = Random::new(83);
@@ -192,8 +192,8 @@ fn hits_next_to_the_origin_on_slivers_are_found() {
     assert!(found > 80_000, "{found}");
 }
 
-/// Rays that are called ordinary are usable, boxes are padded enough for them, and their depths in
-/// boxes are numbers above 0: for scenes and directions of any size.
+/// Ordinary rays are usable, boxes are padded enough for them, and their depths in boxes are
+/// positive numbers: for scenes and directions of any size.
 #[test]
 fn ordinary_rays_need_no_pad_of_their_own() {
     let mut random = Random::new(29);

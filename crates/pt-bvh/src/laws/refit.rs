@@ -1,4 +1,4 @@
-//! Refitted trees find what the loop over all primitives finds.
+//! Hits in refitted trees are those of a loop over all primitives.
 
 use pt_math::{Ray, Vec3};
 use pt_testing::Random;
@@ -15,7 +15,7 @@ fn every_way() -> impl Iterator<Item = BuildOptions> {
     })
 }
 
-/// Asserts that the tree finds the bits that the loop finds, for rays towards its primitives.
+/// Asserts that the tree returns the bits of the loop, for rays towards its primitives.
 fn assert_right(bvh: &Bvh, soup: &Soup, r: &mut Random) {
     let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     let list = Bvh::build(soup.geometry(), &list).expect("indices are in range");
@@ -58,7 +58,7 @@ fn moved_primitives_are_found_where_they_are() {
                 s.center += r.in_cube();
                 s.radius = 0.05 + 0.1 * r.unit();
             }
-            // Far away as well.
+            // At a distance, too.
             let moved = if step == 2 { Vec3::splat(1e3) } else { Vec3::ZERO };
             soup.positions.iter_mut().for_each(|p| *p += moved);
             bvh.refit(soup.geometry()).expect("the same primitives");
@@ -75,7 +75,7 @@ fn primitives_may_become_unusable_and_usable() {
     let mut r = Random::new(59);
     let whole = scene(&mut r);
     for options in every_way() {
-        // Some unusable from the start.
+        // Some primitives are unusable from the start.
         let mut soup = whole.clone();
         soup.positions[0] = Vec3::splat(f32::NAN);
         soup.spheres[0].radius = 0.0;

@@ -1,4 +1,4 @@
-//! Rays that leave a surface do not hit it.
+//! Rays that leave a surface do not hit it again.
 
 use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
@@ -10,7 +10,7 @@ use crate::{BuildOptions, Builder, Bvh, Sphere};
 
 const CASES: usize = 200_000;
 
-/// A direction at an angle to the plane of which the sine is 1, 0.1, … 10⁻⁷, on either side.
+/// A direction at an angle to the plane whose sine is 1, 0.1, … 10⁻⁷, on either side.
 fn leaving(n: Vec3, r: &mut Random) -> Vec3 {
     let frame = Frame::from_normal(n);
     let along = r.direction().as_dvec3();
@@ -33,7 +33,7 @@ fn normal(p: [Vec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize()
 }
 
-/// A triangle of any size, place and shape, slivers among them.
+/// A triangle of any size, position and shape, including slivers.
 fn triangle(r: &mut Random) -> [Vec3; 3] {
     let size = 10f32.powi(r.below(9) as i32 - 4);
     let place = r.in_cube() * 10f32.powi(r.below(6) as i32 - 2) * size;
@@ -80,7 +80,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
     assert!(spawned > CASES / 2, "{spawned}");
 }
 
-/// Two triangles of one square in a plane across the axis `k`, which is exact in f32.
+/// Two triangles of a square in a plane across the axis `k`, which is exact in f32.
 fn square(k: usize, height: f32, size: f32) -> Soup {
     let corner = |u: f32, v: f32| {
         let mut p = [0.0; 3];
@@ -120,8 +120,8 @@ fn no_ray_hits_the_outside_of_the_sphere_that_it_leaves() {
         let n = r.direction().as_dvec3().normalize().as_vec3();
         let local = n * radius;
         let x = center + local;
-        // Components of n err by ε each when it is made, in double precision, and again in the
-        // product and the sum.
+        // Components of n err by ε each: when computed in double precision and rounded, and again
+        // in the product and the sum.
         let error = (local.abs() + center.abs()) * gamma(5);
         let w = leaving(n, &mut r);
         let ray = Ray::new(offset_origin(x, error, n, w), w);

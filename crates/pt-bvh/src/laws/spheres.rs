@@ -1,4 +1,4 @@
-//! Spheres, tiny and far, against exact arithmetic.
+//! Tiny and distant spheres, compared with exact arithmetic.
 
 use pt_math::{Ray, Vec3};
 use pt_testing::Random;
@@ -50,7 +50,7 @@ fn hits_and_misses_are_those_of_integer_arithmetic() {
         if a == 0 || discriminant == 0 || power == 0 {
             continue;
         }
-        // The line is met; the ray if the origin is inside, or the sphere ahead.
+        // The line is hit; the ray if its origin is inside, or the sphere ahead.
         let expected = discriminant > 0 && (power < 0 || b < 0);
         let real = |v: [i64; 3]| Vec3::from_array(v.map(|x| x as f32));
         let hit = one(real(c), radius as f32).intersect(&Ray::new(real(o), real(d)));

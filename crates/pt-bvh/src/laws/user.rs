@@ -1,4 +1,4 @@
-//! Trees over primitives of the user's find what a loop over all of them finds.
+//! Hits in trees over user primitives are those of a loop over all of them.
 
 use proptest::prelude::*;
 use pt_math::{Bounds3, DVec3, Ray, Vec3};
@@ -6,7 +6,8 @@ use pt_math::{Bounds3, DVec3, Ray, Vec3};
 use super::agreement::point;
 use crate::{BuildError, DEFAULT_ERROR_BOUND, UserBvh, UserPrimitives};
 
-/// Asserts that all queries find what a loop over the primitives finds; returns how many rays hit.
+/// Asserts that all queries return the hits of a loop over the primitives; returns the number of
+/// rays that hit.
 pub(super) fn assert_looped<P>(bvh: &UserBvh<P>, rays: &[Ray]) -> usize
 where
     P: UserPrimitives<Hit: PartialEq + std::fmt::Debug>,
@@ -14,7 +15,7 @@ where
     let primitives = bvh.primitives();
     let looped = |ray: &Ray| {
         let hits = (0..primitives.len() as u32).filter_map(|id| primitives.intersect(id, ray));
-        // The first of several least ones.
+        // The first of several minima.
         hits.min_by(|a, b| P::t(a).total_cmp(&P::t(b)))
     };
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
@@ -29,14 +30,14 @@ where
     hits.iter().flatten().count()
 }
 
-/// Shapes that no mesh has.
+/// Analytic shapes.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
-    /// Across an axis of unit length.
+    /// Disc with a unit axis.
     Disc { center: DVec3, axis: DVec3, radius: f64 },
-    /// All that is as near to a line between two points.
+    /// All points within `radius` of a line segment.
     Capsule { ends: [DVec3; 2], radius: f64 },
-    /// Around z, marched along, so that hits are off by `Shape::MARCH`.
+    /// Torus around z, intersected by ray marching, so that hits are off by `Shape::MARCH`.
     Torus { center: DVec3, radii: [f64; 2] },
 }
 
@@ -47,7 +48,7 @@ struct ShapeHit {
 }
 
 impl Shape {
-    /// How near to a torus is on it, in units of the way to it.
+    /// Tolerance of ray marching at a torus, relative to the distance to it.
     const MARCH: f64 = 1e-3;
 
     fn roots(&self, o: DVec3, d: DVec3) -> Vec<f64> {
@@ -100,7 +101,7 @@ impl Shape {
     }
 }
 
-/// Where |f + t·d| = r.
+/// Solutions t of |f + t·d| = r.
 fn quadratic(f: DVec3, d: DVec3, r: f64) -> Vec<f64> {
     let (a, b, c) = (d.dot(d), f.dot(d), f.dot(f) - r * r);
     let root = (b * b - a * c).sqrt();
@@ -205,7 +206,7 @@ fn changed_primitives_are_hit_where_they_are() {
     assert!(bvh.bounds().is_empty() && !bvh.occluded(&ray));
 }
 
-/// Primitives that are hit by all rays at t = 1, with boxes and slacks of any kind.
+/// Primitives that all rays hit at t = 1, with arbitrary boxes and error bounds.
 struct Boxes(Vec<(Option<Bounds3>, f32)>);
 
 impl UserPrimitives for Boxes {
@@ -266,7 +267,7 @@ fn nothing_is_hit_outside_of_the_interval() {
     }
 }
 
-/// More primitives than there may be.
+/// More primitives than allowed.
 struct Endless;
 
 impl UserPrimitives for Endless {

@@ -9,15 +9,15 @@ use crate::ray::Prepared;
 use crate::triangle::{Side, side};
 use crate::{BuildOptions, Bvh};
 
-/// Single rays, and rays in batches, per mesh; ten meshes. Fewer where their triangles are in
-/// pieces, and without AVX2, where they take four times as long and the same bits come out.
+/// Number of single rays and of rays in batches per mesh, for ten meshes. Fewer if their triangles
+/// are in pieces, and without AVX2, where they take four times as long and give the same bits.
 const RAYS: [u64; 2] = if cfg!(target_feature = "avx2") || cfg!(not(target_arch = "x86_64")) {
     [1_000_000, 5_000_000]
 } else {
     [200_000, 500_000]
 };
 const CHUNK: u64 = 20_000;
-/// Where the meshes are: how they are scaled, and then moved.
+/// Scales and offsets of the meshes.
 const PLACES: [(f32, Vec3); 5] = [
     (1.0, Vec3::ZERO),
     (1.0, Vec3::new(1e5, -2e5, 3e4)),
@@ -50,14 +50,14 @@ fn target(soup: &Soup, r: &mut Random) -> Vec3 {
     }
 }
 
-/// A ray from the inner half of the mesh; or from its centre, where the directions are those of
-/// the vertices.
+/// A ray from the inner half of the mesh; or, if `is_central`, from its centre, where the
+/// directions are those of the vertices.
 fn ray(soup: &Soup, (scale, offset): (f32, Vec3), is_central: bool, r: &mut Random) -> Ray {
     let origin = if is_central { offset } else { r.in_cube() * 0.25 * scale + offset };
     Ray::new(origin, target(soup, r) - origin)
 }
 
-/// Returns the number of rays of a chunk that hit nothing, one by one.
+/// Returns the number of rays of a chunk that miss, traced one by one.
 fn escaped(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
     let mut r = Random::new(seed);
     let escapes = (0..CHUNK).filter(|_| {
@@ -67,7 +67,7 @@ fn escaped(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
     escapes.count() as u64
 }
 
-/// The same in batches, of which one in four has rays side by side.
+/// Returns the number of rays of a chunk that miss in batches, of which one in four is coherent.
 fn escaped_batch(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
     let mut r = Random::new(seed);
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
@@ -89,7 +89,7 @@ fn escaped_batch(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
     escapes as u64
 }
 
-/// Asserts that no ray escapes from any mesh; of `rays` rays each, chunk by chunk.
+/// Asserts that none of `rays` rays escapes from any mesh, chunk by chunk.
 fn none_escapes(rays: u64, escaped: impl Fn(&Bvh, &Soup, (f32, Vec3), u64) -> u64 + Sync) {
     let meshes: [fn() -> Soup; 2] = [|| ball(5), || bumpy_ball(5)];
     for (mesh, place) in meshes.iter().flat_map(|mesh| PLACES.map(|place| (mesh, place))) {
@@ -115,8 +115,9 @@ fn rays_in_batches_do_not_escape() {
     none_escapes(RAYS[1], escaped_batch);
 }
 
-/// Through a vertex, between triangles of which the one that is hit is seen edge-on and nearer than
-/// the error of its depth. In one of 10⁷ rays that was taken for the triangle that the ray leaves.
+/// Ray through a vertex, between triangles of which the one that is hit is seen edge-on and nearer
+/// than the error of its depth. For one in 10⁷ rays, it was mistaken for the triangle that the ray
+/// leaves.
 #[test]
 fn a_ray_next_to_an_edge_on_triangle_does_not_escape() {
     let (scale, offset) = PLACES[1];
@@ -134,8 +135,9 @@ fn a_ray_next_to_an_edge_on_triangle_does_not_escape() {
     }
 }
 
-/// From outside, a ray enters a closed mesh as often as it leaves it. Counted by the edge
-/// functions over all triangles, for rays that meet no edge exactly (two triangles would count).
+/// From outside, a ray enters a closed mesh as often as it leaves it. Crossings are counted by the
+/// edge functions over all triangles, for rays that meet no edge exactly (two triangles would
+/// count).
 #[test]
 fn rays_from_outside_leave_as_often_as_they_enter() {
     for (scale, offset) in [(1.0, Vec3::ZERO), (1.0, Vec3::splat(1e5)), (1e12, Vec3::ZERO)] {
@@ -147,7 +149,7 @@ fn rays_from_outside_leave_as_often_as_they_enter() {
             for _ in 0..500 {
                 let away = r.direction() * 3.0 * scale;
                 let origin = away + offset;
-                // Mostly through the silhouette: perpendicular to the way to the centre.
+                // Mostly through the silhouette: perpendicular to the direction to the centre.
                 let across = r.direction().cross(away).normalize();
                 let aim = offset + across * scale * (0.6 + 0.6 * r.unit());
                 let ray = Ray::new(origin, aim - origin);

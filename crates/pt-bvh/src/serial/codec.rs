@@ -1,11 +1,11 @@
-//! Numbers to bytes and back, least byte first on every machine.
+//! Conversion of numbers to little-endian bytes and back, on every machine.
 
 use pt_math::{Bounds3, Vec3};
 
 use super::ReadError;
 
-/// FNV-1a over words of eight bytes, the last filled up with zeros, and the number of bytes.
-/// [Fowler, Noll & Vo 1991; RFC 9923]
+/// FNV-1a over words of eight bytes, the last padded with zeros, and the number of bytes. [Fowler,
+/// Noll & Vo 1991; RFC 9923]
 pub(crate) fn checksum(bytes: &[u8]) -> u64 {
     let mix = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01B3);
     let words = bytes.chunks(8).map(|chunk| {
@@ -13,12 +13,12 @@ pub(crate) fn checksum(bytes: &[u8]) -> u64 {
         word[..chunk.len()].copy_from_slice(chunk);
         u64::from_le_bytes(word)
     });
-    // Multiplication moves bits upward only: the turn brings the upper ones down again.
+    // Multiplication moves bits upward only; the rotation brings the upper ones down again.
     let hash = words.fold(0xCBF2_9CE4_8422_2325, |hash, word| mix(hash, word).rotate_right(29));
     mix(hash, bytes.len() as u64)
 }
 
-/// Collects bytes.
+/// Buffer to which numbers are appended.
 #[derive(Default)]
 pub(crate) struct Writer(pub(super) Vec<u8>);
 
@@ -57,7 +57,7 @@ impl Writer {
     }
 }
 
-/// Takes bytes from the front.
+/// Input from which numbers are read in order.
 pub(crate) struct Reader<'a>(pub(super) &'a [u8]);
 
 impl Reader<'_> {
@@ -99,8 +99,8 @@ impl Reader<'_> {
         Ok(Bounds3 { min: self.vector()?, max: self.vector()? })
     }
 
-    /// The number of entries that follow, of `size` bytes at least each: not more than there can
-    /// be, so that room may be made for them.
+    /// Reads the number of entries that follow, of at least `size` bytes each. Rejects counts that
+    /// exceed the rest of the input, so that the result can be used as a capacity.
     pub(crate) fn count(&mut self, size: usize) -> Result<usize, ReadError> {
         let count = usize::try_from(self.u64()?).map_err(|_| ReadError::Truncated)?;
         if count > self.0.len() / size {

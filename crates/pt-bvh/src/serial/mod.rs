@@ -1,9 +1,9 @@
-//! Trees as bytes, to be kept in files.
+//! Serialization of trees, for storage in files.
 //!
-//! The bytes are: a mark, the version of the form, what the tree was built over and how, numbers
-//! about it, the primitives and nodes, and a checksum of all that. All numbers are little-endian.
-//! Reading believes nothing: a tree that was accepted can be asked anything, whoever made the
-//! bytes, but only one made of [`Bvh::to_bytes`] finds the right answers.
+//! The bytes are: a mark, the version of the format, the numbers of primitives and the options of
+//! the build, statistics, the primitives and nodes, and a checksum. All numbers are little-endian.
+//! The reader trusts nothing: every accepted tree is safe for all queries, whatever the origin of
+//! the bytes, but only output of [`Bvh::to_bytes`] gives correct hits.
 
 pub(crate) mod codec;
 
@@ -17,29 +17,29 @@ use crate::wide::WideBvh;
 use crate::{BuildOptions, Builder, Bvh, Kernel, Quality, Source, Statistics};
 
 pub(crate) const MARK: [u8; 8] = *b"pt-bvh\r\n";
-/// To be raised with every change of what follows.
+/// Version of the format, to be incremented with every change.
 pub(crate) const VERSION: u32 = 2;
 const CHECKSUM_BYTES: usize = 8;
 
-/// Why bytes are not a tree.
+/// Reason for which bytes are not a valid tree.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum ReadError {
-    /// They do not begin as trees do.
+    /// The mark of a tree is missing.
     #[error("these are not the bytes of a tree")]
     Mark,
-    /// They are of another version of this crate.
+    /// The tree was written by another version of this crate.
     #[error("the tree has version {found} of the form, but only {VERSION} can be read")]
     Version {
-        /// Their version.
+        /// Version of the bytes.
         found: u32,
     },
-    /// They end too soon.
+    /// The bytes end too soon.
     #[error("the tree is cut off")]
     Truncated,
-    /// They were changed on their way.
+    /// The bytes were damaged.
     #[error("the checksum of the tree is wrong")]
     Checksum,
-    /// They have the right checksum, but describe no tree that queries could use.
+    /// The checksum is right, but the tree is not safe for queries.
     #[error("the tree is not valid: {what}")]
     Invalid {
         /// Description of the problem.
@@ -47,12 +47,12 @@ pub enum ReadError {
     },
 }
 
-/// An error unless something holds.
+/// Returns an error unless `holds` is true.
 pub(crate) fn ensure(holds: bool, what: &'static str) -> Result<(), ReadError> {
     if holds { Ok(()) } else { Err(ReadError::Invalid { what }) }
 }
 
-/// The place of a variant in a list of all, as which it is written.
+/// Index of a variant in a list of all, by which it is serialized.
 fn place<T: PartialEq>(all: &[T], variant: &T) -> u32 {
     all.iter().take_while(|v| *v != variant).count() as u32
 }
@@ -65,7 +65,7 @@ const BUILDERS: [Builder; 3] = [Builder::Sah, Builder::Mean, Builder::None];
 const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Balanced, Quality::High];
 
 impl Bvh {
-    /// The whole tree as bytes, the same on every machine, for [`Self::from_bytes`].
+    /// Serializes the tree for [`Self::from_bytes`]; the bytes are the same on every machine.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut w = Writer::default();
         w.0.reserve(self.statistics.bytes + 256);
@@ -85,12 +85,12 @@ impl Bvh {
         w.0
     }
 
-    /// The tree of which these are the bytes; it gives the same bits for all queries. Hits refer to
+    /// Parses a tree, which returns the same bits for all queries as the original. Hits refer to
     /// the primitives by number: see [`Self::primitives`].
     ///
     /// # Errors
-    /// Bytes that [`Self::to_bytes`] did not make, all of them; those that were made up to look as
-    /// if it had are refused too where a query could not bear them.
+    /// Bytes that are not the complete output of [`Self::to_bytes`]. Forged bytes with a valid
+    /// checksum are also rejected if they are not safe for queries.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
         let body = bytes.strip_prefix(&MARK).ok_or(ReadError::Mark)?;
         let found = Reader(body).u32()?;
@@ -143,8 +143,7 @@ impl Source {
         Ok(source)
     }
 
-    /// Returns true if this is the number of a triangle, or of a sphere, of the kind of
-    /// `primitive`.
+    /// Returns true if `id` is the number of a primitive of the same kind as `primitive`.
     pub(crate) fn has(&self, primitive: &Primitive, id: u32) -> bool {
         match primitive {
             Primitive::Triangle(_) => id < self.triangles,
@@ -154,7 +153,7 @@ impl Source {
 }
 
 impl Statistics {
-    /// All but `bytes`, which are those of the machine.
+    /// Writes all fields but `bytes`, which depends on the machine.
     fn write(&self, w: &mut Writer) {
         for x in [self.nodes, self.leaves, self.references] {
             w.u64(x as u64);
@@ -188,7 +187,7 @@ impl List {
     }
 
     fn read(r: &mut Reader<'_>, source: &Source) -> Result<Self, ReadError> {
-        // A number, and four more for a sphere at least.
+        // An id, and at least four more numbers for a sphere.
         let count = r.count(20)?;
         let mut primitives = Vec::with_capacity(count);
         for _ in 0..count {
@@ -206,9 +205,9 @@ impl List {
     }
 }
 
-/// Tests that the box of a scene is finite and not inside out.
+/// Tests that the box of a scene is finite and not empty.
 pub(crate) fn ensure_scene(bounds: &Bounds3) -> Result<(), ReadError> {
-    // Spheres reach as far again beyond the largest coordinate, and their boxes are rounded.
+    // Spheres extend as far again beyond the largest coordinate, and their boxes are rounded.
     let fits = in_range(bounds.min / 4.0) && in_range(bounds.max / 4.0);
     ensure(!bounds.is_empty() && fits, "a box of the scene that is none")
 }

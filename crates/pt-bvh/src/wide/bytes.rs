@@ -1,4 +1,4 @@
-//! The wide tree as bytes, and back. What is read is believed only as far as it was tested.
+//! Serialization of the wide tree. The reader trusts only data that it has verified.
 
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
@@ -17,11 +17,11 @@ use crate::serial::{ReadError, ensure, ensure_scene};
 
 /// Bytes of a node: six planes and a child for each slot.
 const NODE_BYTES: usize = 4 * 7 * WIDTH;
-/// Bytes of a block of triangles, and of one of spheres.
+/// Bytes of a block of triangles, and of a block of spheres.
 const TRIANGLES_BYTES: usize = 4 * 10 * BLOCK;
 const SPHERES_BYTES: usize = 4 * 5 * BLOCK;
-/// Nodes on a way down for which the stacks of all kernels have room. A large leaf of the binary
-/// tree adds a few to its depth.
+/// Maximum number of nodes on a path from the root for which the stacks of all kernels have room. A
+/// large leaf of the binary tree adds a few to its depth.
 const MAX_LEVELS: usize = MAX_DEPTH + 6;
 
 impl WideBvh {
@@ -50,7 +50,7 @@ impl WideBvh {
     /// Reads a tree over primitives with these numbers, in a scene with this box.
     ///
     /// # Errors
-    /// A tree that is cut off, or in which a query could go astray.
+    /// A tree that is cut off, or that is unsafe for queries.
     pub(crate) fn read(
         r: &mut Reader<'_>,
         source: &Source,
@@ -76,11 +76,11 @@ impl WideBvh {
         Ok(bvh)
     }
 
-    /// Nodes on the longest way down.
+    /// Number of nodes on the longest path from the root.
     ///
     /// # Errors
     /// Nodes and blocks that are not a tree, in which children come after their parents and each is
-    /// the child of one; or one that is too deep.
+    /// the child of one; or a tree that is too deep.
     fn levels(&self) -> Result<usize, ReadError> {
         let mut level = vec![0; self.nodes.len()];
         let mut has_parent = [&self.triangles.len(), &self.spheres.len()].map(|&n| vec![false; n]);
@@ -115,12 +115,12 @@ impl WideBvh {
     }
 }
 
-/// Marks the entry, if it exists and is not marked; says whether.
+/// Marks the entry; returns true if it exists and was not marked.
 fn take(marks: &mut [bool], index: usize) -> bool {
     marks.get_mut(index).is_some_and(|mark| !std::mem::replace(mark, true))
 }
 
-/// Reads a number of entries, which have `size` bytes each.
+/// Reads a count and that many entries, which have `size` bytes each.
 fn many<T>(
     r: &mut Reader<'_>,
     size: usize,
@@ -182,8 +182,8 @@ impl SphereBlock {
     }
 }
 
-/// Tests that a lane is empty, or has a usable primitive that exists. Lanes of primitives that
-/// were unusable when the tree was refitted are empty but have a number.
+/// Tests that a lane is empty, or has a usable primitive that exists. Lanes of primitives that were
+/// unusable when the tree was refitted are empty but have a number.
 fn ensure_lane(
     primitive: &Primitive,
     id: u32,

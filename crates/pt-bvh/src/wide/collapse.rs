@@ -1,5 +1,5 @@
-//! From the binary tree to the wide one. Subtrees and leaves that fit a block become one; leaves
-//! that do not are halved.
+//! Conversion of the binary tree to the wide one. Subtrees and leaves that fit a block become one
+//! block; leaves that do not fit are halved.
 
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use crate::geometry::{Geometry, Primitive, Sphere};
 use crate::node::Bvh2;
 use crate::ray::Scene;
 
-/// A part of the binary tree.
+/// Part of the binary tree.
 #[derive(Clone, Copy)]
 struct Part {
     bounds: Bounds3,
@@ -25,18 +25,18 @@ struct Part {
 
 #[derive(Clone, Copy)]
 enum Content {
-    /// The subtree of an inner node.
+    /// Subtree of an inner node.
     Subtree(usize),
     /// Consecutive primitives, of one kind, in the order of the tree.
     Run { first: usize, count: usize },
 }
 
-/// Room for what a ray of a batch puts off in a tree with so many nodes on the longest way down.
+/// Stack size for a ray of a batch in a tree with `levels` nodes on the longest path.
 pub(super) fn stack_size(levels: usize) -> usize {
     1 + (WIDTH - 1) * levels + STACK_MARGIN
 }
 
-/// Up to eight parts, which make up another.
+/// Partition of a part into up to eight others.
 struct Parts {
     parts: [Part; WIDTH],
     count: usize,
@@ -54,7 +54,7 @@ impl Parts {
     }
 }
 
-/// Makes wide nodes of parts of the binary tree.
+/// Converter from parts of the binary tree to wide nodes.
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
@@ -62,23 +62,24 @@ struct Collapse<'a> {
     scene: Scene,
 }
 
-/// Nodes that follow one another, the first of which is the root of the others, and their blocks.
-/// Nodes refer to nodes and blocks by how many are before these, from the first on.
+/// Consecutive nodes, the first of which is the root of the others, and their blocks. Nodes refer
+/// to nodes and blocks by index within the piece.
 #[derive(Default)]
 struct Piece {
     nodes: Vec<WideNode>,
-    /// Where the primitives of each block are in the order of the binary tree, and how many.
+    /// First index in the order of the binary tree, and number of primitives, of each block.
     triangles: Vec<(usize, usize)>,
     spheres: Vec<(usize, usize)>,
-    /// Nodes on the longest way down so far.
+    /// Number of nodes on the longest path from the root so far.
     levels: usize,
 }
 
-/// Subtrees of so many primitives are pieces of several, which threads make side by side.
+/// Minimum number of primitives of a subtree that is split into several pieces, which are built in
+/// parallel.
 const LARGE_PART: usize = 8192;
 
 impl WideBvh {
-    /// Makes the wide tree.
+    /// Converts a binary tree.
     pub(crate) fn new(bvh: &Bvh2, geometry: &Geometry<'_>) -> Self {
         if bvh.nodes.is_empty() {
             return Self::default();
@@ -87,7 +88,7 @@ impl WideBvh {
         let collapse = Collapse { bvh, geometry, forests, scene: Scene::new(&bvh.bounds()) };
         let whole = joined(&collapse.pieces(collapse.part(0), 1));
         let Collapse { forests, scene, .. } = collapse;
-        // Makes room for the blocks, the largest part of the tree.
+        // Frees memory for the blocks, the largest part of the tree.
         drop(forests);
         tidy(bvh.order.len());
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
@@ -110,7 +111,7 @@ impl WideBvh {
     }
 }
 
-/// All pieces as one.
+/// Concatenates all pieces.
 fn joined(pieces: &[Piece]) -> Piece {
     let mut whole = Piece {
         nodes: pt_memory::with_capacity(pieces.iter().map(|piece| piece.nodes.len()).sum()),
@@ -137,7 +138,7 @@ impl Piece {
         }
     }
 
-    /// Adds the node for a part, and everything below it; returns its index. The recursion is no
+    /// Appends the node of a part, and everything below it; returns its index. The recursion is no
     /// deeper than the binary tree, plus the few halvings of a large leaf.
     fn push_node(&mut self, collapse: &Collapse<'_>, part: Part, level: usize) -> usize {
         self.levels = self.levels.max(level);
@@ -156,7 +157,7 @@ impl Piece {
 }
 
 impl Part {
-    /// Its primitives, if they fit a block.
+    /// Primitives of the part, if they fit a block.
     fn block(&self) -> Option<(usize, usize)> {
         match self.content {
             Content::Run { first, count } if count <= BLOCK => Some((first, count)),
@@ -166,7 +167,7 @@ impl Part {
 }
 
 impl Collapse<'_> {
-    /// The node for a part, and everything below it.
+    /// Builds the nodes of a part, and everything below it.
     fn pieces(&self, part: Part, level: usize) -> Vec<Piece> {
         let is_large =
             matches!(part.content, Content::Subtree(i) if self.forests.count(i) >= LARGE_PART);
@@ -195,7 +196,7 @@ impl Collapse<'_> {
         std::iter::once(top).chain(below.into_iter().flatten()).collect()
     }
 
-    /// The node of some parts, without its children.
+    /// Node of some parts, without its children.
     fn node(&self, parts: &Parts) -> WideNode {
         let mut node = empty_node();
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
@@ -211,7 +212,7 @@ impl Collapse<'_> {
         Part { bounds: node.bounds(), content }
     }
 
-    /// The primitives below node `i`.
+    /// Primitives below node `i`.
     fn all_below(&self, i: usize) -> Content {
         let mut leftmost = i;
         while !self.bvh.nodes[leftmost].is_leaf() {
@@ -221,7 +222,7 @@ impl Collapse<'_> {
         Content::Run { first, count: self.forests.count(i) }
     }
 
-    /// Some of the primitives of a leaf with this box, which may hold pieces of them only.
+    /// Some of the primitives of a leaf with this box, which may contain only pieces of them.
     fn run(&self, first: usize, count: usize, within: Bounds3) -> Part {
         let ids = &self.bvh.order[first..first + count];
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
@@ -230,7 +231,7 @@ impl Collapse<'_> {
         Part { bounds, content: Content::Run { first, count } }
     }
 
-    /// Up to eight parts that make up this one.
+    /// Partitions a part into up to eight.
     fn open(&self, part: Part) -> Parts {
         let mut parts = Parts::NONE;
         match part.content {
@@ -240,7 +241,7 @@ impl Collapse<'_> {
         parts
     }
 
-    /// A run that does not fit a block, halved and halved again; or one that does.
+    /// Halves a run repeatedly until the parts fit blocks, or there are eight.
     fn eighths(&self, first: usize, count: usize, within: Bounds3, parts: &mut Parts) {
         let mut runs = vec![(first, count)];
         while runs.len() < WIDTH && runs.iter().any(|&(_, count)| count > BLOCK) {
@@ -256,13 +257,13 @@ impl Collapse<'_> {
     }
 }
 
-/// The numbers of a block's primitives, in ascending order, so that of equal hits the first lane
-/// has the one that counts.
+/// Numbers of a block's primitives, in ascending order, so that of equal hits the first lane has
+/// the primitive that wins.
 fn lanes(ids: &[u32]) -> [u32; BLOCK] {
     let mut lanes = [NO_PRIMITIVE; BLOCK];
     let mut used = 0;
     for &id in ids {
-        // Of pieces of one triangle, one stands for all.
+        // Pieces of one triangle need a single entry.
         if !lanes[..used].contains(&id) {
             lanes[used] = id;
             used += 1;
@@ -272,13 +273,12 @@ fn lanes(ids: &[u32]) -> [u32; BLOCK] {
     lanes
 }
 
-/// The box relative to the centre of the scene, widened and rounded outward; one that is inside out
-/// stays so.
+/// Box relative to the centre of the scene, widened and rounded outward; an empty box stays empty.
 pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f32; 3]) {
     if bounds.is_empty() {
         return ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     }
-    // Covers the rounding of both differences as well.
+    // Also covers the rounding of both differences.
     let error_bound = |v: Vec3| v.abs() * f32::EPSILON + scene.padded;
     let center = Vec3::from(scene.center);
     let (low, high) = (bounds.min - center, bounds.max - center);
@@ -286,7 +286,7 @@ pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f3
 }
 
 impl WideNode {
-    /// The same after so many nodes, blocks of triangles and of spheres.
+    /// The same node after `nodes` other nodes and these numbers of blocks.
     fn moved(&self, [nodes, triangles, spheres]: [usize; 3]) -> Self {
         let children =
             self.children.map(|child| match child.0 & (Child::TRIANGLES | Child::SPHERES) {
@@ -312,7 +312,7 @@ fn empty_node() -> WideNode {
     WideNode { planes: [row; 3], children: [Child::VACANT; WIDTH] }
 }
 
-/// A block of the triangles with these numbers.
+/// Block of the triangles with these numbers.
 pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
     let mut coordinates = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
@@ -327,7 +327,7 @@ pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> Tria
     TriangleBlock { coordinates: coordinates.map(|rows| rows.map(Lanes::new)), ids }
 }
 
-/// A block of the spheres with these numbers.
+/// Block of the spheres with these numbers.
 pub(super) fn sphere_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> SphereBlock {
     let nothing = Sphere { center: Vec3::ZERO, radius: f32::NAN };
     let spheres = ids.map(|id| match (id != NO_PRIMITIVE).then(|| geometry.primitive(id)) {

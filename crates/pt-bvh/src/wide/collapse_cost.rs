@@ -1,13 +1,15 @@
-//! Which nodes of the binary tree become children of one wide node: those by which the whole tree
-//! has the least expected cost.
+//! Optimal collapse: selects the nodes of the binary tree that become children of one wide node,
+//! such that the whole tree has the least expected cost.
 //!
-//! A subtree can stand in a wide node as a forest of up to i roots. With C(n, i) the least cost of
-//! that for node n, and its children l and r:
+//! A subtree can be represented in a wide node as a forest of up to i roots. With C(n, i) the least
+//! cost of that for node n, and its children l and r:
 //!
-//! C(n, i) = min(C(n, 1), D(n, i)),  D(n, i) = min over k of C(l, k) + C(r, i − k),
+//! C(n, i) = min(C(n, 1), D(n, i)), D(n, i) = min over k of C(l, k) + C(r, i − k),
 //!
-//! C(n, 1) = area · cost of a block if the primitives fit one, else area · cost of a node + D(n,
-//! 8). [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! C(n, 1) = area · cost of a block if the primitives fit one, else area · cost of a node +
+//! D(n, 8).
+//!
+//! [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs", §3.1, with eight-wide blocks as leaves]
 
 use bytemuck::Zeroable;
@@ -16,22 +18,22 @@ use super::{BLOCK, WIDTH};
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
 
-/// Subtrees of so many nodes are looked at by two threads.
+/// Subtrees with at least this many nodes are processed by two threads.
 const PARALLEL_SUBTREE: usize = 1024;
 /// Cost of visiting a wide node, and of testing a block.
 pub(super) const NODE_COST: f32 = 1.0;
 pub(super) const BLOCK_COST: f32 = 1.5;
 
-/// The cheapest forests of all subtrees of a binary tree.
+/// Cheapest forests of all subtrees of a binary tree.
 pub(super) struct CollapseCosts<'a> {
     bvh: &'a Bvh2,
     subtrees: Vec<Subtree>,
 }
 
-/// What is known of a subtree.
+/// Costs and contents of a subtree.
 #[derive(Clone, Copy, Zeroable)]
 struct Subtree {
-    /// C for up to 1, 2, … roots.
+    /// Costs C for up to 1, 2, … roots.
     costs: [f32; WIDTH - 1],
     /// Number of primitives.
     count: u32,
@@ -40,7 +42,7 @@ struct Subtree {
 }
 
 impl Subtree {
-    /// Returns true if its primitives fit a block.
+    /// Returns true if the primitives fit a block.
     fn is_small(&self) -> bool {
         self.count as usize <= BLOCK && self.kinds != [true, true]
     }
@@ -68,13 +70,12 @@ impl<'a> CollapseCosts<'a> {
         self.subtrees[node].is_small()
     }
 
-    /// Calls `found` with the roots that take the place of an inner node, in the order of their
-    /// primitives.
+    /// Calls `found` with the roots that replace an inner node, in the order of their primitives.
     pub(super) fn each_root(&self, node: usize, mut found: impl FnMut(usize)) {
         self.each_of(node, WIDTH, &mut found);
     }
 
-    /// The cheapest forest of up to `room` roots.
+    /// Calls `found` with the roots of the cheapest forest of up to `room` roots.
     fn each_of(&self, node: usize, room: usize, found: &mut impl FnMut(usize)) {
         if room == 1 || self.bvh.nodes[node].is_leaf() {
             return found(node);
@@ -102,7 +103,8 @@ fn fill(nodes: &[Node], subtrees: &mut [Subtree], leaf: &(impl Fn(&Node) -> Subt
         }
         return;
     }
-    // The root is an inner node, as there are many; what is left of its right child is its left.
+    // The root is an inner node, as there are many; the nodes before its right child are its left
+    // subtree.
     let (root, right) = (&nodes[0], nodes[0].offset as usize);
     let (left_nodes, right_nodes) = nodes.split_at(right);
     let (left, right) = subtrees.split_at_mut(right);
@@ -110,13 +112,13 @@ fn fill(nodes: &[Node], subtrees: &mut [Subtree], leaf: &(impl Fn(&Node) -> Subt
     left[0] = inner(root.bounds().half_area(), &left[1], &right[0]);
 }
 
-/// D for up to `room` roots, and how many of them the left child has.
+/// Cost D for up to `room` roots, and the number of them in the left child.
 fn cheapest(l: &Subtree, r: &Subtree, room: usize) -> (f32, usize) {
     let splits = (1..room).map(|k| (l.costs[k - 1] + r.costs[room - k - 1], k));
     splits.fold((f32::INFINITY, 1), |best, split| if split.0 < best.0 { split } else { best })
 }
 
-/// D for up to 2, 3, … roots.
+/// Costs D for up to 2, 3, … roots.
 fn cheapest_costs(l: &Subtree, r: &Subtree) -> [f32; WIDTH - 1] {
     let mut costs = [f32::INFINITY; WIDTH - 1];
     for (i, a) in l.costs.iter().enumerate() {
@@ -142,12 +144,13 @@ fn inner(area: f32, l: &Subtree, r: &Subtree) -> Subtree {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::BuildOptions;
     use pt_math::Vec3;
     use pt_testing::Random;
 
-    /// Trees over triangles of many sizes.
+    use super::*;
+    use crate::BuildOptions;
+
+    /// Calls `check` with trees over triangles of many sizes.
     fn with_trees(check: impl Fn(&Bvh2, &CollapseCosts<'_>)) {
         for n in [9, 20, 100, 3000] {
             let mut random = Random::new(n);
@@ -166,7 +169,7 @@ mod tests {
         }
     }
 
-    /// The cost of the wide tree of a subtree, if `open` says what takes a node's place.
+    /// Cost of the wide tree of a subtree, if `open` returns the replacements of a node.
     fn cost(
         bvh: &Bvh2,
         forests: &CollapseCosts<'_>,
@@ -187,7 +190,7 @@ mod tests {
         roots
     }
 
-    /// The children of the largest, for as long as there is room.
+    /// Greedy alternative: opens the largest node while there is room.
     fn greedy(bvh: &Bvh2, forests: &CollapseCosts<'_>, node: usize) -> Vec<usize> {
         let mut roots = bvh.children(node).to_vec();
         while roots.len() < WIDTH {

@@ -1,24 +1,24 @@
-//! Depths compare as integers, which is known after one cycle instead of four.
+//! Depths compared as integers, with a latency of one cycle instead of four.
 //!
-//! Bits of numbers above 0 have the order of the numbers, and those of numbers below 0 are below
-//! them all, in the opposite order. A ray looks for hits between two depths above 0; so where the
-//! order of depths below 0 would be wrong, they are out of question whatever it is.
+//! Bits of positive numbers have the order of the numbers. Those of negative numbers are less than
+//! all of them, in the opposite order. A ray looks for hits between two positive depths; so
+//! negative depths, whose order would be wrong, never matter.
 
 use wide::{f32x8, i32x8};
 
-/// The greater of two depths; if both are below 0, one that is.
+/// Maximum of two depths; if both are negative, either of them.
 #[inline(always)]
 pub(super) fn later(a: f32x8, b: f32x8) -> f32x8 {
     from_bits(bits(a).max(bits(b)))
 }
 
-/// The lesser of two depths; if both are below 0, one that is.
+/// Minimum of two depths; if both are negative, either of them.
 #[inline(always)]
 pub(super) fn earlier(a: f32x8, b: f32x8) -> f32x8 {
     from_bits(bits(a).min(bits(b)))
 }
 
-/// Lanes in which `a` is greater than `b`; at least one of the two must be above 0.
+/// Lanes in which `a` is greater than `b`; at least one of the two must be positive.
 #[inline(always)]
 pub(super) fn after(a: f32x8, b: f32x8) -> f32x8 {
     from_bits(bits(a).simd_gt(bits(b)))

@@ -1,8 +1,9 @@
-//! Eight-wide tree for fast queries on the CPU: layout, and what the kernels share.
+//! Eight-wide tree for fast queries on the CPU: layout and common code of the kernels.
 //!
-//! A node holds the boxes of eight children as six rows of eight numbers, so that one instruction
-//! treats all of them; a leaf is one block of triangles in the same form. [Wald, Benthin & Boulos
-//! 2008, "Getting Rid of Packets"; Woop et al.'s Embree and Bikker's tinybvh use the same shape]
+//! A node stores the boxes of eight children as six rows of eight numbers, so that one instruction
+//! processes all of them; a leaf is one block of triangles in the same layout. [Wald, Benthin &
+//! Boulos 2008, "Getting Rid of Packets"; Woop et al.'s Embree and Bikker's tinybvh use the same
+//! shape]
 
 mod batch;
 mod bytes;
@@ -33,7 +34,7 @@ pub(crate) type Lanes = f32x8;
 /// `id` of a lane without a primitive.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// What a slot of a node refers to: two bits of kind, and an index into the array of that kind.
+/// Reference in a slot of a node: two bits of kind, and an index into the array of that kind.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Child(u32);
@@ -41,9 +42,9 @@ pub(crate) struct Child(u32);
 impl Child {
     const TRIANGLES: u32 = 1 << 31;
     const SPHERES: u32 = 1 << 30;
-    /// Nothing: the end of a query.
+    /// Sentinel: the end of a query.
     const DONE: u32 = u32::MAX;
-    /// In slots without a child: the root, which is nobody's child.
+    /// Value of slots without a child: the root, which is no node's child.
     const VACANT: Self = Self::node(0);
 
     /// Number of bits below those of the kind.
@@ -54,7 +55,7 @@ impl Child {
         (child >> Self::KIND_SHIFT) as usize
     }
 
-    /// The index into the array of its kind.
+    /// Index into the array of its kind.
     const fn index(child: u32) -> usize {
         (child & !(Self::TRIANGLES | Self::SPHERES)) as usize
     }
@@ -72,17 +73,17 @@ impl Child {
     }
 }
 
-/// Eight children. Slots without one have a box that is inside out, which no ray hits.
+/// Node with eight children. Slots without a child have an empty box, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
-    /// Per axis: least and greatest coordinate of each child's box, relative to
-    /// the middle of the scene and rounded outward.
+    /// Per axis: least and greatest coordinate of each child's box, relative to the centre of the
+    /// scene and rounded outward.
     planes: [[f32x8; 2]; 3],
     children: [Child; WIDTH],
 }
 
-/// Triangles of one leaf. Lanes without one hold NaN, which passes no comparison.
+/// Triangles of one leaf. Lanes without a triangle contain NaN, which fails every comparison.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
@@ -91,37 +92,37 @@ pub(crate) struct TriangleBlock {
     ids: [u32; BLOCK],
 }
 
-/// Spheres of one leaf. Lanes without one hold NaN, which no ray hits.
+/// Spheres of one leaf. Lanes without a sphere contain NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SphereBlock {
     spheres: [Sphere; BLOCK],
     ids: [u32; BLOCK],
 }
 
-/// How large a tree is.
+/// Size class of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Size {
     /// Without nodes.
     #[default]
     Empty,
     Usual,
-    /// So large that it pays to say early what will be visited (`prefetch.rs`).
+    /// So large that prefetching pays (`prefetch.rs`).
     Large,
 }
 
-/// The tree. The root is node 0; without primitives there are no nodes.
+/// Eight-wide tree. The root is node 0; without primitives there are no nodes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideBvh {
     nodes: Vec<WideNode>,
     triangles: Vec<TriangleBlock>,
     spheres: Vec<SphereBlock>,
-    /// Boxes are stored relative to the middle of the scene, so that their rounding depends on the
-    /// size of the scene and not on where it is.
+    /// Boxes are stored relative to the centre of the scene, so that their rounding depends on the
+    /// size of the scene and not on its position.
     scene: Scene,
-    /// Room for all children that a ray of a batch can put off.
+    /// Stack size for all children that a ray of a batch can defer.
     stack_size: usize,
-    /// By which batches test the root and nodes next to it, and their packets triangles, where the
-    /// processor has it.
+    /// If the processor supports it: used by batches for tests at the root and nodes next to it,
+    /// and by their packets for tests of triangles.
     avx512: Option<Avx512>,
     size: Size,
 }
@@ -145,7 +146,7 @@ impl WideBvh {
 }
 
 impl TriangleBlock {
-    /// The vertices in a lane.
+    /// Vertices in a lane.
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
         let corner = |v: usize| self.coordinates.each_ref().map(|x| x[v].as_array()[lane % BLOCK]);
         [0, 1, 2].map(|v| Vec3::from_array(corner(v)))
@@ -157,7 +158,7 @@ impl TriangleBlock {
 }
 
 impl SphereBlock {
-    /// The spheres with their numbers.
+    /// Spheres with their numbers.
     #[inline]
     fn iter(&self) -> impl Iterator<Item = (&Sphere, &u32)> {
         self.spheres.iter().zip(&self.ids).filter(|(_, id)| **id != NO_PRIMITIVE)
@@ -166,4 +167,16 @@ impl SphereBlock {
     fn len(&self) -> u64 {
         self.iter().count() as u64
     }
+}
+
+/// Lanes of the bits, lowest first.
+#[inline]
+pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (bits != 0).then(|| {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            lane
+        })
+    })
 }

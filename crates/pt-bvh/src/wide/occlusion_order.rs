@@ -1,7 +1,7 @@
-//! The order of the children of a node, for queries for any hit. These sort nothing by distance,
-//! and begin at the last child: the one that is most urgent, by the chance of a hit in it, over the
-//! cost of looking. [Ize & Hansen 2011, "RTSAH Traversal Order for Occlusion Rays"; Ogaki &
-//! Derouet-Jourdan 2016, "An N-ary BVH Child Node Sorting Technique for Occlusion Tests"]
+//! Order of the children of a node for any-hit queries. These do not sort by distance, and begin at
+//! the last child: the one with the largest ratio of hit probability to cost. [Ize & Hansen 2011,
+//! "RTSAH Traversal Order for Occlusion Rays"; Ogaki & Derouet-Jourdan 2016, "An N-ary BVH Child
+//! Node Sorting Technique for Occlusion Tests"]
 
 use std::f32::consts::PI;
 
@@ -11,22 +11,22 @@ use wide::{f32x8, u32x8};
 use super::collapse_cost::{BLOCK_COST, NODE_COST};
 use super::{BLOCK, Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 
-/// Added to the cost of looking for a hit in a subtree, or rays would first go through all small
-/// ones. With 9 rays are as fast; with 3, bounces in a hall 0.9 times as fast.
+/// Added to the cost of visiting a subtree; otherwise rays would first visit all small ones. With 9
+/// rays are as fast; with 3, bounces in a hall 0.9 times as fast.
 const DETOUR_COST: f32 = 5.0;
 
-/// What a line that meets the box of a subtree can expect there.
+/// Expected result of a line that meets the box of a subtree.
 #[derive(Clone, Copy)]
 struct OcclusionEstimate {
-    /// The chance that it meets a primitive.
+    /// Probability that the line meets a primitive.
     opacity: f32,
-    /// The cost of visiting all that it meets.
+    /// Expected cost of visiting everything that it meets.
     cost: f32,
 }
 
 impl OcclusionEstimate {
-    /// In a block, by half of the surface of its primitives and of its box: random lines meet
-    /// convex bodies in proportion to that. A triangle has two sides.
+    /// Estimate for a block, from half of the surface of its primitives and of its box: random
+    /// lines meet convex bodies in proportion to that. A triangle has two sides.
     fn of_block(half_surface: f32, half_area: f32) -> Self {
         Self { opacity: (half_surface / half_area).min(1.0), cost: BLOCK_COST }
     }
@@ -36,14 +36,14 @@ impl OcclusionEstimate {
     }
 }
 
-/// Half of the surfaces of the primitives of all blocks.
+/// Halves of the surface areas of the primitives of all blocks.
 struct Surfaces {
     triangles: Vec<f32>,
     spheres: Vec<f32>,
 }
 
 impl WideBvh {
-    /// Puts the children of each node into order, the most urgent last.
+    /// Sorts the children of each node by priority, the highest last.
     pub(super) fn sort_children(&mut self) {
         let surfaces = Surfaces {
             triangles: self.triangles.par_iter().map(TriangleBlock::half_surface).collect(),
@@ -65,7 +65,7 @@ impl WideBvh {
 }
 
 impl WideNode {
-    /// Those of the children, of which nodes have their own already.
+    /// Estimates of the children; those of inner nodes are looked up in `nodes`.
     fn prospects(
         &self,
         nodes: &[OcclusionEstimate],
@@ -85,7 +85,7 @@ impl WideNode {
         })
     }
 
-    /// That of the node itself. Vacant slots have boxes without area.
+    /// Estimate of the node itself. Vacant slots have boxes without area.
     fn prospect(&self, children: &[OcclusionEstimate; WIDTH]) -> OcclusionEstimate {
         let whole = self.half_area();
         let mut prospect = OcclusionEstimate { opacity: 1.0, cost: NODE_COST };
@@ -104,7 +104,7 @@ impl WideNode {
         half_area([size(0), size(1), size(2)])
     }
 
-    /// The same of the box around all children.
+    /// Half of the surface area of the box around all children.
     fn half_area(&self) -> f32 {
         let size = self.planes.each_ref().map(|[low, high]| {
             let low = low.to_array().into_iter().fold(f32::INFINITY, f32::min);
@@ -113,7 +113,7 @@ impl WideNode {
         half_area(size)
     }
 
-    /// The same with its children sorted by their urgencies; vacant slots come after them.
+    /// The same node with its children sorted by their priorities; vacant slots come last.
     fn sorted(mut self, mut urgencies: [f32; WIDTH]) -> Self {
         for (slot, child) in self.children.iter().enumerate() {
             if *child == Child::VACANT {
@@ -140,7 +140,7 @@ fn half_area<T: Copy + std::ops::Mul<Output = T> + std::ops::Add<Output = T>>(
 }
 
 impl TriangleBlock {
-    /// Half of the surface of its triangles, both sides.
+    /// Half of the surface area of the triangles, both sides.
     fn half_surface(&self) -> f32 {
         let [[ax, bx, cx], [ay, by, cy], [az, bz, cz]] = self.coordinates;
         let ([ex, ey, ez], [fx, fy, fz]) =
@@ -152,13 +152,13 @@ impl TriangleBlock {
 }
 
 impl SphereBlock {
-    /// Half of the surface of its spheres.
+    /// Half of the surface area of the spheres.
     fn half_surface(&self) -> f32 {
         sum(self.spheres.map(|sphere| 2.0 * PI * sphere.radius * sphere.radius))
     }
 }
 
-/// The sum of the numbers of those lanes that are not empty.
+/// Sum over the lanes that are not empty.
 fn sum(lanes: [f32; BLOCK]) -> f32 {
     lanes.into_iter().filter(|x| !x.is_nan()).sum()
 }

@@ -1,22 +1,21 @@
-//! Hints that a part of a large tree will be visited soon.
+//! Prefetching of parts of a large tree that will be visited soon.
 //!
-//! A tree that does not fit the caches keeps each ray waiting for memory at every step. What a ray
-//! puts off is known long before it is visited, so it can be on its way meanwhile. In a tree that
-//! fits, the hints only cost.
+//! In a tree that does not fit the caches, each step of a ray waits for memory. Deferred children
+//! are known long before they are visited, so they can be fetched in the meantime. In a tree that
+//! fits, prefetching is only a cost.
 
-use super::traverse::lanes;
-use super::{Child, Size, WIDTH, WideBvh, WideNode};
+use super::{Child, Size, WIDTH, WideBvh, WideNode, lanes};
 
-/// Trees of more bytes are large: some caches that cores share are not larger.
+/// Trees of more bytes are large: some shared caches are not larger.
 const LARGE: usize = 24 << 20;
 
-/// Bytes that memory hands over at once.
+/// Size of a cache line in bytes.
 #[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 
 impl WideBvh {
-    /// Tells whether hints pay. Single queries in small trees must not spend time on the question:
-    /// in a large one, no ray is ordinary, and those that are not ask.
+    /// Determines if prefetching pays. Single queries in small trees must not spend time on this
+    /// decision: in a large tree, no ray is ordinary, and only rays that are not ordinary check it.
     pub(super) fn set_size(&mut self) {
         if self.bytes() > LARGE {
             self.make_large();
@@ -25,7 +24,7 @@ impl WideBvh {
         }
     }
 
-    /// Takes a tree with nodes for a large one.
+    /// Marks a nonempty tree as large.
     pub(crate) fn make_large(&mut self) {
         if !self.nodes.is_empty() {
             self.size = Size::Large;
@@ -33,25 +32,25 @@ impl WideBvh {
         }
     }
 
-    /// The children of a node that are in a set will be visited.
+    /// Prefetches the children of a node that are in a set.
     #[inline(always)]
     pub(super) fn prefetch_those(&self, node: &WideNode, set: u32) {
         lanes(set).for_each(|lane| self.prefetch(node.children[lane % WIDTH]));
     }
 
-    /// What a child refers to will be visited.
+    /// Prefetches the node or block of a child.
     #[inline(always)]
     pub(super) fn prefetch(&self, child: Child) {
         if child.0 < Child::SPHERES {
             prefetch(&self.nodes, child.0 as usize);
         } else {
-            // Spheres are as rare as they are small.
+            // Blocks of spheres are not prefetched: they are rare and small.
             prefetch(&self.triangles, Child::index(child.0));
         }
     }
 }
 
-/// The processor fetches an element, or nothing where there is none.
+/// Prefetches an element; an index out of range has no effect.
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]
 pub fn prefetch<T>(of: &[T], index: usize) {
@@ -59,7 +58,7 @@ pub fn prefetch<T>(of: &[T], index: usize) {
 
     let element = of.as_ptr().wrapping_add(index).cast::<i8>();
     for line in 0..size_of::<T>().div_ceil(LINE) {
-        // SAFETY: nothing is read, and a hint may have any address.
+        // SAFETY: nothing is read, and a prefetch may have any address.
         #[expect(unsafe_code, reason = "hints take pointers")]
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(element.wrapping_add(line * LINE));
@@ -67,7 +66,7 @@ pub fn prefetch<T>(of: &[T], index: usize) {
     }
 }
 
-/// Elsewhere, processors find out by themselves.
+/// No-op on other processors, which rely on their hardware prefetchers.
 #[inline(always)]
 #[cfg(not(target_arch = "x86_64"))]
 pub fn prefetch<T>(_: &[T], _: usize) {}

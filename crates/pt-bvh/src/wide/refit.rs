@@ -1,4 +1,4 @@
-//! New boxes for primitives that have moved.
+//! Refitting of the wide tree to primitives that have moved.
 
 use pt_math::Bounds3;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use crate::geometry::Geometry;
 use crate::ray::Scene;
 
 impl WideBvh {
-    /// Which primitives are in the tree, of so many.
+    /// Flags of the primitives, of which there are `primitives`, that are in the tree.
     pub(crate) fn present(&self, primitives: usize) -> Vec<bool> {
         let mut present = vec![false; primitives];
         let triangles = self.triangles.iter().flat_map(|block| block.ids);
@@ -21,8 +21,8 @@ impl WideBvh {
         present
     }
 
-    /// Takes all primitives and boxes anew from `geometry`, and leaves the tree as it is; returns
-    /// the box of the scene. Primitives that have become unusable keep an empty lane.
+    /// Replaces all primitives and boxes by those of `geometry`, with an unchanged topology;
+    /// returns the box of the scene. Primitives that have become unusable keep an empty lane.
     pub(crate) fn refit(&mut self, geometry: &Geometry<'_>) -> Bounds3 {
         let triangles = blocks(
             &mut self.triangles,
@@ -42,7 +42,7 @@ impl WideBvh {
         scene
     }
 
-    /// Boxes from the leaves up: children come after their parents.
+    /// Computes boxes from the leaves up: children come after their parents.
     fn refit_nodes(&mut self, triangles: &[Bounds3], spheres: &[Bounds3]) {
         let mut all = vec![Bounds3::EMPTY; self.nodes.len()];
         for (i, node) in self.nodes.iter_mut().enumerate().rev() {
@@ -69,7 +69,7 @@ impl WideBvh {
     }
 }
 
-/// Makes each block anew of those of its primitives that are usable, and returns their boxes.
+/// Rebuilds each block from those of its primitives that are usable, and returns their boxes.
 fn blocks<B: Send>(
     blocks: &mut [B],
     ids: impl Fn(&mut B) -> &mut [u32; BLOCK] + Sync,
@@ -86,7 +86,7 @@ fn blocks<B: Send>(
     blocks.par_iter_mut().map(refit).collect()
 }
 
-/// The usable ones of the primitives of a block, and the box around them.
+/// Usable primitives of a block, and the box around them.
 fn usable(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> ([u32; BLOCK], Bounds3) {
     let mut all = Bounds3::EMPTY;
     let usable = ids.map(|id| {

@@ -1,5 +1,5 @@
-//! Whether triangles cross a short segment, in double precision: what rays that begin next to
-//! several surfaces ask for, since a point in single precision may lie beyond one of them.
+//! Test for triangles that cross a short segment, in double precision. Used for rays that begin
+//! next to several surfaces, since a point in single precision may lie beyond one of them.
 
 use pt_math::{Bounds3, DVec3, Vec3};
 use wide::f32x8;
@@ -9,19 +9,19 @@ use crate::geometry::{Primitive, outward};
 use crate::traverse::List;
 use crate::{Bvh, Kernel};
 
-/// Triangles under less of an angle to the plane that the segment begins on do not count (the
-/// square of the sine): they are its continuation, or lie on it.
+/// Square of the minimum sine of the angle between a triangle and the plane on which the segment
+/// begins. Triangles below it do not count: they are its continuation, or lie on it.
 const MIN_SINE_SQUARED: f64 = 1e-6;
 
-/// How far outside of its edges a triangle is met, as a share of its size.
+/// Distance outside of its edges at which a triangle still counts as met, relative to its size.
 const TOLERANCE: f64 = 1e-9;
 
-/// What is asked for.
+/// Segment to be tested.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     from: DVec3,
     along: DVec3,
-    /// Of the plane that it begins on, of any length.
+    /// Normal of the plane on which the segment begins, of any length.
     normal: DVec3,
     except: u32,
 }
@@ -56,8 +56,8 @@ impl Segment {
 }
 
 impl Bvh {
-    /// Returns true if a triangle other than number `except` meets the segment between two points,
-    /// which begins on that one, whose `normal` may have any length. Triangles that are
+    /// Returns true if a triangle other than number `except` meets the segment between two points.
+    /// The segment begins on that triangle, whose `normal` may have any length. Triangles that are
     /// parallel to it, by an angle of less than 0.06°, do not count, and neither do spheres.
     pub fn is_crossed(&self, [from, to]: [DVec3; 2], normal: DVec3, except: u32) -> bool {
         let segment = Segment { from, along: to - from, normal, except };
@@ -83,7 +83,8 @@ impl WideBvh {
         !self.nodes.is_empty() && self.is_crossed_below(0, segment, &segment.bounds(center))
     }
 
-    /// The same for what is below a node, with the box around the segment in its coordinates.
+    /// Returns true if a triangle below a node meets the segment, which has the box `around` in the
+    /// coordinates of the tree.
     fn is_crossed_below(&self, node: usize, segment: &Segment, around: &Bounds3) -> bool {
         let node = &self.nodes[node];
         let apart = |k: usize| {
@@ -107,7 +108,7 @@ impl WideBvh {
 
 impl TriangleBlock {
     fn is_crossed(&self, segment: &Segment) -> bool {
-        // What is in lanes without a triangle is met nowhere.
+        // Lanes without a triangle are never met.
         let other = self.ids.iter().enumerate().filter(|(_, id)| **id != segment.except);
         { other }.any(|(lane, _)| segment.meets(self.triangle(lane)))
     }

@@ -15,24 +15,25 @@ use crate::geometry::Hit;
 use crate::node::MAX_DEPTH;
 use crate::ray::{Prepared, Scene};
 use crate::traverse::Nearest;
+use crate::wide::lanes;
 use crate::{ray, sphere, triangle};
 
-/// Entries of the stack: each level leaves at most seven children behind. A large leaf of the
+/// Entries of the stack: each level leaves at most seven deferred children. A large leaf of the
 /// binary tree adds a few levels below its own.
 const STACK_SIZE: usize = 512;
 const _: () =
     assert!((WIDTH - 1) * (MAX_DEPTH + 6) + WIDTH < STACK_SIZE && STACK_SIZE.is_power_of_two());
 
 thread_local! {
-    /// The stack of the query that runs. Here because it need not be cleared for each ray, which
+    /// Stack of the current query. Thread-local, because it need not be cleared for each ray, which
     /// would cost as much as several nodes.
     static STACK: [Cell<u64>; STACK_SIZE] = const { [const { Cell::new(0) }; STACK_SIZE] };
-    /// The same for any hit, without depths.
+    /// Stack of any-hit queries, without depths.
     static CHILDREN: [Cell<u32>; STACK_SIZE] = const { [const { Cell::new(0) }; STACK_SIZE] };
 }
 
 /// Children to visit, with the depths at which the ray enters their boxes. Entries compare as
-/// integers in the order of depth, which is above 0.
+/// integers in the order of depth, which is positive.
 struct Stack<'a> {
     entries: &'a [Cell<u64>; STACK_SIZE],
     len: usize,
@@ -44,7 +45,7 @@ fn entry(depth: f32, child: Child) -> u64 {
 }
 
 impl Stack<'_> {
-    /// An index that is in range by the type of it.
+    /// Entry `i`, with an index in range by construction.
     #[inline]
     fn slot(&self, i: usize) -> &Cell<u64> {
         &self.entries[i % STACK_SIZE]
@@ -56,7 +57,7 @@ impl Stack<'_> {
         self.len += 1;
     }
 
-    /// Puts the entry below the nearer ones among those from `base` on, which are sorted so that
+    /// Inserts the entry below the nearer ones among those from `base` on, which are sorted so that
     /// the nearest is on top.
     #[inline]
     fn insert(&mut self, entry: u64, base: usize) {
@@ -69,7 +70,7 @@ impl Stack<'_> {
         self.len += 1;
     }
 
-    /// The next child that is entered no later than `limit`.
+    /// Pops the next child that is entered no later than `limit`.
     #[inline]
     fn pop(&mut self, limit: f32) -> Option<Child> {
         let last = entry(limit, Child(u32::MAX));
@@ -84,7 +85,7 @@ impl Stack<'_> {
     }
 }
 
-/// The slabs of a ray for eight boxes:  depth = plane · inverse + offset.
+/// Slabs of a ray for eight boxes: depth = plane · inverse + offset.
 pub(super) struct Slabs {
     pub(super) inverse: [f32x8; 3],
     pub(super) near: [f32x8; 3],
@@ -95,7 +96,7 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
-    /// The slabs of a ray; `PADS` says whether it has a pad of its own.
+    /// Computes the slabs of a ray; `PADS` is true if it has a pad of its own.
     #[inline(always)]
     fn new<const PADS: bool>(ray: &Prepared, scene: &Scene) -> Self {
         let pad = if PADS {
@@ -115,8 +116,8 @@ impl Slabs {
         }
     }
 
-    /// Where the ray enters each child's box, and a mask of the children that it enters before
-    /// `limit`.
+    /// Returns the depths at which the ray enters each child's box, and a mask of the children that
+    /// it enters before `limit`.
     #[inline(always)]
     pub(super) fn test(&self, node: &WideNode, limit: f32x8) -> (f32x8, f32x8) {
         let planes: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&node.planes);
@@ -135,19 +136,7 @@ impl Slabs {
     }
 }
 
-/// The lanes of the bits, lowest first.
-#[inline]
-pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (bits != 0).then(|| {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            lane
-        })
-    })
-}
-
-/// What only the triangle test needs.
+/// Values that only the triangle test needs.
 struct OfRay {
     slopes: Vec3A,
     scale: f32,
@@ -163,7 +152,7 @@ impl OfRay {
     }
 }
 
-/// A query on its way: what was asked, and what it has found.
+/// State of a query: its input, and the nearest hit so far.
 struct Query<'a, C> {
     asked: &'a Ray,
     scene: &'a Scene,
@@ -186,7 +175,7 @@ impl<'a, C: Counter> Query<'a, C> {
         Self { asked, scene, axes, of_ray, nearest, counter }
     }
 
-    /// Returns true if a primitive of a leaf is hit, and better than what there was.
+    /// Returns true if a primitive of a leaf is hit nearer than the nearest hit so far.
     #[inline(always)]
     fn test(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES != 0 {
@@ -196,7 +185,7 @@ impl<'a, C: Counter> Query<'a, C> {
         }
     }
 
-    /// The same for a block of triangles.
+    /// [`Self::test`] for a block of triangles.
     #[inline(always)]
     fn test_triangles(&mut self, block: &TriangleBlock) -> bool {
         let Some((set, tested)) = self.filter(block) else { return false };
@@ -207,7 +196,7 @@ impl<'a, C: Counter> Query<'a, C> {
         better | self.confirm(block, set, &tested)
     }
 
-    /// Returns true if a primitive of a leaf is hit at all, for a query that has found nothing yet.
+    /// Returns true if any primitive of a leaf is hit, for a query that has no hit yet.
     #[inline(always)]
     fn test_any(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES == 0 {
@@ -219,12 +208,12 @@ impl<'a, C: Counter> Query<'a, C> {
         tested.any(set, t_min.max(0.0), t_max) || self.confirm(block, set, &tested)
     }
 
-    /// What single precision says of the triangles of a block that pass the filter, if any do.
+    /// Tests the triangles of a block that pass the filter in single precision; `None` if none do.
     #[inline(always)]
     fn filter(&mut self, block: &TriangleBlock) -> Option<(u32, Tested)> {
         self.counter.add(|| block.len());
-        // Otherwise vectors of eight would be made of these before the first node, which takes
-        // longer.
+        // Without this, the compiler would build vectors of eight before the first node, which is
+        // slower.
         let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
         let start = Lanes::splat(of_ray.start);
         let limit = Lanes::splat(ray::depth_limit(self.nearest.t(), of_ray.scale));
@@ -238,8 +227,8 @@ impl<'a, C: Counter> Query<'a, C> {
         Some((set, sheared.test(inverse_scale, origin_size)))
     }
 
-    /// Double precision decides about the triangles of a set that are unclear; whether one of them
-    /// is better than what there was.
+    /// Decides about the unclear triangles of a set in double precision; returns true if one of
+    /// them is hit nearer than the nearest hit so far.
     #[inline(always)]
     fn confirm(&mut self, block: &TriangleBlock, set: u32, tested: &Tested) -> bool {
         let unclear = tested.unclear.to_bitmask() & set;
@@ -251,7 +240,7 @@ impl<'a, C: Counter> Query<'a, C> {
         better
     }
 
-    /// The same for a block of spheres.
+    /// [`Self::test`] for a block of spheres.
     #[inline(always)]
     fn test_spheres(&mut self, block: &SphereBlock) -> bool {
         self.counter.add(|| block.len());
@@ -261,9 +250,9 @@ impl<'a, C: Counter> Query<'a, C> {
     }
 }
 
-/// Double precision decides about some triangles of a block; says whether one of them is nearer
-/// than what was. They are made ready again: to keep them for the few times that they are asked for
-/// costs more.
+/// Decides about some triangles of a block in double precision; the flag is true if one of them is
+/// hit nearer. The ray is prepared again: to keep it for the few times that it is needed costs
+/// more.
 #[cold]
 #[inline(never)]
 fn confirm(
@@ -287,7 +276,7 @@ fn confirm(
     (nearest, better)
 }
 
-/// The nearest hit of a block's spheres, if it is nearer than what was.
+/// Nearest hit among a block's spheres and `nearest`; the flag is true if a sphere is nearer.
 #[inline(never)]
 fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Nearest, bool) {
     let mut better = false;
@@ -300,7 +289,7 @@ fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Near
 }
 
 impl WideBvh {
-    /// The nearest hit.
+    /// Returns the nearest hit.
     pub(crate) fn intersect<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         match Prepared::ordinary(asked, &self.scene) {
             Some(ray) => self.nearest::<false, false, C>(asked, &ray, counter),
@@ -308,8 +297,8 @@ impl WideBvh {
         }
     }
 
-    /// The same for any ray. Inlined: called, it is 2 to 10 % slower for cameras outside of the
-    /// scene.
+    /// [`Self::intersect`] for any ray. Inlined: as a call, it is 2 to 10 % slower for cameras
+    /// outside of the scene.
     #[inline(always)]
     fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         if self.size != Size::Usual {
@@ -319,7 +308,7 @@ impl WideBvh {
         self.nearest::<true, false, C>(asked, &ray, counter)
     }
 
-    /// The same in a tree of any size.
+    /// [`Self::intersect`] for any ray in a tree of any size.
     #[inline(never)]
     fn intersect_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         if self.size == Size::Empty {
@@ -374,7 +363,7 @@ impl WideBvh {
         }
     }
 
-    /// The same for any ray.
+    /// [`Self::occluded`] for any ray.
     #[inline(always)]
     fn occluded_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
         if self.size != Size::Usual {
@@ -384,7 +373,7 @@ impl WideBvh {
         ray.is_some_and(|ray| self.any::<true, false, C>(asked, &ray, counter))
     }
 
-    /// The same in a tree of any size.
+    /// [`Self::occluded`] for any ray in a tree of any size.
     #[inline(never)]
     fn occluded_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
         if self.size == Size::Empty {
@@ -435,7 +424,7 @@ impl WideBvh {
     }
 }
 
-/// Puts the children in a set on a stack of so many, the last on top; returns how many there are.
+/// Pushes the children in a set on a stack of length `len`, the last on top; returns their number.
 #[inline(always)]
 fn put_off(stack: &[Cell<u32>; STACK_SIZE], len: usize, node: &WideNode, set: u32) -> usize {
     if set != 0 {
@@ -447,8 +436,8 @@ fn put_off(stack: &[Cell<u32>; STACK_SIZE], len: usize, node: &WideNode, set: u3
     set.count_ones() as usize
 }
 
-/// Puts all children that are hit on the stack but the nearest, which it returns. Up to three are
-/// sorted without branches.
+/// Pushes all children that are hit except the nearest, which it returns. Up to three are sorted
+/// without branches.
 #[inline(always)]
 fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -> Option<Child> {
     if hits == 0 {
@@ -493,7 +482,7 @@ fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -
     Some(Child(stack.slot(stack.len).get() as u32))
 }
 
-/// The greater of two first.
+/// Orders two entries, the greater first.
 #[inline(always)]
 fn ordered(a: u64, b: u64) -> (u64, u64) {
     (a.max(b), a.min(b))

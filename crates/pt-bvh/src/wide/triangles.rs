@@ -1,20 +1,19 @@
-//! The triangle test for eight pairs of a ray and a triangle. The operations are those of
-//! [`triangle`], so the hits have the same bits.
+//! Triangle test for eight pairs of a ray and a triangle. The operations are those of [`triangle`],
+//! so the hits have the same bits.
 
 use pt_math::float_error::gamma;
 use pt_math::{Vec3, Vec3A};
 
-use super::traverse::lanes;
-use super::{BLOCK, Lanes, TriangleBlock};
+use super::{BLOCK, Lanes, TriangleBlock, lanes};
 use crate::geometry::Hit;
 use crate::triangle;
 
-/// The ray as the triangle filter wants it; or a ray for each lane, if their axes are the same.
+/// Ray in the form of the triangle filter; or a ray for each lane, if their axes are the same.
 pub(super) struct Shear {
     pub(super) axes: [usize; 3],
     pub(super) origin: [Lanes; 3],
     pub(super) slopes: [Lanes; 2],
-    /// −1 where the ray rises along the last axis, else 1.
+    /// −1 if the ray rises along the last axis, else 1.
     pub(super) back: Lanes,
     pub(super) start: Lanes,
 }
@@ -35,16 +34,16 @@ impl Shear {
         }
     }
 
-    /// A bit for each triangle of a block that the ray may hit; see [`Self::filter`].
+    /// Filters a block: bit mask of the triangles that the ray may hit; see [`Self::filter`].
     #[inline(always)]
     pub(super) fn filter_block(&self, block: &TriangleBlock, limit: Lanes) -> (u32, Sheared) {
         self.filter(|axis| block.coordinates[axis], limit)
     }
 
-    /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle
-    /// whose vertices have the coordinates `along(k)` on axis k, and its vertices are not all
-    /// before the start of the ray or all beyond the depth `limit`: the depth of a hit is a mean of
-    /// theirs.
+    /// Filters eight triangles, whose vertices have the coordinates `along(k)` on axis k. Returns a
+    /// bit mask of the lanes in which the f32 edge functions do not rule out a hit, and the
+    /// vertices are not all before the start of the ray or all beyond the depth `limit`: the depth
+    /// of a hit is a mean of theirs.
     #[inline(always)]
     pub(super) fn filter(
         &self,
@@ -64,27 +63,27 @@ impl Shear {
     }
 }
 
-/// Sheared vertices of eight triangles, as [`triangle::shear`] has them: vertex, axis.
+/// Sheared vertices of eight triangles, as in [`triangle::shear`]: vertex, axis.
 pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
 
-/// What single precision says of eight pairs of a ray and a triangle that passed the filter.
+/// Results for eight pairs of a ray and a triangle in single precision, after the filter.
 pub(super) struct Tested {
-    /// Where there is a hit.
+    /// Lanes with a hit.
     pub(super) hit: Lanes,
-    /// Where double precision must decide.
+    /// Lanes in which double precision must decide.
     pub(super) unclear: Lanes,
     pub(super) t: Lanes,
     pub(super) barycentric: [Lanes; 2],
 }
 
 impl Sheared {
-    /// The vertices in a lane, as [`triangle::confirm`] wants them.
+    /// Vertices in a lane, for [`triangle::confirm`].
     pub(super) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
         self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
     }
 
-    /// A bit for each lane in which the edge functions do not rule out a hit, and neither do the
-    /// depths of the vertices.
+    /// Bit mask of the lanes in which neither the edge functions nor the depths of the vertices
+    /// rule out a hit.
     #[inline(always)]
     pub(super) fn may_be_hit(&self, start: Lanes, limit: Lanes) -> u32 {
         let may_be_inside = same_signs(self.edges(|a, b, c, d| a * b - c * d)).simd_ge(Lanes::ZERO);
@@ -93,7 +92,7 @@ impl Sheared {
         (may_be_inside & within).to_bitmask()
     }
 
-    /// The edge functions, by what gives a·b − c·d.
+    /// Edge functions; `difference` computes a·b − c·d.
     #[inline(always)]
     fn edges(&self, difference: impl Fn(Lanes, Lanes, Lanes, Lanes) -> Lanes) -> [Lanes; 3] {
         let [a, b, c] = self.0;
@@ -101,14 +100,14 @@ impl Sheared {
         [edge(b, c), edge(c, a), edge(a, b)]
     }
 
-    /// The least and the greatest depth of a vertex.
+    /// Least and greatest depth of the vertices.
     #[inline(always)]
     fn depths(&self) -> (Lanes, Lanes) {
         let [a, b, c] = self.0;
         (least([a[2], b[2], c[2]]), greatest([a[2], b[2], c[2]]))
     }
 
-    /// The hits. The operations are those of [`triangle::judge`].
+    /// Computes the hits. The operations are those of [`triangle::judge`].
     #[inline(always)]
     pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes) -> Tested {
         let splat = Lanes::splat;
@@ -141,7 +140,7 @@ impl Sheared {
 }
 
 impl Tested {
-    /// The hit of one lane.
+    /// Hit of one lane.
     #[inline(always)]
     pub(super) fn in_lane(&self, lane: usize, ids: &[u32; BLOCK]) -> Hit {
         let number = |x: &Lanes| x.as_array()[lane % BLOCK];
@@ -156,7 +155,8 @@ impl Tested {
         (self.hit & counts).to_bitmask() & set != 0
     }
 
-    /// The nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several the first.
+    /// Lane of the nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several the
+    /// first.
     #[inline(always)]
     pub(super) fn nearest(&self, set: u32, t_min: f32, t_max: f32) -> Option<usize> {
         let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_le(Lanes::splat(t_max));
@@ -169,7 +169,7 @@ impl Tested {
     }
 }
 
-/// [`triangle::difference_of_products`] of eight.
+/// [`triangle::difference_of_products`] of eight numbers.
 #[inline(always)]
 fn difference_of_products(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes {
     if triangle::IS_FUSED {
@@ -182,8 +182,8 @@ fn difference_of_products(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes {
     }
 }
 
-/// Above 0 where three numbers have the same sign, below 0 where they have not; 0 where one is 0,
-/// or their products are too small to tell.
+/// Positive if three numbers have the same sign, negative if not; 0 if one is 0, or their products
+/// underflow.
 #[inline(always)]
 fn same_signs(x: [Lanes; 3]) -> Lanes {
     least(x) * greatest(x)

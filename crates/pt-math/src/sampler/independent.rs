@@ -1,4 +1,4 @@
-//! Independent numbers from hashes of counters.
+//! Independent random numbers from hashes of counters.
 
 use super::unit;
 
@@ -6,7 +6,7 @@ use super::unit;
 /// Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3)]
 const LCG: (u32, u32) = (1_664_525, 1_013_904_223);
 
-/// Three words to three well-mixed words: pcg3d of Jarzynski & Olano 2020.
+/// Hashes three words to three well-mixed words: pcg3d of Jarzynski & Olano 2020.
 #[inline]
 pub(super) fn pcg3d(v: [u32; 3]) -> [u32; 3] {
     let [mut x, mut y, mut z] = v.map(|w| w.wrapping_mul(LCG.0).wrapping_add(LCG.1));
@@ -21,7 +21,7 @@ pub(super) fn pcg3d(v: [u32; 3]) -> [u32; 3] {
     [x, y, z]
 }
 
-/// Four words to four well-mixed words: pcg4d of Jarzynski & Olano 2020.
+/// Hashes four words to four well-mixed words: pcg4d of Jarzynski & Olano 2020.
 #[inline]
 pub(super) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|w| w.wrapping_mul(LCG.0).wrapping_add(LCG.1));
@@ -37,14 +37,14 @@ pub(super) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     v
 }
 
-/// A dimension as the hashes want it: words that differ in their highest bits alone have hashes
-/// that belong together. Those below 2¹⁶ stay as they are.
+/// Prepares a dimension for the hashes, where words that differ only in their highest bits have
+/// correlated hashes. Dimensions below 2¹⁶ are unchanged.
 #[inline(always)]
 pub(super) fn mixed(d: u32) -> u32 {
     d ^ (d >> 16)
 }
 
-/// Two numbers of one sample at dimension `d`.
+/// Two random numbers of one sample at dimension `d`.
 #[inline(always)]
 pub(super) fn point(key: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
     let [x, y, ..] = pcg4d([key[0], key[1], sample, mixed(d)]);

@@ -1,4 +1,4 @@
-//! The numbers of several samples, side by side.
+//! Random numbers of several samples at once.
 
 use std::ops::Range;
 
@@ -6,16 +6,16 @@ use super::{
     Sampler, SamplerConfig, SamplerKind, in_half, independent, pixel_key, sobol, stratified, zsobol,
 };
 
-/// Number of samples side by side.
+/// Number of samples that are processed together.
 pub const LANES: usize = 16;
 
-/// One number for each of several samples.
+/// One value for each of several samples.
 pub type Lanes<T> = [T; LANES];
 
-/// Several samples, of one render and of any of its pixels, at the same dimensions: their numbers
-/// are computed in one go, which costs a fraction of one after the other.
+/// Several samples, of one render and of any of its pixels, at the same dimensions. Their numbers
+/// are computed together, at a fraction of the cost of computing them one by one.
 ///
-/// A path that is followed bounce by bounce with others is at the same dimensions as they are.
+/// Paths that advance together bounce by bounce are at the same dimensions.
 pub struct Samplers {
     set: SamplerConfig,
     /// See [`SamplerConfig::locate`].
@@ -24,7 +24,7 @@ pub struct Samplers {
 }
 
 impl Samplers {
-    /// Side by side in this order; lanes beyond the last one hold numbers that mean nothing.
+    /// Combines samplers in this order; lanes beyond the last sampler are undefined.
     #[inline]
     pub fn new(samplers: impl IntoIterator<Item = Sampler>) -> Self {
         let mut lanes =
@@ -38,16 +38,16 @@ impl Samplers {
         lanes
     }
 
-    /// The points at dimensions `d` and `d` + 1: all first coordinates, then all second ones, the
-    /// bits that [`Sampler::next_2d`] gives there. The first coordinate is also what
-    /// [`Sampler::next_1d`] gives at `d`.
+    /// Points at dimensions `d` and `d` + 1: all first coordinates, then all second ones, with the
+    /// same bits as [`Sampler::next_2d`]. The first coordinate is also the result of
+    /// [`Sampler::next_1d`] at `d`.
     #[inline]
     pub fn points(&self, d: u32) -> [Lanes<f32>; 2] {
         points(self.set, self.key.each_ref(), &self.index, d)
     }
 }
 
-/// The points of samples at dimension `d`.
+/// Points of samples at dimension `d`.
 #[inline]
 fn points(
     set: SamplerConfig,
@@ -57,7 +57,7 @@ fn points(
 ) -> [Lanes<f32>; 2] {
     let key = |i| [keys[0][i], keys[1][i]];
     match set.kind {
-        // Where the dimension is known, less is computed.
+        // A constant dimension saves work.
         SamplerKind::Sobol if d == 0 => sobol_points(0, keys, index, |_, i| i),
         SamplerKind::Sobol => sobol_points(d, keys, index, sobol::shuffled),
         SamplerKind::ZSobol => {
@@ -69,7 +69,8 @@ fn points(
     }
 }
 
-/// Those of Sobol' sequences; `place` tells from the seed of an order and an index the place in it.
+/// Points of Sobol' sequences; `place` computes the position of an index in the order with a given
+/// seed.
 #[inline(always)]
 fn sobol_points(
     d: u32,
@@ -89,7 +90,7 @@ fn sobol_points(
     each(|i| sobol::point([order[i], seed_x[i], seed_y[i]], place(order[i], index[i])))
 }
 
-/// Returns true if all words are the same, as those of the key are in one pixel.
+/// Returns true if all words are equal, like the key words within one pixel.
 #[inline(always)]
 fn is_uniform(words: &Lanes<u32>) -> bool {
     words.iter().fold(0, |differences, w| differences | (w ^ words[0])) == 0
@@ -104,36 +105,36 @@ fn each(point: impl Fn(usize) -> [f32; 2]) -> [Lanes<f32>; 2] {
     [xs, ys]
 }
 
-/// The samplers of many samples of one render, in blocks of [`LANES`].
+/// Samplers of many samples of one render, in blocks of [`LANES`].
 #[derive(Clone, Debug)]
 pub struct SamplerBlocks {
     set: SamplerConfig,
     len: usize,
-    /// Column and row of each one's pixel. These and the other vectors have at least `LANES`
-    /// entries more than there are samplers, which mean nothing.
+    /// Column and row of the pixel of each sample. This and the other vectors have at least `LANES`
+    /// undefined entries beyond the last sampler.
     pixel: [Vec<u32>; 2],
     key: [Vec<u32>; 2],
     index: Vec<u32>,
 }
 
 impl SamplerBlocks {
-    /// None yet.
+    /// Creates an empty list.
     pub fn new(set: SamplerConfig) -> Self {
         let [pixel, key] = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
         Self { set, len: 0, pixel, key, index: Vec::new() }
     }
 
-    /// Returns the count.
+    /// Number of samplers.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Returns true if there are none.
+    /// Returns true if there are no samplers.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Takes the place of all that there were: for each pixel its consecutive samples.
+    /// Replaces all samplers by those of `runs`: for each pixel, consecutive samples.
     #[inline]
     pub fn refill(&mut self, runs: impl Iterator<Item = ([u32; 2], Range<u32>)> + Clone) {
         self.len = runs.clone().map(|(_, samples)| samples.len()).sum();
@@ -147,8 +148,8 @@ impl SamplerBlocks {
         }
     }
 
-    /// Sets keys, and indices for numbers of samples, in place: words that are gathered elsewhere
-    /// are waited for when they are fetched as vectors.
+    /// Computes keys, and replaces sample numbers by indices, in place: vector loads would stall on
+    /// words that were gathered elsewhere.
     #[inline(always)]
     fn locate(&mut self, block: usize) {
         let SamplerConfig { kind, seed, spp } = self.set;
@@ -173,10 +174,10 @@ impl SamplerBlocks {
         set_keys([&columns, &rows, &runs], keys, |square| zsobol::key(seed, square));
     }
 
-    /// Number `i`, at dimension 0.
+    /// Sampler `i`, at dimension 0.
     ///
     /// # Panics
-    /// If there are not so many.
+    /// If `i` is out of range.
     #[inline]
     pub fn get(&self, i: usize) -> Sampler {
         let key = self.key.each_ref().map(|words| words[i]);
@@ -186,7 +187,7 @@ impl SamplerBlocks {
     /// Columns and rows of the pixels of a block.
     ///
     /// # Panics
-    /// If there are not so many blocks.
+    /// If the block is out of range.
     #[inline]
     pub fn pixels(&self, block: usize) -> [&Lanes<u32>; 2] {
         self.pixel.each_ref().map(|column| lanes(column, block))
@@ -195,7 +196,7 @@ impl SamplerBlocks {
     /// [`Samplers::points`] of a block.
     ///
     /// # Panics
-    /// If there are not so many blocks.
+    /// If the block is out of range.
     #[inline]
     pub fn points(&self, block: usize, d: u32) -> [Lanes<f32>; 2] {
         let key = self.key.each_ref().map(|column| lanes(column, block));
@@ -213,7 +214,7 @@ fn lanes_mut(column: &mut [u32], block: usize) -> &mut Lanes<u32> {
     &mut column.as_chunks_mut().0[block]
 }
 
-/// The keys of what is mostly the same in all lanes.
+/// Computes keys of columns that are mostly the same in all lanes.
 #[inline(always)]
 fn set_keys<const N: usize>(
     columns: [&Lanes<u32>; N],
@@ -231,8 +232,8 @@ fn set_keys<const N: usize>(
     }
 }
 
-/// Writes columns, rows and sample numbers, a whole block at any place at a time: what is beyond a
-/// run, the next one writes over.
+/// Writes columns, rows and sample numbers, in whole blocks at any position: values beyond the end
+/// of a run are overwritten by the next one.
 #[inline(always)]
 fn set_runs(columns: [&mut [u32]; 3], runs: impl Iterator<Item = ([u32; 2], Range<u32>)>) {
     let [xs, ys, sample] = columns;

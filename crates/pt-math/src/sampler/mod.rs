@@ -1,7 +1,7 @@
 //! Points for Monte Carlo integration.
 //!
-//! A [`Sampler`] holds no random state: each number is a function of (point set, pixel, sample,
-//! dimension), so images do not depend on the order in which pixels or samples are taken.
+//! A [`Sampler`] has no random state: each number is a function of (point set, pixel, sample,
+//! dimension), so images do not depend on the order of pixels or samples.
 
 mod independent;
 mod lanes;
@@ -13,13 +13,14 @@ mod zsobol;
 pub use lanes::{LANES, Lanes, SamplerBlocks, Samplers};
 pub use rng_stream::RngStream;
 
-/// The kinds of point sets.
+/// Kind of point set.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub enum SamplerKind {
     /// Owen-scrambled Sobol' points, pair by pair: less noise from the same number of samples.
     #[default]
     Sobol,
-    /// The same in one sequence for many pixels, so that the error is blue noise across them.
+    /// Owen-scrambled Sobol' points of one sequence for many pixels, so that the error is blue
+    /// noise across them.
     ZSobol,
     /// Correlated multi-jittered points: one in each cell of a grid.
     Stratified,
@@ -28,7 +29,7 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
-    /// Each kind with its name for users.
+    /// Each kind with its user-visible name.
     pub const NAMES: [(&'static str, Self); 4] = [
         ("sobol", Self::Sobol),
         ("zsobol", Self::ZSobol),
@@ -36,17 +37,17 @@ impl SamplerKind {
         ("independent", Self::Independent),
     ];
 
-    /// The kind of this name.
+    /// Returns the kind with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, kind)| kind)
     }
 
-    /// Returns true if its points depend on the number of samples, see [`SamplerConfig::spp`].
+    /// Returns true if the points depend on the number of samples, see [`SamplerConfig::spp`].
     pub fn depends_on_spp(self) -> bool {
         matches!(self, Self::ZSobol | Self::Stratified)
     }
 
-    /// Its name for users.
+    /// User-visible name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sobol => "sobol",
@@ -57,35 +58,33 @@ impl SamplerKind {
     }
 }
 
-/// The number of the first sample of a second half: a sample of this number and one behind it are,
-/// in a point set of their own with scramblings of their own, what those from 0 on are in the
-/// first. So means of the two halves are independent of each other, also where points of one are
-/// laid out to complete each other.
+/// Number of the first sample of the second half. Samples from this number on correspond to those
+/// from 0 on, in another point set with independent scrambles. So means of the two halves are
+/// independent of each other, even for point sets whose points complement each other.
 pub const HALF_B_OFFSET: u32 = 1 << 31;
 
-/// A pixel that is told apart in the two halves, and the number of a sample in its half. No pixel
-/// has so large a row.
+/// Returns a pixel that differs between the two halves, and the number of a sample in its half. No
+/// pixel has so large a row.
 #[inline(always)]
 fn in_half([x, y]: [u32; 2], sample: u32) -> ([u32; 2], u32) {
     ([x, y | sample & HALF_B_OFFSET], sample & !HALF_B_OFFSET)
 }
 
-/// The points of a render.
+/// Point set of a render.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct SamplerConfig {
-    /// Their kind.
+    /// Kind of points.
     pub kind: SamplerKind,
-    /// What tells sets of the same kind apart.
+    /// Seed that distinguishes sets of the same kind.
     pub seed: u32,
-    /// Samples of a pixel for which the points are laid out: the numbers of
-    /// [`SamplerKind::ZSobol`] (which rounds it up to a power of two) and
-    /// [`SamplerKind::Stratified`] depend on it. Samples beyond are as good, but do not
-    /// complete the ones before.
+    /// Samples per pixel for which the points are arranged: the points of [`SamplerKind::ZSobol`]
+    /// (which rounds it up to a power of two) and [`SamplerKind::Stratified`] depend on it. Samples
+    /// beyond are as good, but do not complement the ones before.
     pub spp: u32,
 }
 
 impl SamplerConfig {
-    /// Key and index of a sample of a pixel, by which its numbers are computed.
+    /// Key and index of a sample of a pixel, from which its numbers are computed.
     #[inline(always)]
     fn locate(self, pixel: [u32; 2], sample: u32) -> ([u32; 2], u32) {
         let (pixel, sample) = in_half(pixel, sample);
@@ -98,11 +97,11 @@ impl SamplerConfig {
     }
 }
 
-/// The numbers of one sample of one pixel, dimension after dimension.
+/// Random numbers of one sample of one pixel, dimension after dimension.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     set: SamplerConfig,
-    /// The dimension that comes next.
+    /// Next dimension.
     dimension: u32,
     /// See [`SamplerConfig::locate`].
     key: [u32; 2],
@@ -110,23 +109,23 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// The numbers of sample number `sample` of a pixel, from dimension 0.
+    /// Creates the sampler of sample number `sample` of a pixel, at dimension 0.
     #[inline]
     pub fn new(set: SamplerConfig, pixel: [u32; 2], sample: u32) -> Self {
         let (key, index) = set.locate(pixel, sample);
         Self { set, dimension: 0, key, index }
     }
 
-    /// The same sample from another dimension, so that the numbers of a bounce do not depend on
-    /// how many the bounces before it took.
+    /// The same sample at another dimension, so that the numbers of a bounce do not depend on the
+    /// number of dimensions used by the bounces before it.
     #[inline]
     pub fn at_dimension(self, dimension: u32) -> Self {
         Self { dimension, ..self }
     }
 
-    /// The numbers of a part of the sample: of its 2ᵏ parts (k = `log2_parts`) the one with this
-    /// number. The parts of all samples are the points of a set that is laid out for as many,
-    /// and those of one sample are next to each other in it.
+    /// Sampler of one of the 2ᵏ parts of the sample (k = `log2_parts`). The parts of all samples
+    /// are the points of a set that is arranged for that many samples, and those of one sample are
+    /// adjacent in it.
     #[inline]
     pub fn split(self, log2_parts: u32, part: u32) -> Self {
         let spp = u64::from(self.set.spp) << log2_parts;
@@ -134,20 +133,20 @@ impl Sampler {
         Self { set, index: self.index << log2_parts | part, ..self }
     }
 
-    /// The dimension that comes next.
+    /// Next dimension.
     #[inline]
     pub fn dimension(&self) -> u32 {
         self.dimension
     }
 
-    /// Independent numbers without end, others for each pair `number`, and the same for each of
-    /// them: for what takes more than anybody can tell ahead.
+    /// Unbounded stream of independent numbers, a different one for each pair `number` and
+    /// reproducible: for algorithms whose consumption is unknown in advance.
     #[inline]
     pub fn stream(&self, number: [u32; 2]) -> RngStream {
         RngStream::new(self.key, self.index, number)
     }
 
-    /// A number in [0, 1); takes one dimension.
+    /// Returns a number in [0, 1); uses one dimension.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {
         let d = self.dimension;
@@ -161,7 +160,7 @@ impl Sampler {
         }
     }
 
-    /// A point in [0, 1)²; takes two dimensions.
+    /// Returns a point in [0, 1)²; uses two dimensions.
     #[inline]
     pub fn next_2d(&mut self) -> [f32; 2] {
         let d = self.dimension;
@@ -169,7 +168,7 @@ impl Sampler {
         self.point(d)
     }
 
-    /// The point at dimension `d`.
+    /// Point at dimension `d`.
     #[inline]
     fn point(&self, d: u32) -> [f32; 2] {
         match self.set.kind {
@@ -182,7 +181,7 @@ impl Sampler {
         }
     }
 
-    /// The place of a Sobol' point in the order of dimension `d`.
+    /// Position of a Sobol' point in the order of dimension `d`.
     #[inline(always)]
     fn place(&self, d: u32, order: u32) -> u32 {
         match self.set.kind {

@@ -1,14 +1,13 @@
-//! Independent numbers of one sample, as many as are asked for.
+//! Independent random numbers of one sample, without limit.
 
 use super::independent::{pcg3d, pcg4d};
 use super::unit;
 
-/// A sequence of independent numbers, each a hash of its place in it; see
-/// [`super::Sampler::stream`].
+/// Sequence of independent numbers, each a hash of its position; see [`super::Sampler::stream`].
 #[derive(Clone, Copy, Debug)]
 pub struct RngStream {
     key: [u32; 2],
-    /// The place of the next number.
+    /// Position of the next number.
     next: u32,
 }
 
@@ -21,13 +20,13 @@ impl RngStream {
         Self { key: [a, b], next: 0 }
     }
 
-    /// The next number in [0, 1).
+    /// Returns the next number in [0, 1).
     #[inline]
     pub fn next_1d(&mut self) -> f32 {
         self.next_2d()[0]
     }
 
-    /// The next point in [0, 1)².
+    /// Returns the next point in [0, 1)².
     #[inline]
     pub fn next_2d(&mut self) -> [f32; 2] {
         let [x, y, _] = pcg3d([self.key[0], self.key[1], self.next]);

@@ -3,17 +3,17 @@
 //! Memo 13-01]
 //!
 //! n points are one in each of the cells of a grid of about √n × √n, and at the same time one in
-//! each of n equal intervals of either coordinate. Which sample takes which cell, and where in it,
-//! is told by permutations that are computed, so any of them can be asked for alone.
+//! each of n equal intervals of either coordinate. The cell of a sample, and its position in the
+//! cell, are given by permutations that are computed, so any point can be computed by itself.
 //!
 //! Kensler's points are shifted by the same permutation in all rows of the grid, which costs a
-//! quarter of an order: their error falls as n^−¾ where that of these, with a permutation for each
-//! row and column, falls as n⁻¹.
+//! quarter of an order: their error falls as n^−¾. The points here have a permutation for each row
+//! and column, and their error falls as n⁻¹.
 
 use super::independent;
 
-/// A permutation of the numbers below `len`. [ibid., listing "permute": rounds of invertible steps
-/// on as many bits as `len` has, repeated until the number is one below it]
+/// Permutation of the numbers below `len`. [ibid., listing "permute": rounds of invertible steps on
+/// as many bits as `len` has, repeated until the result is below it]
 #[inline]
 fn permute(mut i: u32, len: u32, seed: u32) -> u32 {
     let mask = u32::MAX.checked_shr((len - 1).leading_zeros()).unwrap_or(0);
@@ -43,21 +43,21 @@ fn permute(mut i: u32, len: u32, seed: u32) -> u32 {
     }
 }
 
-/// The width of the grid of n cells. A grid that is not full costs more than one that is not
+/// Width of the grid of n cells. A grid that is not full costs more accuracy than one that is not
 /// square.
 #[inline(always)]
 fn columns(n: u32) -> u32 {
     if n.is_power_of_two() { 1 << (n.ilog2() / 2) } else { n.isqrt() }
 }
 
-/// The seed of a row or column.
+/// Seed of a row or column.
 #[inline(always)]
 fn of_line(seed: u32, line: u32) -> u32 {
     (seed ^ line).wrapping_mul(0x9e37_79b1)
 }
 
-/// The point of one of `spp` samples at dimension `d`; those from number `spp` on are other sets of
-/// as many.
+/// Point of one of `spp` samples at dimension `d`; samples from number `spp` on form further sets
+/// of `spp` points.
 #[inline]
 pub(super) fn point(key: [u32; 2], spp: u32, sample: u32, d: u32) -> [f32; 2] {
     let n = spp.max(1);

@@ -4,48 +4,48 @@
 //!
 //! The pixels of a square of 2ᵗ × 2ᵗ take consecutive runs of 2ᵏ points of one scrambled sequence,
 //! in the order of the Z-curve. So the points of a pixel are a (0, 2)-net, and those of each
-//! aligned square of pixels are one as well: what one pixel gets too much of, its neighbours get
-//! too little, and the error is high frequencies, which the eye averages.
+//! aligned square of pixels are one as well: an excess in one pixel is compensated by its
+//! neighbours, and the error consists of high frequencies, which the eye averages.
 //!
 //! Every dimension or pair of dimensions shuffles the order, as in [`sobol`](super::sobol), here of
-//! all points of the square: an Owen scramble of the index turns each quarter of a square around.
-//! The quarters that are neighbours in the order would be next to each other in the row in all
-//! dimensions; so they take turns with those of the column and of the diagonal.
+//! all points of the square: an Owen scramble of the index permutes the quarters of each square.
+//! Quarters that are neighbours in the order would be horizontal neighbours in all dimensions; so
+//! horizontal, vertical and diagonal neighbours alternate by dimension.
 
 use super::independent::pcg4d;
 use super::sobol::shuffled;
 
-/// Binary logarithm of the largest side of a square: beyond, the eye sees no difference.
+/// Binary logarithm of the largest side of a square: larger ones make no visible difference.
 const LOG2_SIDE: u32 = 8;
 
-/// The binary logarithm of the number of points of a pixel's run.
+/// Binary logarithm of the number of points of a pixel's run.
 #[inline(always)]
 pub(super) fn log2_run(spp: u32) -> u32 {
     32 - spp.saturating_sub(1).leading_zeros()
 }
 
-/// The binary logarithm of the side of the squares: an index has 32 bits.
+/// Binary logarithm of the side of the squares: an index has 32 bits.
 #[inline(always)]
 fn log2_side(log2_run: u32) -> u32 {
     LOG2_SIDE.min((32 - log2_run) / 2)
 }
 
-/// What tells sequences apart: the square of a pixel, and how many runs a sample is beyond the
-/// first.
+/// Identifier of a sequence: the square of a pixel, and the number of the run that contains a
+/// sample.
 #[inline(always)]
 pub(super) fn square(log2_run: u32, [x, y]: [u32; 2], sample: u32) -> [u32; 3] {
     let side = log2_side(log2_run);
     [x >> side, y >> side, sample.checked_shr(log2_run).unwrap_or(0)]
 }
 
-/// The key of a sequence.
+/// Key of a sequence.
 #[inline(always)]
 pub(super) fn key(seed: u32, [x, y, run]: [u32; 3]) -> [u32; 2] {
     let [k0, k1, ..] = pcg4d([x, y, seed, run]);
     [k0, k1]
 }
 
-/// The index of a sample in the sequence of its square.
+/// Index of a sample in the sequence of its square.
 #[inline(always)]
 pub(super) fn index(log2_run: u32, [x, y]: [u32; 2], sample: u32) -> u32 {
     let inside = (1 << log2_side(log2_run)) - 1;
@@ -54,7 +54,7 @@ pub(super) fn index(log2_run: u32, [x, y]: [u32; 2], sample: u32) -> u32 {
     pixel.checked_shl(log2_run).unwrap_or(0) | sample & low
 }
 
-/// Moves bit i to place 2i, for 8 bits.
+/// Moves bit i to position 2i, for 8 bits.
 #[inline(always)]
 fn spread(mut bits: u32) -> u32 {
     bits = (bits | bits << 4) & 0x0f0f;
@@ -62,18 +62,19 @@ fn spread(mut bits: u32) -> u32 {
     (bits | bits << 1) & 0x5555
 }
 
-/// The place of an index in the order of dimension `d`.
+/// Position of an index in the order of dimension `d`.
 #[inline(always)]
 pub(super) fn place(log2_run: u32, d: u32, order: u32, index: u32) -> u32 {
     shuffled(order, turned(log2_run, d, index))
 }
 
-/// The index whose quarters of a square are neighbours as dimension `d` has them.
+/// Reorders the quarters of squares, so that the neighbours in the order are those of dimension
+/// `d`.
 #[inline(always)]
 fn turned(log2_run: u32, d: u32, index: u32) -> u32 {
     let columns = 0x5555_5555u32.checked_shl(log2_run).unwrap_or(0);
     let (x, y) = (index & columns, (index >> 1) & columns);
-    // Of the two bits of a quarter, the upper one tells neighbours from others.
+    // Of the two bits of a quarter, the upper one separates pairs of neighbours.
     let (low, high) = match d / 2 % 3 {
         0 => return index,
         1 => (y, x),

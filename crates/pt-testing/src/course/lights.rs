@@ -1,4 +1,4 @@
-//! Lights.
+//! Lights of the reference tracer.
 
 use std::f64::consts::PI;
 
@@ -7,37 +7,36 @@ use pt_math::DVec3;
 use super::unit;
 use crate::Random;
 
-/// A light that surfaces sample.
+/// Light that is sampled at surfaces.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// A square which emits towards −`along`.
+    /// Parallelogram that emits towards −`along`.
     Area {
-        /// Its middle.
+        /// Center.
         middle: DVec3,
-        /// Its two edges.
+        /// Edge vectors.
         edges: [DVec3; 2],
-        /// The direction away from which it emits.
+        /// Direction opposite to that of emission.
         along: DVec3,
-        /// Its radiance.
+        /// Emitted radiance.
         radiance: DVec3,
     },
-    /// A point whose light does not fall off: where it is, and its irradiance.
+    /// Point light without distance attenuation: position and irradiance.
     Point(DVec3, DVec3),
-    /// Light from one direction: that towards it, and its irradiance.
+    /// Directional light: direction towards it, and irradiance.
     Directional(DVec3, DVec3),
-    /// The half of the sky above +y, which no ray sees, and its radiance.
+    /// Constant radiance from the hemisphere above +y, invisible to rays.
     Ambient(DVec3),
-    /// All of the sky, which the camera sees.
+    /// Environment light, visible to the camera.
     Environment(Map),
 }
 
-/// Radiance by direction in latitude and longitude: width, height, and texels from the upper row
-/// on.
+/// Radiance by direction in latitude and longitude: width, height, and texels from the top row on.
 #[derive(Clone, Debug)]
 pub struct Map(pub usize, pub usize, pub Vec<[f32; 3]>);
 
 impl Map {
-    /// Interpolated between the centres of texels; it wraps around in x, and ends in y.
+    /// Interpolates between the centres of texels; wraps around in x, and clamps in y.
     fn at(&self, d: DVec3) -> DVec3 {
         let Self(width, height, texels) = self;
         let (theta, phi) = (libm::acos(d.y), libm::atan2(-d.z, d.x) + PI);
@@ -53,7 +52,7 @@ impl Map {
     }
 }
 
-/// A uniform direction whose y is in this range, and the solid angle of all of these.
+/// Returns a uniform direction with y ≥ `least`, and the solid angle of all such directions.
 fn above(least: f64, random: &mut Random) -> (DVec3, f64) {
     let (y, phi) = (least + (1.0 - least) * unit(random), 2.0 * PI * unit(random));
     let r = (1.0 - y * y).sqrt();
@@ -61,18 +60,18 @@ fn above(least: f64, random: &mut Random) -> (DVec3, f64) {
 }
 
 impl Light {
-    /// Returns true if one sample is as good as many.
+    /// Returns true if one sample suffices.
     pub(super) fn is_delta(&self) -> bool {
         matches!(self, Self::Point(..) | Self::Directional(..))
     }
 
-    /// What the camera sees of it in a direction without surfaces.
+    /// Radiance seen by the camera in a direction without surfaces.
     pub(super) fn seen(&self, d: DVec3) -> DVec3 {
         if let Self::Environment(map) = self { map.at(d) } else { DVec3::ZERO }
     }
 
-    /// A sample for a point: the direction towards the light, its distance, and radiance over
-    /// density.
+    /// Samples the light from a point: the direction towards the light, its distance, and radiance
+    /// over density.
     pub(super) fn sample(&self, p: DVec3, random: &mut Random) -> Option<(DVec3, f64, DVec3)> {
         match self {
             Self::Area { middle, edges: [a, b], along, radiance } => {
@@ -80,7 +79,7 @@ impl Light {
                 let distance = to.length();
                 let (d, area) = (to / distance, a.cross(*b).length());
                 let cos = d.dot(*along);
-                // The density lacks one division by the distance.
+                // As in the course, the division by the squared distance lacks one factor.
                 (cos > 0.0).then_some((d, distance, radiance * (cos * area / distance)))
             }
             Self::Point(at, irradiance) => {

@@ -1,4 +1,4 @@
-//! The metal of facets that the course hands out.
+//! Microfacet metal of the course's handout.
 
 use std::f64::consts::PI;
 
@@ -7,14 +7,14 @@ use pt_math::DVec3;
 use super::{around, unit};
 use crate::Random;
 
-/// A metal whose facets have Beckmann's distribution.
+/// Metal with Beckmann's microfacet distribution.
 #[derive(Clone, Copy, Debug)]
 pub struct Metal {
-    /// Its roughness.
+    /// Roughness.
     pub alpha: f64,
     /// Real part of the index of refraction, by channel.
     pub eta: DVec3,
-    /// Imaginary part.
+    /// Imaginary part of the index of refraction, by channel.
     pub k: DVec3,
 }
 
@@ -24,7 +24,7 @@ impl Metal {
         libm::exp(-(1.0 / c2 - 1.0) / a2) / (PI * a2 * c2 * c2)
     }
 
-    /// With π in place of its root, as handed out.
+    /// Smith's Λ with π in place of √π, as in the handout.
     fn lambda(&self, cos: f64) -> f64 {
         let a = 1.0 / (self.alpha * (1.0 / (cos * cos) - 1.0).max(1e-30).sqrt());
         0.5 * (libm::erf(a) - 1.0 + libm::exp(-a * a) / (a * PI))
@@ -37,7 +37,7 @@ impl Metal {
         0.5 * (rs + rp)
     }
 
-    /// Its BSDF; the Fresnel term is that of the angle to the surface.
+    /// BSDF; the Fresnel term uses the angle to the surface normal.
     pub(super) fn f(&self, n: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
         let (co, ci) = (wo.dot(n), wi.dot(n));
         if co <= 0.0 || ci <= 0.0 {
@@ -48,7 +48,7 @@ impl Metal {
         self.fresnel(ci) * (d * g / (4.0 * co * ci))
     }
 
-    /// A direction, and its density.
+    /// Samples a direction; returns it and its density.
     pub(super) fn sample(&self, n: DVec3, wo: DVec3, r: &mut Random) -> Option<(DVec3, f64)> {
         let tan2 = -self.alpha * self.alpha * libm::log(1.0 - unit(r));
         let cos = 1.0 / (1.0 + tan2).sqrt();

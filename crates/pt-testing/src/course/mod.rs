@@ -1,11 +1,11 @@
-//! A path tracer after the handout of the course CS184, assignments 3-1 and 3-2: slow, short, and
-//! without a line of the renderer's, so that a flaw there cannot hide here.
+//! Path tracer after the handout of the course CS184, assignments 3-1 and 3-2: slow, short, and
+//! without code of the renderer, so that it does not share its errors.
 //!
 //! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling,
-//! all in double precision. What is peculiar to the course is kept: an area light counts times the
-//! distance to it and a point light does not fall off, emission and the sky are not found by
-//! scattered rays, mirrors and glass have no direct light, and Russian roulette goes on with one
-//! fixed probability from the second indirect bounce.
+//! all in double precision. The peculiarities of the course are reproduced: an area light is
+//! multiplied by the distance to it, and a point light has no distance attenuation. Scattered rays
+//! do not add emission or the sky, mirrors and glass have no direct light, and Russian roulette
+//! continues with a fixed probability from the second indirect bounce on.
 
 mod lights;
 mod metal;
@@ -14,87 +14,88 @@ mod tree;
 
 use std::f64::consts::PI;
 
-use pt_math::DVec3;
-
-use crate::Random;
 pub use lights::{Light, Map};
 pub use metal::Metal;
+use pt_math::DVec3;
 pub use scene::{Content, Room};
 use tree::Tree;
 
-/// Rays begin so far from where they start, and shadow rays end so far before the light.
+use crate::Random;
+
+/// Offset of ray origins, and of the ends of shadow rays before the light.
 const EPSILON: f64 = 1e-5;
-/// The probability with which paths go on. The mean does not depend on it.
+/// Continuation probability of Russian roulette. The mean does not depend on it.
 const GOES_ON: f64 = 0.65;
 
-/// How a surface scatters or emits.
+/// Scattering or emission of a surface.
 #[derive(Clone, Copy, Debug)]
 pub enum Material {
-    /// Reflects this share of light, the same in all directions.
+    /// Lambertian reflection with this albedo.
     Diffuse(DVec3),
-    /// Emits this radiance on both sides, and reflects nothing.
+    /// Emission of this radiance on both sides, without reflection.
     Emission(DVec3),
-    /// Reflects all light as a mirror does.
+    /// Perfect mirror.
     Mirror,
-    /// Lets all light through or reflects it; this is its index of refraction.
+    /// Glass that reflects and transmits, with this index of refraction.
     Glass(f64),
-    /// Lets all light through that is not totally reflected; this is its index of refraction.
+    /// Glass that transmits all light without total internal reflection, with this index of
+    /// refraction.
     Refraction(f64),
-    /// Reflects light as facets of a metal do.
+    /// Microfacet metal.
     Microfacet(Metal),
 }
 
-/// What a ray can meet.
+/// Geometric shape.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// A sphere: middle and radius.
+    /// Sphere: center and radius.
     Ball(DVec3, f64),
-    /// A triangle: corners, and the normals there.
+    /// Triangle: vertices, and the normals there.
     Triangle([DVec3; 3], [DVec3; 3]),
 }
 
-/// All that is there.
+/// Scene of the reference tracer.
 pub struct World {
     shapes: Vec<(Shape, Material)>,
     lights: Vec<Light>,
     tree: Tree,
 }
 
-/// A point on a surface.
+/// Point on a surface.
 struct Hit {
     p: DVec3,
     normal: DVec3,
     material: Material,
 }
 
-/// A camera.
+/// Camera of the reference tracer.
 pub struct Eye {
     position: DVec3,
     right: DVec3,
     up: DVec3,
     back: DVec3,
-    /// Half of the width and height of what it sees at distance 1.
+    /// Half of the width and height of the image plane at distance 1.
     half: [f64; 2],
-    /// The radius of the lens, and the distance of the plane that is in focus.
+    /// Radius of the lens, and distance of the plane in focus.
     lens: [f64; 2],
 }
 
-/// What is asked for: the options of the course's program.
+/// Options of the course's program.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Most interactions with surfaces: `-m`.
+    /// Maximum number of interactions with surfaces: `-m`.
     pub depth: u32,
-    /// Samples of each light: `-l`.
+    /// Number of samples of each light: `-l`.
     pub light_samples: u32,
-    /// Direct light by directions of the hemisphere: `-H`.
+    /// True if direct light is estimated by directions of the hemisphere: `-H`.
     pub hemisphere: bool,
-    /// Light of up to `depth` interactions, or of no fewer: `-o`.
+    /// True for light of up to `depth` interactions, false for exactly `depth`: `-o`.
     pub accumulate: bool,
 }
 
 impl Eye {
-    /// A camera of a file whose point one unit in front is `ahead`, seen from the origin, and whose
-    /// field of view is `x_fov` degrees wide, for an image of this size.
+    /// Camera of a file: `ahead` is the point one unit in front of it, seen from the origin, and
+    /// `x_fov` its field of view in degrees. `size` is the size of the image.
     pub fn of_course(world: &World, ahead: DVec3, x_fov: f64, aspect: f64, size: [u32; 2]) -> Self {
         let [low, high] = world.tree.bounds();
         let (target, distance) = (0.5 * (low + high), 1.5 * (high - low).length());
@@ -106,7 +107,7 @@ impl Eye {
             libm::sin(phi) * libm::cos(theta),
         );
         let right = DVec3::Y.cross(back).normalize();
-        // Fitted to a window of 800 × 600, whose pixels keep their size.
+        // Fitted to a window of 800 × 600, with a fixed size of pixels.
         let half_width = libm::tan(0.5 * x_fov.to_radians());
         let half_height = (half_width / aspect).max(half_width * 0.75);
         let pixel = half_height / 300.0;
@@ -120,12 +121,13 @@ impl Eye {
         }
     }
 
-    /// The same with a lens of this radius, focused on a plane at this distance: `-b` and `-d`.
+    /// The same camera with a lens of this radius, focused on a plane at this distance: `-b` and
+    /// `-d`.
     pub fn with_lens(self, radius: f64, focal_distance: f64) -> Self {
         Self { lens: [radius, focal_distance], ..self }
     }
 
-    /// Origin and direction of a ray through a point of [0, 1]², (0, 0) being the lower left.
+    /// Origin and direction of a ray through a point of [0, 1]², where (0, 0) is the lower left.
     fn ray(&self, [x, y]: [f64; 2], random: &mut Random) -> (DVec3, DVec3) {
         let [radius, focal_distance] = self.lens;
         let at = [(2.0 * x - 1.0) * self.half[0], (2.0 * y - 1.0) * self.half[1]];
@@ -142,26 +144,26 @@ impl World {
         Self { shapes, lights, tree }
     }
 
-    /// The same with another light.
+    /// The same scene with another light.
     pub fn with_light(mut self, light: Light) -> Self {
         self.lights.push(light);
         self
     }
 
-    /// The nearest surface along a ray.
+    /// Nearest surface along a ray.
     fn hit(&self, origin: DVec3, d: DVec3, most: f64) -> Option<Hit> {
         let (index, t, normal) = self.tree.nearest(&self.shapes, origin, d, EPSILON, most)?;
         Some(Hit { p: origin + t * d, normal, material: self.shapes[index].1 })
     }
 
-    /// (n + 1) / 2 of the first surface; black where there is none.
+    /// (n + 1) / 2 at the first surface; black without one.
     pub fn normal_as_color(&self, eye: &Eye, at: [f64; 2], random: &mut Random) -> DVec3 {
         let (origin, d) = eye.ray(at, random);
         let hit = self.hit(origin, d, f64::INFINITY);
         hit.map_or(DVec3::ZERO, |hit| 0.5 * (hit.normal + DVec3::ONE))
     }
 
-    /// A sample of the radiance that the camera sees through a point of its image.
+    /// Samples the radiance through a point of the image.
     pub fn radiance(&self, eye: &Eye, at: [f64; 2], plan: &Plan, random: &mut Random) -> DVec3 {
         let (origin, d) = eye.ray(at, random);
         let Some(hit) = self.hit(origin, d, f64::INFINITY) else {
@@ -172,7 +174,7 @@ impl World {
         zero + if more { self.bounced(&hit, -d, plan.depth, plan, random) } else { DVec3::ZERO }
     }
 
-    /// Light that is scattered at least once, with `depth` interactions left.
+    /// Samples light that is scattered at least once, with `depth` interactions left.
     fn bounced(&self, hit: &Hit, wo: DVec3, depth: u32, plan: &Plan, r: &mut Random) -> DVec3 {
         let counts = plan.accumulate || depth == 1;
         if let Some((wi, weight)) = scattered_sharply(hit, wo, r) {
@@ -208,7 +210,8 @@ impl World {
         direct + weight * indirect / goes_on
     }
 
-    /// Direct light by samples of the lights; of each that is not a point there are as many.
+    /// Direct light by light sampling, with the same number of samples for each light that is not a
+    /// delta light.
     fn by_lights(&self, hit: &Hit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for light in &self.lights {
@@ -238,8 +241,8 @@ impl World {
         sum / f64::from(n)
     }
 
-    /// The number of samples after which a pixel stops, of which there are at most `most`: every
-    /// `batch` samples, if 1.96 standard errors of its mean luminance are within `tolerance` of it.
+    /// Number of samples after which a pixel stops, at most `most`. Every `batch` samples it stops
+    /// if 1.96 standard errors of its mean luminance are within `tolerance` of the mean.
     pub fn samples_of_pixel(
         &self,
         (eye, size): (&Eye, [u32; 2]),
@@ -267,12 +270,12 @@ impl World {
     }
 }
 
-/// Emission of a surface.
+/// Emitted radiance of a surface.
 fn emission(hit: &Hit) -> DVec3 {
     if let Material::Emission(radiance) = hit.material { radiance } else { DVec3::ZERO }
 }
 
-/// f cos θ of a surface that does not scatter sharply, for two directions.
+/// f cos θ of a surface without delta scattering, for two directions.
 fn f_cos(hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
     let n = hit.normal.normalize();
     let cos = wi.dot(n);
@@ -283,10 +286,11 @@ fn f_cos(hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
     }
 }
 
-/// The direction in which such a surface scatters light, and its weight, f cos θ / pdf.
+/// Samples a direction at a surface without delta scattering; returns it and its weight f cos θ /
+/// pdf.
 fn scattered(hit: &Hit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
     match hit.material {
-        // By the cosine.
+        // Cosine-weighted.
         Material::Diffuse(albedo) => {
             let (u, phi) = (unit(r), 2.0 * PI * unit(r));
             Some((around(hit.normal, u.sqrt(), phi, (1.0 - u).sqrt()), albedo))
@@ -299,7 +303,7 @@ fn scattered(hit: &Hit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
     }
 }
 
-/// The direction in which a mirror or glass scatters light, and its weight.
+/// Samples the direction of a mirror or glass; returns it and its weight.
 fn scattered_sharply(hit: &Hit, wo: DVec3, random: &mut Random) -> Option<(DVec3, f64)> {
     let n = hit.normal.normalize();
     let reflected = 2.0 * wo.dot(n) * n - wo;
@@ -321,14 +325,14 @@ fn scattered_sharply(hit: &Hit, wo: DVec3, random: &mut Random) -> Option<(DVec3
     Some((refracted, 1.0 / (eta * eta)))
 }
 
-/// The direction with these coordinates about a normal.
+/// Direction with these spherical coordinates about a normal.
 fn around(normal: DVec3, sin: f64, phi: f64, cos: f64) -> DVec3 {
     let z = normal.normalize();
     let x = if z.x.abs() < 0.5 { DVec3::X } else { DVec3::Y }.cross(z).normalize();
     sin * libm::cos(phi) * x + sin * libm::sin(phi) * z.cross(x) + cos * z
 }
 
-/// Uniform in [0, 1).
+/// Uniform number in [0, 1).
 pub fn unit(random: &mut Random) -> f64 {
     (random.bits() >> 11) as f64 * (0.5_f64).powi(53)
 }

@@ -1,5 +1,5 @@
-//! A box as in the course's scenes, as a file that the course's exporter could have written, and as
-//! the world of the tracer.
+//! A box as in the course's scenes, as a file in the format of the course's exporter, and as a
+//! scene of the reference tracer.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -11,11 +11,11 @@ use super::{Light, Material, Metal, Shape, World};
 /// Content of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
-    /// Two balls, both of them matte.
+    /// Two diffuse balls.
     MatteBalls,
-    /// A ball that is a mirror, and one of glass.
+    /// A mirror ball, and a glass ball.
     MirrorAndGlass,
-    /// A ball that is a mirror, and one of a glass that does not reflect.
+    /// A mirror ball, and a ball of a glass that does not reflect.
     MirrorAndRefraction,
     /// A ball of aluminium, and a rough one of copper.
     Metals,
@@ -24,14 +24,14 @@ pub enum Content {
 }
 
 /// A box, 2 wide and deep and 1.6 high, without a front; y is up, and its front is at +z. A lamp is
-/// below the ceiling. Its camera stands at the height of the floor.
+/// below the ceiling. The camera is at the height of the floor.
 pub struct Room {
     content: Content,
     lights: Vec<Light>,
 }
 
 const RADIANCE: f64 = 10.0;
-/// Where the lamp hangs, and its edges along x and z.
+/// Center of the lamp, and its extent along x and z.
 const LAMP: (DVec3, [f64; 2]) = (DVec3::new(0.0, 1.59, 0.0), [0.6, 0.8]);
 const BALLS: [(DVec3, f64); 2] =
     [(DVec3::new(-0.45, 0.3, -0.25), 0.3), (DVec3::new(0.45, 0.35, 0.2), 0.35)];
@@ -50,7 +50,8 @@ const COPPER: Metal = Metal {
 /// Rows and columns of the ring.
 const RING: [usize; 2] = [150, 100];
 
-/// A square with its corners counter-clockwise for an eye outside of the box, or below the lamp.
+/// Rectangle whose corners are counter-clockwise seen from outside of the box, or from below the
+/// lamp.
 struct Wall {
     name: &'static str,
     corners: [DVec3; 4],
@@ -79,8 +80,8 @@ fn walls() -> Vec<Wall> {
     ]
 }
 
-/// A torus whose tube swells seven times around: vertices, and corners of triangles that are
-/// counter-clockwise from outside.
+/// A torus whose tube swells seven times around: vertices, and triangles that are counter-clockwise
+/// from outside.
 fn ring() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let [rows, columns] = RING;
     let angle = |i: usize, n: usize| 2.0 * PI * i as f64 / n as f64;
@@ -99,13 +100,13 @@ fn ring() -> (Vec<DVec3>, Vec<[usize; 3]>) {
         [[a, b, c], [a, c, d]]
     };
     let count = rows * columns;
-    // Printed with so many digits, so that both worlds have the same vertices.
+    // Rounded to the printed digits, so that both scenes have the same vertices.
     let rounded = |p: DVec3| (p * 1e6).round() * 1e-6;
     ((0..count).map(vertex).map(rounded).collect(), (0..count).flat_map(cell).collect())
 }
 
 impl Room {
-    /// With this content, in the light of the lamp.
+    /// Creates a box with this content, lit by the lamp.
     pub fn new(content: Content) -> Self {
         let (middle, [a, b]) = LAMP;
         let edges = [a * DVec3::X, b * DVec3::Z];
@@ -113,12 +114,13 @@ impl Room {
         Self::lit(content, vec![Light::Area { middle, edges, along: DVec3::Y, radiance }])
     }
 
-    /// With this content, in the light of these; the lamp is only seen.
+    /// Creates a box with this content, lit by `lights`; the lamp is visible but not sampled.
     pub fn lit(content: Content, lights: Vec<Light>) -> Self {
         Self { content, lights }
     }
 
-    /// The point one unit in front of the camera, and its field of view in degrees.
+    /// The point one unit in front of the camera, its field of view in degrees, and its aspect
+    /// ratio.
     pub fn camera(&self) -> (DVec3, f64, f64) {
         (DVec3::new(0.0, 0.0, 6.0), 49.134_34, 1.333_333)
     }
@@ -135,8 +137,8 @@ impl Room {
         vec![(p, r, one), (q, s, two)]
     }
 
-    /// As the tracer sees it. The course's program turns the normals of flat pieces around, so that
-    /// walls that are wound to face outwards face inwards.
+    /// Scene of the reference tracer. The course's program flips the normals of flat pieces, so
+    /// that walls whose winding faces outwards have inward normals.
     pub fn world(&self) -> World {
         let mut shapes = Vec::new();
         for Wall { corners: [a, b, c, d], material, .. } in walls() {
@@ -166,7 +168,7 @@ impl Room {
         World::new(shapes, self.lights.clone())
     }
 
-    /// As a file: z is up there, and all nodes have matrices.
+    /// COLLADA file: z is up there, and all nodes have matrices.
     pub fn collada(&self) -> String {
         let mut parts = Parts::default();
         for (i, light) in self.lights.iter().enumerate() {
@@ -189,7 +191,7 @@ impl Room {
     }
 }
 
-/// The libraries of a file.
+/// Libraries of a COLLADA file.
 #[derive(Default)]
 struct Parts {
     lights: String,
@@ -199,7 +201,7 @@ struct Parts {
     nodes: String,
 }
 
-/// Adds lines; a string takes all of them.
+/// Appends lines; writing to a string cannot fail.
 macro_rules! add {
     ($text:expr, $($words:tt)*) => {
         let _ = writeln!($text, $($words)*);
@@ -217,7 +219,7 @@ impl Parts {
         let m = DAffine3::from_mat3(turned) * *to_world;
         let rows = [0, 1, 2].map(|i| {
             let row = [m.x_axis[i], m.y_axis[i], m.z_axis[i], m.translation[i]];
-            // Without negative zeros.
+            // Avoids negative zeros.
             row.map(|x| (x + 0.0).to_string()).join(" ")
         });
         add!(
@@ -235,12 +237,12 @@ impl Parts {
                 (DAffine3::from_mat3_translation(square, *middle), "area", radiance)
             }
             Light::Point(at, irradiance) => (DAffine3::from_translation(*at), "point", irradiance),
-            // It comes from the point in front of its node.
+            // The light comes from the point in front of its node.
             Light::Directional(towards, irradiance) => {
                 (DAffine3::from_translation(*towards + DVec3::Z), "directional", irradiance)
             }
             Light::Ambient(radiance) => (DAffine3::IDENTITY, "ambient", radiance),
-            // It is given on the command line.
+            // Given on the command line.
             Light::Environment(_) => return,
         };
         let color = format!("<color>{}</color>", numbers(*color));

@@ -1,13 +1,13 @@
-//! A tree of boxes, halved at the median of the longest axis.
+//! Bounding volume hierarchy, split at the median of the longest axis.
 
 use pt_math::DVec3;
 
 use super::{Material, Shape};
 
-/// Most shapes in a leaf.
+/// Maximum number of shapes in a leaf.
 const LEAF: usize = 4;
 
-/// A box with the shapes in it, as indices, or two smaller ones.
+/// A box with the indices of its shapes, or two smaller boxes.
 pub(super) struct Tree {
     low: DVec3,
     high: DVec3,
@@ -35,12 +35,12 @@ impl Tree {
         Self { low, high, shapes: inside, halves }
     }
 
-    /// The box around all shapes.
+    /// Box around all shapes.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         [self.low, self.high]
     }
 
-    /// The nearest shape along a ray, between two distances: its index, distance, and normal.
+    /// Nearest shape along a ray, between two distances: its index, distance, and normal.
     pub(super) fn nearest(
         &self,
         shapes: &[(Shape, Material)],
@@ -52,7 +52,7 @@ impl Tree {
         let (a, b) = ((self.low - origin) / d, (self.high - origin) / d);
         let enter = a.min(b).max_element().max(least);
         let leave = a.max(b).min_element().min(most);
-        // Flat boxes, and what rounding makes of them.
+        // Tolerates flat boxes, and rounding.
         if enter > leave + 1e-9 * (1.0 + leave.abs().min(1e9)) {
             return None;
         }
@@ -65,7 +65,7 @@ impl Tree {
             let limit = found.map_or(most, |(_, t, _)| t);
             let hit = meet(&shapes[i].0, origin, d).filter(|(t, _)| least < *t && *t < limit);
             found = hit.map(|(t, normal)| (i, t, normal)).or(found);
-            // The far side of a ball may be the first one beyond `least`.
+            // The far side of a ball may be the first intersection beyond `least`.
             if let (None, Shape::Ball(middle, radius)) = (hit, &shapes[i].0) {
                 let far = far_side(*middle, *radius, origin, d);
                 let far = far.filter(|(t, _)| least < *t && *t < limit);
@@ -83,7 +83,7 @@ fn bounds(shape: &Shape) -> [DVec3; 2] {
     }
 }
 
-/// Where a line meets a shape first, and the normal there.
+/// First intersection of a line with a shape: distance and normal.
 fn meet(shape: &Shape, origin: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
     match shape {
         Shape::Ball(middle, radius) => {

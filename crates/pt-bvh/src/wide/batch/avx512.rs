@@ -1,5 +1,5 @@
-//! AVX-512, where the processor has it: that it has, loads and stores of sixteen numbers, and the
-//! triangle test of packets, a triangle against sixteen rays at once. Its operations are those of
+//! AVX-512 kernels, if the processor supports them: detection, loads and stores of sixteen numbers,
+//! and the triangle test of packets, one triangle against sixteen rays. The operations are those of
 //! [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the same
 //! bits.
 
@@ -22,14 +22,13 @@ use super::packet::Packet;
 use super::ray_slots::SECTION;
 use super::{Queues, Stacks};
 use crate::ray::CONVERSION;
-use crate::wide::traverse::lanes;
-use crate::wide::{NO_PRIMITIVE, WIDTH, WideNode};
+use crate::wide::{NO_PRIMITIVE, WIDTH, WideNode, lanes};
 use crate::{ray, triangle};
 
-/// Rays that are tested at once.
+/// Number of rays tested at once.
 pub(super) const SIXTEEN: usize = 2 * WIDTH;
 
-/// That the processor has AVX-512.
+/// Token that proves that the processor supports AVX-512.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::wide) struct Avx512(());
 
@@ -45,8 +44,8 @@ impl Avx512 {
         (is_there && !*IS_LEFT_OUT).then_some(Self(()))
     }
 
-    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
-    /// any passed the filter.
+    /// Tests the rays of a packet, which have one origin, against the triangles that they may hit;
+    /// returns true if any passed the filter.
     #[inline(always)]
     pub(super) fn test_fan<const ANY: bool>(
         self,
@@ -54,14 +53,14 @@ impl Avx512 {
         packet: Packet<'_>,
         met: &Met,
     ) -> bool {
-        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        // SAFETY: `self` exists only if the processor supports the features of the function.
         #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
         unsafe {
             group.test_fan_by_sixteen::<ANY>(packet, met)
         }
     }
 
-    /// The same for rays of any origins with the same axis.
+    /// [`Self::test_fan`] for rays of any origins with the same axis.
     #[inline(always)]
     pub(super) fn test_triangles<const ANY: bool>(
         self,
@@ -69,15 +68,15 @@ impl Avx512 {
         packet: Packet<'_>,
         triangles: u32,
     ) -> bool {
-        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        // SAFETY: `self` exists only if the processor supports the features of the function.
         #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
         unsafe {
             group.test_triangles_by_sixteen::<ANY>(packet, triangles)
         }
     }
 
-    /// Sixteen rays enter the tree, those in a set, and go down it as long as many of them are at
-    /// one node. Returns how many have something to visit.
+    /// Starts those of sixteen rays that are in a set at the root, and descends while many of them
+    /// are at the same node. Returns the number of rays with something left to visit.
     #[inline(always)]
     pub(super) fn enter<const ANY: bool>(
         self,
@@ -88,7 +87,7 @@ impl Avx512 {
         first: usize,
         usable: u32,
     ) -> u32 {
-        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        // SAFETY: `self` exists only if the processor supports the features of the function.
         #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
         unsafe {
             group.enter_by_sixteen::<ANY>(stacks, queues, nodes, first, usable)
@@ -96,55 +95,55 @@ impl Avx512 {
     }
 }
 
-/// A column's numbers of sixteen rays.
+/// Loads sixteen numbers of a column.
 #[inline]
 #[target_feature(enable = "avx512f")]
 pub(super) fn load(column: &Column, first: usize) -> __m512 {
     let numbers = &column[first..first + SIXTEEN];
-    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    // SAFETY: sixteen numbers are in the slice, and they need not be aligned.
     #[expect(unsafe_code, reason = "loads of vectors take pointers")]
     unsafe {
         _mm512_loadu_ps(numbers.as_ptr())
     }
 }
 
-/// The same of a column of integers.
+/// Loads sixteen integers of a column.
 #[inline]
 #[target_feature(enable = "avx512f")]
 pub(super) fn load_bits(column: &[u32], first: usize) -> __m512i {
     let numbers = &column[first..first + SIXTEEN];
-    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    // SAFETY: sixteen numbers are in the slice, and they need not be aligned.
     #[expect(unsafe_code, reason = "loads of vectors take pointers")]
     unsafe {
         _mm512_loadu_epi32(numbers.as_ptr().cast())
     }
 }
 
-/// Changes those of sixteen numbers that are in a set.
+/// Replaces those of sixteen numbers that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn store(numbers: &mut [f32], set: __mmask16, x: __m512) {
     let numbers = &mut numbers[..SIXTEEN];
-    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    // SAFETY: sixteen numbers are in the slice, and they need not be aligned.
     #[expect(unsafe_code, reason = "stores of vectors take pointers")]
     unsafe {
         _mm512_mask_storeu_ps(numbers.as_mut_ptr(), set, x);
     }
 }
 
-/// The same in a column.
+/// Replaces those of sixteen numbers of a column that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
     store(&mut column[first..], set, x);
 }
 
-/// The same in a column of integers.
+/// Replaces those of sixteen integers of a column that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
 pub(super) fn store_bits(column: &mut [u32], first: usize, set: __mmask16, x: __m512i) {
     let numbers = &mut column[first..first + SIXTEEN];
-    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    // SAFETY: sixteen numbers are in the slice, and they need not be aligned.
     #[expect(unsafe_code, reason = "stores of vectors take pointers")]
     unsafe {
         _mm512_mask_storeu_epi32(numbers.as_mut_ptr().cast(), set, x);
@@ -169,11 +168,11 @@ fn same_signs(x: [__m512; 3]) -> __m512 {
     _mm512_mul_ps(least(x), greatest(x))
 }
 
-/// Sheared vertices of a triangle, as sixteen rays see it: vertex, axis.
+/// Sheared vertices of a triangle, as seen by sixteen rays: vertex, axis.
 struct Sheared([[__m512; 3]; 3]);
 
 impl Sheared {
-    /// The vertices in a lane.
+    /// Vertices in a lane.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
@@ -186,7 +185,7 @@ impl Sheared {
         triangle
     }
 
-    /// The edge functions, rounded as in the filter.
+    /// Edge functions, rounded as in the filter.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn edges(&self) -> [__m512; 3] {
@@ -198,7 +197,7 @@ impl Sheared {
         ]
     }
 
-    /// The edge functions by [`triangle::difference_of_products`].
+    /// Edge functions by [`triangle::difference_of_products`].
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn exact_edges(&self) -> [__m512; 3] {
@@ -206,7 +205,7 @@ impl Sheared {
         [difference(cx, by, cy, bx), difference(ax, cy, ay, cx), difference(bx, ay, by, ax)]
     }
 
-    /// The least and the greatest depth of a vertex.
+    /// Least and greatest depth of the vertices.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn depths(&self) -> (__m512, __m512) {
@@ -214,7 +213,7 @@ impl Sheared {
         (least([a, b, c]), greatest([a, b, c]))
     }
 
-    /// The rays that may hit the triangle between their start and their limit.
+    /// Mask of the rays that may hit the triangle between their start and their limit.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn may_be_hit(&self, start: __m512, limit: __m512) -> __mmask16 {
@@ -234,7 +233,7 @@ fn difference(a: __m512, b: __m512, c: __m512, d: __m512) -> __m512 {
     _mm512_add_ps(_mm512_fmsub_ps(a, b, product), _mm512_fnmadd_ps(c, d, product))
 }
 
-/// What single precision says about sixteen rays and a triangle.
+/// Results of the test of sixteen rays against a triangle in single precision.
 struct Tested {
     hit: __mmask16,
     unclear: __mmask16,
@@ -243,7 +242,7 @@ struct Tested {
 }
 
 impl Sheared {
-    /// The operations of [`triangle::judge`].
+    /// Tests with the operations of [`triangle::judge`].
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn test(&self, inverse_scale: __m512, origin_size: __m512) -> Tested {
@@ -283,7 +282,7 @@ impl Sheared {
 }
 
 impl Packet<'_> {
-    /// The places of each sixteen rays of which some look.
+    /// Positions of each sixteen rays of which some are active.
     #[inline]
     fn sixteens(&self) -> impl Iterator<Item = usize> + use<> {
         let (first, looking) = (self.first, self.looking);
@@ -405,7 +404,7 @@ impl Group {
     }
 }
 
-/// [`ray::depth_limit`] of sixteen.
+/// [`ray::depth_limit`] of sixteen numbers.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn depth_limit(t: __m512, scale: __m512) -> __m512 {

@@ -6,23 +6,22 @@ use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
 use super::lane_permute::members;
 use super::ray_slots::RaySlotChunks;
 use crate::geometry::Hit;
-use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
-use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH};
+use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH, lanes};
 
-/// Blocks that are filtered before what they leave is tested.
+/// Number of blocks that are filtered before the remaining triangles are tested.
 pub(super) const BLOCKS: usize = 32;
 
-/// Room for all triangles of so many blocks, and for the rest of the last vector.
+/// Capacity for all triangles of [`BLOCKS`] blocks, and for the rest of the last vector.
 const ROOM: usize = BLOCKS * BLOCK + WIDTH;
 
-/// Rays, and triangles that they may hit.
+/// Pairs of a ray and a triangle that it may hit.
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(align(64))]
 pub(super) struct Candidates {
     /// Sheared vertices: vertex, axis.
     vertices: [[[f32; ROOM]; 3]; 3],
-    /// Which ray of the group.
+    /// Position of each ray in the group.
     rays: [u32; ROOM],
     primitives: [u32; ROOM],
     len: usize,
@@ -49,7 +48,8 @@ impl Candidates {
         self.len += set.count_ones() as usize;
     }
 
-    /// Offers all hits to their rays, which are at the triangles' `blocks`.
+    /// Tests all candidates and offers the hits to their rays, which are at the triangles'
+    /// `blocks`.
     #[inline]
     pub(super) fn test<const ANY: bool>(
         &self,

@@ -1,4 +1,4 @@
-//! Rays of one origin: a triangle that none of them can meet is told by its edges.
+//! Frustum culling for rays of one origin: edge functions find triangles that no ray can hit.
 //!
 //! With vertices sheared along the middle of the fan, and a ray whose slopes differ from it by δ
 //! and η, the edge function of two of them, p and q, is linear in these:
@@ -7,14 +7,14 @@
 //!   = q_x p_y − q_y p_x + δ(p_z q_y − q_z p_y) + η(q_z p_x − p_z q_x)
 //!
 //! So its extremes over the fan are known. If one edge function is below 0 for all rays and another
-//! above 0, all pass the triangle. [Dmitriev, Havran & Seidel 2004, "Faster Ray Tracing with SIMD
-//! Shaft Culling", cull by shafts as well]
+//! above 0, all rays miss the triangle. [Dmitriev, Havran & Seidel 2004, "Faster Ray Tracing with
+//! SIMD Shaft Culling", cull by shafts as well]
 //!
 //! The triangle test decides by sheared vertices that are rounded. Let Z be the largest depth of a
-//! vertex, and P bound what a vertex is off any of the rays. The vertices of the test err by at
-//! most 2ε(P + Z), with and without fused multiply-add, its edge functions by 12εP(P + Z), and so
-//! do those here. So triangles whose edge functions are within a margin of 64εP(P + Z) are kept,
-//! and those where products may have lost digits to underflow.
+//! vertex, and P a bound of the distance of a vertex from any of the rays. The vertices of the test
+//! err by at most 2ε(P + Z), with and without fused multiply-add, its edge functions by 12εP(P +
+//! Z), and so do those here. So triangles whose edge functions are within a margin of 64εP(P + Z)
+//! are kept, and those whose products may have lost digits to underflow.
 
 use pt_math::float_error::EPSILON;
 
@@ -28,18 +28,18 @@ use crate::wide::{BLOCK, Lanes, TriangleBlock};
 pub(super) struct FrustumCull {
     axes: [usize; 3],
     origin: [Lanes; 3],
-    /// Slopes of the middle.
+    /// Slopes of the middle ray.
     slopes: [Lanes; 2],
-    /// By how much slopes may differ from it.
+    /// Maximum difference of slopes from the middle.
     spread: [Lanes; 2],
-    /// −1 where the rays rise along the last axis, else 1.
+    /// −1 if the rays rise along the last axis, else 1.
     back: Lanes,
     start: Lanes,
 }
 
 impl FrustumCull {
-    /// Of a group's rays from place `first` on. The extremes are those of their origins, slopes and
-    /// starts.
+    /// Creates the frustum of a group's rays from position `first` on. The extremes are those of
+    /// their origins, slopes and starts.
     #[inline(always)]
     pub(super) fn new(group: &Group, first: usize, least: &[f32; 8], greatest: &[f32; 8]) -> Self {
         let splat = Lanes::splat;
@@ -58,7 +58,7 @@ impl FrustumCull {
         }
     }
 
-    /// Which triangles of a block some of the rays may hit before the depth `limit`.
+    /// Returns the triangles of a block that some of the rays may hit before the depth `limit`.
     #[inline(always)]
     pub(super) fn test(&self, block: &TriangleBlock, limit: f32) -> Met {
         let [kx, ky, kz] = self.axes;
@@ -95,29 +95,29 @@ impl FrustumCull {
     }
 }
 
-/// What a fan may hit of a block.
+/// Triangles of a block that a fan of rays may hit.
 pub(super) struct Met {
-    /// A bit for each triangle.
+    /// Bit mask of the triangles.
     pub(super) triangles: u32,
-    /// From the vertices to the origin, along the axes of the rays: vertex, axis.
+    /// Vectors from the vertices to the origin, along the axes of the rays: vertex, axis.
     corners: [[Lanes; 3]; 3],
     back: Lanes,
 }
 
-/// A triangle, eight times, as all rays of a fan see it.
+/// A triangle, replicated eight times, in coordinates common to all rays of a fan.
 pub(super) struct Corners {
     corners: [[Lanes; 3]; 3],
     depths: [Lanes; 3],
 }
 
 impl Met {
-    /// From the vertices of the triangle in a lane to the origin: vertex, axis.
+    /// Vectors from the vertices of the triangle in a lane to the origin: vertex, axis.
     #[inline(always)]
     pub(super) fn to_origin(&self, lane: usize) -> [[f32; 3]; 3] {
         self.corners.each_ref().map(|corner| corner.each_ref().map(|x| x.as_array()[lane % BLOCK]))
     }
 
-    /// The triangle in a lane.
+    /// Triangle in a lane.
     #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> Corners {
         let corners @ [a, b, c] = self.to_origin(lane).map(|corner| corner.map(Lanes::splat));
@@ -126,7 +126,7 @@ impl Met {
 }
 
 impl Corners {
-    /// As eight rays with these slopes see it: the operations of
+    /// Shears the triangle for eight rays with these slopes: the operations of
     /// [`Shear::filter`](crate::wide::triangles::Shear::filter).
     #[inline(always)]
     pub(super) fn shear(&self, slopes: [Lanes; 2]) -> Sheared {
@@ -151,8 +151,8 @@ mod tests {
     use crate::wide::WIDTH;
     use crate::wide::collapse::triangle_block;
 
-    /// Eight triangles that share vertices, and a packet from one origin at one of these, or at
-    /// points of an edge, or closely past them.
+    /// Eight triangles that share vertices, and a packet from one origin towards one of these, or
+    /// to points of an edge, or closely past them.
     fn scene(random: &mut Random, i: i32) -> (Vec<Vec3>, Vec<Ray>) {
         let size = 10f32.powi(-(i % 6));
         // Some are so small that products underflow.

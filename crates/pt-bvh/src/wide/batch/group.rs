@@ -1,4 +1,4 @@
-//! A group of rays in columns, made ready eight at a time.
+//! A group of rays in columns, prepared eight at a time.
 
 use pt_math::{Ray, Ray8, Rays, Vec3};
 use wide::{f32x8, u32x8};
@@ -11,15 +11,15 @@ use crate::wide::triangles::{Shear, Sheared};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
 use crate::{ray, triangle};
 
-/// Rays that advance together: enough for their steps to overlap, few enough for the columns and
-/// the tops of the stacks to stay in the first-level cache.
+/// Number of rays that advance together: enough for their steps to overlap, few enough for the
+/// columns and the tops of the stacks to stay in the first-level cache.
 pub(super) const GROUP: usize = 256;
 
-/// Something to know about each ray of a group.
+/// One value for each ray of a group.
 pub(super) type Column<T = f32> = [T; GROUP];
 
-/// What there is to know about the rays of a group: what [`Prepared`](crate::ray::Prepared) has,
-/// how far each has come, and what it has hit.
+/// Structure of arrays for the rays of a group: the fields of [`Prepared`](crate::ray::Prepared),
+/// the traversal state, and the nearest hit.
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(align(64))]
 pub(super) struct Group {
@@ -30,39 +30,39 @@ pub(super) struct Group {
     /// Depths between which hits count.
     pub(super) start: Column,
     pub(super) limit: Column,
-    /// A bit for each axis along which the ray falls.
+    /// Bit mask of the axes along which the direction is negative.
     pub(super) octant: Column<u32>,
-    /// The axis along which the direction is largest.
+    /// Axis along which the direction is largest.
     pub(super) axis: Column<u32>,
-    /// Origin in the cyclic order of axes that ends with that one.
+    /// Origin in the cyclic order of axes that ends with that axis.
     pub(super) origin: [Column; 3],
     pub(super) slopes: [Column; 2],
-    /// −1 where the ray rises along the last axis, else 1.
+    /// −1 if the ray rises along the last axis, else 1.
     pub(super) back: Column,
     pub(super) scale: Column,
     pub(super) inverse_scale: Column,
     pub(super) origin_size: Column,
     pub(super) t_min: Column,
-    /// The nearest hit: at first t is `t_max`, and the primitive [`NO_PRIMITIVE`].
+    /// Nearest hit: initially t is `t_max`, and the primitive [`NO_PRIMITIVE`].
     pub(super) t: Column,
     pub(super) barycentric: [Column; 2],
     pub(super) primitive: Column<u32>,
     /// Node that the ray visits next.
     pub(super) child: Column<u32>,
-    /// The first free entry above its stack.
+    /// First free entry above the stack of the ray.
     pub(super) top: Column<u32>,
 }
 
-/// What is known of eight rays when they are taken.
+/// Result of [`Group::take`] for eight rays.
 pub(super) struct Taken {
-    /// A bit for each that can hit anything.
+    /// Bit mask of the rays that can hit anything.
     pub(super) usable: u32,
-    /// True if they are ready for the boxes: they are not, before [`Group::take_slabs`], if they
-    /// may run side by side, since packets need none of it.
+    /// True if the slabs of the rays are set. Rays that may be coherent get them later, in
+    /// [`Group::take_slabs`], since packets do not need them.
     pub(super) has_slabs: bool,
 }
 
-/// The axes along which eight directions are largest; y does not count where z does.
+/// Axes along which eight directions are largest; z takes precedence over y.
 #[derive(Clone, Copy)]
 struct Axes {
     is_y: f32x8,
@@ -70,7 +70,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// Returns, if all rays have the same dominant axis, whether it is y and whether it is z.
+    /// If all rays have the same dominant axis, returns two flags: the axis is y, the axis is z.
     #[inline(always)]
     fn common(self) -> Option<[bool; 2]> {
         let [y, z] = [self.is_y, self.is_z].map(f32x8::to_bitmask);
@@ -87,7 +87,7 @@ impl Axes {
         self.is_z.select(z, self.is_y.select(y, x))
     }
 
-    /// By x, y, z to the cyclic order that ends with the axis.
+    /// Reorders components x, y, z to the cyclic order that ends with the axis.
     #[inline(always)]
     fn in_order(self, [x, y, z]: [f32x8; 3]) -> [f32x8; 3] {
         match self.common() {
@@ -98,14 +98,14 @@ impl Axes {
         }
     }
 
-    /// And back.
+    /// Inverse of [`Self::in_order`].
     #[inline(always)]
     fn out_of_order(self, [a, b, c]: [f32x8; 3]) -> [f32x8; 3] {
         [self.select(c, b, a), self.select(a, c, b), self.select(b, a, c)]
     }
 }
 
-/// The numbers of up to eight rays in columns.
+/// Transposes up to eight rays to columns.
 #[inline(always)]
 fn of_rows(rays: &[Ray]) -> [f32x8; 8] {
     let mut rows = [f32x8::ZERO; WIDTH];
@@ -115,14 +115,14 @@ fn of_rows(rays: &[Ray]) -> [f32x8; 8] {
     f32x8::transpose(rows)
 }
 
-/// The same of rays that are in columns.
+/// Columns of eight rays.
 #[inline(always)]
 fn of_columns(rays: &Ray8) -> [f32x8; 8] {
     let ([ox, oy, oz], [dx, dy, dz]) = (rays.origin, rays.direction);
     [ox, oy, oz, dx, dy, dz, rays.t_min, rays.t_max].map(f32x8::new)
 }
 
-/// The column's numbers of eight rays.
+/// Loads eight numbers of a column.
 #[inline(always)]
 pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
     let mut numbers = [0.0; WIDTH];
@@ -130,7 +130,7 @@ pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
     f32x8::new(numbers)
 }
 
-/// The same of a column of integers.
+/// Loads eight integers of a column.
 #[inline(always)]
 pub(super) fn of_eight(column: &Column<u32>, first: usize) -> u32x8 {
     let mut numbers = [0; WIDTH];
@@ -143,7 +143,7 @@ fn copysign(x: f32x8, sign: f32x8) -> f32x8 {
     f32x8::splat(-0.0).bitselect(sign, x)
 }
 
-/// The bits of eight numbers.
+/// Bits of eight numbers.
 #[inline(always)]
 pub(super) fn bits(x: f32x8) -> u32x8 {
     bytemuck::cast(x)
@@ -155,7 +155,7 @@ pub(super) fn from_bits(x: u32x8) -> f32x8 {
     bytemuck::cast(x)
 }
 
-/// [`ray::depth_limit`] of eight.
+/// [`ray::depth_limit`] of eight numbers.
 #[inline(always)]
 pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
     let scale = (scale + ray::MIN) * (1.0 + CONVERSION);
@@ -163,8 +163,8 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
 }
 
 impl Group {
-    /// Takes up to eight of some rays, number `from` and the next ones, to place `first` and the
-    /// next ones, and sends them to the root. The operations are those of
+    /// Loads up to eight of `rays`, from number `from` on, into positions `first` and following,
+    /// and sets the root as their next node. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
     pub(super) fn take(
@@ -226,7 +226,7 @@ impl Group {
         Taken { usable, has_slabs }
     }
 
-    /// Makes the eight rays from `first` on, which [`Self::take`] has taken, ready for the boxes.
+    /// Computes the slabs of the eight rays from `first` on, which [`Self::take`] has loaded.
     #[inline]
     pub(super) fn take_slabs(&mut self, first: usize, scene: &Scene) {
         let axis = of_eight(&self.axis, first);
@@ -238,7 +238,7 @@ impl Group {
         self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), scene);
     }
 
-    /// What `Slabs::new` has, but for rounding.
+    /// Computes the fields of `Slabs::new`, except for rounding.
     #[inline(always)]
     fn set_slabs(&mut self, first: usize, origin: [f32x8; 3], slope: [f32x8; 3], scene: &Scene) {
         let splat = f32x8::splat;
@@ -257,7 +257,7 @@ impl Group {
         }
     }
 
-    /// Puts the top of the stacks of the eight rays from `first` on above their first entries.
+    /// Sets the tops of the stacks of the eight rays from `first` on to just above their sentinels.
     #[inline]
     pub(super) fn reset_stacks(&mut self, first: usize, stack_size: usize) {
         let numbers = LANES + u32x8::splat(first as u32);
@@ -265,7 +265,7 @@ impl Group {
         set_bits(&mut self.top, first, top);
     }
 
-    /// A ray as the boxes want it.
+    /// Slabs of a ray, for the box test.
     #[inline(always)]
     pub(super) fn slabs(&self, i: usize) -> Slabs {
         let splat = |column: &Column| f32x8::splat(column[i]);
@@ -279,13 +279,13 @@ impl Group {
         }
     }
 
-    /// A ray as the triangle filter wants it.
+    /// Shear of a ray, for the triangle filter.
     #[inline(always)]
     pub(super) fn shear(&self, i: usize) -> Shear {
         self.shear_of(i, |column| f32x8::splat(column[i]))
     }
 
-    /// Eight rays that have the axis of the first, as the triangle filter wants them.
+    /// Shears of eight rays that have the axis of the first, for the triangle filter.
     #[inline(always)]
     pub(super) fn shear_of_eight(&self, first: usize) -> Shear {
         self.shear_of(first, |column| eight(column, first))
@@ -302,8 +302,8 @@ impl Group {
         }
     }
 
-    /// Eight rays from `first` on test the triangles that passed their filters, in a set of lanes;
-    /// returns the lanes in which double precision must decide.
+    /// Tests the eight rays from `first` on against triangles that passed their filters, in a set
+    /// of lanes; returns the lanes in which double precision must decide.
     #[inline(always)]
     pub(super) fn test<const ANY: bool>(
         &mut self,
@@ -337,7 +337,7 @@ impl Group {
         tested.unclear.to_bitmask() & set
     }
 
-    /// Double precision decides about a triangle.
+    /// Decides about a triangle in double precision.
     pub(super) fn confirm(
         &mut self,
         i: usize,
@@ -354,13 +354,13 @@ impl Group {
         }
     }
 
-    /// What a sphere that is hit brings.
+    /// Offers the hit of a sphere to a ray.
     pub(super) fn offer_sphere(&mut self, i: usize, t: f32, primitive: u32) {
         let limit = ray::depth_limit(t, self.scale[i]);
         self.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
     }
 
-    /// [`Nearest::offer`](crate::traverse::Nearest::offer), and the depth limit that goes with the
+    /// [`Nearest::offer`](crate::traverse::Nearest::offer) together with the depth limit of the
     /// hit, if `counts`; without branches.
     #[expect(clippy::needless_bitwise_bool, reason = "lazy operators would branch")]
     #[inline(always)]
@@ -405,7 +405,7 @@ impl Group {
     }
 }
 
-/// All bits of the lanes of a set.
+/// Lane mask of a set of lanes.
 #[inline(always)]
 fn lanes_of(set: u32) -> u32x8 {
     let own = u32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);

@@ -1,10 +1,10 @@
-//! Moving the lanes of a vector about, without branches.
+//! Branch-free permutation of the lanes of a vector.
 
 use wide::u32x8;
 
 use crate::wide::WIDTH;
 
-/// The number of each lane.
+/// Number of each lane.
 pub(super) const LANES: u32x8 = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
 
 /// For each set of lanes, given by its bits: those lanes, in ascending order, in four bits each
@@ -26,17 +26,16 @@ static MEMBERS: [u32; 1 << WIDTH] = {
     table
 };
 
-/// The lanes of a set of eight, in ascending order, in the lowest three bits; what follows them has
-/// no meaning.
+/// Lanes of a set of eight, in ascending order, in the lowest three bits; the rest is undefined.
 #[inline(always)]
 pub(in crate::wide) fn members(set: u32) -> u32x8 {
     let lanes = u32x8::splat(MEMBERS[set as usize % MEMBERS.len()]) >> (LANES << 2);
-    // Shuffles by AVX2 look at no other bits.
+    // AVX2 shuffles ignore the other bits.
     if cfg!(target_feature = "avx2") { lanes } else { lanes & u32x8::splat(WIDTH as u32 - 1) }
 }
 
-/// One stage of a sorting network: each lane is compared with its partner, and the one of the two
-/// that comes first gets the greater value.
+/// Stage of a sorting network: each lane is compared with its partner, and the lower-numbered lane
+/// of the two gets the greater value.
 macro_rules! stage {
     ($x:expr, $partners:expr) => {{
         const PARTNERS: [u32; WIDTH] = $partners;
@@ -54,7 +53,7 @@ macro_rules! stage {
     }};
 }
 
-/// The values in descending order, by a bitonic network. [Batcher 1968, "Sorting networks and
+/// Sorts the values in descending order, by a bitonic network. [Batcher 1968, "Sorting networks and
 /// their applications"]
 #[inline(always)]
 pub(super) fn sort_descending(x: u32x8) -> u32x8 {

@@ -1,18 +1,18 @@
 //! Queries of many rays at once.
 //!
-//! A ray visits few nodes, and each step waits for the one before: what to visit next is known
-//! only when the boxes are tested. Many rays have many steps that wait for nothing. So the rays of
-//! a group advance together: in each round, first all rays that are at a node test its boxes, then
-//! all that are at a block of triangles filter it, and then all triangles that passed are
-//! confirmed, eight at a time whichever rays they belong to. The loops have hardly a branch that
-//! a processor could predict wrongly: rays are put into the queue of what they visit next, the
-//! children of a node are sorted by a network, and those not hit fall off the end.
+//! A ray visits few nodes, and each step depends on the one before: the next node is known only
+//! after the box tests. Steps of different rays are independent. So the rays of a group advance
+//! together: in each round, first all rays that are at a node test its boxes, then all that are at
+//! a block of triangles filter it, and then all triangles that passed are tested, eight at a time
+//! regardless of their rays. The loops have hardly any unpredictable branches: rays are put into
+//! the queue of the kind of their next child, the children of a node are sorted by a network, and
+//! those not hit end up above the top of the stack.
 //!
-//! Rays that run side by side, as those of neighbouring pixels do, go as packets instead.
+//! Coherent rays, such as those of neighbouring pixels, are traced as packets instead.
 //!
 //! The tests are those of single queries, so the hits have the same bits.
 
-#[cfg_attr(not(target_arch = "x86_64"), path = "no_avx512.rs")]
+#[cfg_attr(any(not(target_arch = "x86_64"), portable), path = "no_avx512.rs")]
 pub(super) mod avx512;
 mod candidates;
 mod frustum_cull;
@@ -21,7 +21,7 @@ pub(super) mod lane_permute;
 mod occlusion_order_stats;
 mod packet;
 mod ray_slots;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(portable)))]
 mod root;
 
 use std::cell::RefCell;
@@ -42,17 +42,17 @@ use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::sphere;
 
-/// So many entries above the top of a stack are overwritten when children are put on it.
+/// Number of entries above the top of a stack that a push may overwrite.
 pub(super) const STACK_MARGIN: usize = WIDTH;
 
-/// The bits of the depth that hold the number of a child while it is sorted.
+/// Bits of the depth that contain the lane of a child during sorting.
 const LANE_BITS: u32 = WIDTH as u32 - 1;
 
-/// Rays by what they visit next: the two bits of kind of [`Child`].
+/// Rays by the kind of their next child: the two bits of kind of [`Child`].
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
     rays: [Column<u32>; 4],
-    /// Counts of each kind, in sixteen bits each, which fit a register.
+    /// Counts of each kind, in sixteen bits each of one register.
     len: u64,
 }
 
@@ -89,19 +89,19 @@ impl Queues {
     }
 }
 
-/// The children that the rays of a group put off, a stretch for each ray. Depths are kept as bits,
-/// whose order is the same for numbers above 0.
+/// Stacks of deferred children, a stretch for each ray of a group. Depths are stored as bits, whose
+/// order is the same for positive numbers.
 #[derive(Default)]
 struct Stacks {
-    /// Entries of each.
+    /// Entries per ray.
     size: usize,
     depths: Vec<u32>,
     children: Vec<u32>,
 }
 
 impl Stacks {
-    /// Makes stacks of this size. Below its stack each ray has an entry that ends it, that no depth
-    /// limit passes over, and that is never overwritten.
+    /// Sets the size of the stacks. Below its stack each ray has a sentinel entry that ends the
+    /// traversal, passes every depth limit, and is never overwritten.
     fn set_size(&mut self, stack_size: usize) {
         if self.size != stack_size {
             self.size = stack_size;
@@ -110,8 +110,8 @@ impl Stacks {
         }
     }
 
-    /// Puts the children of a node that are hit on a stack, the farthest first; those that are not
-    /// stay above its top. The lanes go with the depths.
+    /// Pushes the children of a node that are hit on a stack, the farthest first. Entries of the
+    /// others end up above its top. The lanes are stored with the depths.
     #[inline(always)]
     fn push_sorted(&mut self, top: &mut usize, near: f32x8, hit: f32x8, node: &WideNode) {
         let keys = (bits(near) & u32x8::splat(!LANE_BITS)) | LANES;
@@ -119,7 +119,7 @@ impl Stacks {
         *top += hit.to_bitmask().count_ones() as usize;
     }
 
-    /// Writes children of a node from `top` on, by their depths with the lanes they are in.
+    /// Writes children of a node from `top` on, by their depths with the lanes that contain them.
     #[inline(always)]
     fn put_sorted(&mut self, top: usize, keys: u32x8, node: &WideNode) {
         self.depths[top..top + STACK_MARGIN].copy_from_slice(keys.as_array());
@@ -133,7 +133,7 @@ impl Stacks {
         self.children[top..top + STACK_MARGIN].copy_from_slice(children.shuffle(lanes).as_array());
     }
 
-    /// The same in any order, and without depths.
+    /// Pushes the children that are hit in any order, and without depths.
     #[inline(always)]
     fn push(&mut self, top: &mut usize, hit: f32x8, node: &WideNode) {
         let hit = hit.to_bitmask();
@@ -141,7 +141,7 @@ impl Stacks {
         *top += hit.count_ones() as usize;
     }
 
-    /// Takes the topmost child with a depth up to `limit`; `top` is the entry above the stack.
+    /// Pops the topmost child with a depth up to `limit`; `top` is the entry above the stack.
     #[inline(always)]
     fn pop<const ANY: bool>(&self, top: &mut usize, limit: f32) -> u32 {
         *top -= 1;
@@ -152,7 +152,7 @@ impl Stacks {
     }
 }
 
-/// What a thread needs for batches, kept from one to the next.
+/// Buffers of a thread for batches, reused between them.
 struct Scratch {
     group: Box<Group>,
     candidates: Box<Candidates>,
@@ -162,7 +162,7 @@ struct Scratch {
     orders: OcclusionOrders,
 }
 
-/// What is needed to start rays.
+/// Buffers used to start rays.
 struct Parts<'a> {
     group: &'a mut Group,
     stacks: &'a mut Stacks,
@@ -183,7 +183,7 @@ thread_local! {
 }
 
 impl WideBvh {
-    /// The nearest hit of each ray, in place of what `hits` has.
+    /// Replaces the contents of `hits` by the nearest hit of each ray.
     pub(crate) fn intersect_batch(
         &self,
         rays: Rays<'_>,
@@ -203,7 +203,7 @@ impl WideBvh {
         });
     }
 
-    /// Writes to `occluded`, for each ray in order, whether it hits anything.
+    /// Writes to `occluded`, for each ray in order, true if it hits anything.
     pub(crate) fn occluded_batch(
         &self,
         rays: Rays<'_>,
@@ -216,8 +216,8 @@ impl WideBvh {
         });
     }
 
-    /// Answers all rays. `done` is told of those that are: the first one's place in the group, and
-    /// which of all rays they are.
+    /// Traces all rays. Calls `done` for finished ones with the position of the first in the group
+    /// and their range among all rays.
     fn batch<const ANY: bool>(
         &self,
         rays: Rays<'_>,
@@ -260,8 +260,8 @@ impl WideBvh {
         });
     }
 
-    /// Traces packets of a section's rays that run side by side, and sends the others to the root;
-    /// returns how many these are.
+    /// Traces coherent rays of a section as packets, and sends the others to the root; returns the
+    /// number of the latter.
     #[inline(never)]
     fn start<const ANY: bool>(
         &self,
@@ -324,7 +324,7 @@ impl WideBvh {
         active
     }
 
-    /// Rays at nodes go on to the nearest child that they hit, and put off the others.
+    /// Advances rays at nodes to the nearest child that they hit, and defers the others.
     #[inline(never)]
     fn visit_nodes<const ANY: bool, const LARGE: bool>(
         &self,
@@ -354,7 +354,7 @@ impl WideBvh {
         }
     }
 
-    /// Rays at blocks of triangles test them.
+    /// Tests rays at blocks of triangles.
     #[inline(never)]
     fn visit_triangles<const ANY: bool>(
         &self,
@@ -378,7 +378,7 @@ impl WideBvh {
         }
     }
 
-    /// Rays at blocks of spheres test them.
+    /// Tests rays at blocks of spheres.
     #[inline(never)]
     fn visit_spheres(
         &self,
@@ -393,7 +393,7 @@ impl WideBvh {
         }
     }
 
-    /// A ray tests a block of spheres.
+    /// Tests a ray against a block of spheres.
     fn visit_sphere(
         &self,
         group: &mut Group,
@@ -413,7 +413,7 @@ impl WideBvh {
     }
 }
 
-/// Rays that have tested a leaf go on to what they put off.
+/// Advances rays that have tested a leaf to their deferred children.
 #[inline(always)]
 fn leave_leaves<const ANY: bool>(
     group: &mut Group,

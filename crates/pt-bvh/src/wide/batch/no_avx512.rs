@@ -1,12 +1,12 @@
-//! In place of `avx512.rs` on other processors.
+//! Replacement for `avx512.rs` on other processors.
 
-use super::fan::Met;
+use super::frustum_cull::Met;
 use super::group::Group;
 use super::packet::Packet;
 use super::{Queues, Stacks};
 use crate::wide::WideNode;
 
-/// There is none.
+/// Uninhabited: AVX-512 is not available.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::wide) enum Avx512 {}
 

@@ -1,38 +1,38 @@
-//! In which order packets that look for any hit visit children: the most urgent first, or the
-//! nearest.
+//! Adaptive order in which packets of occlusion rays visit children: by hit probability and cost
+//! (`occlusion_order.rs`), or near to far.
 //!
-//! Where a wall is behind plants, the wall is met sooner; where triangles are as small as pixels,
-//! the nearest are hit. Which is better is told by what the packets before took.
+//! If a wall is behind plants, the wall is hit sooner; if triangles are as small as pixels, the
+//! nearest ones are hit. The better order is estimated from the work of preceding packets.
 
-/// What a packet visited: nodes and blocks, and how many triangles it was tested against.
+/// Work of a packet: numbers of visited nodes and blocks, and of tested triangles.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Work {
     pub(super) visits: u32,
     pub(super) tests: u32,
 }
 
-/// What packets took by both orders.
+/// Mean work of packets in both orders.
 #[derive(Clone, Copy, Default)]
 pub(super) struct OcclusionOrders {
-    /// Mean visits, times [`MEMORY`]: the most urgent first, the nearest first.
+    /// Mean visits, times [`MEMORY`]: by occlusion order, near to far.
     visits: [u32; 2],
     packets: u32,
 }
 
-/// So many packets count, more or less.
+/// Approximate number of packets in the moving average.
 const MEMORY: u32 = 8;
-/// One of so many packets takes the order that seems worse.
+/// One of this many packets uses the order that seems worse.
 const TRIAL: u32 = 16;
 
 impl OcclusionOrders {
-    /// Returns true if the next packet goes from near to far.
+    /// Returns true if the next packet visits children near to far.
     pub(super) fn near_first(&mut self) -> bool {
         self.packets = self.packets.wrapping_add(1);
         let is_better = self.visits[1] < self.visits[0];
         is_better ^ self.packets.is_multiple_of(TRIAL)
     }
 
-    /// What a packet took that went in this order.
+    /// Records the work of a packet that used this order.
     pub(super) fn learn(&mut self, near_first: bool, work: Work) {
         let visits = &mut self.visits[usize::from(near_first)];
         *visits = *visits - *visits / MEMORY + work.visits;
@@ -43,8 +43,8 @@ impl OcclusionOrders {
 mod tests {
     use super::*;
 
-    /// Returns the number of packets of a hundred that go from near to far, where these are the
-    /// visits of both orders.
+    /// Returns the number of packets of a hundred that visit near to far, given the visits in both
+    /// orders.
     fn near_of_hundred(orders: &mut OcclusionOrders, visits: [u32; 2]) -> usize {
         let take = |_: &usize| {
             let near_first = orders.near_first();

@@ -1,13 +1,13 @@
-//! Rays that run side by side: they visit the same nodes, which are tested once for all of them.
+//! Packets of coherent rays: they visit the same nodes, which are tested once for all of them.
 //!
-//! A packet has a beam: the intervals of its rays' origins and inverse slopes. A node's boxes are
-//! tested against the beam, all eight at once; a triangle is tested against eight rays at once.
+//! A packet has bounds: the intervals of its rays' origins and inverse slopes. A node's boxes are
+//! tested against the bounds, all eight at once; a triangle is tested against eight rays at once.
 //! [Wald, Slusallek, Benthin & Wagner 2001, "Interactive Rendering with Coherent Ray Tracing";
 //! Boulos, Wald & Shirley 2006, "Geometric and Arithmetic Culling Methods for Entire Ray Packets"]
 //!
-//! The box test of a beam is that of its rays (see [`crate::ray`]) with intervals for origins and
-//! slopes, and the greatest pad among them. It rounds a difference and a product, which is less
-//! than the pad allows for; so a beam misses no box in which one of its rays has a hit.
+//! The box test of the bounds is that of the rays (see [`crate::ray`]) with intervals for origins
+//! and slopes, and the greatest pad among them. It rounds a difference and a product, which is
+//! covered by the pad; so no box is missed in which one of the rays has a hit.
 
 use pt_math::Vec3;
 use wide::{f32x8, u32x8};
@@ -20,49 +20,48 @@ use super::{Queues, Stacks};
 use crate::counter::Counter;
 use crate::ray::{AXES, MIN_SLOPE, PAD, Scene};
 use crate::wide::depths::{after, earlier, later};
-use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
-use crate::wide::{Child, Size, TriangleBlock, WIDTH, WideBvh};
+use crate::wide::{Child, Size, TriangleBlock, WIDTH, WideBvh, lanes};
 
-/// Rays of a packet.
+/// Rays per packet.
 pub(super) const PACKET: usize = 16;
 
-/// Packets of a whole section that meet more triangles are slower than small ones, and so are, most
-/// likely, the next so many packets.
+/// If a packet of a whole section tests more triangles than this, small packets are faster, and
+/// most likely also for the next [`PAUSE`] packets.
 pub(super) const MAX: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
 
-/// Rays whose slopes differ by more are faster on their own.
+/// Maximum difference of slopes; beyond it, single rays are faster.
 const WIDEST: f32 = 0.25;
 
-/// The same for their origins, as a part of half of the scene's extent.
+/// Maximum difference of origins, as a fraction of half of the scene's extent.
 const FARTHEST: f32 = 0.04;
 
-/// Where the rays of a packet are.
+/// Bounds of the rays of a packet.
 pub(super) struct PacketBounds {
-    /// Per axis: the origin from which the planes that are met first are nearest, and the one from
-    /// which the others are farthest, moved by the pad.
+    /// Per axis: the origin nearest to the planes that are met first, and the one farthest from the
+    /// planes that are met last, moved by the pad.
     near_origin: [f32x8; 3],
     far_origin: [f32x8; 3],
     /// Least and greatest inverse slope.
     inverse: [[f32x8; 2]; 3],
-    /// Which of the two planes per axis the rays meet first.
+    /// Index per axis of the plane that the rays meet first.
     first: [usize; 3],
     start: f32x8,
-    /// For rays that have one origin.
+    /// Frustum of rays that have one origin.
     pub(super) fan: Option<FrustumCull>,
-    /// True if any hit is looked for from near to far.
+    /// True if occlusion rays visit children near to far.
     pub(super) near_first: bool,
 }
 
-/// The numbers of `N` rays in a column, folded to eight.
+/// Reduces the numbers of `N` rays in a column to eight.
 #[inline(always)]
 fn fold<const N: usize>(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
     let eights = (first + WIDTH..first + N).step_by(WIDTH);
     eights.fold(eight(column, first), |x, first| of(x, eight(column, first)))
 }
 
-/// The greatest of the numbers of `N` rays in a column of numbers above 0.
+/// Maximum over `N` rays of a column of positive numbers.
 #[inline(always)]
 fn greatest<const N: usize>(column: &Column, first: usize) -> f32 {
     let greatest = bits(fold::<N>(column, first, later)).to_array();
@@ -78,7 +77,7 @@ fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
 }
 
 impl PacketBounds {
-    /// The beam of the `N` rays from place `first` on, if they run side by side.
+    /// Bounds of the `N` rays from position `first` on, if they are coherent.
     #[inline(always)]
     pub(super) fn new<const N: usize>(group: &Group, first: usize, scene: &Scene) -> Option<Self> {
         if !is_uniform::<N>(&group.octant, first) || !is_uniform::<N>(&group.axis, first) {
@@ -89,7 +88,7 @@ impl PacketBounds {
         let columns = [ox, oy, oz, sx, sy, &group.start];
         let extremes = |of: fn(f32x8, f32x8) -> f32x8| {
             let [a, b, c, d, e, f] = columns.map(|column| fold::<N>(column, first, of));
-            // Eight, of which the last two are there for the transposition only.
+            // Eight rows, of which the last two only fill the transposition.
             let [a, b, c, d, e, f, g, h] = f32x8::transpose([a, b, c, d, e, f, f, f]);
             of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
         };
@@ -136,8 +135,8 @@ impl PacketBounds {
         })
     }
 
-    /// Where the beam enters each child's box at the earliest, and a mask of the children that it
-    /// may enter before `limit`.
+    /// Returns lower bounds of the depths at which rays enter each child's box, and a mask of the
+    /// children that they may enter before `limit`.
     #[inline(always)]
     fn test(&self, planes: &[[f32x8; 2]; 3], limit: f32) -> (f32x8, f32x8) {
         let [nx, ny, nz] = [0, 1, 2].map(|k: usize| {
@@ -157,7 +156,7 @@ impl PacketBounds {
 }
 
 impl WideBvh {
-    /// Takes the `N` rays from place `first` on from the root to their hits.
+    /// Traces the `N` rays from position `first` on from the root to their hits.
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
@@ -172,7 +171,7 @@ impl WideBvh {
         let mut child = group.child[first];
         let mut limit = greatest::<N>(&group.limit, first);
         let mut work = Work::default();
-        // A bit for each eight rays that look for hits.
+        // Bit mask of the groups of eight rays that are still active.
         let mut looking = (1u32 << (N / WIDTH)) - 1;
         while child != Child::DONE {
             let tested = match Child::kind(child) {
@@ -237,7 +236,7 @@ impl WideBvh {
         work
     }
 
-    /// The boxes of a block's triangles, in the form of a node's.
+    /// Boxes of a block's triangles, in the layout of a node.
     #[inline(always)]
     fn boxes(&self, block: &TriangleBlock) -> [[f32x8; 2]; 3] {
         [0, 1, 2].map(|k: usize| {
@@ -248,19 +247,19 @@ impl WideBvh {
     }
 }
 
-/// The rays of a packet that look for hits in a block of triangles.
+/// Rays of a packet that are tested against a block of triangles.
 #[derive(Clone, Copy)]
 pub(super) struct Packet<'a> {
-    /// Place of the first ray.
+    /// Position of the first ray.
     pub(super) first: usize,
-    /// A bit for each eight rays that look.
+    /// Bit mask of the active groups of eight rays.
     pub(super) looking: u32,
     pub(super) sections: &'a RaySlotChunks<'a>,
     pub(super) block: &'a TriangleBlock,
 }
 
 impl Packet<'_> {
-    /// The places of each eight rays that look.
+    /// Positions of the active groups of eight rays.
     #[inline(always)]
     fn eights(&self) -> impl Iterator<Item = usize> + use<> {
         let first = self.first;
@@ -269,8 +268,8 @@ impl Packet<'_> {
 }
 
 impl Group {
-    /// The rays of a packet, which have the same axis, test those of the block's triangles; whether
-    /// any passed the filter.
+    /// Tests the rays of a packet, which have the same axis, against some of the block's triangles;
+    /// returns true if any passed the filter.
     #[inline(always)]
     fn test_triangles<const ANY: bool>(&mut self, packet: Packet<'_>, triangles: u32) -> bool {
         let mut any = false;
@@ -289,7 +288,7 @@ impl Group {
         any
     }
 
-    /// The same for rays of one origin, and the triangles that they may meet.
+    /// [`Self::test_triangles`] for rays of one origin, and the triangles that they may hit.
     #[inline(always)]
     fn test_fan<const ANY: bool>(&mut self, packet: Packet<'_>, met: &Met) -> bool {
         let mut any = false;
@@ -307,7 +306,8 @@ impl Group {
         any
     }
 
-    /// Eight rays from `first` on test a triangle that passed the filter in a set of lanes.
+    /// Tests eight rays from `first` on against a triangle that passed the filter in a set of
+    /// lanes.
     #[inline(always)]
     fn test_lane<const ANY: bool>(
         &mut self,

@@ -1,7 +1,7 @@
-//! The rays that are in a group.
+//! Assignment of rays to the slots of a group.
 //!
-//! A few rays of a group take far more rounds than the others. So a group has sections: one whose
-//! rays are done takes the next rays, while those of the others are on their way.
+//! A few rays of a group take far more rounds than the others. So a group has sections: a section
+//! whose rays are done is refilled while those of the others are still active.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use pt_math::{Ray, Rays};
 
 use super::group::GROUP;
 
-/// Rays that are taken together.
+/// Number of rays in a section.
 pub(super) const SECTION: usize = 64;
 
-/// Sections of a group.
+/// Number of sections in a group.
 pub(super) const SECTIONS: usize = GROUP / SECTION;
 const _: () = assert!(SECTIONS <= 4 && GROUP < 1 << 16);
 
@@ -21,11 +21,11 @@ struct RaySlots<'a> {
     rays: Rays<'a>,
     /// Number of its first ray among all.
     first: usize,
-    /// Number in flight.
+    /// Number of rays in flight.
     active: usize,
 }
 
-/// The rays of all sections, and those that wait.
+/// Rays of all sections, and the rays that wait.
 pub(super) struct RaySlotChunks<'a> {
     of: [RaySlots<'a>; SECTIONS],
     waiting: Rays<'a>,
@@ -33,32 +33,32 @@ pub(super) struct RaySlotChunks<'a> {
 }
 
 impl<'a> RaySlotChunks<'a> {
-    /// All rays wait.
+    /// Starts with all rays waiting.
     pub(super) fn new(rays: Rays<'a>) -> Self {
         let empty = RaySlots { rays: Rays::Rows(&[]), first: 0, active: 0 };
         Self { of: [empty; SECTIONS], waiting: rays, started: 0 }
     }
 
-    /// The ray at a place of the group.
+    /// Ray at a position of the group.
     #[inline(always)]
     pub(super) fn ray(&self, i: usize) -> Ray {
         self.of[i / SECTION % SECTIONS].rays.get(i % SECTION)
     }
 
-    /// The rays of a section.
+    /// Rays of a section.
     pub(super) fn rays(&self, section: usize) -> Rays<'a> {
         self.of[section].rays
     }
 
-    /// Which of all rays the section has, if none of them is on its way and there is something to
-    /// do: to report them, or to start others.
+    /// Range of the section's rays among all, if none of them is active and there is work to do: to
+    /// report them, or to start others.
     pub(super) fn finished(&self, section: usize) -> Option<Range<usize>> {
         let RaySlots { rays, first, active } = self.of[section];
         let is_idle = rays.is_empty() && self.waiting.is_empty();
         (active == 0 && !is_idle).then(|| first..first + rays.len())
     }
 
-    /// Gives a section the next rays.
+    /// Assigns the next rays to a section.
     pub(super) fn refill(&mut self, section: usize) {
         let (rays, rest) = self.waiting.split_at(SECTION.min(self.waiting.len()));
         self.of[section] = RaySlots { rays, first: self.started, active: 0 };
@@ -66,14 +66,14 @@ impl<'a> RaySlotChunks<'a> {
         self.waiting = rest;
     }
 
-    /// So many of a section's rays are on their way.
+    /// Sets the number of active rays of a section.
     pub(super) fn set_active(&mut self, section: usize, active: usize) {
         self.of[section].active = active;
     }
 
-    /// The rays at these places are done.
+    /// Marks the rays at these positions as done.
     pub(super) fn finish(&mut self, places: &[u32]) {
-        // So many of each section, in sixteen bits each: a number that stays in a register.
+        // Counts per section, in sixteen bits each of one register.
         let of_section = |i: u32| 16 * (i / SECTION as u32 % SECTIONS as u32);
         let counts = places.iter().fold(0u64, |counts, &i| counts + (1 << of_section(i)));
         for (section, k) in self.of.iter_mut().zip(0..) {

@@ -1,9 +1,9 @@
-//! Rays enter the tree sixteen at a time, by AVX-512.
+//! Entry of rays into the tree sixteen at a time, by AVX-512.
 //!
-//! All rays begin at the root, and those that begin next to each other go on to the same nodes for
-//! a while whatever their directions. There a box is tested against sixteen rays by the operations
-//! that elsewhere test eight boxes against one. What they visit next, and what they put off, is
-//! what [`WideBvh::visit_nodes`](crate::wide::WideBvh) would find.
+//! All rays begin at the root, and neighbours visit the same nodes for a while whatever their
+//! directions. There a box is tested against sixteen rays by the operations that elsewhere test
+//! eight boxes against one ray. The next and the deferred children are those of
+//! [`WideBvh::visit_nodes`](crate::wide::WideBvh).
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_add_epi32, _mm512_castps_si512,
@@ -21,31 +21,30 @@ use super::avx512::{SIXTEEN, load, load_bits, store_bits};
 use super::group::Group;
 use super::lane_permute::members;
 use super::{LANE_BITS, Queues, Stacks};
-use crate::wide::traverse::lanes;
-use crate::wide::{Child, WIDTH, WideNode};
+use crate::wide::{Child, WIDTH, WideNode, lanes};
 
-/// The outcome of `a & b | c` for bits 0, 0, 0 to 1, 1, 1, from the lowest on.
+/// Truth table of `a & b | c`, for bits 0, 0, 0 to 1, 1, 1 from the lowest on.
 const A_AND_B_OR_C: i32 = 0b1110_1010;
 
-/// Rays that visit a node together; fewer are faster one by one.
+/// Minimum number of rays that visit a node together; fewer are faster one by one.
 const FEWEST: u32 = 9;
 
-/// Numbers for each of sixteen rays.
+/// Integers for sixteen rays.
 type Integers = [u32; SIXTEEN];
 
-/// Some of sixteen rays at a node, as the boxes want them.
+/// Slabs of some of sixteen rays at a node.
 struct Slabs<'a> {
     node: &'a WideNode,
-    /// Place of the first ray.
+    /// Position of the first ray.
     first: usize,
-    /// Those that are there.
+    /// Mask of the rays at the node.
     rays: __mmask16,
     inverse: [__m512; 3],
     near: [__m512; 3],
     far: [__m512; 3],
     start: __m512,
     limit: __m512,
-    /// Those that fall, per axis.
+    /// Masks per axis of the rays whose direction is negative.
     falls: [__mmask16; 3],
 }
 
@@ -69,7 +68,8 @@ impl<'a> Slabs<'a> {
         }
     }
 
-    /// Where rays enter a child's box, and those that enter it before their limit.
+    /// Returns the depths at which rays enter a child's box, and a mask of those that enter it
+    /// before their limit.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn test(&self, child: usize) -> (__m512, __mmask16) {
@@ -88,8 +88,8 @@ impl<'a> Slabs<'a> {
     }
 }
 
-/// The network of compare and exchange for eight numbers. [Knuth, The Art of Computer Programming,
-/// vol. 3, §5.3.4: Batcher's, by merging]
+/// Compare-and-exchange network for eight numbers. [Knuth, The Art of Computer Programming, vol. 3,
+/// §5.3.4: Batcher's, by merging]
 const NETWORK: [[usize; 2]; 19] = [
     [0, 1],
     [2, 3],
@@ -112,7 +112,7 @@ const NETWORK: [[usize; 2]; 19] = [
     [3, 4],
 ];
 
-/// Eight keys of each of sixteen rays, in descending order.
+/// Sorts the eight keys of each of sixteen rays in descending order.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn sort_descending(mut keys: [__m512i; WIDTH]) -> [__m512i; WIDTH] {
@@ -143,7 +143,7 @@ fn to_array(x: __m512i) -> Integers {
     numbers
 }
 
-/// The keys of each ray.
+/// Transposes keys to one row per ray.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn rows(keys: &[__m512i; WIDTH]) -> [u32x8; SIXTEEN] {
@@ -155,16 +155,16 @@ fn rows(keys: &[__m512i; WIDTH]) -> [u32x8; SIXTEEN] {
     bytemuck::cast([a, b])
 }
 
-/// What sixteen rays find at the root.
+/// Result of sixteen rays at a node.
 struct Found {
-    /// Number of children that each hits.
+    /// Number of children that each ray hits.
     count: __m512i,
-    /// The one that it visits next.
+    /// Child that each ray visits next.
     next: __m512i,
 }
 
 impl Found {
-    /// Those that hit more than so many children.
+    /// Mask of the rays that hit more than `count` children.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn more_than(&self, count: u32) -> __mmask16 {
@@ -172,7 +172,7 @@ impl Found {
     }
 }
 
-/// Puts sixteen rays into the queues of what they visit next; returns how many visit anything.
+/// Puts sixteen rays into the queues of their next children; returns the number of rays with one.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn queue(queues: &mut Queues, first: usize, rays: __mmask16, children: __m512i) -> u32 {
@@ -202,7 +202,7 @@ impl Group {
         usable: u32,
     ) -> u32 {
         let usable = usable as __mmask16;
-        // Those that hit nothing at the root are done.
+        // Rays that hit nothing at the root are done.
         let mut children = splat(Child::DONE);
         let mut at_nodes =
             self.visit_together::<ANY>(stacks, &nodes[0], first, usable, &mut children);
@@ -221,8 +221,8 @@ impl Group {
         queue(queues, first, usable, children)
     }
 
-    /// Those of sixteen rays that are at one node go on to what they visit next, of `children`;
-    /// those are returned that are at a node then.
+    /// Advances those of sixteen rays that are at `node` to their next child, in `children`;
+    /// returns a mask of the rays that are then at an inner node.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn visit_together<const ANY: bool>(
@@ -237,8 +237,8 @@ impl Group {
         let found =
             if ANY { self.find_any(stacks, &slabs) } else { self.find_nearest(stacks, &slabs) };
         let is_hit = found.more_than(0);
-        // The next child is the last that was put on the stack. All are stored, since what was
-        // stored by a mask is slow to be read again.
+        // The next child is the last one pushed. All lanes are stored, since loads after masked
+        // stores are slow.
         let top = load_bits(&self.top, first);
         let last = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
         store_bits(&mut self.top, first, !0, _mm512_mask_mov_epi32(top, is_hit, last));
@@ -259,7 +259,7 @@ impl Group {
         _mm512_mask_cmpeq_epi32_mask(rays, kinds, splat(Queues::NODES as u32))
     }
 
-    /// Rays that look for any hit put off what they do not visit next.
+    /// Finds the next child for occlusion rays, and defers the others.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn find_any(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
@@ -280,7 +280,7 @@ impl Group {
         found
     }
 
-    /// The same for nearest hits.
+    /// Finds the next child for nearest hits, and defers the others.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn find_nearest(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
@@ -296,7 +296,7 @@ impl Group {
             *key = _mm512_maskz_ternarylogic_epi32::<A_AND_B_OR_C>(hit, near, mask, lane);
             least = _mm512_mask_min_epu32(least, hit, least, *key);
         }
-        // Twice, since four bits of the key count.
+        // Replicated, since the permutation uses four bits of the key.
         let children: Integers = bytemuck::cast([slabs.node.children; SIXTEEN / WIDTH]);
         let next = _mm512_permutexvar_epi32(least, load_bits(&children, 0));
         let found = Found { count, next };
