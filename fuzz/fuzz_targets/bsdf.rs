@@ -1,4 +1,4 @@
-//! Measured materials that scenes name.
+//! Measured materials, referred to by scenes.
 
 #![no_main]
 

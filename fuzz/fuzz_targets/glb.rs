@@ -1,4 +1,4 @@
-//! glTF in one file.
+//! Binary glTF.
 
 #![no_main]
 

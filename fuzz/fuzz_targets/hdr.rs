@@ -1,4 +1,4 @@
-//! Radiance pictures.
+//! Radiance HDR images.
 
 #![no_main]
 

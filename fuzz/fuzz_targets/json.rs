@@ -1,4 +1,4 @@
-//! Scene files of our own.
+//! Scene files in the native format.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Curves that scenes of Mitsuba name.
+//! Curves, referred to by Mitsuba scenes.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Grids of media.
+//! Volume grids of media.
 
 #![no_main]
 

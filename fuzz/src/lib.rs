@@ -1,8 +1,7 @@
-//! What the fuzz targets do with the bytes that they are given: read them as a file of a format,
-//! and go on with what was read. Nothing may panic, abort, hang or fill memory; each error has a
-//! text.
+//! Bodies of the fuzz targets: each reads its input as a file of a format, and processes the
+//! result. Nothing may panic, abort, hang or exhaust memory; each error has a message.
 //!
-//! `cargo xtask soak fuzz` runs the targets; each has the name of the ending of its seeds.
+//! `cargo xtask soak fuzz` runs the targets; each is named after the extension of its seeds.
 
 mod references;
 
@@ -11,29 +10,29 @@ use std::sync::{Once, OnceLock};
 
 use pt_core::film::Aov;
 use pt_core::{CompileOptions, Film, Region, compile};
-use pt_scene::format::{self, Limits, LoadOptions};
-use pt_scene::image::{self, PixelEncoding, Room, Transfer};
-use pt_scene::{Geometry, IesProfile, LoadError, Scene, camera_file};
+use pt_formats::{Limits, LoadError, LoadOptions, camera_file, ies};
+use pt_image::{PixelEncoding, Room, Transfer};
+use pt_scene::{Geometry, Scene};
 pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
 
-/// Most triangles and spheres of a scene, each as often as it is placed, that is compiled: of more,
-/// only the reading is tested.
+/// Maximum number of triangles and spheres, counting instances, of a scene that is compiled: larger
+/// scenes are only read.
 const MAX_SHAPES: usize = 20_000;
-/// Most objects of such a scene.
+/// Maximum number of objects of such a scene.
 const MAX_OBJECTS: usize = 1000;
 
-/// Reads the bytes as a scene whose name has this ending, in a folder without anything else, and
-/// compiles it.
+/// Reads the bytes as a scene with this file extension, in an otherwise empty folder, and compiles
+/// it.
 pub fn scene(bytes: &[u8], ending: &str) {
     static EMPTY: OnceLock<TempDir> = OnceLock::new();
     read(bytes, &folder(&EMPTY).join("scene").with_extension(ending));
 }
 
-/// Reads the bytes as the file with this ending that a scene names, and compiles that scene.
+/// Reads the bytes as a file with this extension that a scene refers to, and compiles that scene.
 ///
 /// # Panics
-/// If no scene is known that names a file with this ending, or the file cannot be written.
+/// If no scene is known that refers to a file with this extension, or the file cannot be written.
 pub fn named(bytes: &[u8], ending: &str) {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let (scene_ending, text) = scene_with(ending);
@@ -42,7 +41,7 @@ pub fn named(bytes: &[u8], ending: &str) {
     read(text.as_bytes(), &folder.join("scene").with_extension(scene_ending));
 }
 
-/// A scene that names the file `named` with this ending, and its own ending.
+/// Extension and text of a scene that refers to the file `named` with this extension.
 fn scene_with(ending: &str) -> (&'static str, String) {
     let json = |rest: &str| ("json", format!("{{\"pathtracer\": 1, {rest}}}"));
     match ending {
@@ -84,11 +83,11 @@ fn scene_with(ending: &str) -> (&'static str, String) {
     }
 }
 
-/// Reads the bytes as a picture with this ending, once as light and once as numbers.
+/// Reads the bytes as an image with this extension, once as light and once as stored values.
 pub fn image(bytes: &[u8], ending: &str) {
     static SILENT: Once = Once::new();
-    // The decoder of Basis Universal panics at files that are damaged, which its reader makes
-    // errors of. All other panics end the process, as the hook of the fuzzer has it.
+    // The decoder of Basis Universal panics on damaged files, and its reader converts that to
+    // errors. All other panics end the process, by the hook of the fuzzer.
     if matches!(ending, "basis" | "ktx2") {
         SILENT.call_once(|| {
             let usual = std::panic::take_hook();
@@ -101,7 +100,7 @@ pub fn image(bytes: &[u8], ending: &str) {
     }
     let path = Path::new("image").with_extension(ending);
     for numbers in [PixelEncoding::Light(Transfer::Srgb), PixelEncoding::Stored] {
-        match image::decode_in(bytes, &path, numbers, &Room::new(&little)) {
+        match pt_image::decode_in(bytes, &path, numbers, &Room::new(&little)) {
             Ok(decoded) => {
                 let image = decoded.image;
                 assert_eq!(
@@ -114,7 +113,7 @@ pub fn image(bytes: &[u8], ending: &str) {
     }
 }
 
-/// Grants the memory of pictures that take a moment only.
+/// Grants memory only for images that are decoded quickly.
 fn little(bytes: u64) -> Result<pt_memory::Grant, String> {
     const MAX_BYTES: u64 = 64 << 20;
     if bytes > MAX_BYTES { Err("too large".to_owned()) } else { pt_memory::ask(bytes) }
@@ -122,7 +121,7 @@ fn little(bytes: u64) -> Result<pt_memory::Grant, String> {
 
 /// Reads the bytes as a photometric file.
 pub fn photometric(bytes: &[u8]) {
-    match IesProfile::parse(bytes, Path::new("lamp.ies")) {
+    match ies::parse(bytes, Path::new("lamp.ies")) {
         Ok(profile) => assert!(profile.mean_candela().is_finite()),
         Err(error) => has_text(&error.to_string()),
     }
@@ -136,8 +135,8 @@ pub fn camera(bytes: &[u8]) {
     }
 }
 
-/// Reads the bytes as a film; and a film in which they stand from the place on that the first two
-/// tell.
+/// Reads the bytes as a film; and then a valid film in which they replace the bytes at the position
+/// given by the first two.
 pub fn film(bytes: &[u8]) {
     read_film(bytes);
     let Some((place, new)) = bytes.split_first_chunk() else { return };
@@ -148,14 +147,14 @@ pub fn film(bytes: &[u8]) {
     read_film(&film);
 }
 
-/// The bytes of a film of six pixels with all that it can keep.
+/// Bytes of a film of six pixels with all optional contents.
 fn small_film() -> Vec<u8> {
     let aovs = Aov::NAMES.map(|(_, aov)| aov);
     let film = Film::with_aovs(Region { x: 0, y: 0, width: 3, height: 2 }, &aovs);
     bytes_of(&film.with_light_groups(&["lamp".to_owned()]))
 }
 
-/// What is accepted can be written, and is then read as the same.
+/// Reads a film; an accepted film must be unchanged by writing and reading.
 fn read_film(bytes: &[u8]) {
     match Film::read(bytes) {
         Ok(film) => {
@@ -175,7 +174,7 @@ fn bytes_of(film: &Film) -> Vec<u8> {
 
 /// Reads and compiles a scene.
 fn read(bytes: &[u8], path: &Path) {
-    match format::parse_with(bytes, path, &options()) {
+    match pt_formats::parse_with(bytes, path, &options()) {
         Ok(scene) => {
             for note in scene.warnings.iter().chain(&scene.missing) {
                 has_text(&note.to_string());
@@ -190,7 +189,7 @@ fn read(bytes: &[u8], path: &Path) {
 }
 
 fn compile_small(scene: &Scene) {
-    // The light of the studio is the same for all, and takes longer than all else.
+    // Studio lighting is the same for all scenes, and takes longer than everything else.
     let studio = !scene.lights.is_empty();
     let options = CompileOptions { resolution: Some([8, 6]), studio, ..CompileOptions::default() };
     if let Err(error) = compile(scene, options) {
@@ -198,7 +197,7 @@ fn compile_small(scene: &Scene) {
     }
 }
 
-/// Returns true if compiling takes a moment only.
+/// Returns true if the scene compiles quickly.
 fn is_small(scene: &Scene) -> bool {
     let shapes = |geometry: &Geometry| match geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),

@@ -1,13 +1,13 @@
-//! Mutations of texts in which things refer to others by names and numbers: references lead
-//! elsewhere, in circles too, and what they lead to is there more often.
+//! Structural mutations of texts with references by name and number: references are redirected,
+//! also in circles, and their targets are duplicated.
 
 use std::ops::Range;
 
 use libfuzzer_sys::fuzzer_mutate;
 
-/// One of so many mutations is by the structure of the text; the others are those of the fuzzer.
+/// One of this many mutations uses the structure of the text; the others are those of the fuzzer.
 const SHARE: u64 = 3;
-/// Bytes before the JSON of a binary glTF: the header of the file and that of its first chunk.
+/// Number of bytes before the JSON of a binary glTF: the header of the file and of its first chunk.
 const GLB_HEADER: usize = 20;
 
 /// Random numbers. [Steele, Lea & Flood 2014, "Fast Splittable Pseudorandom Number Generators"]
@@ -26,8 +26,7 @@ impl Random {
     }
 }
 
-/// Mutates the first `size` bytes, of at most as many as there are and `most`; gives how many they
-/// are then.
+/// Mutates the first `size` bytes in place; returns the new size, at most `data.len()` and `most`.
 pub fn mutate(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
     let mut random = Random(seed.into());
     if random.below(SHARE as usize) > 0 {
@@ -39,7 +38,7 @@ pub fn mutate(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
     put(data, &text, most)
 }
 
-/// The same for the JSON of a binary glTF, whose lengths follow.
+/// [`mutate`] for the JSON of a binary glTF, whose lengths are updated.
 pub fn mutate_glb(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
     let mut random = Random(seed.into());
     let length = |at: usize| {
@@ -68,7 +67,7 @@ fn put(data: &mut [u8], new: &[u8], most: usize) -> usize {
     count
 }
 
-/// The text with a reference that leads elsewhere, or with one of its parts once more.
+/// Returns the text with a redirected reference, or with one of its parts duplicated.
 fn changed(text: &[u8], random: &mut Random) -> Option<Vec<u8>> {
     let words = words(text);
     let (at, new) = match random.below(4) {
@@ -95,7 +94,7 @@ fn changed(text: &[u8], random: &mut Random) -> Option<Vec<u8>> {
     Some([&text[..at.start], &new, &text[at.end..]].concat())
 }
 
-/// Names and whole numbers.
+/// Finds names and integers.
 fn words(text: &[u8]) -> Vec<Range<usize>> {
     let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || b"_#.-".contains(byte);
     let (mut words, mut start) = (Vec::new(), None);
@@ -112,8 +111,8 @@ fn words(text: &[u8]) -> Vec<Range<usize>> {
     words
 }
 
-/// Objects of JSON, elements of XML, or lines, whichever the text has, of which some begin at
-/// places that are drawn.
+/// Finds JSON objects, XML elements, or lines, depending on the text, that begin at random
+/// positions.
 fn blocks(text: &[u8], random: &mut Random) -> Vec<Range<usize>> {
     let open = match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => b'{',

@@ -1,4 +1,4 @@
-//! The film that a render keeps beside its image, so that it can go on wherever it was stopped.
+//! Checkpoints: the film that is written beside an image, and from which a stopped render resumes.
 
 use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
@@ -8,26 +8,26 @@ use pt_core::Film;
 use crate::film_file::{self, FilmFile, FilmFileError, FilmHeader};
 use crate::fingerprint::{self, Difference};
 
-/// What there was when a render began.
+/// Film found when a render begins.
 #[derive(Debug)]
 pub enum ExistingFilm {
-    /// Nothing: it begins with its first sample.
+    /// No film: the render begins with its first sample.
     Nothing,
     /// Samples of the same image.
     Samples {
-        /// They.
+        /// The film with the samples.
         film: Box<FilmFile>,
-        /// Why they are not the newest, if a newer film cannot be read.
+        /// Error of the newest film, if it cannot be read and this is the previous one.
         trouble: Option<FilmFileError>,
     },
-    /// A finished film of another image, which this render takes the place of.
+    /// A finished film of another image, which this render replaces; with the differences.
     Another(Vec<Difference>),
 }
 
-/// Why a render cannot begin.
+/// Reasons for which a render cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// There are samples of another image, which would be lost.
+    /// Samples of another image exist, and would be lost.
     #[error(
         "{}: contains an unfinished render that cannot be resumed because the following changed:{}\n\
          render to another file, or discard the samples with --restart",
@@ -37,15 +37,15 @@ pub enum CheckpointError {
     Changed {
         /// The film.
         path: PathBuf,
-        /// What has changed.
+        /// Differences between the film and the render.
         differences: Vec<Difference>,
     },
-    /// There are some that cannot be read.
+    /// Samples exist that cannot be read.
     #[error("{0}\nrender to another file, or discard the samples with --restart")]
     Film(FilmFileError),
 }
 
-/// Differences, each in a line of its own: "name: before, after now".
+/// Formats differences, one per line: `NAME: BEFORE before, NOW now`.
 pub fn in_lines(differences: &[Difference]) -> String {
     let word = |value: &Option<String>| value.clone().unwrap_or("none".into());
     let line = |(name, before, now): &Difference| {
@@ -54,8 +54,8 @@ pub fn in_lines(differences: &[Difference]) -> String {
     differences.iter().map(line).collect()
 }
 
-/// What differs between two films: version, scene and settings. Of files that are missing, their
-/// number counts: how they are named depends on where the program runs.
+/// Compares two films: version, scene and settings. Missing files are compared by their number,
+/// since their messages depend on the folder in which the program runs.
 pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
     let version = (before.version != now.version)
         .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
@@ -67,7 +67,8 @@ pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
     version.into_iter().chain(files).chain(settings).chain(missing).collect()
 }
 
-/// What keeps samples of a film from being added to another one.
+/// Difference of first sample, region and channels, which prevents adding the samples of one film
+/// to another.
 fn of_films(before: &Film, now: &Film) -> Option<Difference> {
     let words = |film: &Film| {
         let groups = film.light_groups().iter().map(String::as_str);
@@ -79,16 +80,16 @@ fn of_films(before: &Film, now: &Film) -> Option<Difference> {
     (before != now).then(|| ("samples".into(), before, now))
 }
 
-/// Keeps the film of a render in a file.
+/// Writer of the film of a render.
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
-    /// The film that is on its way to the disk.
+    /// Thread that waits for the disk and then renames the last film.
     placing: Option<JoinHandle<Result<(), FilmFileError>>>,
 }
 
 impl Checkpoint {
-    /// A keeper of this file.
+    /// Creates a writer of this file.
     pub fn new(path: PathBuf) -> Self {
         Self { path, placing: None }
     }
@@ -98,11 +99,11 @@ impl Checkpoint {
         &self.path
     }
 
-    /// What is there of the image that `about` describes and of which `empty` is a film without
-    /// samples. A film that cannot be read makes way for the one before.
+    /// Finds existing samples of the image that `about` describes; `empty` is a film of this image
+    /// without samples. If the newest film cannot be read, the previous one takes its place.
     ///
     /// # Errors
-    /// If what is there is another image that is not finished, or cannot be read.
+    /// If the existing film is an unfinished one of another image, or cannot be read.
     pub fn find(&self, about: &FilmHeader, empty: &Film) -> Result<ExistingFilm, CheckpointError> {
         let Some((film, trouble)) =
             film_file::read_newest(&self.path).map_err(CheckpointError::Film)?
@@ -128,10 +129,10 @@ impl Checkpoint {
         Err(CheckpointError::Changed { path: self.path.clone(), differences })
     }
 
-    /// Writes the film; that the disk has it is waited for in the background.
+    /// Writes the film; a thread in the background waits for the disk.
     ///
     /// # Errors
-    /// If it cannot be written, or the one before could not. What was there before is there still.
+    /// If this film or the previous one cannot be written; the film on disk is then kept.
     pub fn save(&mut self, about: &FilmHeader, film: &Film) -> Result<(), FilmFileError> {
         self.wait()?;
         let written = film_file::write(&self.path, about, film)?;
@@ -142,16 +143,16 @@ impl Checkpoint {
     /// Waits until the film that was saved last is on the disk.
     ///
     /// # Errors
-    /// If it cannot get there.
+    /// If it cannot be written.
     pub fn wait(&mut self) -> Result<(), FilmFileError> {
         let Some(placing) = self.placing.take() else { return Ok(()) };
         placing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
-    /// Removes the film and the one before, which are no longer needed.
+    /// Removes the film and the previous one.
     ///
     /// # Errors
-    /// If they are there and cannot be removed.
+    /// If they exist and cannot be removed.
     pub fn forget(&mut self) -> Result<(), FilmFileError> {
         self.wait()?;
         film_file::remove(&self.path)

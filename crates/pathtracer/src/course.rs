@@ -1,12 +1,12 @@
-//! What the program of the university course writes besides images.
+//! Console output and debug image of the university course's program.
 
+pub use pt_formats::collada::course_log;
 use pt_math::trig;
-pub use pt_scene::format::collada::course_log;
 use pt_scene::image::Image;
 
-/// The picture by which the course's program shows how it samples an environment map: red is the
-/// cumulative probability of the row, green that of the column within the row; black on a map
-/// without light.
+/// Debug image of the sampling of an environment map, as in the course's program: red is the
+/// cumulative probability of the row, green that of the column within the row. The image of a black
+/// map is black.
 pub fn probability_debug(map: &Image) -> Vec<[u8; 3]> {
     let (w, h) = (map.width as usize, map.height as usize);
     let weight = |x: usize, y: usize| {

@@ -1,21 +1,20 @@
-//! Images without noise, by Intel Open Image Denoise.
+//! Denoising of films by Intel Open Image Denoise.
 
 use pt_core::film::{Aov, Film, aov};
+pub use pt_denoise::{DenoiseError, Denoiser, Planes, VARIABLE};
 use pt_scene::image::Image;
 
-pub use pt_denoise::{DenoiseError, Denoiser, Planes, VARIABLE};
-
-/// What a film has to keep, so that its image can be denoised.
+/// AOVs that a film must contain to be denoised.
 pub const NEEDED: [Aov; 2] = [Aov::Albedo, Aov::Normal];
 
-/// The image of a film without its noise. The library sees albedo and normals as it sees light, as
-/// means over all samples of a pixel, in which those that see nothing are 0.
+/// Returns the denoised image of a film. Albedo and normals are passed to the library as means over
+/// all samples of a pixel, like radiance; samples without a hit count as 0.
 ///
 /// # Errors
 /// If the library fails.
 ///
 /// # Panics
-/// If the film does not keep what is [`NEEDED`].
+/// If the film does not contain the AOVs [`NEEDED`].
 pub fn denoised(denoiser: &Denoiser, film: &Film) -> Result<Image, DenoiseError> {
     let planes = NEEDED.map(|aov| {
         let means = aov::means_of_all_samples(film, aov);

@@ -1,60 +1,61 @@
-//! When a render will be done, and how sure that is.
+//! Estimate of the remaining time of a render, with an interval.
 
-/// Seconds that are left.
+/// Remaining time in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRemaining {
-    /// Hardly less.
+    /// Lower bound of the interval.
     pub least: f64,
-    /// The best guess.
+    /// Expected value.
     pub likely: f64,
-    /// Hardly more.
+    /// Upper bound of the interval.
     pub most: f64,
 }
 
-/// Follows a render, and foresees its end.
+/// Estimator of the end of a render.
 ///
-/// What is left is taken to go as fast as the second half of the time so far did. The interval is
-/// told from how different the speeds in parts of that half were, and how much it differs from the
-/// whole: what comes may be as different, all of it, since loads of machines last. (That parts
-/// would even out was tried: on a machine with many builds that came and went, the end then lay in
-/// the interval 86 times of 100, and so 95 times.)
+/// The remaining samples are assumed to be as fast as those of the second half of the elapsed time.
+/// The width of the interval follows from the variation of the speed between parts of that half,
+/// and from the difference between the speed of that half and of the whole. The remaining time may
+/// differ by as much as a whole, since the load of a machine persists. (The assumption that the
+/// variations of parts cancel was tested on a machine with many builds that came and went: the end
+/// then lay in the interval 86 times of 100, and 95 times without the assumption.)
 ///
 /// An adaptive render becomes faster, as more and more pixels need no more samples: its speed is
-/// taken to grow by a power of what is done, the exponent of which is told from the past.
+/// assumed to be a power of the number of completed samples, whose exponent is estimated from the
+/// past.
 #[derive(Clone, Debug)]
 pub struct Eta {
-    /// Hardly less, likely, and hardly more.
+    /// Estimated total number of samples: lower bound, expected value, upper bound.
     totals: [u64; 3],
     is_adaptive: bool,
-    /// Times in seconds from the begin, and samples that were done then, in order.
+    /// Times in seconds since the start, and numbers of samples completed then, in order.
     marks: Vec<(f64, u64)>,
 }
 
-/// Marks that are kept; of more, every second one goes.
+/// Maximum number of marks; beyond it, every second one is removed.
 const MAX_MARKS: usize = 256;
 
-/// Parts of the second half of the time, the speeds of which are compared.
+/// Number of parts of the second half of the time, whose speeds are compared.
 const PARTS: u32 = 8;
 
-/// Standard deviations of the speeds of parts that the interval spans to each side.
+/// Half width of the interval, in standard deviations of the speeds of the parts.
 const DEVIATIONS: f64 = 2.0;
 
-/// What the interval spans to each side in any case, as a share of the time that is left, and in
-/// seconds.
+/// Minimum half width of the interval: as a fraction of the remaining time, and in seconds.
 const MIN_WIDTH: (f64, f64) = (0.05, 0.05);
 
 impl Eta {
-    /// Of a render that begins now with `done` of `total` samples.
+    /// Creates the estimator of a render that begins now with `done` of `total` samples.
     pub fn new(done: u64, total: u64, is_adaptive: bool) -> Self {
         Self { totals: [total; 3], is_adaptive, marks: vec![(0.0, done)] }
     }
 
-    /// There will be so many samples: hardly less, likely, and hardly more.
+    /// Sets the estimated total number of samples: lower bound, expected value, upper bound.
     pub fn expect(&mut self, totals: [u64; 3]) {
         self.totals = totals;
     }
 
-    /// So many samples are done after so many seconds.
+    /// Records that `done` samples are completed after `seconds`.
     pub fn mark(&mut self, seconds: f64, done: u64) {
         if self.marks.last().is_none_or(|&(last, before)| seconds > last && done >= before) {
             self.marks.push((seconds, done));
@@ -66,7 +67,7 @@ impl Eta {
         }
     }
 
-    /// Samples that were done at a time, between marks in proportion.
+    /// Number of samples completed at a time, interpolated linearly between marks.
     fn done_at(&self, seconds: f64) -> f64 {
         let next = self.marks.partition_point(|&(time, _)| time < seconds);
         match (next.checked_sub(1).and_then(|i| self.marks.get(i)), self.marks.get(next)) {
@@ -79,7 +80,8 @@ impl Eta {
         }
     }
 
-    /// The power of what is done by which the speed grew while that doubled.
+    /// Exponent of the speed as a power of the completed samples, from the last doubling of their
+    /// number.
     fn exponent(&self) -> f64 {
         let (&(begin, first), &(now, last)) = (&self.marks[0], &self.marks[self.marks.len() - 1]);
         let done = |share: f64| first as f64 + share * (last - first) as f64;
@@ -88,12 +90,12 @@ impl Eta {
             self.marks.get(next).map_or(now, |&(seconds, _)| seconds) - begin
         };
         let (quarter, half, all) = (time(0.25), time(0.5), now - begin);
-        // Half as much was done before in half to quarter as since.
+        // From a quarter to a half, half as many samples were completed as since then.
         let faster = 2.0 * (half - quarter) / (all - half);
         faster.log2().clamp(0.0, 3.0)
     }
 
-    /// The integral of x^−p over what is left until the likely end.
+    /// Integral of x^−p over the remaining samples, up to the expected total.
     fn seconds_from(&self, done: f64, p: f64) -> f64 {
         let (a, b) = (done.max(1.0), self.totals[1].max(1) as f64);
         if (p - 1.0).abs() < 1e-3 {
@@ -103,7 +105,7 @@ impl Eta {
         }
     }
 
-    /// What is left, as of the last mark; `None` as long as nothing can be said.
+    /// Remaining time at the last mark, or `None` if there are too few marks for an estimate.
     pub fn left(&self) -> Option<TimeRemaining> {
         let (&(_, first), &(now, done)) = (self.marks.first()?, self.marks.last()?);
         if self.marks.len() <= PARTS as usize || done == first {
@@ -169,7 +171,7 @@ mod tests {
         assert!(eta.left().is_some_and(|left| left.likely == 0.0), "{:?}", eta.left());
     }
 
-    /// Speeds that change at random, as those of machines with other work do.
+    /// Speeds that vary at random, like those of machines with other load.
     #[test]
     fn the_end_lies_in_the_interval_nine_times_of_ten() {
         let mut random = pt_testing::Random::new(5);

@@ -1,10 +1,10 @@
-//! Films in files: what a render has so far, from which it can go on, and which can be added up.
+//! Film files: samples of a render, from which it resumes, and which can be merged.
 //!
-//! A file is the line `pathtracer film 7`, the length of what it says about itself (u64, little
-//! endian), that as JSON ([`FilmHeader`]), the film ([`Film::write`]), and the BLAKE3 hash of all
-//! before it (32 bytes). It is written beside its place, with `.part` behind its name, synchronised
-//! with the disk, and then takes the name, while the one that had it before is kept with `.old`
-//! behind it: whatever happens at whatever instant, one of the two is whole.
+//! A file consists of the line `pathtracer film 7`, the length of the header (u64, little endian),
+//! the header as JSON ([`FilmHeader`]), the film ([`Film::write`]), and the BLAKE3 hash of all
+//! preceding bytes (32 bytes). It is written beside its final path, with the suffix `.part`,
+//! synchronised with the disk, and then renamed; the previous film is kept with the suffix `.old`.
+//! One of the two is complete at any instant, whatever happens.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
@@ -12,117 +12,116 @@ use std::path::{Path, PathBuf};
 
 use pt_core::Film;
 use pt_core::film::FilmError;
-use pt_scene::file;
-use pt_scene::image::{folder_of, sync_folder};
+use pt_io::{file, folder_of, sync_folder};
 use serde::{Deserialize, Serialize};
 
 use crate::cryptomatte::Names;
 use crate::fingerprint::Entry;
 
-/// The first line of a file.
+/// First line of a file.
 const MAGIC: &[u8] = b"pathtracer film 7\n";
 
-/// What all versions of it begin with.
+/// Common prefix of the first line in all versions.
 const KIND: &[u8] = b"pathtracer film ";
 
-/// What is wrong with a file whose hash is another.
+/// Message for a file whose hash does not match.
 const CHECKSUM: &str = "its checksum is another than that of what it holds";
 
-/// Bytes from which on a file is checked before it is read.
+/// Size in bytes from which on the hash of a file is checked before the file is read into memory.
 const LARGE: u64 = 1 << 26;
 
-/// Bytes of a hash.
+/// Size of a hash in bytes.
 const HASH: usize = blake3::OUT_LEN;
 
-/// What a film says about itself.
+/// Header of a film file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FilmHeader {
     /// Version of the program.
     pub version: String,
-    /// The files of which the scene was read, each with the hash of what it held.
+    /// Files of the scene, each with the hash of its content.
     pub files: Vec<Entry>,
-    /// Files that the scene names and that could not be used, where and why.
+    /// Files that the scene references and that could not be used, with place and reason.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// All that the samples depend on besides the scene: names and values.
+    /// Names and values of everything that the samples depend on besides the scene.
     pub settings: Vec<Entry>,
-    /// The number behind that of the last sample that the render takes of each pixel.
+    /// End of the range of sample numbers that the render takes of each pixel, exclusive.
     pub spp: u32,
-    /// Samples of each pixel for which random numbers are laid out.
+    /// Number of samples per pixel for which the points of the sampler are generated.
     pub layout: u32,
-    /// True if it has all that it takes.
+    /// True if all samples have been taken.
     pub finished: bool,
-    /// Arguments of the program that made it, without its name.
+    /// Arguments of the program that made the film, without its name.
     pub command: Vec<String>,
-    /// The folder in which it ran.
+    /// Folder in which the program ran.
     pub folder: PathBuf,
-    /// What shows its user that the command is theirs; empty if nothing does.
+    /// Seal by which the user recognises the command as their own; empty if there is none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub seal: String,
     /// Wall-clock seconds of rendering so far.
     pub seconds: f64,
-    /// Rays so far.
+    /// Number of rays so far.
     pub rays: u64,
-    /// The names of what it counts.
+    /// Names of the objects and materials that the film counts.
     #[serde(default, skip_serializing_if = "Names::is_empty")]
     pub names: Names,
 }
 
-/// A film with what it says about itself.
+/// A film with its header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFile {
-    /// What it says.
+    /// Header of the file.
     pub about: FilmHeader,
     /// The film.
     pub film: Film,
 }
 
-/// Why a film cannot be read or written.
+/// Reasons for which a film cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FilmFileError {
-    /// There is no such file, or it cannot be opened.
+    /// The file does not exist or cannot be opened.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// It cannot be written.
+    /// The file cannot be written.
     #[error("{}: cannot be written: {source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// It is something else.
+    /// The file is not a film.
     #[error("{}: is no film; expected a file that pathtracer has written beside an image, or for -f NAME.film", .0.display())]
     Kind(PathBuf),
     /// Another version of the program wrote it.
     #[error("{}: is a film of another version of pathtracer, which this one ({}) cannot read", .0.display(), env!("CARGO_PKG_VERSION"))]
     Version(PathBuf),
-    /// It is not what was written.
+    /// The content is not the one that was written.
     #[error("{}: is damaged: {what}; take a copy of it, or render again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// How that is known.
+        /// Description of the damage.
         what: String,
     },
 }
 
-/// The film that belongs to an image.
+/// Path of the film of an image.
 pub fn film_of_image(image: &Path) -> PathBuf {
     with_suffix(image, ".film")
 }
 
-/// The one before it, which is kept.
+/// Path at which the previous film is kept.
 pub fn film_before(film: &Path) -> PathBuf {
     with_suffix(film, ".old")
 }
 
-/// Where a film is while it is written.
+/// Path of a film while it is written.
 fn part_of(film: &Path) -> PathBuf {
     with_suffix(film, ".part")
 }
@@ -133,21 +132,21 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// Puts the film before in the place of one that cannot be read, so that the next one does not take
-/// the place of the one that can.
+/// Replaces a film that cannot be read with the previous one, so that the next film does not
+/// replace the readable one.
 ///
 /// # Errors
-/// If that cannot be done.
+/// If the film cannot be renamed.
 pub fn restore(path: &Path) -> Result<(), FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
     fs::rename(film_before(path), path).map_err(failed)?;
     sync_folder(&folder_of(path)).map_err(failed)
 }
 
-/// Removes a film, the one before, and what a program that was killed left of another.
+/// Removes a film, the previous one, and an incomplete one that a killed process has left.
 ///
 /// # Errors
-/// If they are there and cannot be removed.
+/// If they exist and cannot be removed.
 pub fn remove(path: &Path) -> Result<(), FilmFileError> {
     for path in [path.to_owned(), film_before(path), part_of(path)] {
         match fs::remove_file(&path) {
@@ -160,28 +159,29 @@ pub fn remove(path: &Path) -> Result<(), FilmFileError> {
     Ok(())
 }
 
-/// A film that is written, and waits for the disk.
+/// A film that was written, but is not yet synchronised with the disk and renamed.
 #[derive(Debug)]
 pub struct Written {
     file: File,
     path: PathBuf,
 }
 
-/// Writes a film beside its place, where it will be once [`Written::place`] is done.
+/// Writes a film beside its final path, to which [`Written::place`] renames it.
 ///
 /// # Errors
-/// If that cannot be done; what was there stays.
+/// If the film cannot be written; the existing film is kept.
 pub fn write(path: &Path, about: &FilmHeader, film: &Film) -> Result<Written, FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
     let part = part_of(path);
-    // What has this name is no link or pipe that would be followed.
+    // An existing file, link or pipe of this name is removed, not followed.
     match fs::remove_file(&part) {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(failed(error)),
         _ => {}
     }
     let file = File::create_new(&part).map_err(failed)?;
     if let Err(error) = write_to(&file, about, film) {
-        // What is left of it is of no use; if it cannot even be removed, the first error says why.
+        // The incomplete file is of no use; if it cannot be removed either, the first error is
+        // returned.
         let _ = fs::remove_file(part);
         return Err(failed(error));
     }
@@ -201,11 +201,11 @@ fn write_to(file: &File, about: &FilmHeader, film: &Film) -> io::Result<()> {
 }
 
 impl Written {
-    /// Waits until the disk has it, and gives it its name; the film that had it is the one before
-    /// now.
+    /// Waits for the disk, and renames the film; the film that had the name becomes the previous
+    /// one.
     ///
     /// # Errors
-    /// If that cannot be done; then one of the two is as it was.
+    /// If that fails; then one of the two films is unchanged.
     pub fn place(self) -> Result<(), FilmFileError> {
         let Self { file, path } = self;
         let failed = |source| FilmFileError::Write { path: path.clone(), source };
@@ -222,7 +222,7 @@ impl Written {
 /// Reads a film.
 ///
 /// # Errors
-/// If it cannot be read, or is not what was written.
+/// If the file cannot be read, is not a film of this version, or is damaged.
 pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
     let failed = |source| FilmFileError::Read { path: path.to_owned(), source };
     let damaged = |what| FilmFileError::Damaged { path: path.to_owned(), what };
@@ -238,7 +238,7 @@ pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
     if !beginning.starts_with(MAGIC) {
         return Err(FilmFileError::Version(path.to_owned()));
     }
-    // What nobody wrote is found out without the memory that it would take.
+    // A large file is checked before memory for it is allocated.
     if length >= LARGE && !is_whole(path, length).map_err(failed)? {
         return Err(damaged(CHECKSUM.to_owned()));
     }
@@ -248,11 +248,11 @@ pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
     parse(&bytes).map_err(damaged)
 }
 
-/// The newest film of a place: the one that is there or, if that is damaged or lost, the one
-/// before, and then the reason as well. `None` if there is neither.
+/// Reads the newest film at a path or, if that is damaged or missing, the previous one, together
+/// with the error of the newest. Returns `None` if there is neither.
 ///
 /// # Errors
-/// If there are some, of which none can be read: that of the newest one.
+/// If films exist and none can be read: the error of the newest one.
 pub fn read_newest(
     path: &Path,
 ) -> Result<Option<(FilmFile, Option<FilmFileError>)>, FilmFileError> {
@@ -270,7 +270,7 @@ pub fn read_newest(
     }
 }
 
-/// Returns true if the hash at the end of a file is that of what is before it.
+/// Returns true if the hash at the end of a file is that of the preceding bytes.
 fn is_whole(path: &Path, length: u64) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let mut hasher = blake3::Hasher::new();
@@ -280,7 +280,7 @@ fn is_whole(path: &Path, length: u64) -> io::Result<bool> {
     Ok(hasher.finalize() == hash)
 }
 
-/// A file that begins as one does; else what is wrong.
+/// Parses a file whose first line was checked; the error is a description of the damage.
 fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
     let (content, hash) =
         bytes.split_last_chunk::<HASH>().ok_or_else(|| "it is not whole".to_owned())?;
@@ -298,18 +298,18 @@ fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
     Ok(FilmFile { about, film })
 }
 
-/// The BLAKE3 hash of a film's bytes, in hexadecimal digits: the same for films of the same
-/// samples.
+/// Returns the BLAKE3 hash of the bytes of a film in hexadecimal digits, which is the same for
+/// films of the same samples.
 ///
 /// # Panics
-/// Never: nothing is written anywhere.
+/// Never: writing to a hash cannot fail.
 pub fn hash_of_film(film: &Film) -> String {
     let mut out = Hashing { out: io::sink(), hash: blake3::Hasher::new() };
     film.write(&mut out).expect("a hash takes all");
     out.hash.finalize().to_hex().to_string()
 }
 
-/// Hashes all that it writes.
+/// Writer that hashes all bytes it writes.
 struct Hashing<W> {
     out: W,
     hash: blake3::Hasher,
@@ -329,8 +329,9 @@ impl<W: Write> Write for Hashing<W> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_core::Region;
+
+    use super::*;
 
     fn about(seconds: f64) -> FilmHeader {
         let settings = vec![("max depth".into(), "5".into())];
@@ -358,7 +359,8 @@ mod tests {
         assert_eq!(names, 1, "nothing else is left in the folder");
     }
 
-    /// Whatever part of a film a disk lost or changed, the one before is found, and why.
+    /// Whatever part of a film is lost or changed, the previous one is found, and the error
+    /// reported.
     #[test]
     fn the_one_before_takes_the_place_of_a_damaged_one() {
         let folder = tempfile::tempdir().expect("a folder");

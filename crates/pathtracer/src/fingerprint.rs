@@ -1,25 +1,25 @@
-//! All that the samples of an image depend on, in words: so that nobody adds samples of one image
-//! to another.
+//! Fingerprint: everything that the samples of an image depend on, as text, so that samples of
+//! different images are not merged.
 
 use pt_core::light::EnvironmentMap;
 use pt_core::settings::{DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings};
 use pt_core::{CompileOptions, Region};
 
-/// A name and a value for people.
+/// Name and value as text.
 pub type Entry = (String, String);
 
-/// What differs between two lists, in the order of the first: name, value there, value in the
-/// second; `None` is not there.
+/// Difference between two lists: name, value in the first, value in the second; `None` if the name
+/// is missing.
 pub type Difference = (String, Option<String>, Option<String>);
 
-/// What makes the samples besides the scene and the version: the options with which it is compiled,
-/// and the settings without the number of samples. Two lists of which one says the same as the
-/// other make the same samples.
+/// Returns everything that the samples depend on besides the scene and the version: the options
+/// with which the scene is compiled, and the settings except for the number of samples. Equal lists
+/// give the same samples.
 pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     let mut list = Vec::new();
     let mut say = |name: &str, value: String| list.push((name.to_owned(), value));
     let CompileOptions {
-        resolution: _, // the compiled scene has one in any case
+        resolution: _, // part of the compiled scene
         course,
         bvh,
         most_single_lights,
@@ -27,7 +27,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         environment,
         studio,
         compensated: _,         // follows from the settings
-        texture_coordinates: _, // likewise
+        texture_coordinates: _, // follows from the settings
         camera,
         placement,
         lens_radius,
@@ -52,8 +52,8 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("panorama", panorama.to_string());
     say("smooth shadows", smooth_shadows.to_string());
     let Settings {
-        spp: _,    // films say how many they have
-        layout: _, // of the points
+        spp: _,    // stored in the film
+        layout: _, // part of the sampler's points
         light_samples,
         max_depth,
         straight_is_free,
@@ -71,7 +71,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         sampler,
         seed,
         filter,
-        region: _, // the film has it
+        region: _, // stored in the film
         aovs,
         hidden,
         light_groups,
@@ -111,21 +111,21 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     list
 }
 
-/// As in "key: lamp, spot; each other light".
+/// Formats light groups, as in "key: lamp, spot; each other light".
 fn in_words(LightGroups { named, each }: &LightGroups) -> String {
     let group = |group: &LightGroup| format!("{}: {}", group.name, group.lights.join(", "));
     let others = each.then(|| "each other light".to_owned());
     named.iter().map(group).chain(others).collect::<Vec<_>>().join("; ")
 }
 
-/// The part of an image of this resolution that a film covers.
+/// Entries of the resolution of an image and of the region of its film.
 pub(crate) fn of_pixels([width, height]: [u32; 2], region: Region) -> [Entry; 2] {
     let Region { x, y, width: w, height: h } = region;
     let part = format!("{w} x {h} pixels from column {x}, row {y}");
     [("resolution".into(), format!("{width} x {height}")), ("part of the image".into(), part)]
 }
 
-/// What differs between two lists.
+/// Returns the differences between two lists, in the order of the first.
 pub fn differences(first: &[Entry], second: &[Entry]) -> Vec<Difference> {
     let value = |list: &[Entry], name: &str| {
         list.iter().find(|entry| entry.0 == name).map(|entry| entry.1.clone())
@@ -140,7 +140,7 @@ pub fn differences(first: &[Entry], second: &[Entry]) -> Vec<Difference> {
     names.into_iter().filter_map(difference).collect()
 }
 
-/// The BLAKE3 hash of a map of the sky, in hexadecimal digits.
+/// BLAKE3 hash of an environment map in hexadecimal digits.
 fn hash_of_map(map: &EnvironmentMap) -> String {
     let (image, rows) = (map.image(), map.rows());
     let mut hash = blake3::Hasher::new();

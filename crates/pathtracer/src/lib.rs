@@ -1,7 +1,7 @@
 //! A physically based path tracer.
 //!
-//! This crate is what everybody outside of the workspace uses: it reads scenes, renders them, and
-//! writes images.
+//! This crate is the public interface of the workspace: it reads scenes, renders them, and writes
+//! images.
 //!
 //! ```
 //! use pathtracer::{CompileOptions, Session, Settings, Silent};
@@ -16,9 +16,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Scene`] is what its author wrote; [`Session::new`] compiles it. The radiance of a sample is
-//! a pure function of the compiled scene, the settings, the pixel and the number of the sample,
-//! and sums of samples are exact: the image is the same, bit for bit, for any number of threads.
+//! A [`Scene`] is the description by its author; [`Session::new`] compiles it. The radiance of a
+//! sample is a pure function of the compiled scene, the settings, the pixel and the number of the
+//! sample, and sums of samples are exact: the image is the same, bit for bit, for any number of
+//! threads.
 
 pub mod checkpoint;
 pub mod course;
@@ -52,34 +53,36 @@ pub use pt_cpu::{
     Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
     integrator,
 };
-pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
-pub use pt_scene::format::{
-    FORMATS, Limits, LoadOptions, LoadResult, SaveError, is_scene, load, load_with, read_with, save,
+pub use pt_formats::{
+    FORMATS, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene, load,
+    load_with, read_with, save, source_file,
 };
-pub use pt_scene::image::{self, Image, Samples};
+pub use pt_image as image;
+pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};
+pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
+pub use pt_scene::image::{Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, DateTime, Daylight, Filter, Fit, GeoLocation, IesProfile, Light, LightKind,
-    LoadError, Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
-    SourceFile, Span, TimeRange, Warning,
+    Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout, SourceFile, Span,
+    TimeRange, Warning,
 };
-pub use pt_scene::{camera_file, file};
 pub use session::Session;
 
-/// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,
-/// of a size and with a number of samples that take seconds.
+/// Returns the scene that is rendered if none is given: a Cornell box with a mirror and a glass
+/// sphere, with a resolution and a number of samples that take seconds.
 ///
 /// # Panics
 /// Never: the scene is part of the program, and a test reads it.
 pub fn default_scene() -> Scene {
     let bytes = include_bytes!("../../../scenes/cornell.dae");
     let path = std::path::Path::new("cornell.dae");
-    let mut scene = pt_scene::format::parse(bytes, path).expect("the embedded scene is valid");
+    let mut scene = pt_formats::parse(bytes, path).expect("the embedded scene is valid");
     scene.settings =
         RenderHints { resolution: Some([400, 400]), spp: Some(32), ..RenderHints::default() };
     scene
 }
 
-/// The examples of the readme.
+/// Examples of the readme.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 pub struct Readme;

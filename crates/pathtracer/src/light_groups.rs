@@ -1,4 +1,4 @@
-//! Groups of lights, by the names of lights.
+//! Light groups, by the names of lights.
 
 use std::collections::HashMap;
 
@@ -6,28 +6,27 @@ use pt_core::RenderScene;
 use pt_core::light::{AnyLight, LightSourceId};
 use pt_core::settings::LightGroups as Wanted;
 use pt_cpu::LightGroups;
-use pt_scene::spelling::suggestions;
+use pt_formats::suggestions;
 use pt_scene::texture::Input;
 use pt_scene::{Light, LightKind, Object, Scene};
 
 use crate::cryptomatte::{distinct, objects};
 
-/// What skies are called, of one colour, clear, or by a map …
+/// Name of visible infinite lights other than disks: constant, clear sky or environment map.
 pub const SKY: &str = "sky";
 
-/// … and what disks in them are.
+/// Name of visible disks at infinity: the sun of a day and distant disks.
 pub const SUN: &str = "sun";
 
-/// The group of all lights that are in no other.
+/// Group of all lights that are in no other group.
 pub const REST: &str = "rest";
 
-/// The most groups: as many more layers an image can have.
+/// Maximum number of groups, since each is a layer of the image.
 pub const MAX: usize = 128;
 
-/// The lights of a compiled scene with their names: objects that glow are called as
-/// [`crate::explain`] does, lights without a shape and media that glow by their own name, and what
-/// is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
-/// later ones get a number behind it.
+/// Returns the lights of a compiled scene with their names. Emissive objects have the names of
+/// [`crate::explain`], lights without a shape and emissive media have their own names, and visible
+/// infinite lights are [`SKY`] or [`SUN`]. A name that is already taken gets a number as a suffix.
 pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSourceId)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);
     let glowing = names.filter(|(_, object)| glows(scene, object));
@@ -51,14 +50,14 @@ pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSource
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
 
-/// Returns true if a part of an object glows.
+/// Returns true if a part of an object is emissive.
 fn glows(scene: &Scene, object: &Object) -> bool {
     let materials = object.materials.iter().flatten();
     let emission = |number: &u32| scene.materials.get(*number as usize).map(|m| &m.emission);
     materials.filter_map(emission).any(|emission| *emission != Input::Value([0.0; 3]))
 }
 
-/// At most so many groups there will be of a scene.
+/// Upper bound of the number of groups of a scene, before it is compiled.
 pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
     let glowing = scene.objects.iter().filter(|object| glows(scene, object)).count();
     let daylight = |light: &&Light| matches!(light.kind, LightKind::Daylight(_));
@@ -68,10 +67,10 @@ pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
     (wanted.named.len() + each + 1).min(MAX)
 }
 
-/// The groups that are wanted of a scene.
+/// Resolves the requested groups of a scene.
 ///
 /// # Errors
-/// A message, if there is no light of a name, one is named twice, or there are too many groups.
+/// A message, if a name is unknown, if a light is named twice, or if there are too many groups.
 pub(crate) fn resolve(
     wanted: &Wanted,
     scene: &Scene,
@@ -103,19 +102,19 @@ pub(crate) fn resolve(
             "there would be {count} groups of lights, of at most {MAX}; name those of interest"
         ));
     }
-    // Of several of one name, the rest has it.
+    // The name `REST` stays with the group of all other lights.
     let names = [REST.to_owned()].into_iter().chain(names.iter().map(|name| as_layer(name)));
     let mut names = distinct(names, "_");
     names.rotate_left(1);
     Ok(LightGroups::new(compiled, names, groups))
 }
 
-/// A name as layers of images may have it.
+/// Replaces the characters of a name that layers of images cannot contain by `_`.
 pub fn as_layer(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// That there is no light of a name, which was perhaps meant, and which there are.
+/// Message for an unknown name, with similar names and with the lights of the scene.
 fn unknown(name: &str, lights: &[(String, LightSourceId)]) -> String {
     const SHOWN: usize = 20;
     const MAX_MEANT: usize = 3;

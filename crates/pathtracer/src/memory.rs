@@ -1,4 +1,4 @@
-//! How much memory a render will take.
+//! Estimates and limits of the memory of a render.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -8,15 +8,15 @@ pub use pt_memory::{
 };
 use pt_scene::{Geometry, Scene};
 
-/// Bytes that the tables and the tree of a triangle take at most while they are built. Of meshes of
-/// 245,000, 980,000 and 3,920,000 triangles, whole renders took 45, 147 and 498 MB; with this, 41,
-/// 146 and 567 MB are expected.
+/// Maximum number of bytes per triangle of tables and hierarchy while they are built. For meshes of
+/// 245,000, 980,000 and 3,920,000 triangles, whole renders took 45, 147 and 498 MB; this value
+/// gives 41, 146 and 567 MB.
 const TRIANGLE_BYTES: u64 = 125;
 
-/// The same of a sphere of a set of points.
+/// Maximum number of bytes per sphere of a point cloud.
 const POINT_BYTES: u64 = 100;
 
-/// An estimate of what compiling a scene takes beside the scene itself, in bytes.
+/// Estimates the bytes that compiling a scene takes in addition to the scene itself.
 pub fn bytes_of_tables(scene: &Scene, most_copied_triangles: Option<usize>) -> u64 {
     let mut seen = HashSet::new();
     let (mut once, mut copies) = (0, 0);

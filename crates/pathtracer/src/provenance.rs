@@ -1,5 +1,4 @@
-//! Receipts: what an image says about how it was made, so that anybody can check it, and make it
-//! again.
+//! Provenance metadata of images, by which an image can be verified and rendered again.
 
 use std::path::PathBuf;
 
@@ -9,73 +8,73 @@ use serde::{Deserialize, Serialize};
 use crate::film_file::{FilmHeader, hash_of_film};
 use crate::fingerprint::Entry;
 
-/// The key of an image's metadata under which the receipt is, as JSON.
+/// Key of the metadata of an image whose value is the provenance as JSON.
 pub const KEY: &str = "pathtracer receipt";
 
-/// What an image says about how it was made.
+/// Provenance of an image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of the program.
     pub version: String,
-    /// The files of which the scene was read, each with the BLAKE3 hash of what it held.
+    /// Files of the scene, each with the BLAKE3 hash of its content.
     pub files: Vec<Entry>,
-    /// Files that the scene names and that could not be used, where and why: the image is not the
-    /// one of the whole scene.
+    /// Files that the scene references and that could not be used, with place and reason: the image
+    /// is not that of the complete scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// All settings on which samples depend.
+    /// Settings on which the samples depend.
     pub settings: Vec<Entry>,
-    /// The number of the first sample of each pixel.
+    /// Number of the first sample of each pixel.
     pub first: u32,
-    /// The number behind that of the last sample that was asked for.
+    /// End of the range of requested sample numbers, exclusive.
     pub spp: u32,
-    /// Samples that were taken, of all pixels together.
+    /// Number of samples taken, of all pixels together.
     pub samples: u64,
     /// Number of pixels.
     pub pixels: u64,
-    /// True if these are all that were asked for.
+    /// True if all requested samples were taken.
     pub finished: bool,
-    /// Samples that were refused, by cause; empty if none were.
+    /// Numbers of invalid samples by cause; empty if there are none.
     pub refused: String,
-    /// See [`Film::relative_error`]; none below two samples, and where nothing is lit.
+    /// Result of [`Film::relative_error`]; `None` for fewer than two samples and for black images.
     pub error: Option<f64>,
-    /// What an error target measured ([`ErrorEstimate`](crate::ErrorEstimate)): the best guess,
-    /// hardly less, hardly more.
+    /// Error measured by an error target ([`ErrorEstimate`](crate::ErrorEstimate)): estimate, lower
+    /// bound, upper bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<[f64; 3]>,
-    /// BLAKE3 hash of the film, of which the image is developed: the same for the same bits.
+    /// BLAKE3 hash of the film from which the image is developed; equal for equal bits.
     pub film: String,
-    /// How it came about; nothing of it changes a bit of the image.
+    /// Statistics of the run, none of which changes a bit of the image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub run: Option<RunStatistics>,
 }
 
-/// How an image came about.
+/// Command, machine and costs of the run that made an image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunStatistics {
     /// Arguments of the program, without its name.
     pub command: Vec<String>,
-    /// The folder in which it ran.
+    /// Folder in which the program ran.
     pub folder: PathBuf,
-    /// What shows its user that the command is theirs; empty if nothing does.
+    /// Seal by which the user recognises the command as their own; empty if there is none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub seal: String,
-    /// Samples of each pixel for which random numbers are laid out.
+    /// Number of samples per pixel for which the points of the sampler are generated.
     pub layout: u32,
     /// Wall-clock seconds of rendering.
     pub seconds: f64,
-    /// Rays.
+    /// Number of rays.
     pub rays: u64,
-    /// Threads of the last run; films do not tell.
+    /// Number of threads of the last run; `None` if read from a film.
     pub threads: Option<usize>,
-    /// Processor and system of the last run; likewise.
+    /// Processor and system of the last run; `None` if read from a film.
     pub machine: Option<String>,
-    /// When the image was written, in UTC; likewise.
+    /// Time of writing the image, in UTC; `None` if read from a film.
     pub date: Option<String>,
 }
 
 impl Provenance {
-    /// The receipt of a film's image.
+    /// Creates the provenance of the image of a film.
     pub fn new(about: &FilmHeader, film: &Film, run: Option<RunStatistics>) -> Self {
         Self {
             version: about.version.clone(),
@@ -95,7 +94,7 @@ impl Provenance {
         }
     }
 
-    /// What a film of the same image would say about itself.
+    /// Returns the header of a film of the same image.
     pub fn about(&self) -> FilmHeader {
         let run = self.run.as_ref();
         FilmHeader {
@@ -120,18 +119,18 @@ impl Provenance {
         self.samples as f64 / self.pixels.max(1) as f64
     }
 
-    /// As a value of the key [`KEY`].
+    /// Formats the provenance as the value of the key [`KEY`].
     ///
     /// # Panics
-    /// Never: all of it can be written as JSON.
+    /// Never: all fields can be written as JSON.
     pub fn to_text(&self) -> String {
         serde_json::to_string(self).expect("names, texts and numbers are JSON")
     }
 
-    /// The receipt among the metadata of an image, if there is one.
+    /// Parses the provenance from the metadata of an image; returns `None` if there is none.
     ///
     /// # Errors
-    /// A message, if it is none that this version can read.
+    /// A message, if this version cannot read it.
     pub fn find(metadata: &[(String, String)]) -> Result<Option<Self>, String> {
         let text = metadata.iter().find(|(key, _)| key == KEY).map(|(_, text)| text);
         text.map(|text| serde_json::from_str(text))
@@ -142,8 +141,9 @@ impl Provenance {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_core::Region;
+
+    use super::*;
 
     #[test]
     fn receipts_are_read_as_they_were_written() {

@@ -1,4 +1,4 @@
-//! What a scene is made of.
+//! Contents of a scene: counts, bounds, memory and names.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -10,22 +10,22 @@ use serde::Serialize;
 
 use crate::{BuildOptions, Quality, Session, memory};
 
-/// What a scene is made of.
+/// Contents of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneStats {
-    /// Its name.
+    /// Name of the scene.
     pub name: String,
     /// Metres per unit of length.
     pub metres_per_unit: f64,
     /// Counts by kind.
     pub counts: Counts,
-    /// The least and the greatest coordinates of surfaces, in the world; none if there are none.
+    /// Minimum and maximum coordinates of surfaces in world space, or `None` without surfaces.
     pub bounds: Option<[[f64; 3]; 2]>,
-    /// What it takes.
+    /// Memory by use.
     pub memory: Memory,
     /// Materials, with the kind of their surface.
     pub materials: Vec<Item>,
-    /// Lights that are not the glow of a material.
+    /// Lights, except for emissive materials.
     pub lights: Vec<Item>,
     /// Media.
     pub media: Vec<Item>,
@@ -33,66 +33,67 @@ pub struct SceneStats {
     pub cameras: Vec<Item>,
     /// Settings of the file.
     pub settings: Vec<Item>,
-    /// The files that were read, with the BLAKE3 hash of what they held.
+    /// Files that were read, with the BLAKE3 hash of their content.
     pub files: Vec<Item>,
 }
 
-/// A name, and what it is the name of.
+/// A name with a kind or a value.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Item {
-    /// The name in the scene.
+    /// Name in the scene.
     pub name: String,
-    /// The kind, or the value.
+    /// Kind or value.
     pub kind: String,
 }
 
 /// Counts by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Shapes that are placed in the world.
+    /// Number of objects placed in the world.
     pub objects: usize,
-    /// Those that show a mesh that another one showed before.
+    /// Number of objects whose mesh is that of an earlier object.
     pub instances: usize,
-    /// Those that are spheres.
+    /// Number of objects that are spheres.
     pub spheres: usize,
-    /// Objects of points and segments.
+    /// Number of objects of points and segments.
     pub clouds: usize,
-    /// Those that move.
+    /// Number of animated objects.
     pub moving: usize,
-    /// Meshes, each once.
+    /// Number of distinct meshes.
     pub meshes: usize,
-    /// Vertices of all meshes, each once.
+    /// Number of vertices of the distinct meshes.
     pub vertices: usize,
-    /// Triangles of all meshes, each once.
+    /// Number of triangles of the distinct meshes.
     pub triangles: usize,
-    /// Triangles of all meshes, as often as they are placed.
+    /// Number of triangles, with all instances.
     pub triangles_placed: usize,
-    /// Points, as often as they are placed.
+    /// Number of points, with all instances.
     pub points: usize,
-    /// Segments between points, as often as they are placed.
+    /// Number of segments between points, with all instances.
     pub segments: usize,
-    /// Materials that glow.
+    /// Number of emissive materials.
     pub glowing_materials: usize,
 }
 
-/// Bytes by what takes them.
+/// Memory in bytes, by use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Memory {
-    /// Meshes and points, as they are read.
+    /// Meshes and points, before compilation.
     pub meshes: u64,
-    /// Texels of materials, with their pyramids, and images of lights.
+    /// Textures of materials, with their mipmaps, and images of lights.
     pub textures: u64,
     /// Grids of media.
     pub grids: u64,
-    /// What a render takes at most for its tables and its tree, by [`memory::bytes_of_tables`].
+    /// Upper bound of the tables and the hierarchy of a render, by [`memory::bytes_of_tables`].
     pub tables: u64,
 }
 
 impl SceneStats {
-    /// That of a scene, which is compiled to know its textures, and was read from some files.
+    /// Collects the contents of a scene that was read from `sources`; compiles it to determine the
+    /// size of its textures.
     ///
     /// # Errors
-    /// If it cannot be rendered.
+    /// If the scene cannot be rendered.
     pub fn of(scene: &Scene, sources: &[SourceFile]) -> Result<Self, CompileError> {
         let session = compiled(scene)?;
         let item = |name: &str, kind: &str| Item { name: name.to_owned(), kind: kind.to_owned() };
@@ -123,8 +124,8 @@ impl SceneStats {
     }
 }
 
-/// A session of a scene that is compiled with the hierarchy that is built fastest, for the few rays
-/// that look for a blocked view, and with studio lighting, as renders are by default: a scene that
+/// Compiles a scene with the fastest build quality of the hierarchy, which is needed only for the
+/// few rays of the camera check, and with studio lighting, as renders do by default. A scene that
 /// cannot be rendered is an error, and approximated features have a [note](Session::notes).
 ///
 /// # Errors
@@ -139,7 +140,7 @@ pub fn compiled(scene: &Scene) -> Result<Session, CompileError> {
     Session::new(scene, options, Settings { integrator, ..Settings::default() })
 }
 
-/// All meshes, each once.
+/// Distinct meshes.
 fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     let mut seen = HashSet::new();
     scene.objects.iter().filter_map(move |object| match &object.geometry {
@@ -148,7 +149,7 @@ fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     })
 }
 
-/// Bytes of all points and segments, each once.
+/// Bytes of distinct points and segments.
 fn bytes_of_points(scene: &Scene) -> u64 {
     let mut seen = HashSet::new();
     let mut bytes = |object: &Object| match &object.geometry {
@@ -183,12 +184,12 @@ fn counts(scene: &Scene) -> Counts {
     counts
 }
 
-/// The box around all surfaces; what moves is there where its keys are.
+/// Bounds of all surfaces; animated ones count at their keys.
 fn bounds(scene: &Scene) -> Option<[[f64; 3]; 2]> {
     framing::surface_extent(scene, None).map(|extent| extent.map(|corner| corner.to_array()))
 }
 
-/// Bytes of the images of lights, each once.
+/// Bytes of the distinct images of lights.
 fn of_lights(scene: &Scene) -> u64 {
     let mut seen = HashSet::new();
     let images = scene.lights.iter().filter_map(|light| match &light.kind {
@@ -201,7 +202,7 @@ fn of_lights(scene: &Scene) -> u64 {
         .sum()
 }
 
-/// Bytes of the grids of media, each once.
+/// Bytes of the distinct grids of media.
 fn grids(scene: &Scene) -> u64 {
     let mut seen = HashSet::new();
     let mut bytes = |placed: &PlacedGrid| {
@@ -240,7 +241,7 @@ fn kind_of_projection(projection: &Projection) -> &'static str {
     }
 }
 
-/// Settings of the file, if it has any.
+/// Settings that the file contains.
 fn settings(scene: &Scene) -> Vec<Item> {
     let s = &scene.settings;
     let size = |[width, height]: [u32; 2]| format!("{width} x {height}");

@@ -1,4 +1,4 @@
-//! A scene, how to render it, and what is rendered of it.
+//! Session: a compiled scene, its settings, and its film.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::cryptomatte::{self, Names};
 use crate::fingerprint::{self, Entry};
 use crate::{light_groups, unlit, view};
 
-/// A scene, how to render it, and what is rendered of it.
+/// A compiled scene, its settings, and its film.
 pub struct Session {
     scene: RenderScene,
     settings: Settings,
@@ -25,7 +25,7 @@ pub struct Session {
     geometry_time: Duration,
     bvh_time: Duration,
     counts_tests: bool,
-    /// What the samples depend on besides scene, version and pixels.
+    /// Everything that the samples depend on besides scene, version and region.
     entries: Vec<Entry>,
     names: Names,
     light_groups: Option<LightGroups>,
@@ -36,7 +36,7 @@ impl Session {
     /// [`CompileOptions::texture_coordinates`] follow from the settings.
     ///
     /// # Errors
-    /// If the scene is inconsistent, or the region of the settings lies outside of the image.
+    /// If the scene is inconsistent, or the region of the settings is outside of the image.
     pub fn new(
         scene: &Scene,
         mut options: CompileOptions,
@@ -79,7 +79,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Notes that there are media which the integrator does not see.
+    /// Adds a note if the scene has media that the integrator does not support.
     fn warn_ignored_media(&mut self) {
         let name = &self.settings.integrator;
         let sees = pt_cpu::integrator::by_name(name)
@@ -92,10 +92,10 @@ impl Session {
         }
     }
 
-    /// Renders only these pixels, from the first sample.
+    /// Restricts the render to a region, and discards the samples so far.
     ///
     /// # Errors
-    /// If they are not all in the image.
+    /// If the region is not inside the image.
     pub fn restrict(&mut self, region: Region) -> Result<(), CompileError> {
         let resolution = self.scene.camera.resolution;
         if !region.is_inside(resolution) {
@@ -106,46 +106,48 @@ impl Session {
         Ok(())
     }
 
-    /// A film without samples that keeps what the settings ask for, of these pixels.
+    /// Creates an empty film of a region with the channels of the settings.
     fn empty_film(&self, region: Region) -> Film {
         self.settings.film(region).with_light_groups(self.film.light_groups())
     }
 
-    /// Leaves the samples before number `first` to another film, and those so far.
+    /// Begins with the sample number `first`, and discards the samples so far; the earlier samples
+    /// belong to another film.
     ///
     /// # Panics
-    /// If there are two halves, which begin with their first samples.
+    /// If the film has half buffers, which begin with their first samples.
     pub fn start_at(&mut self, first: u32) {
         assert!(!self.film.has_half_buffers(), "halves begin with their first sample");
         self.film = self.empty_film(self.film.region()).starting_at(first);
     }
 
-    /// All that the samples depend on besides the scene and the version of the program, in words.
+    /// Returns everything that the samples depend on besides the scene and the version of the
+    /// program, as text.
     pub fn identity(&self) -> Vec<Entry> {
         let of_pixels = fingerprint::of_pixels(self.scene.camera.resolution, self.film.region());
         of_pixels.into_iter().chain(self.entries.iter().cloned()).collect()
     }
 
-    /// Takes the place of the samples so far, to go on from there.
+    /// Replaces the samples so far with those of a film, from which the render resumes.
     ///
     /// # Panics
-    /// If it has other pixels, or keeps something else.
+    /// If the film has another region or other channels.
     pub fn go_on_from(&mut self, film: Film) {
         assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
         assert!(film.has_same_layout(&self.film), "a film that keeps the same");
         self.film = film;
     }
 
-    /// Also counts tests of single primitives, which costs a little.
+    /// Also counts intersection tests of primitives, at a small cost.
     pub fn count_tests(&mut self) {
         self.counts_tests = true;
     }
 
-    /// Takes the samples that are missing, on `threads` threads (0: one per core) that share
-    /// tiles of `tile_size`² pixels. Neither number changes the image.
+    /// Takes the missing samples on `threads` threads (0: one per core), which share tiles of
+    /// `tile_size`² pixels. Neither number changes the image.
     ///
     /// # Errors
-    /// If the integrator is unknown, the filter makes no sense, or threads cannot be started.
+    /// If the integrator is unknown, the filter is invalid, or threads cannot be started.
     pub fn render(
         &mut self,
         threads: usize,
@@ -165,12 +167,12 @@ impl Session {
         &self.scene
     }
 
-    /// The names of what the film counts.
+    /// Names of the objects and materials that the film counts.
     pub fn names(&self) -> &Names {
         &self.names
     }
 
-    /// How it is rendered.
+    /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -180,9 +182,8 @@ impl Session {
         &self.film
     }
 
-    /// What the error target finds of the samples so far, or one that asks for nothing if they are
-    /// in halves without one. `None` without halves, or without samples of each half of each
-    /// pixel.
+    /// Evaluates the error target for the samples so far or, without a target, the error of half
+    /// buffers. Returns `None` without half buffers, or if a half of a pixel has no samples.
     pub fn look(&self) -> Option<Evaluation> {
         self.settings.target.unwrap_or(Target::NONE).evaluate(&self.film, self.settings.reuse)
     }
@@ -203,13 +204,13 @@ impl Session {
         Image { width, height, pixels: develop::radiance(&self.film) }
     }
 
-    /// The image so far with its coverage, by which colours are multiplied already (premultiplied
-    /// alpha); 1 where the settings do not ask for [`Aov::Alpha`]. In rows from the top.
+    /// The image so far with alpha, by which colours are premultiplied; alpha is 1 if the settings
+    /// do not contain [`Aov::Alpha`]. Rows are from the top.
     pub fn rgba(&self) -> Vec<[f32; 4]> {
         develop::rgba(&self.film)
     }
 
-    /// What the settings ask for besides light and its coverage, as channels of the image.
+    /// The requested AOVs, mattes and light groups, as channels of the image.
     pub fn channels(&self) -> Vec<Channel> {
         let mattes = cryptomatte::channels(&self.film, &self.names);
         let groups = groups::channels(&self.film);

@@ -1,12 +1,13 @@
-//! Scenes whose lights emit nothing.
+//! Note about scenes whose lights emit nothing.
 
 use pt_scene::{LightKind, Scene};
 
-/// What is said of them; those without lights get that of a studio, or have a note of their own.
+/// Text of the note; scenes without lights get studio lighting, or have another note.
 const NOTE: &str = "no light of the scene emits anything: the image will be black. Give it an environment with \
                     -e FILE.exr, or look at its shape with --integrator normals";
 
-/// The note, if there are lights, and all of them and all materials are black.
+/// Returns the note if the scene has lights, but all lights and materials are black and there are
+/// no media.
 pub(crate) fn note(scene: &Scene) -> Option<String> {
     let is_unlit = !scene.lights.is_empty()
         && scene.lights.iter().all(|light| is_black(&light.kind))
@@ -15,7 +16,7 @@ pub(crate) fn note(scene: &Scene) -> Option<String> {
     is_unlit.then(|| NOTE.to_owned())
 }
 
-/// Returns true if a light is known to emit nothing; images and the sun of a day are not looked at.
+/// Returns true if a light is known to emit nothing; images and daylight are not examined.
 fn is_black(light: &LightKind) -> bool {
     match light {
         LightKind::Hemisphere { radiance }

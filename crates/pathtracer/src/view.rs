@@ -1,17 +1,17 @@
-//! Whether the camera sees anything of a scene.
+//! Note about cameras that see nothing of a scene.
 //!
-//! A grid of rays through the image, and 26 more all around, tell three kinds of cameras that are
+//! A grid of rays through the image, and 26 more all around, detect three kinds of cameras that are
 //! likely to be misplaced:
 //!
-//! 1. No ray of the image finds a surface or light of the sky, and no vertex lies in view.
-//! 2. At least half of the rays of the image go down, and find nothing, from a camera at or below
-//!    the underside of all surfaces, or between them; unless all surfaces lie in view, as of an
-//!    object before a black ground, and not only above the camera. Where the sky is seen, nothing
-//!    is missed.
-//! 3. All rays, also those all around, find one and the same opaque object, which does not emit
-//!    light, and no lamp is in the box around it: the camera is inside of it, in the dark.
+//! 1. No ray of the image hits a surface or an infinite light, and no vertex is in view.
+//! 2. At least half of the rays of the image go down and hit nothing, from a camera at or below the
+//!    underside of all surfaces, or between them. Excluded are images in which all surfaces are in
+//!    view, as of an object on a black background, unless they are only above the camera. Rays that
+//!    hit an infinite light do not count.
+//! 3. All rays, also those all around, hit the same opaque object, which does not emit light, and
+//!    no lamp is in its bounding box: the camera is inside of it, in the dark.
 //!
-//! Up is that axis of the world which is closest to the up of the camera.
+//! Up is the axis of the world that is closest to the up vector of the camera.
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
@@ -22,18 +22,18 @@ use pt_scene::{LightKind, Object, Scalar, Scene, Surface, framing};
 
 /// Columns and rows of the grid.
 const GRID: [u32; 2] = [24, 16];
-/// Share of the height of all surfaces by which a camera may stand above their underside.
+/// Fraction of the height of all surfaces up to which a camera counts as at their underside.
 const UNDERSIDE: f32 = 0.01;
-/// Most surfaces in a row that a ray goes through because they are not there.
+/// Maximum number of consecutive transparent surfaces that a ray passes.
 const MAX_HOLES: usize = 64;
-/// What helps.
+/// Remedy named in the notes.
 const ADVICE: &str = "--camera fit shows all surfaces";
 
-/// Notes about the camera's position.
+/// Returns a note if the camera is likely to be misplaced.
 pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let bounds = compiled.bounds();
     if compiled.meter.is_some() || bounds.is_empty() || !compiled.media.is_empty() {
-        return None; // Media are seen, and what is in them may be hidden.
+        return None; // Media are visible, and may hide surfaces inside.
     }
     let camera = compiled.camera_at(0.0);
     let rays = through_image(&camera);
@@ -68,13 +68,13 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     ))
 }
 
-/// What a ray finds.
+/// Result of a ray.
 #[derive(Clone, Copy, PartialEq)]
 enum CameraRayResult {
-    /// Neither a surface nor light.
+    /// Neither a surface nor an infinite light.
     Nothing,
     Sky,
-    /// A surface of the object of this number.
+    /// A surface of the object with this number.
     Object(u32),
 }
 
@@ -111,7 +111,7 @@ fn found(scene: &RenderScene, rays: &[Ray]) -> Vec<CameraRayResult> {
     seen
 }
 
-/// Notes what a ray finds; returns the hit if the surface is not there.
+/// Records the result of a ray; returns the hit if the surface is transparent there.
 fn look<'h>(
     scene: &RenderScene,
     ray: &Ray,
@@ -141,13 +141,13 @@ fn height(p: Vec3, up: Vec3) -> f32 {
     p.dot(up)
 }
 
-/// The height up to which a camera is at the underside of a box.
+/// Height up to which a camera counts as at the underside of a box.
 fn underside(bounds: &Bounds3, up: Vec3) -> f32 {
     let [a, b] = [bounds.min, bounds.max].map(|corner| height(corner, up));
     a.min(b) + UNDERSIDE * (b - a).abs()
 }
 
-/// Returns true if all of a box is in the image, as far as its corners tell.
+/// Returns true if all corners of a box are in the image.
 fn shows_all(camera: &Camera, bounds: &Bounds3) -> bool {
     let [a, b] = [bounds.min, bounds.max];
     let corners = (0..8u32).map(|i| {
@@ -157,7 +157,7 @@ fn shows_all(camera: &Camera, bounds: &Bounds3) -> bool {
     corners.into_iter().all(|corner| is_in_view(camera, corner))
 }
 
-/// Returns true if a point is in the image, if nothing is before it.
+/// Returns true if a point is in the image unless it is occluded.
 fn is_in_view(camera: &Camera, p: Vec3) -> bool {
     let to = p - camera.position;
     let depth = to.dot(camera.forward);
@@ -168,7 +168,7 @@ fn is_in_view(camera: &Camera, p: Vec3) -> bool {
         Projection::Perspective => depth,
     };
     let place = [x / camera.half_extent[0], -y / camera.half_extent[1]];
-    // The middle of the view may be beside that of the image.
+    // The principal point may differ from the centre of the image.
     let is_on_film = |i: usize| {
         let size = camera.resolution[i] as f32;
         let pixel = camera.principal_point[i] + place[i] / scale * 0.5 * size;
@@ -188,7 +188,7 @@ fn may_see(scene: &RenderScene, camera: &Camera) -> bool {
         .any(|p| is_in_view(camera, p))
 }
 
-/// The dark object that the camera is inside of.
+/// Dark object that contains the camera, or `None`.
 fn inside_of<'s>(
     scene: &'s Scene,
     compiled: &RenderScene,
@@ -203,7 +203,7 @@ fn inside_of<'s>(
     (is_same(seen) && is_dark(scene, object) && surrounds()).then_some(object)
 }
 
-/// Rays to the corners, edges and sides of a cube.
+/// Rays to the corners, edges and faces of a cube.
 fn all_around(origin: Vec3) -> Vec<Ray> {
     let step = |i: u32| (i % 3) as f32 - 1.0;
     let towards = |i: u32| Vec3::new(step(i), step(i / 3), step(i / 9));
@@ -211,8 +211,7 @@ fn all_around(origin: Vec3) -> Vec<Ray> {
     directions.map(|direction| Ray::new(origin, direction)).collect()
 }
 
-/// Returns true if an object lets no light through, emits none, and has no lamp in the box around
-/// it.
+/// Returns true if an object is opaque, emits nothing, and has no lamp in its bounding box.
 fn is_dark(scene: &Scene, object: &Object) -> bool {
     let mut materials = object.materials.iter().flatten().map(|&m| &scene.materials[m as usize]);
     let is_opaque = materials.all(|material| {
@@ -241,11 +240,12 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
     };
     let mut context = scene.objects.iter().filter(emits).filter_map(alone);
     let is_inside = |p: DVec3| low.cmple(p).all() && p.cmple(high).all();
-    let meets = |[from, to]: framing::Extent| low.cmple(to).all() && from.cmple(high).all();
+    let meets =
+        |[from, to]: pt_scene::extent::Extent| low.cmple(to).all() && from.cmple(high).all();
     !places.any(is_inside) && !context.any(meets)
 }
 
-/// Returns true if a light is somewhere, and not all around or far away.
+/// Returns true if a light has a position, and is not all around or at infinity.
 fn is_local(light: &LightKind) -> bool {
     !matches!(
         light,

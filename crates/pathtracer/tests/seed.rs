@@ -1,11 +1,11 @@
-//! What a report on the course's program renders, against a second path tracer.
+//! Figures of a report on the course's program, compared with a second path tracer.
 //!
-//! [`pt_testing::course`] has the scenes, both as COLLADA and as its own, and the second path
-//! tracer, which shares nothing with ours. Of each figure of the report, its options are rendered
-//! by both, in the course's mode and at the size of the report, and the means of blocks of 120 ×
-//! 120 pixels agree within what their standard errors allow. Ours come from the variance between
-//! four renders with other seeds, those of the second one from the differences between samples of
-//! small cells of the block.
+//! [`pt_testing::course`] contains the scenes, as COLLADA and in its own form, and the second path
+//! tracer, which shares no code with this one. For each figure of the report, both render its
+//! options in the course's mode and at the size of the report, and the means of blocks of 120 × 120
+//! pixels must agree within their standard errors. The variance of our means is estimated from four
+//! renders with different seeds, that of the second path tracer from the differences between
+//! samples of small cells of the block.
 
 use std::path::{Path, PathBuf};
 
@@ -20,8 +20,8 @@ use pt_testing::course::{Content, Eye, Light, Map, Plan, Room, World, unit};
 const SIZE: [u32; 2] = [480, 360];
 const BLOCK: u32 = 120;
 const RENDERS: u32 = 4;
-/// Of normally distributed means of 12 blocks in three channels and 60 pictures, one in a million
-/// is this far off; four renders know their variance to a factor, so that it is doubled.
+/// Of normally distributed means of 12 blocks in three channels and 60 images, one in a million
+/// deviates by more; the variance from four renders is uncertain, so that the limit is doubled.
 const STANDARD_ERRORS: f64 = 6.0;
 
 fn scene(room: &Room) -> Scene {
@@ -33,12 +33,12 @@ fn scene(room: &Room) -> Scene {
     scene
 }
 
-/// A room in both programs.
+/// A room for both programs.
 struct Both {
     world: World,
     eye: Eye,
     scene: Scene,
-    /// The radius of the lens and its focal distance.
+    /// Radius and focal distance of the lens.
     lens: Option<[f64; 2]>,
     sky: Option<Map>,
 }
@@ -55,13 +55,13 @@ impl Both {
         Self { world, eye, scene: scene(room), lens: None, sky: None }
     }
 
-    /// The same with `-b` and `-d`.
+    /// Adds the lens of `-b` and `-d`.
     fn with_lens(self, [radius, focal_distance]: [f64; 2]) -> Self {
         let eye = self.eye.with_lens(radius, focal_distance);
         Self { eye, lens: Some([radius, focal_distance]), ..self }
     }
 
-    /// The same with `-e`.
+    /// Adds the environment map of `-e`.
     fn with_sky(self, map: Map) -> Self {
         let world = self.world.with_light(Light::Environment(map.clone()));
         Self { world, sky: Some(map), ..self }
@@ -82,7 +82,7 @@ impl Both {
         Session::new(&self.scene, options, settings).expect("a scene that can be rendered")
     }
 
-    /// Means of the blocks, and their variances, of ours.
+    /// Means of the blocks and their variances, by our program.
     fn ours(&self, settings: &Settings) -> Vec<[DVec3; 2]> {
         let means: Vec<_> = (0..RENDERS)
             .map(|seed| {
@@ -100,15 +100,15 @@ impl Both {
         (0..blocks().count()).map(of_block).collect()
     }
 
-    /// Compares pictures of light by these options.
+    /// Compares images of radiance with these options.
     fn check(&self, what: &str, settings: &Settings, plan: Plan, samples: u32) {
         let means = theirs(samples, |at, r| self.world.radiance(&self.eye, at, &plan, r));
         assert_equal(what, &self.ours(settings), &means);
     }
 }
 
-/// The same of the second path tracer, from about `samples` samples of each block: two in each of
-/// its cells, whose difference gives the variance of their mean.
+/// Means of the blocks and their variances, by the second path tracer, from about `samples` samples
+/// of each block: two in each of its cells, whose difference gives the variance of their mean.
 fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<[DVec3; 2]> {
     let mut random = Random::new(7);
     let (side, size) = ((samples / 2).isqrt(), SIZE.map(f64::from));
@@ -131,7 +131,7 @@ fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<
     blocks().map(each).collect()
 }
 
-/// The upper left corners of all blocks.
+/// Upper left corners of all blocks.
 fn blocks() -> impl Iterator<Item = [u32; 2]> {
     let columns = SIZE[0] / BLOCK;
     (0..columns * (SIZE[1] / BLOCK)).map(move |i| [i % columns * BLOCK, i / columns * BLOCK])
@@ -142,7 +142,7 @@ fn mean([x0, y0]: [u32; 2], pixel: impl Fn(u32, u32) -> DVec3) -> DVec3 {
     sum / f64::from(BLOCK * BLOCK)
 }
 
-/// The mean, and its variance.
+/// Mean and its variance.
 fn statistics(values: impl ExactSizeIterator<Item = DVec3>) -> [DVec3; 2] {
     let n = values.len() as f64;
     let (s1, s2) = values.fold((DVec3::ZERO, DVec3::ZERO), |(a, b), v| (a + v, b + v * v));
@@ -171,7 +171,7 @@ fn assert_equal(what: &str, ours: &[[DVec3; 2]], theirs: &[[DVec3; 2]]) {
     );
 }
 
-/// The settings of the course's mode, and its plan.
+/// Settings of the course's mode, and the plan of the second path tracer.
 fn options(light_samples: u32, depth: u32, hemisphere: bool, spp: u32) -> (Settings, Plan) {
     let direct = if hemisphere { DirectLight::UniformHemisphere } else { DirectLight::Light };
     let settings = Settings {
@@ -198,8 +198,7 @@ fn normals() {
     }
 }
 
-/// Figure 5: a mesh in direct light by 1, 4 … directions of the hemisphere, and by samples of the
-/// light.
+/// Figure 5: direct light on a mesh by 1, 4 … directions of the hemisphere, and by light samples.
 #[test]
 fn direct_light_of_a_mesh() {
     let both = Both::new(Content::Ring);
@@ -260,7 +259,7 @@ fn mirror_and_refraction() {
     }
 }
 
-/// Assignment 3-2: metals of facets, in light by samples of the lamp and by directions.
+/// Assignment 3-2: microfacet metals, with light samples and with hemisphere sampling.
 #[test]
 fn metals() {
     let both = Both::new(Content::Metals);
@@ -274,7 +273,7 @@ fn sunlight() -> Light {
     Light::Directional(DVec3::new(0.5, 1.0, 2.5), DVec3::new(2.0, 1.5, 1.0))
 }
 
-/// Lights that are no squares, one by one and all at once: the course's files have points and
+/// Other lights than squares, one by one and all at once: the course's files have point lights and
 /// ambient light.
 #[test]
 fn other_lights() {
@@ -295,7 +294,7 @@ fn other_lights() {
     }
 }
 
-/// Assignment 3-2: a map of the sky, which the camera and samples of light find, and mirrors do
+/// Assignment 3-2: an environment map, which camera rays and light samples find, and mirrors do
 /// not.
 #[test]
 fn environment_map() {
@@ -380,7 +379,8 @@ fn adaptive_sampling() {
     }
 }
 
-/// The files of the repository are those that the rooms write. `PT_WRITE_EXPECTED=1` writes them.
+/// The files of the repository equal those generated from the rooms. `PT_WRITE_EXPECTED=1` writes
+/// them.
 #[test]
 fn the_files_are_those_of_the_rooms() {
     let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/course"));

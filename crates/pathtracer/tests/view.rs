@@ -1,4 +1,4 @@
-//! Cameras: which one is used, where it stands, and what is said of one that sees nothing.
+//! Cameras: selection, placement, and notes about cameras that see nothing.
 
 use std::path::Path;
 
@@ -27,13 +27,13 @@ fn at(resolution: [u32; 2]) -> CompileOptions {
     CompileOptions { resolution: Some(resolution), ..CompileOptions::default() }
 }
 
-/// The notes that name `--camera fit`.
+/// Notes that name `--camera fit`.
 fn advice(scene: &Scene) -> Vec<String> {
     let session = session(scene, at([48, 36]));
     session.notes().iter().filter(|note| note.contains("--camera fit")).cloned().collect()
 }
 
-/// A box without a front: 2 wide, high and deep, its floor at y = 0. The camera is 4 before it.
+/// Box without a front: 2 wide, high and deep, its floor at y = 0. The camera is 4 in front of it.
 fn open_box(camera_height: f64) -> String {
     let wall = |translate: &str, rotate: &str| {
         format!(r#"{{"type": "rectangle", "to_world": [{rotate} {{"translate": {translate}}}]}}"#)
@@ -55,7 +55,7 @@ fn open_box(camera_height: f64) -> String {
 }
 
 /// From the height of the floor the lower half of the image is empty; from the middle of the box it
-/// is not. Fitted, the box is seen.
+/// is not. A fitted camera shows the box.
 #[test]
 fn a_camera_at_the_height_of_the_floor_is_noted() {
     let floor = json(&open_box(0.0));
@@ -103,7 +103,7 @@ fn a_camera_that_sees_nothing_is_noted() {
     }
 }
 
-/// A ball or a cube of matte; not if a lamp is inside, nor if it is of glass.
+/// Inside of a matte ball or cube there is a note; not if a lamp is inside, nor if it is of glass.
 #[test]
 fn a_camera_inside_of_something_dark_is_noted() {
     let inside = |shape: &str, light: &str| {
@@ -129,8 +129,9 @@ fn a_camera_inside_of_something_dark_is_noted() {
     }
 }
 
-/// Half of an image of the open is sky, whether it is light or, with the sun alone, black; an
-/// object before a black ground may fill little of it, and be smaller than a pixel.
+/// Half of an outdoor image is the environment, whether bright or, with the sun alone, black; an
+/// object in front of a black background may cover little of the image, and be smaller than a
+/// pixel.
 #[test]
 fn ordinary_views_have_no_note() {
     let sky = r#"{"type": "constant", "radiance": 1}"#;
@@ -158,8 +159,8 @@ fn ordinary_views_have_no_note() {
     }
 }
 
-/// A scene whose lights are all black is black, and a note says so; not if one is not, nor with a
-/// map of the sky.
+/// A scene whose lights are all black has a note; not if one is not black, nor with an environment
+/// map.
 #[test]
 fn lights_that_emit_nothing_are_noted() {
     let camera = camera("[0, 0, 9]", "[0, 0, 0]");
@@ -175,7 +176,7 @@ fn lights_that_emit_nothing_are_noted() {
     assert!(!noted(off, true));
 }
 
-/// A vertex that no triangle uses changes nothing of what a scene without a camera shows.
+/// A vertex that no triangle uses does not change the image of a scene without a camera.
 #[test]
 fn unused_vertices_do_not_move_the_camera() {
     let mesh = |more: &str| {
@@ -200,8 +201,8 @@ fn unused_vertices_do_not_move_the_camera() {
     }
 }
 
-/// The course's profile, a camera at the height of the floor that looks along +y of a file that has
-/// z up, and a ball.
+/// File with the course's profile, a camera at the height of the floor with the direction +y and z
+/// up, and a ball.
 fn course_file(profile: &str, transform: &str) -> String {
     format!(
         r##"<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -220,10 +221,10 @@ fn course_file(profile: &str, transform: &str) -> String {
 
 const MATRIX: &str = "<matrix>1 0 0 0 0 0 -1 -4 0 1 0 0 0 0 0 1</matrix>";
 
-/// The camera of the file is at (0, −4, 0) and looks along +y, z being up, so that the point in
-/// front of it is (0, −3, 0): (0, 0, −3) in the world, where y is up. So it is seen from −z. The
-/// ball is at (0, 5, 2), in the world (0, 2, 5), and the box around it has sides of 4. Of the
-/// course's window of 800 columns, images of 480 show the middle, and images of other sizes the
+/// The camera of the file is at (0, −4, 0) with the direction +y, z being up, so that the point in
+/// front of it is (0, −3, 0): (0, 0, −3) in the world, where y is up. So the view is from −z. The
+/// ball is at (0, 5, 2), in the world (0, 2, 5), and its bounding box has sides of 4. Images of 480
+/// columns show the middle of the course's window of 800 columns, and images of other sizes the
 /// same.
 #[test]
 fn files_of_the_course_are_seen_as_the_course_sees_them() {
@@ -257,8 +258,8 @@ fn files_of_the_course_are_seen_as_the_course_sees_them() {
     }
 }
 
-/// Other files are taken at their word: those without the profile, and those whose camera is placed
-/// by what the course's program cannot read.
+/// Other files keep their camera: those without the profile, and those whose camera is placed by
+/// elements that the course's program cannot read.
 #[test]
 fn other_files_are_seen_from_their_cameras() {
     let placed = "<translate>0 -4 0</translate><rotate>1 0 0 90</rotate>";

@@ -1,6 +1,6 @@
-//! Measures what two levels of trees cost: rates of ray queries on rings that are placed many
-//! times, against one tree over all their triangles, and the time that it takes to build the upper
-//! level. Checks results against single queries and a loop over all instances first.
+//! Measures the cost of two-level trees: query rates on many instances of a ring, against one tree
+//! over all their triangles, and the build time of the upper level. Checks results against single
+//! queries and a loop over all instances first.
 //!
 //! `cargo run --release -p pt-bvh --example instances`
 
@@ -12,18 +12,18 @@ use std::time::Instant;
 use pt_bvh::{BuildOptions, Bvh, Geometry, Instance, InstanceBvh};
 use pt_math::{DAffine3, DMat3, DQuat, DVec3, Ray, Vec3};
 
-/// Segments around and across a ring, which has twice as many triangles.
+/// Numbers of segments around and across a ring. It has twice as many triangles as segments.
 const SEGMENTS: [u32; 2] = [64, 32];
 const INSTANCES: u64 = 256;
-/// Edge of the picture in pixels.
+/// Edge of the image in pixels.
 const EDGE: u32 = 512;
-/// Edge of the square tiles in which pixels are visited.
+/// Edge, in pixels, of the square tiles in which rays are ordered.
 const TILE: u32 = 4;
 /// Rays per batch.
 const BATCH: usize = 4096;
 const REPETITIONS: usize = 3;
 
-/// Uniform numbers in [−1, 1) that depend on nothing but their index.
+/// Returns a uniform number in [−1, 1) that depends only on `index`.
 fn random(index: u64) -> f64 {
     let z = index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -35,7 +35,7 @@ fn random_vector(index: u64) -> DVec3 {
     DVec3::new(random(3 * index), random(3 * index + 1), random(3 * index + 2))
 }
 
-/// A ring around z.
+/// Vertices and triangles of a ring around z.
 fn ring() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let [n, m] = SEGMENTS;
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
@@ -50,7 +50,7 @@ fn ring() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// Where an instance is: turned and scaled anyhow in a cube that grows with their number.
+/// Random rotation and scale, at a random position in a cube whose volume grows with `number`.
 fn transform(index: u64, number: u64) -> DAffine3 {
     let axis = random_vector(3 * index).normalize_or(DVec3::Z);
     let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis));
@@ -64,7 +64,7 @@ fn place(object: &Arc<Bvh>, number: u64) -> Result<Vec<Instance>, Box<dyn Error>
     Ok(all.collect::<Result<_, _>>()?)
 }
 
-/// One tree over the triangles of all instances.
+/// Builds one tree over the triangles of all instances.
 fn flattened(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Bvh, Box<dyn Error>> {
     let (mut all, mut indices) = (Vec::new(), Vec::new());
     for to_world in (0..INSTANCES).map(|i| transform(i, INSTANCES)) {
@@ -76,7 +76,7 @@ fn flattened(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Bvh, Box<dyn 
     Ok(Bvh::build(geometry, &BuildOptions::default())?)
 }
 
-/// From a camera that sees all, in tiles.
+/// Rays of a camera that sees all instances, ordered in tiles.
 fn primary() -> Vec<Ray> {
     let eye = DVec3::new(0.0, 0.0, (INSTANCES as f64).cbrt() * 4.0);
     let ray = |x: u32, y: u32| {
@@ -90,7 +90,7 @@ fn primary() -> Vec<Ray> {
     all.map(|(x, y)| ray(x, y)).collect()
 }
 
-/// From anywhere in the cube to anywhere.
+/// Rays with random origins in the cube and random directions.
 fn scattered() -> Vec<Ray> {
     let edge = (INSTANCES as f64).cbrt() * 1.5;
     let ray = |i: u64| {
@@ -99,7 +99,7 @@ fn scattered() -> Vec<Ray> {
     (1 << 20..(1 << 20) + u64::from(EDGE * EDGE)).map(ray).collect()
 }
 
-/// Milliseconds, the best of some repetitions.
+/// Returns the time of `work` in milliseconds: the best of [`REPETITIONS`].
 fn time(mut work: impl FnMut()) -> f64 {
     let once = |_| {
         let start = Instant::now();
@@ -109,7 +109,7 @@ fn time(mut work: impl FnMut()) -> f64 {
     (0..REPETITIONS).map(once).fold(f64::INFINITY, f64::min)
 }
 
-/// An error where batches find otherwise than single queries, or these than the loop.
+/// Returns an error if batches disagree with single queries, or these with the loop.
 fn verify(scene: &InstanceBvh, rays: &[Ray]) -> Result<(), Box<dyn Error>> {
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
     scene.intersect_batch(rays, &mut hits);

@@ -1,5 +1,5 @@
-//! Measures build time, memory and query rates on bumpy spheres that it makes itself, and checks
-//! results against scalar code first.
+//! Measures build time, memory and query rates on generated bumpy spheres, after a check of the
+//! results against scalar code.
 //!
 //! `cargo run --release -p pt-bvh --example rates`
 
@@ -11,7 +11,7 @@ use pt_math::{Frame, Ray, Vec3};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 480;
-/// Edge of the square tiles in which pixels are visited.
+/// Edge, in pixels, of the square tiles in which rays are ordered.
 const TILE: u32 = 4;
 const REPETITIONS: usize = 5;
 /// Rays per batch.
@@ -67,7 +67,7 @@ fn bumpy_sphere(n: i32) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// Uniform numbers in [0, 1) that depend on nothing but their index.
+/// Returns a uniform number in [0, 1) that depends only on `index`.
 fn random(index: u32) -> f32 {
     let mut h = index.wrapping_mul(0x9E37_79B9) ^ 0x85EB_CA6B;
     for _ in 0..3 {
@@ -93,7 +93,7 @@ fn primary(eye: Vec3) -> Vec<Ray> {
         .collect()
 }
 
-/// For each hit a ray in a cosine-distributed direction, and one to the light.
+/// For each hit, a ray in a cosine-distributed direction and a ray to the light.
 fn secondary(mesh: &Mesh, rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<Ray>, Vec<Ray>) {
     let mut bounce = Vec::new();
     let mut shadow = Vec::new();
@@ -118,7 +118,7 @@ fn secondary(mesh: &Mesh, rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<Ray>, Vec<
     (bounce, shadow)
 }
 
-/// Millions of rays per second, the best of some repetitions.
+/// Returns millions of rays per second: the best of [`REPETITIONS`].
 fn rate(rays: &[Ray], mut query: impl FnMut(&[Ray])) -> f64 {
     let best = (0..REPETITIONS).map(|_| {
         let start = Instant::now();
@@ -128,7 +128,7 @@ fn rate(rays: &[Ray], mut query: impl FnMut(&[Ray])) -> f64 {
     rays.len() as f64 / best.fold(f64::INFINITY, f64::min) * 1e-6
 }
 
-/// The rates of single queries and of batches for the nearest hits, and for whether there is one.
+/// Rates of single queries and of batches: nearest hits first, then occlusion.
 fn rates(bvh: &Bvh, rays: &[Ray]) -> [[f64; 2]; 2] {
     let each = |rays: &[Ray], query: &dyn Fn(&Ray)| rays.iter().for_each(query);
     let nearest = |ray: &Ray| _ = std::hint::black_box(bvh.intersect(ray));
@@ -140,7 +140,7 @@ fn rates(bvh: &Bvh, rays: &[Ray]) -> [[f64; 2]; 2] {
     ]
 }
 
-/// Milliseconds of a build with `threads` threads, the best of some repetitions.
+/// Returns the time of a build with `threads` threads in milliseconds: the best of [`REPETITIONS`].
 fn build_time(mesh: &Mesh, options: BuildOptions, threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let Ok(pool) = pool else { return f64::NAN };
@@ -186,7 +186,7 @@ fn measure(mesh: &Mesh, builder: Builder) -> Result<(), Box<dyn std::error::Erro
     Ok(())
 }
 
-/// Compares with the scalar binary tree, and a few rays with the loop over everything.
+/// Compares with the scalar binary tree, and for some rays with the loop over all primitives.
 fn verify(mesh: &Mesh, bvh: &Bvh, sets: &[&[Ray]]) -> Result<(), Box<dyn std::error::Error>> {
     let geometry = mesh.geometry();
     let hub = Bvh2::build(&geometry, &BuildOptions::default())?;

@@ -1,4 +1,4 @@
-//! Shoots the rays of a file at the mesh of another, and prints one line of JSON.
+//! Shoots the rays of one file at the mesh of another, and prints one line of JSON.
 //!
 //! ```text
 //! cargo run --release -p pt-bvh --example raybench -- MESH.bin RAYS.rays
@@ -7,15 +7,16 @@
 //!
 //! All numbers in files are little-endian and have 4 bytes.
 //!
-//! * Mesh: the numbers of vertices and of triangles, three coordinates of each vertex, three
-//!   vertices of each triangle.
-//! * Rays: how many, 8, then for each ray its origin, t_min, direction and t_max.
-//! * Hits: how many, 2, then for each ray the triangle as a signed integer, −1 for none, and t, +∞
-//!   for none. With `--occluded`, what is hit is not known: triangle and t are 0 where anything is.
+//! * Mesh: the numbers of vertices and of triangles, three coordinates of each vertex, three vertex
+//!   indices of each triangle.
+//! * Rays: the number of rays, 8, then for each ray its origin, t_min, direction and t_max.
+//! * Hits: the number of rays, 2, then for each ray the triangle as a signed integer (−1 for none)
+//!   and t (+∞ for none). With `--occluded`, the hit itself is unknown: triangle and t are 0 for an
+//!   occluded ray.
 //!
-//! `--batch` asks for many rays at a time, `--occluded` only whether anything is hit, and
-//! `--threads` says how many threads build and shoot (1). What is wrong with an argument or a file
-//! is said in one line, with exit status 2.
+//! `--batch` queries many rays at a time, `--occluded` tests occlusion only, and `--threads` is the
+//! number of threads that build and shoot (default 1). An invalid argument or file is reported in
+//! one line, with exit status 2.
 
 use std::fs::File;
 use std::io::Write;
@@ -28,14 +29,14 @@ use pt_math::{Ray, Vec3};
 use rayon::prelude::*;
 use serde_json::json;
 
-/// Rays per batch, and the share of work that a thread takes.
+/// Rays per batch, and per task of a thread.
 const BATCH: usize = 1024;
-/// Passes over all rays, of which the fastest counts.
+/// Passes over all rays; the fastest counts.
 const PASSES: usize = 3;
 const USAGE: &str = "usage: raybench MESH.bin RAYS.rays [--hits OUT] [--threads N] [--batch] [--occluded] \
      [--quality fast|balanced|high]";
 
-/// What was asked for.
+/// Command-line options.
 #[derive(Debug, PartialEq)]
 struct Options {
     mesh: PathBuf,
@@ -47,7 +48,7 @@ struct Options {
     quality: Quality,
 }
 
-/// One ray's entry in the file of hits.
+/// Entry of a ray in the file of hits: triangle and t.
 type Record = (i32, f32);
 const NOTHING: Record = (-1, f32::INFINITY);
 
@@ -100,7 +101,7 @@ fn thread_count(text: &str) -> Result<usize, String> {
     number.ok_or(format!("--threads {text}: not a number from 1 to 1024"))
 }
 
-/// Does all of it; the result is the line to print.
+/// Runs the benchmark and returns the line to print.
 fn run(options: &Options) -> Result<serde_json::Value, String> {
     let (positions, triangles) = load(&options.mesh, parse_mesh)?;
     let rays = load(&options.rays, parse_rays)?;
@@ -130,7 +131,7 @@ fn run(options: &Options) -> Result<serde_json::Value, String> {
     }))
 }
 
-/// The least time of a pass in seconds, and what the rays hit.
+/// Returns the shortest time of a pass in seconds, and the hits of the rays.
 fn shoot(bvh: &Bvh, rays: &[Ray], options: &Options) -> (f64, Vec<Record>) {
     let mut records = vec![NOTHING; rays.len()];
     let mut least = f64::INFINITY;
@@ -144,7 +145,7 @@ fn shoot(bvh: &Bvh, rays: &[Ray], options: &Options) -> (f64, Vec<Record>) {
     (least, records)
 }
 
-/// The answers to some rays.
+/// Queries some rays and writes their records.
 fn answer(bvh: &Bvh, rays: &[Ray], records: &mut [Record], options: &Options) {
     let hit = |hit: Option<pt_bvh::Hit>| hit.map_or(NOTHING, |h| (h.primitive as i32, h.t));
     let any = |occluded: bool| if occluded { (0, 0.0) } else { NOTHING };
@@ -165,13 +166,13 @@ fn answer(bvh: &Bvh, rays: &[Ray], records: &mut [Record], options: &Options) {
     }
 }
 
-/// Reads a file; the error begins with its name.
+/// Reads a file. Errors begin with its name.
 fn load<T>(path: &Path, parse: fn(&[u8]) -> Result<T, String>) -> Result<T, String> {
     let read = std::fs::read(path).map_err(|e| e.to_string());
     read.and_then(|bytes| parse(&bytes)).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The two numbers at the start of a file, and what follows.
+/// Splits a file into the two numbers at its start and the numbers that follow.
 fn head(bytes: &[u8]) -> Result<([u32; 2], &[[u8; 4]]), String> {
     let (words, rest) = bytes.as_chunks::<4>();
     match words {
@@ -180,7 +181,7 @@ fn head(bytes: &[u8]) -> Result<([u32; 2], &[[u8; 4]]), String> {
     }
 }
 
-/// Checks that as many numbers follow as the counts say.
+/// Returns an error unless the counts match the number of values that follow.
 fn expect_length(body: &[[u8; 4]], wanted: u64) -> Result<(), String> {
     let found = body.len() as u64;
     if found == wanted {
@@ -190,7 +191,7 @@ fn expect_length(body: &[[u8; 4]], wanted: u64) -> Result<(), String> {
     Err(format!("{what}: {found} numbers after the counts instead of {wanted}"))
 }
 
-/// Vertices and triangles.
+/// Parses vertices and triangles.
 fn parse_mesh(bytes: &[u8]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), String> {
     let ([vertices, triangles], body) = head(bytes)?;
     expect_length(body, 3 * (u64::from(vertices) + u64::from(triangles)))?;
@@ -209,7 +210,6 @@ fn parse_mesh(bytes: &[u8]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), String> {
     Ok((positions, triangles))
 }
 
-/// Rays.
 fn parse_rays(bytes: &[u8]) -> Result<Vec<Ray>, String> {
     let ([count, numbers], body) = head(bytes)?;
     if numbers != 8 {
@@ -220,7 +220,7 @@ fn parse_rays(bytes: &[u8]) -> Result<Vec<Ray>, String> {
     words.enumerate().map(|(i, words)| ray(i, words.map(f32::from_le_bytes))).collect()
 }
 
-/// Ray `i` of a file.
+/// Parses ray `i` of a file.
 fn ray(i: usize, [ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Result<Ray, String> {
     let (origin, direction) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
     if !origin.is_finite() || !direction.is_finite() {
@@ -235,7 +235,7 @@ fn ray(i: usize, [ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Result<Ray
     Ok(Ray { origin, direction, t_min, t_max })
 }
 
-/// Writes the file of hits: whole, or not at all.
+/// Writes the file of hits atomically: complete, or not at all.
 fn write_hits(path: &Path, records: &[Record]) -> std::io::Result<()> {
     let mut bytes = Vec::with_capacity(8 + 8 * records.len());
     bytes.extend((records.len() as u32).to_le_bytes());
@@ -254,7 +254,7 @@ fn write_hits(path: &Path, records: &[Record]) -> std::io::Result<()> {
         std::fs::rename(&part, path)
     };
     write().inspect_err(|_| {
-        // What was wrong has been said; a part that cannot be removed says nothing more.
+        // The error is reported by the caller; failure to remove the partial file adds nothing.
         std::fs::remove_file(&part).ok();
     })
 }

@@ -27,7 +27,7 @@ impl From<Direct> for DirectLight {
     }
 }
 
-/// Views of the light.
+/// Components of the light, selected by the number of interactions.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Show {
     /// Emission seen directly
@@ -41,7 +41,7 @@ pub(crate) enum Show {
 }
 
 impl Show {
-    /// Least and greatest number of interactions.
+    /// Minimum and maximum number of interactions.
     pub(crate) fn bounces(self) -> (u32, u32) {
         match self {
             Self::Emission => (0, 0),
@@ -73,7 +73,7 @@ impl From<Bvh> for Builder {
     }
 }
 
-/// Care with which the hierarchy is built.
+/// Build qualities of the hierarchy.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Quality {
     /// Fast build, slower traversal
@@ -94,7 +94,7 @@ impl From<Quality> for pathtracer::Quality {
     }
 }
 
-/// Bits of a PNG file.
+/// Bits per channel of a PNG file.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PngBits {
     /// 256 levels
@@ -105,7 +105,7 @@ pub(crate) enum PngBits {
     Sixteen,
 }
 
-/// Ways to show progress.
+/// Kinds of progress display.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ProgressKind {
     /// Bar on a terminal, lines elsewhere
@@ -120,7 +120,7 @@ pub(crate) enum ProgressKind {
     None,
 }
 
-/// What an image says about itself.
+/// Amount of metadata written into an image.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ReceiptKind {
     /// All metadata
@@ -131,7 +131,7 @@ pub(crate) enum ReceiptKind {
     None,
 }
 
-/// Sources of random numbers.
+/// Sample generators.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Sampler {
     /// Owen-scrambled Sobol' points

@@ -355,26 +355,26 @@ pub(crate) struct Cli {
     pub(crate) man: bool,
 }
 
-/// Request of the command line.
+/// Parsed command line.
 pub(crate) enum Action {
-    /// To print a text.
+    /// Print a text.
     Print(Vec<u8>),
-    /// To render.
+    /// Render an image.
     Render(Box<RenderJob>),
-    /// To do something with samples.
+    /// Run one of the other commands.
     Command(Command),
 }
 
-/// Why a command line is refused.
+/// Reason for which a command line is rejected.
 pub(crate) enum ArgsError {
-    /// By the parser; also help and version, which are no errors.
+    /// Result of the parser: an error, or help or version, which are no errors.
     Clap(clap::Error),
-    /// By us.
+    /// Message of a check that the parser does not make.
     Message(String),
 }
 
 impl ArgsError {
-    /// Prints it, and tells the exit status.
+    /// Prints the error, the help or the version, and returns the exit status.
     pub(crate) fn report(&self) -> ExitCode {
         match self {
             Self::Clap(error) if !error.use_stderr() => {
@@ -397,7 +397,7 @@ impl ArgsError {
 /// Reads the command line.
 ///
 /// # Errors
-/// If it cannot be understood; also if it asks for help.
+/// If the command line is invalid; also for help and version.
 pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, ArgsError> {
     let mut args: Vec<_> = args.into_iter().collect();
     match args.get(1).and_then(|first| first.to_str()) {
@@ -420,10 +420,10 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
     checked(cli, command).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
 }
 
-/// What the options of a render mean; `command` is the arguments.
+/// Converts the options of a render to a [`RenderJob`]; `command` contains the arguments.
 ///
 /// # Errors
-/// A message if they make no sense.
+/// A message if the options are invalid.
 pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<RenderJob, String> {
     sort::paths(&mut cli)?;
     sort::cameras(&mut cli)?;

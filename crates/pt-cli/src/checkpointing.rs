@@ -1,5 +1,4 @@
-//! A render that keeps its samples: it goes on from those that are there, and writes them from time
-//! to time.
+//! Rendering with checkpoints: resumes from stored samples, and writes the samples periodically.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
@@ -18,26 +17,26 @@ use crate::resolve::{RenderJob, is_film};
 use crate::tev::{self, Viewer};
 use crate::{machine, output, seal};
 
-/// A render and the film that it keeps.
+/// A render and its checkpoint.
 pub(crate) struct Checkpointer {
-    /// `None` if it keeps none.
+    /// `None` if no film is written.
     keeper: Option<Checkpoint>,
     /// Metadata of the film and the image.
     about: FilmHeader,
     threads: usize,
-    /// Time between two films.
+    /// Time between two checkpoints; `None` if none are written periodically.
     every: Option<Duration>,
-    /// When to stop in any case.
+    /// Time at which the render stops, if that is limited.
     deadline: Option<Instant>,
-    /// What earlier runs took.
+    /// Rays and time of earlier runs.
     earlier: Statistics,
 }
 
 impl Checkpointer {
-    /// Looks for samples that are there, from which the session goes on.
+    /// Reads existing samples into the session, if there are any, and prepares the checkpoints.
     ///
     /// # Errors
-    /// If there are samples of another image that would be lost, or that cannot be read.
+    /// If existing samples of another image would be lost, or existing samples cannot be read.
     pub(crate) fn begin(
         request: &RenderJob,
         session: &mut Session,
@@ -107,7 +106,7 @@ impl Checkpointer {
         Ok(this)
     }
 
-    /// Refuses to make something else again.
+    /// Returns an error if this render differs from the image that is to be rendered again.
     fn check_same(&self, request: &RenderJob) -> Result<()> {
         let Some(receipt) = &request.of else { return Ok(()) };
         let differences = differences(&receipt.about(), &self.about);
@@ -119,21 +118,21 @@ impl Checkpointer {
         Ok(())
     }
 
-    /// Metadata of the image.
+    /// Provenance metadata of the image.
     fn receipt(&self, session: &Session) -> Provenance {
         let run = run_of(&self.about, Some(self.threads));
         let measured = session.look().map(|look| look.measured.to_array());
         Provenance { measured, ..Provenance::new(&self.about, session.film(), Some(run)) }
     }
 
-    /// Returns true if there is a film to go on from.
+    /// Returns true if a film is written from which the render can be resumed.
     pub(crate) fn keeps(&self) -> bool {
         self.keeper.is_some()
     }
 
-    /// Takes the samples that are missing, writes the film from time to time, and shows it to the
-    /// viewer, less often than asked for where that would take more than 1 % of the time each.
-    /// A film that cannot be written is told of, and does not stop the render.
+    /// Takes the missing samples, writes the film at intervals, and sends the image to the viewer.
+    /// An interval is at least [`MIN_WORK`] times as long as its write. A film that cannot be
+    /// written is reported as a warning, and the render continues.
     ///
     /// # Errors
     /// As [`Session::render`].
@@ -197,12 +196,11 @@ impl Checkpointer {
         }
     }
 
-    /// Writes what is to be left: film and image. The film of an image that is finished stays where
-    /// the image is an EXR file. Returns the files, and the receipt of the image if there is
-    /// one.
+    /// Writes the film and the image. The film of a finished image is kept if the image is an EXR
+    /// file. Returns the files, and the provenance of the image if one is written.
     ///
     /// # Errors
-    /// If a file cannot be written; others are nonetheless.
+    /// If a file cannot be written; the others are written nonetheless.
     pub(crate) fn finish(
         &mut self,
         session: &Session,
@@ -241,11 +239,10 @@ impl Checkpointer {
     }
 }
 
-/// Time between two writes of a film, as a multiple of the time that writing takes, until the next
-/// one.
+/// Minimum time between two writes of a film, as a multiple of the duration of a write.
 const MIN_WORK: u32 = 100;
 
-/// Something that is done from time to time.
+/// A periodic task.
 struct Interval {
     every: Duration,
     next: Instant,
@@ -260,7 +257,7 @@ impl Interval {
         Instant::now() >= self.next
     }
 
-    /// Does it; what takes long is done less often.
+    /// Runs the task; a slow task is run less often.
     fn take<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let done = work();
@@ -269,13 +266,13 @@ impl Interval {
     }
 }
 
-/// Returns true if the film of a finished image stays.
+/// Returns true if the film of a finished image is kept.
 fn is_kept(image: &Path) -> bool {
     let ending = image.extension().unwrap_or_default();
     ending.eq_ignore_ascii_case("exr") || is_film(image)
 }
 
-/// What is missing, as one text for each file.
+/// Messages about missing files, one for each file.
 fn texts(missing: &[Warning]) -> Vec<String> {
     missing.iter().map(ToString::to_string).collect()
 }
@@ -313,7 +310,7 @@ fn about(request: &RenderJob, session: &Session, sources: &[SourceFile]) -> Film
     }
 }
 
-/// How an image came about that is written now.
+/// Statistics of the run whose image is written now.
 pub(crate) fn run_of(about: &FilmHeader, threads: Option<usize>) -> RunStatistics {
     RunStatistics {
         command: about.command.clone(),
@@ -328,11 +325,11 @@ pub(crate) fn run_of(about: &FilmHeader, threads: Option<usize>) -> RunStatistic
     }
 }
 
-/// Goes on until Ctrl-C, or until a point in time.
+/// Observer that cancels the render at Ctrl-C or at a point in time.
 struct Deadline<'a> {
     console: &'a Console,
     pause: Option<Instant>,
-    /// Of the parts of the render before.
+    /// Rays of the earlier parts of the render.
     rays: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The configuration file of the user: what is allowed to all scenes.
+//! Configuration file of the user: folders whose files all scenes may reference.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, bail};
 
-/// Where the file is, if it is not at its usual place.
+/// Environment variable with the path of the file, if it is not at the default place.
 const VARIABLE: &str = "PATHTRACER_CONFIG";
-/// The only option that it may have.
+/// The only option that the file may contain.
 const OPTION: &str = "--allow-folder";
 
 static FOLDERS: OnceLock<Vec<PathBuf>> = OnceLock::new();
@@ -16,8 +16,8 @@ static FOLDERS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 /// Reads the configuration file, if there is one.
 ///
 /// # Errors
-/// If it cannot be read, is missing where the environment says it is, or has a line that is not
-/// understood.
+/// If it cannot be read, is missing at the path given by the environment, or contains an invalid
+/// line.
 pub(crate) fn read() -> Result<()> {
     let named = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
     let usual = || dirs::config_dir().map(|folder| folder.join("pathtracer").join("config"));
@@ -44,16 +44,16 @@ pub(crate) fn allowed_folders() -> &'static Vec<PathBuf> {
     FOLDERS.get().unwrap_or(&NONE)
 }
 
-/// A folder that is there.
+/// Parses the path of an existing folder.
 ///
 /// # Errors
-/// If it is not, as a message.
+/// A message if the folder does not exist.
 pub(crate) fn folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     if path.is_dir() { Ok(path) } else { Err(format!("there is no folder {text:?}")) }
 }
 
-/// One option in a line; empty lines and those that begin with # are passed over.
+/// Parses one option per line; empty lines and lines that begin with `#` are skipped.
 fn parse(text: &str, path: &Path) -> Result<Vec<PathBuf>> {
     let mut folders = Vec::new();
     for (line, number) in text.lines().map(str::trim).zip(1..) {

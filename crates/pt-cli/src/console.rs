@@ -1,9 +1,8 @@
-//! What a render tells the user while it runs.
+//! Progress display of a render.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, TryLockError};
+use std::sync::{Arc, Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -15,16 +14,16 @@ use crate::arg_values::ProgressKind;
 use crate::args::Cli;
 use crate::message::printable;
 
-/// Without a terminal, a line as often as this.
+/// Interval between lines without a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// For programs, a line as often as this.
+/// Interval between JSON lines.
 const JSON_EVERY: Duration = Duration::from_millis(500);
 
-/// The bar is drawn as often as this.
+/// Interval between updates of the progress bar.
 const DRAW_EVERY: Duration = Duration::from_millis(100);
 
-/// Shows progress as the settings and the terminal allow, and listens for Ctrl-C.
+/// Progress display, according to the options and the terminal, and handler of Ctrl-C.
 pub(crate) struct Console {
     display: Display,
     stop: Arc<AtomicBool>,
@@ -40,20 +39,20 @@ enum Display {
     Course,
 }
 
-/// What is known of the render.
+/// Progress of the render, and of its display.
 struct State {
     eta: Eta,
-    /// The latest news, which threads may tell out of order.
+    /// Latest update; threads may report updates out of order.
     latest: ProgressUpdate,
-    /// When something was shown last, in time since the start.
+    /// Time of the last display, since the start.
     shown: Duration,
-    /// The percentage that was shown last.
+    /// Percentage shown last.
     percent: Option<u64>,
 }
 
 impl Console {
-    /// A display for a render that has `done` of `total` samples, and a handler for Ctrl-C: the
-    /// first one asks the render to stop, a second one ends the program.
+    /// Creates the display of a render that has `done` of `total` samples, and a handler of Ctrl-C:
+    /// the first one stops the render, the second one ends the program.
     pub(crate) fn new(cli: &Cli, done: u64, total: u64) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
@@ -70,7 +69,7 @@ impl Console {
             (ProgressKind::Json, _) => Display::Json,
             (ProgressKind::None, _) => Display::Nothing,
             (ProgressKind::Auto, _) if cli.quiet => Display::Nothing,
-            // That program shows its progress on standard output.
+            // The course's program shows its progress on standard output.
             (ProgressKind::Auto, true) if !std::io::stdout().is_terminal() => Display::Nothing,
             (ProgressKind::Auto, true) => Display::Course,
             (ProgressKind::Auto, false) if !terminal => Display::Lines,
@@ -88,7 +87,7 @@ impl Console {
         Self { display, stop, start: Instant::now(), state: Mutex::new(state) }
     }
 
-    /// Prints a line, above what moves.
+    /// Prints a line, above the progress bar.
     pub(crate) fn say(&self, text: &str) {
         match &self.display {
             Display::Bar(bar) => bar.println(printable(text)),
@@ -96,7 +95,8 @@ impl Console {
         }
     }
 
-    /// Removes what moves, and tells programs that this was all, or that the render was stopped.
+    /// Removes the progress bar, or prints the last JSON line, whose state is `finished` or
+    /// `stopped`.
     pub(crate) fn finish(&self, progress: Outcome) {
         match (&self.display, self.state.lock()) {
             (Display::Bar(bar), _) => bar.finish_and_clear(),
@@ -104,7 +104,7 @@ impl Console {
                 let word = match progress {
                     Outcome::Cancelled => "stopped",
                     Outcome::Finished => {
-                        // The last news may have come while another thread told its own.
+                        // The last update may have been dropped while another thread held the lock.
                         state.latest.done = state.latest.total();
                         "finished"
                     }
@@ -115,7 +115,7 @@ impl Console {
         }
     }
 
-    /// Shows what is new, if it is time to.
+    /// Shows the latest update, if the interval of the display has passed.
     fn show(&self, state: &mut State, now: Duration) {
         let advance = state.latest;
         let percent = advance.done * 100 / advance.total().max(1);
@@ -152,7 +152,7 @@ fn bar(total: u64) -> ProgressBar {
     bar
 }
 
-/// Rays per second, error, and what is left.
+/// Rays per second, error, and remaining time.
 fn message(state: &State, now: Duration) -> String {
     let rays = state.latest.rays as f64 / now.as_secs_f64().max(1e-9) * 1e-6;
     let error =
@@ -167,10 +167,10 @@ fn message(state: &State, now: Duration) -> String {
     format!("{rays:.1} M rays/s{error}, {left}")
 }
 
-/// Beyond it nothing is foretold: a hundred years.
+/// Longest remaining time that is shown, about a hundred years.
 const MAX_SECONDS: f64 = 3e9;
 
-/// A line for programs.
+/// Prints a JSON line.
 fn json(word: &str, state: &State, now: Duration) {
     let ProgressUpdate { done, estimated_totals: [_, total, _], rays, error } = state.latest;
     let left =
@@ -184,13 +184,13 @@ fn json(word: &str, state: &State, now: Duration) {
         "error": error,
         "seconds_left": left,
     });
-    // A reader that has gone is no reason to stop.
+    // A closed reader does not stop the render.
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 impl Observer for Console {
     fn progress(&self, advance: &ProgressUpdate) {
-        // Whoever comes second says nothing: there will be more.
+        // If another thread holds the lock, this update is dropped: more will follow.
         let mut state = match self.state.try_lock() {
             Ok(state) => state,
             Err(TryLockError::Poisoned(_) | TryLockError::WouldBlock) => return,

@@ -6,12 +6,12 @@ use std::path::Path;
 use pathtracer::course::course_log;
 use pathtracer::{Session, Statistics};
 
-/// Before the environment map is read.
+/// Printed before the environment map is read.
 pub(crate) fn loading_environment(path: &Path) {
     print_line!("[PathTracer] Loading environment map {}", path.display());
 }
 
-/// Before the scene is read.
+/// Printed before the scene is read.
 pub(crate) fn input(path: &Path) {
     report!("[PathTracer] Input scene file: {}", path.display());
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dae")) {
@@ -19,19 +19,19 @@ pub(crate) fn input(path: &Path) {
     }
     report!("[COLLADA Parser] Loading COLLADA file...");
     report!("[COLLADA Parser] Loading scene...");
-    // What is wrong with the file is told when it is read to be rendered.
+    // Errors of the file are reported when the scene is loaded.
     let log = pathtracer::file::read(path).ok().and_then(|bytes| course_log(&bytes, path).ok());
     for line in log.into_iter().flatten() {
         report!("{line}");
     }
 }
 
-/// After a camera file was read.
+/// Printed after a camera file was read.
 pub(crate) fn camera_loaded(path: &Path) {
     print_line!("[Camera] Loaded settings from {}", path.display());
 }
 
-/// After the environment map is ready.
+/// Printed after the environment map is prepared.
 pub(crate) fn environment_ready() {
     print_line!(
         "[PathTracer] Initializing environment light...Saving out probability_debug image for \
@@ -40,7 +40,7 @@ pub(crate) fn environment_ready() {
     print_line!("done.");
 }
 
-/// Before rendering.
+/// Printed before rendering.
 pub(crate) fn built(session: &Session, threads: usize) {
     let (geometry, bvh) = session.build_times();
     let primitives = session.scene().shapes.primitive_surface.len();
@@ -52,19 +52,19 @@ pub(crate) fn built(session: &Session, threads: usize) {
     );
 }
 
-/// While rendering, on a terminal.
+/// Printed while rendering, on a terminal.
 pub(crate) fn progress(percent: u64) {
     let mut out = std::io::stdout();
-    // Nothing is lost if a progress line does not arrive.
+    // Errors of a progress line are ignored.
     let _ = write!(out, "\r[PathTracer] Rendering... {percent}%").and_then(|()| out.flush());
 }
 
-/// After rendering.
+/// Printed after rendering.
 pub(crate) fn rendered(s: &Statistics) {
     let seconds = s.time.as_secs_f64();
     let rays = s.rays.max(1) as f64;
     let mut out = std::io::stdout();
-    // Nothing is there to be written over if no progress was shown.
+    // Progress, which the next line overwrites, is shown on terminals only.
     if out.is_terminal() {
         let _ = out.write_all(b"\r");
     }
@@ -77,7 +77,7 @@ pub(crate) fn rendered(s: &Statistics) {
     print_line!("[PathTracer] Averaged {:.6} intersection tests per ray.", s.tests as f64 / rays);
 }
 
-/// After the image is written.
+/// Printed after the image is written.
 pub(crate) fn saved(path: &Path, cell: bool) {
     report!("[PathTracer] Saving to file: {}... Done!", path.display());
     print_line!("[PathTracer] {} completed.", if cell { "Cell job" } else { "Job" });

@@ -1,10 +1,10 @@
-//! Whether this processor can run the program at all.
+//! Check of the instruction sets that the program is compiled for.
 
-/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions; and what the
-/// environment says of it.
+/// Checks the value of `PATHTRACER_SIMD`, and that the processor has the instruction sets of the
+/// x86-64 build: AVX, AVX2, FMA and BMI2.
 ///
 /// # Errors
-/// A message that says what is missing.
+/// A message with the unknown value, or with the missing instruction sets.
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
 pub(crate) fn check() -> Result<(), String> {
@@ -41,7 +41,7 @@ pub(crate) fn check() -> Result<(), String> {
     ))
 }
 
-/// Other architectures have no minimum beyond their own.
+/// Other architectures require no instruction sets beyond their baseline.
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) fn check() -> Result<(), String> {
     Ok(())

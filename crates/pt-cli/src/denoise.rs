@@ -1,4 +1,4 @@
-//! Images without noise, beside what was rendered.
+//! Denoised images, written together with the noisy ones.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,10 +10,10 @@ use pathtracer::image::{Channel, Image, Samples, SaveOptions};
 
 use crate::resolve::RenderJob;
 
-/// The layer of an EXR image, and the end of the name of a PNG image, that holds what was rendered.
+/// Layer of an EXR image, and suffix of the name of a PNG image, that contains the noisy image.
 const NOISY: &str = "noisy";
 
-/// Denoising of images, and the library for it.
+/// Denoising of images, with the library that it uses.
 pub(crate) struct Denoising {
     is_wanted: bool,
     is_quiet: bool,
@@ -21,11 +21,11 @@ pub(crate) struct Denoising {
 }
 
 impl Denoising {
-    /// Opens the library if it is wanted. Where it is missing, a warning says so, and the image is
-    /// written as it was rendered.
+    /// Opens the library if denoising is requested. If the library is missing, a warning is printed
+    /// and the noisy image is written.
     ///
     /// # Errors
-    /// If it is missing, with `--strict`.
+    /// If the library is missing and `--strict` is given.
     pub(crate) fn begin(request: &RenderJob, threads: usize) -> Result<Self> {
         let is_wanted = request.cli.denoise;
         let denoiser = match is_wanted.then(|| Denoiser::open(threads)).transpose() {
@@ -39,9 +39,8 @@ impl Denoising {
         Ok(Self { is_wanted, is_quiet: request.cli.quiet, denoiser })
     }
 
-    /// The files of an image that was rendered with these channels: the image itself, without noise
-    /// if that is wanted and can be; and beside a format without room for the layer of what was
-    /// rendered, one for that.
+    /// Returns the files of a rendered image. With denoising, the first one contains the denoised
+    /// image. The noisy image is a layer of it, or a second file if the format has no layers.
     pub(crate) fn images(
         &self,
         film: &Film,
@@ -83,7 +82,7 @@ impl Denoising {
         Some(denoised)
     }
 
-    /// What an image says of its noise.
+    /// Metadata of a denoised image: version of the library and place of the noisy image.
     fn says(&self, place: &str) -> String {
         let version = self.denoiser.as_ref().map(Denoiser::version).unwrap_or_default();
         format!("Open Image Denoise {version}; as rendered: {place}")
@@ -96,7 +95,7 @@ fn warn(error: &DenoiseError) {
     );
 }
 
-/// The file beside an image that holds what was rendered.
+/// Path of the noisy image beside a denoised one.
 fn noisy_path(image: &Path) -> PathBuf {
     let mut name = image.file_stem().unwrap_or_default().to_owned();
     name.push(format!("_{NOISY}."));
@@ -108,7 +107,7 @@ fn is_of(channel: &Channel, layer: &str) -> bool {
     channel.name.split('.').next() == Some(layer)
 }
 
-/// Channels of the rendered image.
+/// Layer with the channels of the noisy image.
 fn layer(rendered: &Image) -> [Channel; 3] {
     [("R", 0), ("G", 1), ("B", 2)].map(|(letter, c)| Channel {
         name: format!("{NOISY}.{letter}"),

@@ -1,4 +1,4 @@
-//! The layout of environment maps.
+//! Layouts of environment maps.
 
 use clap::ValueEnum;
 use pathtracer::SkyLayout;
@@ -19,7 +19,7 @@ pub(crate) enum EnvironmentLayout {
 }
 
 impl EnvironmentLayout {
-    /// The layout of a square image.
+    /// Layout of a square image, or `None` for latitude and longitude.
     pub(crate) fn square(self) -> Option<SkyLayout> {
         match self {
             Self::LatitudeLongitude => None,

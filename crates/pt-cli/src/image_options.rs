@@ -1,4 +1,4 @@
-//! What the command line says about the files of images.
+//! Options of image files.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use pathtracer::image::{Compression, Precision, Tone, ToneCurve};
 use crate::args::Cli;
 use crate::resolve::is_film;
 
-/// Curves to the light of screens.
+/// Tone curves.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Tonemap {
     /// No curve, clipped at white
@@ -36,7 +36,7 @@ impl From<Tonemap> for ToneCurve {
     }
 }
 
-/// Numbers of an OpenEXR file.
+/// Pixel types of an OpenEXR file.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum ExrType {
     /// 16 bits, up to 65504, for colours, albedo and normals; 32 for the rest
@@ -90,17 +90,17 @@ impl From<ExrCompression> for Compression {
     }
 }
 
-/// By how much PNG images are made brighter.
+/// Exposure of PNG images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Exposure {
-    /// By these stops.
+    /// Exposure in stops.
     Stops(f32),
-    /// By those with which the image fits a screen.
+    /// Exposure computed from the image.
     Auto,
 }
 
 impl Exposure {
-    /// The stops, if they are known before there is an image.
+    /// Exposure in stops, or `None` if it depends on the image.
     pub(crate) fn stops(self) -> Option<f32> {
         match self {
             Self::Stops(stops) => Some(stops),
@@ -109,7 +109,7 @@ impl Exposure {
     }
 }
 
-/// A number of stops, or "auto".
+/// Parses a number of stops, or `auto`.
 pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
     match text.parse::<f32>() {
         Ok(v) if v.abs() <= 100.0 => Ok(Exposure::Stops(v)),
@@ -121,7 +121,7 @@ pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
     }
 }
 
-/// HOST:PORT.
+/// Parses HOST:PORT.
 pub(crate) fn address(text: &str) -> Result<String, String> {
     match text.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok_and(|p| p > 0) => {
@@ -131,10 +131,10 @@ pub(crate) fn address(text: &str) -> Result<String, String> {
     }
 }
 
-/// Refuses what the file of the image has no use for, or would spoil.
+/// Rejects image options that the format does not support or that conflict.
 ///
 /// # Errors
-/// A message that says what it is, and what to do.
+/// A message with the option and the remedy.
 pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let has_ending =
         |path: &PathBuf, ending| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
@@ -164,7 +164,7 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// Brightness of PNG images; 0 stops where it depends on the image.
+/// Exposure and tone curve of PNG images; the exposure is 0 stops if it depends on the image.
 pub(crate) fn tone(cli: &Cli) -> Tone {
     Tone {
         exposure: cli.exposure.and_then(Exposure::stops).unwrap_or(0.0),

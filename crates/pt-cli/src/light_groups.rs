@@ -1,4 +1,4 @@
-//! Groups of lights: what the command line says of them.
+//! Option `--light-groups`.
 
 use pathtracer::light_groups::{REST, as_layer};
 use pathtracer::{INTEGRATORS, LightGroup, LightGroups, Registration, Scene, light_groups};
@@ -7,10 +7,10 @@ use crate::arg_values::Direct;
 use crate::args::Cli;
 use crate::resolve::has_room_for_channels;
 
-/// Groups of lights.
+/// Parses the groups of `--light-groups`.
 ///
 /// # Errors
-/// A message that says what was expected.
+/// A message with the expected syntax, or with the name of a repeated group.
 pub(crate) fn parse(text: &str) -> Result<LightGroups, String> {
     let mut groups = LightGroups::default();
     for entry in text.split(',') {
@@ -37,11 +37,11 @@ pub(crate) fn parse(text: &str) -> Result<LightGroups, String> {
     Ok(groups)
 }
 
-/// Refuses settings with which nobody tells what light came from which light, and files without
-/// room for it.
+/// Rejects integrators and options that do not support light groups, and image formats without room
+/// for their channels.
 ///
 /// # Errors
-/// A message that says what it is, and what to do.
+/// A message with the options that light groups require.
 pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     if cli.light_groups.is_none() {
         return Ok(());
@@ -68,12 +68,12 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// So many groups there are at least.
+/// Minimum number of light groups, with the group of the remaining lights.
 pub(crate) fn least(cli: &Cli) -> usize {
     cli.light_groups.as_ref().map_or(0, |wanted| wanted.named.len() + 1)
 }
 
-/// At most so many groups there are of a scene.
+/// Maximum number of light groups of a scene.
 pub(crate) fn most(cli: &Cli, scene: &Scene) -> usize {
     cli.light_groups.as_ref().map_or(0, |wanted| light_groups::most(wanted, scene))
 }

@@ -1,4 +1,4 @@
-//! Refuses renders that need more memory than there is, before they take it.
+//! Memory limit: rejects renders whose estimated memory exceeds it before they allocate.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,14 +11,15 @@ use pathtracer::{Scene, memory};
 use crate::resolve::{RenderJob, bytes_per_pixel};
 use crate::{FAILURE, light_groups};
 
-/// True if samples are taken: they are not given up for want of memory.
+/// True while rendering: samples are not discarded when the limit is exceeded.
 static RENDERING: AtomicBool = AtomicBool::new(false);
 
-/// Ends the program when it holds more memory than it may, unless it renders: what is read may be
-/// made to grow without end, and not all of it asks before.
+/// Starts a thread that ends the program if it exceeds the memory limit before rendering. Malformed
+/// input can make readers allocate without bound, and not all of their allocations are checked in
+/// advance.
 pub(crate) fn watch() {
     const INTERVAL: Duration = Duration::from_millis(20);
-    /// Bytes of the program itself, and of what is taken between two looks.
+    /// Bytes of the program itself, and of allocations within an interval.
     const SLACK: u64 = 32 << 20;
     let watch = || {
         while let (Some(used), Some(limit)) = (memory::used_bytes(), memory::limit()) {
@@ -33,25 +34,25 @@ pub(crate) fn watch() {
             std::thread::sleep(INTERVAL);
         }
     };
-    // Without it, what asks before is held to the limit all the same.
+    // Without the thread, allocations that are checked in advance still obey the limit.
     let _ = std::thread::Builder::new().name("memory".to_owned()).spawn(watch);
 }
 
-/// Says that samples are taken from now on.
+/// Marks the start of rendering, which [`watch`] does not end.
 pub(crate) fn begin_rendering() {
     RENDERING.store(true, Ordering::Relaxed);
 }
 
-/// How much memory a render may take.
+/// Memory limit of a render.
 pub(crate) struct Limit {
-    /// In bytes; `None` where neither the command line nor the system says it.
+    /// Limit in bytes; `None` if neither the command line nor the system provides one.
     most: Option<u64>,
-    /// Source of the message.
+    /// Source of the limit, for the message.
     source: &'static str,
 }
 
 impl Limit {
-    /// That of the command line, or what the system has left.
+    /// Returns the limit of the command line, or else the memory that is available to the program.
     pub(crate) fn of(request: &RenderJob) -> Self {
         if let Some(most) = request.cli.max_memory {
             memory::set_limit(most.as_u64());
@@ -62,10 +63,10 @@ impl Limit {
         Self { most, source: "than there is now" }
     }
 
-    /// Refuses an image of this size, and a scene in such a file: the scene itself is not read yet.
+    /// Checks the sizes of the image and of the files of the scene, before the scene is read.
     ///
     /// # Errors
-    /// If they need more.
+    /// If they exceed the limit.
     pub(crate) fn check_files(&self, request: &RenderJob) -> Result<()> {
         let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
         let files = request.scene().into_iter().chain(&request.cli.environment);
@@ -76,10 +77,10 @@ impl Limit {
         self.check(&[("the files of the scene", files), ("the film", film)])
     }
 
-    /// Refuses a scene that is read, and will be compiled for an image of this size.
+    /// Checks a scene that was read, with the tables and the film that it needs.
     ///
     /// # Errors
-    /// If it needs more.
+    /// If it exceeds the limit.
     pub(crate) fn check_scene(&self, request: &RenderJob, scene: &Scene) -> Result<()> {
         let resolution = request.resolution.or(scene.settings.resolution).unwrap_or_default();
         let groups = light_groups::most(&request.cli, scene);
@@ -109,8 +110,8 @@ impl Limit {
     }
 }
 
-/// What the film of an image, with so many groups of lights, and its development take; a cell takes
-/// less.
+/// Bytes of the film of an image with `groups` light groups, and of its development. A cropped
+/// image needs only its cell.
 fn film_bytes(request: &RenderJob, [width, height]: [u32; 2], groups: usize) -> u64 {
     let [width, height] = match request.cli.cell.as_deref() {
         Some(&[_, _, dx, dy]) => [dx, dy],

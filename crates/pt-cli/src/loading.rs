@@ -1,4 +1,4 @@
-//! The options that say how a scene is read.
+//! Options for reading scenes.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use pathtracer::{Limits, LoadOptions, Placement};
 
 use crate::{config, resolve};
 
-/// The folders of which a scene may name files.
+/// Folders whose files a scene may reference.
 #[derive(clap::Args, Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Folders {
     /// Let the scene name files outside of its own folder
@@ -19,10 +19,10 @@ pub(crate) struct Folders {
     pub(crate) allow_folder: Vec<PathBuf>,
 }
 
-/// How a scene is read.
+/// Options for reading scenes.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Loading {
-    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for
+    /// Value of $NAME in a Mitsuba scene, instead of its <default>; may be given for
     /// several names
     #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = resolve::definition)]
     #[arg(help_heading = "Scene")]
@@ -42,10 +42,9 @@ pub(crate) struct Loading {
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
 
-    /// Where the camera stands: where the file places it (file), where the program of the course
-    /// CS184 does (course), or so that all surfaces are seen (fit). Or which one is used, by
-    /// its name in the file or its number there, from 0 [default: as the file says; course for
-    /// COLLADA of the course]
+    /// Camera placement: as in the file (file), as in the program of the course CS184 (course), or
+    /// so that all surfaces are visible (fit); or the camera to use, by its name or its number in
+    /// the file, from 0 [default: as in the file; course for COLLADA of the course]
     #[arg(long, value_name = "CAMERA", help_heading = "Scene")]
     pub(crate) camera: Option<String>,
 
@@ -58,11 +57,11 @@ pub(crate) struct Loading {
 }
 
 impl Loading {
-    /// As the readers of scenes take it; `strict` says whether missing files are errors.
+    /// Converts the options to those of the scene readers; with `strict`, missing files are errors.
     pub(crate) fn options(&self, strict: bool) -> LoadOptions {
         let mut limits = Limits::default();
         for (name, value) in &self.limit {
-            // The parser knows the names.
+            // The parser has checked the names.
             let _ = limits.set(name, *value);
         }
         let Self {
@@ -90,7 +89,7 @@ impl Loading {
         }
     }
 
-    /// Where the camera is to stand, if that is said.
+    /// Placement of the camera, or `None` if `--camera` is not given or names a camera.
     pub(crate) fn placement(&self) -> Option<Placement> {
         match self.camera.as_deref()? {
             "file" => Some(Placement::Node),
@@ -101,7 +100,7 @@ impl Loading {
     }
 }
 
-/// The name of a limit, and its value.
+/// Parses the name and the value of a limit.
 fn limit(text: &str) -> Result<(String, u64), String> {
     let Some((name, value)) = text.split_once('=') else {
         let names = Limits::NAMES.join(", ");

@@ -1,4 +1,4 @@
-//! A lock on an output, so that two programs do not write one image.
+//! Lock on an output, so that two processes do not write the same image.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-/// An output that no other program writes until this is dropped.
+/// Lock on an output; other processes do not write it until the lock is dropped.
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
@@ -14,11 +14,11 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// Locks an output by a file beside it, of its name and `.lock`. Where the file system has no
-    /// locks, it is not locked.
+    /// Locks an output by a file beside it with the suffix `.lock`. On file systems without locks,
+    /// the output is not locked.
     ///
     /// # Errors
-    /// If another program has locked it, or the file cannot be made.
+    /// If another process has locked it, or the lock file cannot be created.
     pub(crate) fn take(output: &Path) -> Result<Self> {
         let mut name = output.as_os_str().to_owned();
         name.push(".lock");
@@ -30,7 +30,7 @@ impl Lock {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => {
                     let mut owner = String::new();
-                    // Its number is a help, and no more.
+                    // The process number is only for the message.
                     let _ = (&mut file).take(20).read_to_string(&mut owner);
                     bail!(
                         "{}: another pathtracer (process {}) writes it now; wait until it has ended, or choose another \
@@ -41,7 +41,7 @@ impl Lock {
                 }
                 Ok(()) | Err(TryLockError::Error(_)) => {}
             }
-            // The one that had it may have removed the file just before this one was locked.
+            // The previous owner may have removed the file just before this lock was taken.
             if is_same(&file, &path) {
                 let _ = file.set_len(0).and_then(|()| file.rewind());
                 let _ = writeln!(file, "{}", std::process::id());
@@ -53,13 +53,13 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Who waits for it finds that the file is another one then.
+        // A waiting process notices that its file is no longer at this path.
         let _ = fs::remove_file(&self.path);
         let _ = self.file.unlock();
     }
 }
 
-/// Opens the file, or makes it; what is there has to be a regular file.
+/// Opens or creates the lock file; an existing one must be a regular file.
 fn open(path: &Path) -> io::Result<File> {
     if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
@@ -96,7 +96,7 @@ mod tests {
         drop(Lock::take(&folder.path().join("b.png")).expect("another image"));
         drop(lock);
         assert_eq!(fs::read_dir(folder.path()).expect("it is there").count(), 0);
-        // What a program that was killed left.
+        // Lock file of a process that was killed.
         fs::write(folder.path().join("a.png.lock"), "123456").expect("there is room");
         drop(Lock::take(&image).expect("nobody has it"));
     }

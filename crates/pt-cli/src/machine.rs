@@ -1,9 +1,9 @@
-//! What machine this is, for receipts.
+//! Description of the machine for provenance metadata.
 
 use std::env::consts::{ARCH, OS};
 use std::thread::available_parallelism;
 
-/// The name of the processor, how many threads it takes at a time, and the system.
+/// Returns the name of the processor, its number of threads, and the operating system.
 pub(crate) fn describe() -> String {
     let cores = available_parallelism().map_or(1, usize::from);
     format!("{}, {cores} threads, {OS} {ARCH}", processor())

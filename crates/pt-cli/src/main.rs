@@ -36,7 +36,7 @@ use std::process::ExitCode;
 
 use commands::Command;
 
-/// Exit status of wrong arguments, files and environments.
+/// Exit status for invalid arguments, files and environments.
 const FAILURE: u8 = 2;
 
 fn main() -> ExitCode {
@@ -45,7 +45,7 @@ fn main() -> ExitCode {
     panic::guarded(run)
 }
 
-/// The program, but for its faults.
+/// Runs the program; panics are handled by the caller.
 fn run() -> ExitCode {
     if let Err(message) = cpu::check() {
         report!("pathtracer: {message}");

@@ -1,4 +1,4 @@
-//! Messages: errors as one clear line, and what reaches a terminal.
+//! Formatting and output of messages.
 
 use std::fmt::{Display, Write as _};
 use std::io::Write as _;
@@ -13,25 +13,25 @@ macro_rules! print_line {
     ($($text:tt)*) => { $crate::message::print_line(format_args!($($text)*)) };
 }
 
-/// Prints a line to standard error, [printable]. A reader that has gone, or a full disk, is no
-/// reason to stop.
+/// Prints a line to standard error, [printable]. Errors, such as a closed reader or a full disk,
+/// are ignored.
 pub(crate) fn report(text: impl Display) {
     let _ = std::io::stderr().write_all((printable(&text.to_string()) + "\n").as_bytes());
 }
 
-/// Prints a line to standard output, [printable]. A reader that has gone, or a full disk, is no
-/// reason to stop.
+/// Prints a line to standard output, [printable]. Errors, such as a closed reader or a full disk,
+/// are ignored.
 pub(crate) fn print_line(text: impl Display) {
     let _ = std::io::stdout().write_all((printable(&text.to_string()) + "\n").as_bytes());
 }
 
-/// The text with its control characters, but for ends of lines and tabulators, as in JSON: names in
-/// files and receipts must not command the terminal.
+/// Escapes the control characters of a text as JSON does, except newlines and tabs: names in files
+/// and metadata must not control the terminal.
 pub(crate) fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for char in text.chars() {
         if char.is_control() && !matches!(char, '\n' | '\t') {
-            // Strings take all.
+            // Writing to a string cannot fail.
             let _ = write!(shown, "\\u{:04x}", u32::from(char));
         } else {
             shown.push(char);
@@ -40,7 +40,7 @@ pub(crate) fn printable(text: &str) -> String {
     shown
 }
 
-/// Error with its causes, without repetitions.
+/// Formats an error with its causes, without repetitions.
 pub(crate) fn of_error(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -53,8 +53,8 @@ pub(crate) fn of_error(error: &anyhow::Error) -> String {
     text
 }
 
-/// What the parser of the command line says, without the usage, and without its advice to pass
-/// unknown options as values, which no value here could be.
+/// Formats an error of the command line parser, without the usage and without its tip to pass
+/// unknown options as values, since no option takes such a value.
 pub(crate) fn of_parser(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let mut paragraphs = text.split("\n\n").map(str::trim_end);

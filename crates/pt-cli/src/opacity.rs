@@ -1,9 +1,9 @@
-//! What the command line says of coverage, and of what is not seen directly.
+//! Options of alpha and of hidden lights.
 
 use clap::{Args, ValueEnum};
 use pathtracer::{Aov, Hidden, RenderHints};
 
-/// What is written of coverage, and what is not seen directly.
+/// Options of alpha and of hidden lights.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Image")]
 pub(crate) struct Opacity {
@@ -23,7 +23,7 @@ pub(crate) struct Opacity {
     pub(crate) hide_emitters: bool,
 }
 
-/// A switch.
+/// Values of a switch.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Switch {
     /// Yes
@@ -33,15 +33,16 @@ pub(crate) enum Switch {
 }
 
 impl Opacity {
-    /// The channel of coverage, if the command line asks for it, by itself or among these channels;
-    /// or, where that is silent, the file.
+    /// Alpha channel, or `None` if it is not requested: by `--alpha`, or else by the listed AOVs or
+    /// by the file.
     pub(crate) fn channel(&self, aov: &[Aov], file: &RenderHints, course: bool) -> Option<Aov> {
         let named = aov.contains(&Aov::Alpha) || file.aovs.contains(&Aov::Alpha.name());
         let is_wanted = self.alpha.map_or(named, |switch| switch == Switch::On);
         (is_wanted && !course).then_some(Aov::Alpha)
     }
 
-    /// What is hidden: what the command line or the file says, whichever is more.
+    /// Lights that are not seen directly: the greater of the values of the command line and of the
+    /// file.
     pub(crate) fn hidden(&self, file: Hidden, course: bool) -> Hidden {
         match self {
             _ if course => Hidden::Nothing,

@@ -1,4 +1,4 @@
-//! What goes to standard output and to files.
+//! Output of texts and of image files.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -15,15 +15,15 @@ use crate::image_options::{self, Exposure};
 use crate::message::printable;
 use crate::resolve::RenderJob;
 
-/// Prints a text, [printable]; a reader that has seen enough is no error.
+/// Prints a text, [printable], to standard output; a closed reader is no error.
 ///
 /// # Errors
-/// If standard output takes no more, as on a full disk.
+/// If standard output cannot be written, as on a full disk.
 pub(crate) fn print(text: &str) -> Result<ExitCode> {
     print_as_is(printable(text).as_bytes())
 }
 
-/// Prints a text of our own as [`print`] does, with its control characters.
+/// Prints a text of the program itself as [`print`] does, but without escaping control characters.
 ///
 /// # Errors
 /// As [`print`].
@@ -35,11 +35,11 @@ pub(crate) fn print_as_is(text: &[u8]) -> Result<ExitCode> {
     }
 }
 
-/// The file of the sampling rates beside that of the image.
+/// Path of the image of sampling rates beside an image.
 pub(crate) fn rate_path(image: &Path, course: bool) -> PathBuf {
     let text = image.to_string_lossy();
     let stem = if course {
-        // The course's program cuts off four characters, whatever they are.
+        // The course's program removes the last four characters, whatever they are.
         let keep = text.chars().count().saturating_sub(4);
         text.chars().take(keep).collect()
     } else {
@@ -48,10 +48,10 @@ pub(crate) fn rate_path(image: &Path, course: bool) -> PathBuf {
     PathBuf::from(format!("{stem}_rate.png"))
 }
 
-/// Checks before the work starts that the folder of the image exists and takes files.
+/// Checks before rendering that the folder of the image exists and files can be created in it.
 ///
 /// # Errors
-/// If it does not.
+/// If that is not so.
 pub(crate) fn check_writable(path: &Path) -> Result<()> {
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
@@ -64,7 +64,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         folder.display()
     );
     anyhow::ensure!(!path.is_dir(), "{}: is a folder; expected the name of a file", path.display());
-    image::check_target(path)?;
+    pathtracer::check_target(path)?;
     tempfile::Builder::new()
         .prefix(".pathtracer-")
         .tempfile_in(folder)
@@ -72,7 +72,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film with the names of what it counts, without noise if that is wanted;
+/// Writes the image of a film, denoised if requested, with the names of its Cryptomatte ids;
 /// returns the files.
 ///
 /// # Errors
@@ -117,7 +117,7 @@ fn warn_beyond_half(path: &Path, count: usize) {
     }
 }
 
-/// Options with which the image of a film is written.
+/// Options for writing the image of a film.
 pub(crate) fn save_options(request: &RenderJob, receipt: &Provenance, film: &Film) -> SaveOptions {
     let mut options = request.save_options(receipt);
     if request.cli.exposure == Some(Exposure::Auto) {
@@ -126,13 +126,13 @@ pub(crate) fn save_options(request: &RenderJob, receipt: &Provenance, film: &Fil
     options
 }
 
-/// The image of a film as it is.
+/// Image of a film without denoising.
 fn rendered(film: &Film) -> Image {
     let Region { width, height, .. } = film.region();
     Image { width, height, pixels: pathtracer::radiance(film) }
 }
 
-/// Writes the image, and the sampling rates where they are wanted; returns the files.
+/// Writes the image, and the sampling rates of an adaptive render; returns the files.
 ///
 /// # Errors
 /// If a file cannot be written; then it is as it was before.
@@ -155,7 +155,7 @@ pub(crate) fn write(
     Ok(files)
 }
 
-/// Says that a PNG image shows nearly nothing, why that is likely, and what helps.
+/// Prints a note if a PNG image is nearly all black or white, with a likely cause and a remedy.
 pub(crate) fn report_extremes(session: &Session, request: &RenderJob) {
     let is_png = request.output().extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if !is_png || request.cli.cs184 || request.cli.exposure == Some(Exposure::Auto) {
@@ -164,7 +164,7 @@ pub(crate) fn report_extremes(session: &Session, request: &RenderJob) {
     let image = session.image();
     let message = match image::extreme(&image, image_options::tone(&request.cli).exposure) {
         None => return,
-        Some(Extreme::Nothing) if session.scene().light_count == 0 => return, // which was said
+        Some(Extreme::Nothing) if session.scene().light_count == 0 => return, // already reported
         Some(Extreme::Nothing) => {
             "the image is black: no light reaches what is seen. --integrator normals shows the shapes, --camera fit all of them, \
              and -e FILE.exr gives light from all around"

@@ -1,17 +1,17 @@
-//! Faults of the program itself, which are panics: one message, and an exit status of their own.
+//! Internal errors, which are panics: one message, and an exit status of their own.
 
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_hook};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
-/// Exit status of a fault of the program.
+/// Exit status of an internal error.
 const FAULT: u8 = 101;
 
-/// What the latest panic said, and where it was.
+/// Message and location of the latest panic.
 static LATEST: Mutex<String> = Mutex::new(String::new());
 
-/// Lets panics be silent, so that those which become errors have one message; with
-/// `RUST_BACKTRACE`, each is shown as usual.
+/// Silences the panic hook, so that a panic that becomes an error has one message; with
+/// `RUST_BACKTRACE`, each panic is also printed as usual.
 pub(crate) fn silence() {
     let usual = take_hook();
     let is_shown = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
@@ -23,9 +23,10 @@ pub(crate) fn silence() {
     }));
 }
 
-/// Runs the program. If it panics, on this thread or on one for which it waits, that is told.
+/// Runs the program. A panic, on this thread or on a thread that it joins, is reported as an
+/// internal error.
 pub(crate) fn guarded(run: impl FnOnce() -> ExitCode) -> ExitCode {
-    // Nothing that it was at is used any more.
+    // State that the panic left inconsistent is not used afterwards.
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
         let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner).clone();
         report!("pathtracer: {}", message(&latest));

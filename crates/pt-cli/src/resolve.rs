@@ -1,4 +1,4 @@
-//! From what was typed to what it means, refusing what makes no sense.
+//! Validation of the command line, and its conversion to settings.
 
 use std::path::{Path, PathBuf};
 
@@ -17,25 +17,26 @@ use crate::args::Cli;
 use crate::image_options::{self, Exposure};
 use crate::{light_groups, stop_options};
 
-/// More pixels than this do not fit into the memory of ordinary machines.
+/// Maximum number of pixels of an image, by the memory of ordinary machines.
 const MAX_PIXELS: u64 = 1 << 28;
-/// What each of them takes, without what else is kept of it.
+/// Bytes per pixel, without additional channels.
 const PIXEL_BYTES: u64 = 125;
-/// The probability with which the course's paths go on.
+/// Probability with which Russian roulette of the course's program continues a path.
 const COURSE_ROULETTE: f32 = 0.65;
 
-/// A command line that makes sense.
+/// A validated command line.
 pub(crate) struct RenderJob {
     pub(crate) cli: Cli,
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) resolution: Option<[u32; 2]>,
-    /// The arguments, without the name of the program.
+    /// Arguments, without the name of the program.
     pub(crate) command: Vec<String>,
-    /// Samples for which random numbers are laid out, where an earlier run says so.
+    /// Number of samples for which the points of the sampler are generated, if given by an earlier
+    /// run.
     pub(crate) layout: Option<u32>,
-    /// The image that is made again, and must be the same.
+    /// Provenance of the image that is rendered again and must be identical.
     pub(crate) of: Option<Box<Provenance>>,
-    /// The samples that are there have to be of this image.
+    /// True if existing samples must belong to this image, as for `resume`.
     pub(crate) goes_on: bool,
 }
 
@@ -46,18 +47,18 @@ fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
     }
 }
 
-/// A whole number ≥ 0.
+/// Parses a whole number ≥ 0.
 pub(crate) fn count(text: &str) -> Result<u32, String> {
     whole(text, 0, "a whole number from 0 up to 4294967295")
 }
 
-/// A whole number ≥ 1.
+/// Parses a whole number from 1 up to [`HALF_B_OFFSET`].
 pub(crate) fn positive(text: &str) -> Result<u32, String> {
     let expected = "expected a whole number from 1 up to 2147483648";
     whole(text, 1, "").ok().filter(|n| *n <= HALF_B_OFFSET).ok_or_else(|| expected.into())
 }
 
-/// A side of an image.
+/// Parses the width or height of an image.
 pub(crate) fn pixels(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n <= 1 << 20 => Ok(n),
@@ -65,7 +66,7 @@ pub(crate) fn pixels(text: &str) -> Result<u32, String> {
     }
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 pub(crate) fn threads(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(n) if n <= 4096 => Ok(n),
@@ -73,7 +74,7 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A size of leaves.
+/// Parses the maximum number of shapes in a leaf.
 pub(crate) fn leaf_size(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n <= 255 => Ok(n),
@@ -88,7 +89,7 @@ fn number(text: &str, fits: impl Fn(f32) -> bool, what: &str) -> Result<f32, Str
     }
 }
 
-/// A number of samples of each light.
+/// Parses a number of samples of each light.
 pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n <= 1 << 16 => Ok(n),
@@ -99,7 +100,7 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
     }
 }
 
-/// A side of the squares of pixels whose paths share their light.
+/// Parses the side of the tiles of path reuse in pixels.
 pub(crate) fn reuse(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if MAX_REUSE.is_multiple_of(n) => Ok(n),
@@ -107,7 +108,7 @@ pub(crate) fn reuse(text: &str) -> Result<u32, String> {
     }
 }
 
-/// Numbers of samples, from one up to another.
+/// Parses a range of sample numbers, whose end is exclusive.
 pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
     let range = text
         .split_once("..")
@@ -121,7 +122,7 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// A time ≥ 0.
+/// Parses a time in seconds ≥ 0.
 pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v >= 0.0 && v.is_finite() => Ok(v),
@@ -129,7 +130,7 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A length above 0.
+/// Parses a length > 0.
 pub(crate) fn radius(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
@@ -137,7 +138,7 @@ pub(crate) fn radius(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An amount of memory.
+/// Parses an amount of memory.
 pub(crate) fn bytes(text: &str) -> Result<ByteSize, String> {
     match text.parse::<ByteSize>() {
         Ok(size) if size.as_u64() > 0 => Ok(size),
@@ -145,7 +146,7 @@ pub(crate) fn bytes(text: &str) -> Result<ByteSize, String> {
     }
 }
 
-/// A number of ways of a path.
+/// Parses a number of paths for path splitting.
 pub(crate) fn split(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n.is_power_of_two() && n <= MAX_SPLIT => Ok(n),
@@ -153,7 +154,7 @@ pub(crate) fn split(text: &str) -> Result<u32, String> {
     }
 }
 
-/// A number of blades of the lens.
+/// Parses a number of aperture blades.
 pub(crate) fn blades(text: &str) -> Result<u32, String> {
     match whole(text, 3, "") {
         Ok(n) if n <= 1000 => Ok(n),
@@ -161,7 +162,7 @@ pub(crate) fn blades(text: &str) -> Result<u32, String> {
     }
 }
 
-/// An angle.
+/// Parses an angle in degrees.
 pub(crate) fn degrees(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() => Ok(v),
@@ -169,23 +170,23 @@ pub(crate) fn degrees(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A length ≥ 0.
+/// Parses a number ≥ 0.
 pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     number(text, |v| v >= 0.0, "a number from 0 up")
 }
 
-/// A length > 0.
+/// Parses a number > 0.
 pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
     number(text, |v| v > 0.0, "a number above 0")
 }
 
-/// Quantities by their names.
+/// Parser of the names of AOVs.
 pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
     PossibleValuesParser::new(Aov::NAMES.map(|(name, _)| name))
         .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
 }
 
-/// A name and what it stands for.
+/// Parses a name and its value.
 pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.into(), value.into())),
@@ -193,10 +194,10 @@ pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Checks what the parser of single values cannot.
+/// Checks the combinations of options, which the parser of single values cannot.
 ///
 /// # Errors
-/// A message that says what is wrong and what was expected.
+/// A message with the conflicting options and the remedy.
 pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<RenderJob, String> {
     let adaptive = adaptive(&cli)?;
     let resolution = match cli.resolution.as_deref() {
@@ -270,10 +271,10 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<RenderJob, String>
     Ok(RenderJob { cli, adaptive, resolution, command, layout: None, of: None, goes_on: false })
 }
 
-/// What a plan of samples and what is reckoned for it take of a pixel.
+/// Bytes per pixel of a sample plan and of its computation.
 const PLAN_BYTES: u64 = 64;
 
-/// What a pixel takes, with all that is kept of it and so many groups of lights.
+/// Bytes per pixel, with the requested channels, `groups` light groups and half buffers.
 pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
     let mut kept = with_denoising(cli.aov.clone(), cli.denoise);
     kept.extend(cli.opacity.channel(&cli.aov, &RenderHints::default(), cli.cs184));
@@ -284,7 +285,7 @@ pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
     if halves { 2 * of_film + PLAN_BYTES } else { of_film }
 }
 
-/// These, and those that denoising needs if it is wanted.
+/// Adds the AOVs that denoising needs, if it is requested.
 fn with_denoising(mut aovs: Vec<Aov>, denoise: bool) -> Vec<Aov> {
     let missing = denoise::NEEDED.into_iter().filter(|_| denoise);
     let missing: Vec<_> = missing.filter(|aov| !aovs.contains(aov)).collect();
@@ -292,7 +293,7 @@ fn with_denoising(mut aovs: Vec<Aov>, denoise: bool) -> Vec<Aov> {
     aovs
 }
 
-/// Returns true if a file is one of samples.
+/// Returns true if the extension is that of a film.
 pub(crate) fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"))
 }
@@ -301,7 +302,7 @@ fn output_is_film(cli: &Cli) -> bool {
     cli.output.as_ref().and_then(Option::as_ref).is_some_and(|path| is_film(path))
 }
 
-/// Each quantity once, and a file that has a place for them.
+/// Checks that no AOV is repeated, and that the image has room for them.
 fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
         return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
@@ -312,7 +313,7 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
 }
 
-/// Returns true if what is written may have more channels than colours.
+/// Returns true if the output format has channels besides colours.
 pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     let has_room = |path: &PathBuf| {
         is_film(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
@@ -320,7 +321,7 @@ pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     cli.output.as_ref().and_then(Option::as_ref).is_some_and(has_room)
 }
 
-/// Refuses options that the chosen integrator does not support.
+/// Rejects options that the chosen integrator does not support.
 ///
 /// # Errors
 /// A message that names the option and the integrators that support it.
@@ -345,10 +346,10 @@ fn check_features(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses estimators of direct light that an integrator does not have.
+/// Rejects estimators of direct light that the integrator does not support.
 ///
 /// # Errors
-/// A message that says which it has.
+/// A message with the supported estimators.
 pub(crate) fn check_estimator(settings: &Settings) -> Result<(), String> {
     let by_hemisphere =
         matches!(settings.direct, DirectLight::UniformHemisphere | DirectLight::CosineHemisphere);
@@ -374,17 +375,17 @@ fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
 }
 
 impl RenderJob {
-    /// The scene's file, if one is given.
+    /// File of the scene, or `None` for the embedded one.
     pub(crate) fn scene(&self) -> Option<&PathBuf> {
         self.cli.paths.first()
     }
 
-    /// How to read it.
+    /// Options for reading the scene.
     pub(crate) fn load_options(&self) -> LoadOptions {
         LoadOptions { course: self.cli.cs184, ..self.cli.loading.options(self.cli.strict) }
     }
 
-    /// Where the image goes.
+    /// Path of the image: as given, or the name of the scene with `.png`.
     pub(crate) fn output(&self) -> PathBuf {
         if let Some(Some(path)) = &self.cli.output {
             return path.clone();
@@ -395,7 +396,7 @@ impl RenderJob {
         name.into()
     }
 
-    /// How to write images, with what they say about themselves.
+    /// Options for writing images, with their metadata.
     pub(crate) fn save_options(&self, receipt: &Provenance) -> SaveOptions {
         let receipt = match self.cli.receipt {
             ReceiptKind::Full => Some(receipt.to_text()),
@@ -419,7 +420,7 @@ impl RenderJob {
         }
     }
 
-    /// How to build the hierarchy.
+    /// Options for building the hierarchy.
     pub(crate) fn bvh(&self) -> BuildOptions {
         BuildOptions {
             builder: self.cli.bvh.into(),
@@ -428,7 +429,7 @@ impl RenderJob {
         }
     }
 
-    /// How to render: the command line's word, then the file's, then the default.
+    /// Settings of the render: from the command line, else from the scene file, else the defaults.
     pub(crate) fn settings(&self, scene: &Scene) -> Settings {
         let file = &scene.settings;
         let cli = &self.cli;
@@ -495,8 +496,8 @@ impl RenderJob {
         }
     }
 
-    /// Channels besides light: those of the command line, or else of the file if the image has room
-    /// for them. With --denoise also what is needed for that.
+    /// AOVs: those of the command line, or else of the scene file if the image has room for them;
+    /// with --denoise, also those that denoising needs.
     fn aovs(&self, file: &RenderHints) -> Vec<Aov> {
         let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
         let asked = if self.leaves_channels_out(file) {
@@ -511,22 +512,22 @@ impl RenderJob {
         with_denoising(of_colors.into_iter().chain(besides).collect(), self.cli.denoise)
     }
 
-    /// Returns true if a file asks for channels for which the image has no room.
+    /// Returns true if the scene file requests AOVs for which the image has no room.
     pub(crate) fn leaves_channels_out(&self, file: &RenderHints) -> bool {
         file.aovs.iter().any(|name| *name != Aov::Alpha.name()) && !has_room_for_channels(&self.cli)
     }
 
-    /// The opening of the lens, if it is asked for.
+    /// Aperture with blades, or `None` if not requested.
     pub(crate) fn aperture(&self) -> Option<Aperture> {
         let rotation = self.cli.aperture_rotation;
         self.cli.aperture_blades.map(|blades| Aperture { blades, rotation })
     }
 
-    /// The pixels of the cell, whose rows are counted from below on the command line; or those of
-    /// the file's crop window, which shows the same in an image of any size.
+    /// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of
+    /// the crop window of the scene file, which is relative to the size of the image.
     ///
     /// # Errors
-    /// If they are not in an image of this size.
+    /// If the region is not inside an image of this size.
     pub(crate) fn region(
         &self,
         file: &RenderHints,

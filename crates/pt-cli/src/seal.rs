@@ -1,6 +1,6 @@
-//! Seals of films and images, by which the program knows those that it made for this user in this
-//! place. A seal is the BLAKE3 hash of the place, the command and its folder with a key that the
-//! user alone can read.
+//! Seals of films and images, which identify those that the program made for this user in this
+//! place. A seal is the BLAKE3 hash of the place, the command and its folder, with a key that only
+//! the user can read.
 
 use std::ffi::OsStr;
 use std::fs::{self, OpenOptions};
@@ -12,7 +12,7 @@ use pathtracer::file::resolved;
 /// Bytes of a key.
 const KEY: usize = blake3::KEY_LEN;
 
-/// The seal of a command that writes an output; empty where there is no place for a key.
+/// Returns the seal of a command that writes an output, or an empty string if no key can be stored.
 pub(crate) fn of(output: &Path, folder: &Path, command: &[String]) -> String {
     key().map_or(String::new(), |key| hash(&key, output, folder, command).to_hex().to_string())
 }
@@ -34,7 +34,7 @@ fn hash(key: &[u8; KEY], output: &Path, folder: &Path, command: &[String]) -> bl
     hasher.finalize()
 }
 
-/// The key of the user, which is made when it is needed first.
+/// Returns the key of the user, which is created at first use, or `None` if it cannot be stored.
 fn key() -> Option<[u8; KEY]> {
     let folder = dirs::data_local_dir()?.join("pathtracer");
     let path = folder.join("key");
@@ -43,7 +43,7 @@ fn key() -> Option<[u8; KEY]> {
         let mut key = [0; KEY];
         getrandom::fill(&mut key).ok()?;
         fs::create_dir_all(&folder).and_then(|()| write(&path, &key)).ok()?;
-        // Another program may have been faster.
+        // Another process may have written its key first.
         read()
     })
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::args::Cli;
 
-/// The name of the image may stand apart from `-f`, as in `-f -m 5 out.png scene.dae`; what is
-/// left is the scene.
+/// Assigns the paths: the name of the image may be apart from `-f`, as in
+/// `-f -m 5 out.png scene.dae`; the remaining path is the scene.
 pub(crate) fn paths(cli: &mut Cli) -> Result<(), String> {
     if let Some(None) = cli.output {
         let named = cli.paths.iter().position(|p| pathtracer::image::is_image(p));
@@ -24,7 +24,7 @@ pub(crate) fn paths(cli: &mut Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// `--camera` with the name of a file is one of settings, as `-c` takes it.
+/// Treats the name of a file given to `--camera` as a camera settings file, as for `-c`.
 pub(crate) fn cameras(cli: &mut Cli) -> Result<(), String> {
     let named = cli.loading.camera.as_ref().filter(|_| cli.loading.placement().is_none());
     if let Some(file) = named.map(PathBuf::from).filter(|named| named.is_file()) {

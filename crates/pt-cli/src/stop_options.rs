@@ -1,5 +1,4 @@
-//! Renders that end when their image is good enough, or when time is up: what the command line says
-//! of them, and what is told.
+//! Options for renders that stop at an error target or a time limit, and their summary.
 
 use std::time::Duration;
 
@@ -9,13 +8,13 @@ use pathtracer::{Evaluation, SamplerKind, Session, Target};
 use crate::args::Cli;
 use crate::resolve;
 
-/// Samples of a pixel at most, if nothing else is said.
+/// Default of `--max-spp`.
 const MAX_SAMPLES: u32 = 65_536;
 
-/// The confidence, if nothing else is said.
+/// Default of `--confidence`.
 const CONFIDENCE: f64 = 0.95;
 
-/// When to stop, if not after a number of samples.
+/// Options for renders that stop at an error target or a time limit.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Sampling")]
 pub(crate) struct StopOptions {
@@ -49,7 +48,7 @@ pub(crate) struct StopOptions {
     pub(crate) time_limit: Option<Duration>,
 }
 
-/// A share above 0 and up to 1, as 1% or 0.01.
+/// Parses a fraction above 0 and up to 1, as 1% or 0.01.
 fn share(text: &str) -> Result<f64, String> {
     let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim().parse::<f64>().map(|v| v / 100.0),
@@ -89,12 +88,12 @@ impl StopOptions {
         self.target_error.is_some() || self.target_noise.is_some()
     }
 
-    /// Samples of a pixel at most.
+    /// Maximum number of samples per pixel.
     pub(crate) fn most_samples(&self) -> u32 {
         self.max_spp.unwrap_or(MAX_SAMPLES)
     }
 
-    /// The target, if one is given, for a screen that shows light made brighter by so many stops.
+    /// Error target of an image displayed with `exposure` stops, or `None` if none is given.
     pub(crate) fn target(&self, exposure: f32) -> Option<Target> {
         self.has_target().then(|| Target {
             error: self.target_error,
@@ -106,10 +105,10 @@ impl StopOptions {
     }
 }
 
-/// Refuses what makes no sense together.
+/// Rejects options that exclude each other.
 ///
 /// # Errors
-/// A message that says what it is, and what to do.
+/// A message with the options and the remedy.
 pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let stop = &cli.stop;
     let without_target = stop.confidence.is_some() || stop.max_spp.is_some() || stop.uniform;
@@ -128,13 +127,13 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// What an error target measured, as in "0.96 % (0.93 to 0.99)".
+/// Formats the measured error, as in "0.960 % of the displayed image (0.930 to 0.990)".
 fn words(look: &Evaluation) -> String {
     let [error, least, most] = look.measured.to_array().map(|share| 100.0 * share);
     format!("{error:.3} % of the displayed image ({least:.3} to {most:.3})")
 }
 
-/// What was measured, and what was asked for, in a line for the summary; `None` without halves.
+/// Line of the summary with the measured and the requested error, or `None` without half buffers.
 pub(crate) fn summary(session: &Session) -> Option<String> {
     let look = session.look()?;
     let Some(target) = &session.settings().target else { return Some(words(&look)) };
@@ -152,7 +151,7 @@ pub(crate) fn summary(session: &Session) -> Option<String> {
     ))
 }
 
-/// Returns true if a target was missed.
+/// Returns true if an error target was missed.
 pub(crate) fn is_missed(session: &Session) -> bool {
     session.settings().target.is_some() && !session.look().is_some_and(|look| look.is_met())
 }

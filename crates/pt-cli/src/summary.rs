@@ -1,29 +1,29 @@
-//! What a render did, for people and for programs.
+//! Summary of a render, as text and as JSON.
 
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
-use pathtracer::{Clamp, Outcome, Session, Statistics, image};
+use pathtracer::{Clamp, Outcome, Session, Statistics};
 
 use crate::stop_options;
 
-/// What a render did.
+/// Summary of a render.
 pub(crate) struct Summary<'a> {
     pub(crate) session: &'a Session,
     pub(crate) statistics: Statistics,
     pub(crate) progress: Outcome,
     pub(crate) threads: usize,
-    /// Number of files of the scene that could not be used.
+    /// Number of missing files of the scene.
     pub(crate) missing: usize,
     /// Wall-clock time of reading files.
     pub(crate) load: Duration,
-    /// Processor time of rendering on all threads, in seconds, where the system tells.
+    /// Processor time of rendering on all threads, in seconds, if the system provides it.
     pub(crate) cpu: Option<f64>,
 }
 
 impl Summary<'_> {
-    /// Prints it.
+    /// Prints the summary to standard error.
     pub(crate) fn print(&self) {
         let s = &self.statistics;
         let seconds = s.time.as_secs_f64().max(1e-9);
@@ -69,13 +69,14 @@ impl Summary<'_> {
         }
     }
 
-    /// The part of the luminance of all samples that --clamp cut off.
+    /// Percentage of the luminance of all samples that --clamp removed.
     fn clamped_percent(&self) -> f64 {
         let (kept, removed) = self.session.film().luminance();
         if removed > 0.0 { 100.0 * removed / (kept + removed) } else { 0.0 }
     }
 
-    /// Writes it to a file as a JSON object of numbers; what the system does not tell is null.
+    /// Writes the summary to a file as a JSON object of numbers; values that are not available are
+    /// null.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -112,19 +113,19 @@ impl Summary<'_> {
         ];
         let lines: Vec<_> = fields.iter().map(|(k, v)| format!("  \"{k}\": {v}")).collect();
         let text = format!("{{\n{}\n}}\n", lines.join(",\n"));
-        Ok(image::write_atomically(path, text.as_bytes())?)
+        Ok(pathtracer::write_atomically(path, text.as_bytes())?)
     }
 }
 
-/// A number of things, in words.
+/// Formats a number with a noun in the singular or plural.
 fn count(n: usize, thing: &str) -> String {
     format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Processor time that all threads of the process have used so far, in seconds; `None` where the
-/// system does not tell. [proc_pid_stat(5), fields 14 and 15]
+/// Processor time that all threads of the process have used so far, in seconds, or `None` if the
+/// system does not provide it. [proc_pid_stat(5), fields 14 and 15]
 pub(crate) fn cpu_seconds() -> Option<f64> {
-    /// The unit of these fields, which Linux fixes for programs.
+    /// Unit of these fields, which is constant for user programs on Linux.
     const TICKS_PER_SECOND: f64 = 100.0;
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The second field is the name of the program, which may contain anything.

@@ -1,8 +1,8 @@
-//! Shows the image in the viewer tev while it is rendered.
+//! Client of the viewer tev, which shows the image while it is rendered.
 //!
-//! tev listens for packets: their length in bytes with these four, what they are about in one byte,
-//! and what belongs to that, all little-endian, texts with a NUL at their end. [Müller, "tev",
-//! include/tev/Ipc.h]
+//! tev receives packets: their length in bytes including the length itself, in four bytes; their
+//! type, in one byte; and their content. Numbers are little-endian, texts end with a NUL.
+//! [Müller, "tev", include/tev/Ipc.h]
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -11,34 +11,34 @@ use std::time::{Duration, Instant};
 
 use pathtracer::image::Image;
 
-/// Time between two pictures.
+/// Time between two images.
 pub(crate) const EVERY: Duration = Duration::from_secs(1);
 
-/// How long a viewer may take to answer, and to take a part of a picture.
+/// Timeout of connecting to a viewer, and of sending a packet.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Rows that are sent together, if one of them is not as it was.
+/// Number of rows per packet; a packet is sent if one of its rows has changed.
 const ROWS: usize = 64;
 
-/// The packets that are sent here.
+/// Types of packets.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6; // its third version
 
-/// A viewer, as long as it listens. A thread of its own sends the pictures: a slow viewer misses
-/// some, and does not hold up the render.
+/// Connection to a viewer. A separate thread sends the images: a slow viewer misses some, and does
+/// not delay the render.
 pub(crate) struct Viewer {
     address: String,
     pictures: SyncSender<Image>,
-    /// Told once, when the thread ends.
+    /// Receives the result of the thread once, when it ends.
     end: Receiver<io::Result<()>>,
     gone: bool,
 }
 
 impl Viewer {
-    /// Connects to a viewer at HOST:PORT, where the image is to have this name.
+    /// Connects to a viewer at HOST:PORT, which shows the image under this name.
     ///
     /// # Errors
-    /// A warning, if there is none.
+    /// A warning if no viewer accepts the connection.
     pub(crate) fn connect(address: &str, name: &str) -> Result<Self, String> {
         let stream = connect(address).map_err(|error| {
             format!(
@@ -50,14 +50,14 @@ impl Viewer {
         let (told, end) = channel();
         let name = name.to_owned();
         std::thread::spawn(move || {
-            // Nobody listens any more where the render has ended without waiting.
+            // The receiver is dropped if the render has ended without waiting.
             let _ = told.send(send_all(stream, &name, &to_send));
         });
         Ok(Self { address: address.to_owned(), pictures, end, gone: false })
     }
 
-    /// Shows a picture, unless the one before is not there yet. Gives a warning, once, if the
-    /// viewer has gone away.
+    /// Queues an image, unless the previous one is still waiting. Returns a warning, once, if the
+    /// connection was closed.
     pub(crate) fn show(&mut self, picture: Image) -> Option<String> {
         if self.gone
             || !matches!(self.pictures.try_send(picture), Err(TrySendError::Disconnected(_)))
@@ -75,7 +75,7 @@ impl Viewer {
         ))
     }
 
-    /// Shows the last picture, and waits until it is there. Gives a warning if it will not be.
+    /// Sends the last image, and waits until it is sent. Returns a warning if that fails.
     pub(crate) fn finish(mut self, mut picture: Image) -> Option<String> {
         let deadline = Instant::now() + 2 * PATIENCE;
         while !self.gone && Instant::now() < deadline {
@@ -120,7 +120,7 @@ fn connect(address: &str) -> io::Result<TcpStream> {
     Err(error)
 }
 
-/// Sends pictures until there are no more; of several that wait only the last.
+/// Sends images until the channel is closed; of several waiting images only the last.
 fn send_all(mut viewer: impl Write, name: &str, pictures: &Receiver<Image>) -> io::Result<()> {
     let mut shown: Option<Image> = None;
     while let Ok(mut picture) = pictures.recv() {
@@ -133,7 +133,7 @@ fn send_all(mut viewer: impl Write, name: &str, pictures: &Receiver<Image>) -> i
     viewer.flush()
 }
 
-/// Sends a picture: all of it the first time, and then the rows that are not as they were.
+/// Sends an image: completely the first time, and then the packets of rows that have changed.
 fn send(
     viewer: &mut impl Write,
     name: &str,
@@ -155,7 +155,7 @@ fn send(
     Ok(())
 }
 
-/// Asks for an image of this name and size, and for the eyes of the user.
+/// Returns the packet that creates an image of this name and size, and selects it in the viewer.
 fn creation(name: &str, picture: &Image) -> Vec<u8> {
     let mut packet = begin(CREATE_IMAGE, true, name);
     for number in [picture.width, picture.height, 3] {
@@ -165,8 +165,8 @@ fn creation(name: &str, picture: &Image) -> Vec<u8> {
     end(packet)
 }
 
-/// Sends whole rows from `first` on: the channels, the rectangle, where each channel begins among
-/// the numbers and how far its next one is, as 64-bit integers, and the numbers.
+/// Returns the packet that updates whole rows from `first` on: the channels, the rectangle, the
+/// offset of each channel among the numbers and its stride, as 64-bit integers, and the numbers.
 fn update(name: &str, width: u32, first: usize, rows: &[[f32; 3]]) -> Vec<u8> {
     let mut packet = begin(UPDATE_IMAGE, false, name);
     packet.extend(3_u32.to_le_bytes());
@@ -182,7 +182,7 @@ fn update(name: &str, width: u32, first: usize, rows: &[[f32; 3]]) -> Vec<u8> {
     end(packet)
 }
 
-/// A packet with a place for its length.
+/// Begins a packet, with a placeholder for its length.
 fn begin(about: u8, grabs_focus: bool, name: &str) -> Vec<u8> {
     let mut packet = vec![0, 0, 0, 0, about, u8::from(grabs_focus)];
     packet.extend(name.bytes().filter(|byte| *byte != 0));
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(updated, wanted);
     }
 
-    /// Of 130 rows, which are three parts, one changes.
+    /// One of 130 rows changes, which are sent in three packets.
     #[test]
     fn only_rows_that_change_are_sent_again() {
         let mut picture = Image { width: 1, height: 130, pixels: vec![[f32::NAN; 3]; 130] };

@@ -1,19 +1,18 @@
-//! What of the command in a film or an image is followed: it is data, and a stranger may have
-//! written it.
+//! Restrictions of commands stored in films and images: they are untrusted data.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use pathtracer::file::resolved;
 use pathtracer::film_file::FilmHeader;
-use pathtracer::image::folder_of;
+use pathtracer::folder_of;
 
 use crate::args::Cli;
 use crate::loading::Folders;
 use crate::seal;
 
-/// Leaves out what a command in a file may not say: outputs other than the image, addresses, and
-/// folders from which files are read. Those folders are taken from the command line.
+/// Removes options that a stored command may not contain: outputs other than the image, addresses,
+/// and folders from which files are read. These folders are taken from the command line.
 pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     let stored = std::mem::replace(&mut cli.loading.folders, folders.clone());
     let is_new = |folder| !folders.allow_folder.contains(folder);
@@ -35,12 +34,12 @@ pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     }
 }
 
-/// Enters the folder in which the command of an output ran, if the program made it for this user in
-/// this place, or all files that it reads lie in folders that are allowed; else the folder of the
-/// output, if they lie there.
+/// Changes to the folder in which the command of an output ran, if the program made the output for
+/// this user in this place, or if all files that the command reads are in allowed folders. If they
+/// are all in the folder of the output, changes to that one instead.
 ///
 /// # Errors
-/// If they lie elsewhere, or the folder cannot be entered.
+/// If the files are elsewhere, or the folder cannot be entered.
 pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> {
     let folder = about.folder.as_path();
     if seal::is_ours(&about.seal, output, folder, &about.command) {
@@ -73,7 +72,7 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
     enter_folder(folder)
 }
 
-/// A folder that is not there is left alone: paths of the command may be absolute.
+/// Changes to a folder. A missing folder is ignored: paths of the command may be absolute.
 fn enter_folder(folder: &Path) -> Result<()> {
     if folder.is_dir() {
         std::env::set_current_dir(folder)

@@ -1,21 +1,22 @@
-//! Values that images of 8 bits can have, and back: such images take a quarter of the memory.
+//! Conversion between values and the levels of 8-bit images, which take a quarter of the memory.
 
 use std::sync::LazyLock;
 
-/// The light of each level of sRGB, and of plain levels.
+/// Linear values of sRGB levels; [`LEVELS`] has those of linear levels.
 pub(crate) static SRGB: LazyLock<ByteLevels> =
     LazyLock::new(|| ByteLevels::new(pt_math::color::linear_from_srgb));
 pub(crate) static LEVELS: LazyLock<ByteLevels> = LazyLock::new(|| ByteLevels::new(|v| v));
 
-/// The values of 256 levels, which grow from 0 to 1.
+/// Values of 256 levels, increasing from 0 to 1.
 pub(crate) struct ByteLevels {
     pub(crate) values: [f32; 256],
-    /// By the upper bits of a value, the only level that it may be.
+    /// The only candidate level of a value, indexed by the upper bits of the value.
     candidates: Vec<u8>,
 }
 
 impl ByteLevels {
-    /// Bits of a number that tell levels apart without the others: its exponent and 8 bits behind.
+    /// Number of lower bits that are not needed to distinguish levels: the exponent and 8 bits of
+    /// the mantissa suffice.
     const SHIFT: u32 = 15;
 
     fn new(decode: impl Fn(f32) -> f32) -> Self {
@@ -36,7 +37,7 @@ impl ByteLevels {
         self.values[usize::from(level)]
     }
 
-    /// The level of a value, if it is exactly that of one.
+    /// Returns the level with exactly this value, or `None` if there is none.
     #[inline]
     fn level(&self, value: f32) -> Option<u8> {
         // −0 is 0.
@@ -44,7 +45,7 @@ impl ByteLevels {
         (self.light(level) == value).then_some(level)
     }
 
-    /// The levels of values; `None` if there are others.
+    /// Returns the levels of all values, or `None` if one of them is no level.
     pub(crate) fn coded(&self, values: &[[f32; 3]]) -> Option<Vec<[u8; 3]>> {
         let levels = |&[r, g, b]: &[f32; 3]| Some([self.level(r)?, self.level(g)?, self.level(b)?]);
         values.iter().map(levels).collect()

@@ -1,67 +1,67 @@
-//! The compiled camera: pixels to rays.
+//! The compiled camera, which maps pixels to rays.
 
 use std::f32::consts::{PI, TAU};
 
 use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Ray, Ray8, Vec3, trig, warp};
 
-/// A camera that looks along `forward`.
+/// A camera with the viewing direction `forward`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Centre of the lens, or of the image where rays are parallel.
+    /// Centre of the lens, or of the image if rays are parallel.
     pub position: Vec3,
     /// Unit vector to the right of the image.
     pub right: Vec3,
-    /// Unit vector to the top of the image.
+    /// Unit vector towards the top of the image.
     pub up: Vec3,
-    /// Unit vector along which it looks.
+    /// Unit viewing direction.
     pub forward: Vec3,
-    /// Which rays the image is made of.
+    /// Mapping of image points to rays.
     pub projection: Projection,
-    /// Half width and half height of the image: at distance 1 in perspective, anywhere where rays
-    /// are parallel; a panorama has no such size.
+    /// Half width and half height of the image: at distance 1 for perspective cameras, at any
+    /// distance for orthographic ones. Unused by panoramas.
     pub half_extent: [f32; 2],
     /// Width and height of the image in pixels.
     pub resolution: [u32; 2],
-    /// The point of the image, in pixels from its upper left corner, that lies along `forward`.
+    /// Image point along `forward`, in pixels from the upper left corner.
     pub principal_point: [f32; 2],
-    /// Nothing before this distance is seen.
+    /// Near clipping distance.
     pub near: f32,
-    /// Nothing behind this distance is seen.
+    /// Far clipping distance.
     pub far: f32,
-    /// How `near` and `far` are measured.
+    /// Direction along which `near` and `far` are measured.
     pub clip: Clip,
-    /// Radius of the lens; 0 is a pinhole, as cameras are that are not in perspective.
+    /// Radius of the lens; 0 for a pinhole, and for all cameras other than perspective ones.
     pub lens_radius: f32,
-    /// The opening of the lens; `None` is a disk.
+    /// Shape of the aperture; `None` for a disk.
     pub aperture: Option<Aperture>,
-    /// Distance of the plane in focus, along `forward`.
+    /// Distance of the plane of focus, along `forward`.
     pub focal_distance: f32,
 }
 
-/// Which rays an image is made of.
+/// Mapping of image points to camera rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    /// All through the pinhole, or through the lens.
+    /// Perspective, through a pinhole or a thin lens.
     Perspective,
-    /// All parallel.
+    /// Parallel rays.
     Orthographic,
-    /// All directions, in latitude and longitude.
+    /// All directions, in latitude and longitude (equirectangular).
     Panorama,
 }
 
-/// A regular polygon around the middle of the lens, with its corners on the rim.
+/// Regular polygon centred on the lens, with its corners on the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aperture {
     /// Number of sides.
     pub blades: u32,
-    /// Share of a turn, in [0, 1), from `right` towards `up`, at which the first corner lies.
+    /// Position of the first corner as a fraction of a turn, in [0, 1), from `right` towards `up`.
     pub turn: f32,
 }
 
 impl Aperture {
-    /// A uniform point of the polygon whose corners have the distance 1 to the middle: one of its
-    /// triangles around the middle, and a uniform point of that.
+    /// Samples a uniform point of the polygon with circumradius 1: chooses one of its triangles
+    /// around the centre, and a uniform point of that.
     #[inline]
     pub fn sample(self, [u, v]: [f32; 2]) -> [f32; 2] {
         let sides = self.blades as f32;
@@ -76,7 +76,7 @@ impl Aperture {
     }
 }
 
-/// Along what the clipping distances are measured.
+/// Direction along which clipping distances are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clip {
     /// The viewing axis.
@@ -86,14 +86,15 @@ pub enum Clip {
 }
 
 impl Camera {
-    /// Returns true if rays depend on a point of the lens.
+    /// Returns true if rays depend on a sampled point of the lens.
     #[inline]
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
     }
 
-    /// The ray through point (`x`, `y`) of the image, in pixels from its upper left corner, and
-    /// point `lens` of the unit square mapped to the lens. Its direction has unit length.
+    /// Returns the ray through image point `at`, in pixels from the upper left corner, and through
+    /// the lens point to which `lens`, a point of the unit square, is mapped. Its direction has
+    /// unit length.
     #[inline]
     pub fn ray(&self, at: [f32; 2], lens: [f32; 2]) -> Ray {
         match (self.projection, self.aperture) {
@@ -105,7 +106,8 @@ impl Camera {
         }
     }
 
-    /// [`Self::ray`] of many points, which are given in columns: the same bits, sooner.
+    /// Returns [`Self::ray`] of many points in structure-of-arrays layout: faster, with bitwise
+    /// equal results.
     pub fn rays(
         &self,
         [xs, ys]: &[Lanes<f32>; 2],
@@ -139,8 +141,8 @@ impl Camera {
         self.through(aperture.sample(lens).map(|x| self.lens_radius * x), at)
     }
 
-    /// A ray through a point of the lens. All rays through one image point meet in the plane at
-    /// the focal distance. [Kolb, Mitchell & Hanrahan 1995, §3]
+    /// Returns the ray through a point of the lens. All rays through one image point meet in the
+    /// plane of focus. [Kolb, Mitchell & Hanrahan 1995, §3]
     #[inline(always)]
     fn through(&self, [x, y]: [f32; 2], at: [f32; 2]) -> Ray {
         let offset = self.right * x + self.up * y;
@@ -165,14 +167,15 @@ impl Camera {
         self.clipped(self.position, level * cos_y + self.up * sin_y, 1.0)
     }
 
-    /// From the middle of the lens to a point of the image at distance 1 along the axis.
+    /// Returns the vector from the centre of the lens to an image point at distance 1 along the
+    /// axis.
     #[inline(always)]
     fn towards(&self, at: [f32; 2]) -> Vec3 {
         let [x, y] = self.plane_point(at);
         self.right * x + self.up * y + self.forward
     }
 
-    /// How far to the right and up a point of the image is, in the unit of `half_extent`.
+    /// Returns the offset of an image point to the right and up, in the unit of `half_extent`.
     #[inline(always)]
     fn plane_point(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let [w, h] = self.resolution.map(|n| 0.5 * n as f32);
@@ -180,7 +183,8 @@ impl Camera {
         [(x - x0) * (self.half_extent[0] / w), (y0 - y) * (self.half_extent[1] / h)]
     }
 
-    /// The ray to a point that is `distance` away along the axis.
+    /// Returns the clipped ray from `origin` along `to`, a vector that extends `distance` along the
+    /// axis.
     #[inline(always)]
     fn clipped(&self, origin: Vec3, to: Vec3, distance: f32) -> Ray {
         let length = to.length();
@@ -193,7 +197,7 @@ impl Camera {
     }
 }
 
-/// Each number of all rays before the next one: a form in which they are computed side by side.
+/// Computes rays in structure-of-arrays layout, which vectorises.
 #[inline(always)]
 fn by_columns(ray: impl Fn(usize) -> Ray, rays: &mut [Ray8; LANES / 8]) {
     for (first, eight) in (0..).step_by(8).zip(rays) {
@@ -290,13 +294,13 @@ mod tests {
             assert!((ray.direction - direction).length() < 1e-6, "{at:?}: {ray:?}");
             assert_eq!((ray.origin, ray.t_min, ray.t_max), (c.position, 0.5, 100.0));
         }
-        // Over the pole, as filters look, lies the other side.
+        // Beyond the pole, where filters reach, is the other side.
         let [over, other] = [[77.0, -9.0], [77.0 + 320.0, 9.0]].map(|at| c.ray(at, [0.0; 2]));
         assert!((over.direction - other.direction).length() < 1e-5);
     }
 
-    /// ∂ω/∂x × ∂ω/∂y is what a pixel covers: 2π/w · (sin θ₀ − sin θ₁) for a row of latitudes, which
-    /// add up to 4π.
+    /// ∂ω/∂x × ∂ω/∂y is the solid angle of a pixel: 2π/w · (sin θ₀ − sin θ₁) for a row between two
+    /// latitudes; all add up to 4π.
     #[test]
     fn pixels_of_a_panorama_cover_the_sphere() {
         const STEP: f64 = 1.0 / 64.0;
@@ -308,7 +312,7 @@ mod tests {
         for row in 0..10 {
             let edge = |y: u32| (0.5 - f64::from(y) / 10.0) * std::f64::consts::PI;
             let want = std::f64::consts::TAU / 24.0 * (edge(row).sin() - edge(row + 1).sin());
-            // The middle of a cell, times as many cells.
+            // Midpoint rule over the cells of a pixel.
             let area = |y: f64| {
                 let d = |x: f64, dy: f64| direction(7.5 + x, y + dy);
                 let (dx, dy) = (d(STEP, 0.0) - d(-STEP, 0.0), d(0.0, STEP) - d(0.0, -STEP));
@@ -323,8 +327,8 @@ mod tests {
         assert!((sphere / (4.0 * std::f64::consts::PI) - 1.0).abs() < 2e-3, "{sphere}");
     }
 
-    /// Of a uniform point, the place along the sides and the square of the distance to the middle,
-    /// measured by the polygon around the middle that runs through it, are uniform.
+    /// For a uniform point, the position along the sides is uniform, and so is the square of the
+    /// distance to the centre, relative to the polygon that is scaled to run through the point.
     #[test]
     fn polygons_are_sampled_uniformly() {
         for (blades, turn) in [(3, 0.0), (5, 0.13), (6, 0.75), (9, 0.5), (100, 0.999)] {
@@ -333,7 +337,7 @@ mod tests {
                 let [x, y] = Aperture { blades, turn }.sample(u).map(f64::from);
                 let angle = y.atan2(x) - std::f64::consts::TAU * f64::from(turn);
                 let side = (angle / (2.0 * half)).floor();
-                // Turned so that the side is at right angles to the first axis.
+                // Rotated so that the side is perpendicular to the first axis.
                 let (sin, cos) = (angle - (2.0 * side + 1.0) * half).sin_cos();
                 let distance = x.hypot(y) * cos / half.cos();
                 let along = 0.5 + 0.5 * sin / cos / half.tan();

@@ -1,38 +1,39 @@
-//! Cameras that move while their shutter is open.
+//! Cameras that move while the shutter is open.
 
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
 
 use crate::camera::Camera;
 
-/// How a camera moves. Times are shares of the time for which the shutter is open.
+/// Motion of a camera. Times are fractions of the shutter interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraMotion {
-    /// Where its node is; between these, transforms are linear.
+    /// Transform of its node at key times, linear in between.
     knots: Vec<MotionKey>,
 }
 
 impl CameraMotion {
-    /// By where its node is, in metres, at some times, at least one, which increase.
+    /// Creates a motion from the transforms of the camera's node, in metres, at one or more
+    /// increasing times.
     pub(crate) fn new(knots: Vec<MotionKey>) -> Self {
         Self { knots }
     }
 
-    /// The camera at a time.
+    /// Returns the camera at a time.
     pub fn at(&self, camera: &Camera, time: f32) -> Camera {
         camera.placed(&MotionKey::at(&self.knots, time))
     }
 }
 
 impl Camera {
-    /// The same camera with its node elsewhere: it looks along −z of that, with +y up; what is not
-    /// at right angles or of unit length there is made so.
+    /// Returns the camera with its node at `to_world`: it looks along −z of the node, with +y up.
+    /// Axes that are not perpendicular or of unit length are orthonormalised.
     pub(crate) fn placed(&self, to_world: &DAffine3) -> Self {
         let m = to_world.matrix3;
         let forward = (-m.z_axis).normalize_or(DVec3::NEG_Z);
         let right = forward.cross(m.y_axis).normalize_or(forward.any_orthonormal_vector());
         let up = right.cross(forward);
-        // What is seen through a mirrored node is mirrored.
+        // A mirrored node mirrors the image.
         let right = if m.determinant() < 0.0 { -right } else { right };
         Self {
             position: to_world.translation.as_vec3(),

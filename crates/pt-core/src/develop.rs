@@ -1,4 +1,4 @@
-//! From film to images.
+//! Conversion of films to images.
 
 use crate::film::Film;
 
@@ -7,27 +7,27 @@ pub fn radiance(film: &Film) -> Vec<[f32; 3]> {
     film.pixels().map(|p| p.mean().map(|v| v as f32)).collect()
 }
 
-/// Mean radiance of each pixel, which is multiplied with its coverage already, and that coverage; 1
-/// where the film does not keep it. In rows from the top.
+/// Mean radiance of each pixel, premultiplied by its coverage, and the coverage; 1 if the film does
+/// not keep it. In rows from the top.
 pub fn rgba(film: &Film) -> Vec<[f32; 4]> {
     let pixels = radiance(film);
     let alpha = film.alpha().unwrap_or_else(|| vec![1.0; pixels.len()]);
     pixels.into_iter().zip(alpha).map(|([r, g, b], a)| [r, g, b, a]).collect()
 }
 
-/// Standard error of the mean luminance of each pixel, in rows from the top; infinite where
-/// fewer than two samples were taken.
+/// Standard error of the mean luminance of each pixel, in rows from the top; infinite for fewer
+/// than two samples.
 pub fn standard_error(film: &Film) -> Vec<f32> {
     film.pixels().map(|p| p.luminance().1 as f32).collect()
 }
 
-/// Returns the number of samples, of at most `spp`, that each pixel took: blue for none over green
-/// for half to red for all, in rows from the top.
+/// Returns a false-colour image of the number of samples of each pixel relative to `spp`: blue for
+/// none over green for half to red for all, in rows from the top.
 pub fn sampling_rate(film: &Film, spp: u32) -> Vec<[u8; 3]> {
     film.pixels().map(|p| rate_color(p.count() as f32 / spp.max(1) as f32)).collect()
 }
 
-/// The colour of a rate in [0, 1].
+/// Returns the false colour of a rate in [0, 1].
 pub fn rate_color(rate: f32) -> [u8; 3] {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0) as u8;
     if rate <= 0.5 {

@@ -1,33 +1,33 @@
 //! Reconstruction filters by importance sampling. [Ernst, Stamminger & Greiner 2006, "Filter
 //! Importance Sampling"; Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §8.8]
 //!
-//! A pixel with centre c is I = ∫ f(x) L(c + x) dx / ∫ f(x) dx. Its samples are drawn around it
-//! with the density p(x) = |f(x)| / ∫|f| and have the weight w(x) = sign f(x) · ∫|f| / ∫f, so that
-//! E[w(x) L(c + x)] = I. No sample counts for another pixel: the samples of a pixel are
-//! independent of those of its neighbours, and their plain mean is unbiased. Filters that are
-//! nowhere negative have the weight 1.
+//! A pixel with centre c has the value I = ∫ f(x) L(c + x) dx / ∫ f(x) dx. Its samples are drawn
+//! around c with the density p(x) = |f(x)| / ∫|f| and have the weight w(x) = sign f(x) · ∫|f| / ∫f,
+//! so that E[w(x) L(c + x)] = I. No sample contributes to another pixel: the samples of a pixel are
+//! independent of those of its neighbours, and their plain mean is unbiased. Samples of filters
+//! without negative values have weight 1.
 //!
-//! f(x, y) = g(x) g(y): each coordinate is drawn on its own, and the weights are multiplied.
+//! f(x, y) = g(x) g(y): each coordinate is sampled separately, and the weights are multiplied.
 
 use std::f64::consts::PI;
 
 use pt_math::sampler::Lanes;
 use pt_scene::Filter;
 
-/// A filter whose numbers make no sense.
+/// Error for invalid parameters of a filter.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct FilterError(String);
 
-/// Draws positions around the centre of a pixel by a filter.
+/// Samples positions around the centre of a pixel by a filter.
 ///
-/// g is a table of its values at 0 = x₀ < x₁ < … = r, between which it is linear. Where it changes
-/// its sign, there is an xᵢ.
+/// g is a table of values at 0 = x₀ < x₁ < … = r, between which it is linear. Zeros where it
+/// changes its sign are among the xᵢ.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
-    /// ∫|g| from 0 to xᵢ, as a share of the whole.
+    /// ∫|g| from 0 to xᵢ, divided by the whole integral.
     cumulative: Vec<f32>,
-    /// From xᵢ to xᵢ₊₁.
+    /// Intervals from xᵢ to xᵢ₊₁.
     cells: Vec<Cell>,
     /// ∫|g| / ∫g, which is at least 1.
     gain: f32,
@@ -35,26 +35,28 @@ pub struct FilterSampler {
 
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    /// Its beginning and its width, in pixels.
+    /// Start and width, in pixels.
     start: f32,
     width: f32,
-    /// The density of |x| at its ends, times its width.
+    /// Density of |x| at its ends, times its width.
     left: f32,
     right: f32,
-    /// 1 or −1 times the gain.
+    /// Weight of samples in the cell: the gain, with the sign of g.
     weight: f32,
 }
 
-/// Cells of a table; more where a filter changes its sign.
+/// Number of cells of a table, without those added at sign changes.
 const CELLS: u32 = 1024;
-/// Expected number of weights of the rarer sign from which on their mean is about normal.
+/// Expected number of weights of the rarer sign from which on the mean is about normally
+/// distributed.
 const MIN_EXPECTED: f32 = 10.0;
 
 impl FilterSampler {
-    /// `None` for the box: a uniform point of the pixel's own square is its sample.
+    /// Creates the sampler of a filter, or `None` for the box filter: its samples are uniform in
+    /// the pixel.
     ///
     /// # Errors
-    /// If the numbers of the filter make no sense.
+    /// If the parameters of the filter are invalid.
     pub fn new(filter: &Filter) -> Result<Option<Self>, FilterError> {
         filter.check().map_err(FilterError)?;
         if *filter == Filter::Box {
@@ -83,15 +85,16 @@ impl FilterSampler {
         Ok(Some(Self { cumulative, cells, gain: gain as f32 }))
     }
 
-    /// A point around the centre of a pixel, in pixels, from a point of [0, 1)²; and its weight.
+    /// Maps a point of [0, 1)² to a position relative to the centre of a pixel, in pixels, and
+    /// returns the position with its weight.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let [(x, wx), (y, wy)] = u.map(|u| self.coordinate(u));
         ([x, y], wx * wy)
     }
 
-    /// Points of [0, 1)² become points of the film, from the upper left corners of pixels;
-    /// returned are their weights.
+    /// Replaces points of [0, 1)² by positions relative to the upper left corners of their pixels,
+    /// and returns their weights.
     pub fn place(&self, [xs, ys]: &mut [Lanes<f32>; 2]) -> Lanes<f32> {
         std::array::from_fn(|i| {
             let ([x, y], weight) = self.sample([xs[i], ys[i]]);
@@ -105,8 +108,8 @@ impl FilterSampler {
         self.gain == 1.0
     }
 
-    /// The number of samples below which their variance tells nothing, since they may well all
-    /// have weights of the same sign: 0 if all have.
+    /// Returns the number of samples below which their variance is unreliable, since all weights
+    /// may have the same sign; 0 if all weights are positive.
     pub fn least_samples(&self) -> u32 {
         if self.is_positive() {
             return 0;
@@ -116,15 +119,16 @@ impl FilterSampler {
         (MIN_EXPECTED / product).ceil() as u32
     }
 
-    /// Inverts the distribution of one coordinate, which is that of |x| to both sides.
+    /// Samples one coordinate by inversion: its magnitude by the cumulative table, with both signs
+    /// equally likely. Returns the coordinate and its weight.
     #[inline]
     fn coordinate(&self, u: f32) -> (f32, f32) {
         let v = 2.0 * u - 1.0;
         let share = v.abs();
-        // The last number that is not above the share; the next one is, so the cell is not empty.
+        // The last entry that is not above `share`. The next one is, so the cell is not empty.
         let i = self.cumulative.partition_point(|&c| c <= share).clamp(1, self.cells.len()) - 1;
         let Cell { start, width, left, right, weight } = self.cells[i];
-        // Solved for t: left t + (right − left) t²/2 = rest.
+        // Solve left t + (right − left) t²/2 = rest for t.
         let rest = share - self.cumulative[i];
         let root = (left * left + 2.0 * (right - left) * rest).max(0.0).sqrt();
         let t = 2.0 * rest / (left + root).max(f32::MIN_POSITIVE);
@@ -132,7 +136,7 @@ impl FilterSampler {
     }
 }
 
-/// Places from 0 to the radius, and g there.
+/// Returns the table of g: positions from 0 to the radius with their values.
 fn knots(filter: &Filter) -> Vec<(f64, f64)> {
     const MAX_STDDEVS: f64 = 8.0; // beyond, a Gaussian is below 10⁻¹³
     let radius = match *filter {
@@ -152,7 +156,7 @@ fn knots(filter: &Filter) -> Vec<(f64, f64)> {
     knots
 }
 
-/// Where g changes its sign between two places.
+/// Returns the position at which g changes its sign between two positions, by bisection.
 fn zero_between(filter: &Filter, mut low: f64, mut high: f64) -> f64 {
     let is_negative = eval(filter, low) < 0.0;
     for _ in 0..f64::MANTISSA_DIGITS {
@@ -163,7 +167,7 @@ fn zero_between(filter: &Filter, mut low: f64, mut high: f64) -> f64 {
     low
 }
 
-/// g at a distance of at least 0 and at most the radius, in pixels; not normalised.
+/// Returns g at a distance from 0 to the radius, in pixels; not normalised.
 fn eval(filter: &Filter, x: f64) -> f64 {
     match *filter {
         Filter::Box => 1.0,
@@ -181,7 +185,7 @@ fn eval(filter: &Filter, x: f64) -> f64 {
     }
 }
 
-/// The cubics of Mitchell & Netravali.
+/// Evaluates the cubic filter of Mitchell & Netravali.
 fn cubic(b: f64, c: f64, x: f64) -> f64 {
     let [k3, k2, k1, k0] = if x < 1.0 {
         [12.0 - 9.0 * b - 6.0 * c, -18.0 + 12.0 * b + 6.0 * c, 0.0, 6.0 - 2.0 * b]
@@ -199,8 +203,9 @@ fn sinc(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_testing::{Chi2, Random, chi2_square, mean_z_test};
+
+    use super::*;
 
     const FILTERS: [(&str, Filter); 11] = [
         ("tent", Filter::TENT),
@@ -249,7 +254,7 @@ mod tests {
         }
     }
 
-    /// The sign is that of the filter, and the size makes the mean 1.
+    /// The weights have the sign of the filter, and a magnitude for which the mean is 1.
     #[test]
     fn weights_have_the_filters_sign_and_the_mean_1() {
         const N: u32 = 1 << 16;
@@ -292,7 +297,7 @@ mod tests {
         }
     }
 
-    /// Version 3.9.1, whose Gaussian is a polynomial that comes near it.
+    /// Mitsuba 3.9.1, which approximates the Gaussian by a polynomial.
     #[test]
     fn values_are_those_of_mitsuba() {
         for (filter, x, value) in
@@ -313,7 +318,7 @@ mod tests {
         }
     }
 
-    /// The coefficients of the window add up to 1, and are 6·10⁻⁵ at its end.
+    /// The coefficients of the window add up to 1, and it is 6·10⁻⁵ at its end.
     #[test]
     fn the_blackman_harris_window_is_that_of_the_paper() {
         let filter = Filter::BlackmanHarris { radius: 2.0 };

@@ -1,40 +1,41 @@
-//! How much of a surface a path sees at once: ray cones. [Akenine-Möller, Nilsson, Andersson,
+//! Footprints of paths on surfaces, by ray cones. [Akenine-Möller, Nilsson, Andersson,
 //! Barré-Brisebois, Toth & Karras 2019, "Texture Level of Detail Strategies for Real-Time Ray
 //! Tracing", §20.3.4]
 
 use pt_math::{Pdf, SolidAngle, Vec2, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::scene::{Interaction, RenderScene};
+use crate::interaction::Interaction;
 
-/// The width of a pixel that one sample stands for. The samples of a pixel lie all over it, so that
-/// less than 1 is blurred less, and not seen as noise.
+/// Width of the cone of a camera ray relative to that of the pixel. The samples of a pixel cover
+/// all of it, so a width below 1 blurs less without visible noise.
 const SHARE_OF_PIXEL: f32 = 0.5;
-/// The width of what a lobe scatters into, 1/√p for the density p of the direction, that one sample
-/// stands for: that of one of 64 samples. [Suykens & Willems 2001, "Path Differentials and
+/// Width of the cone of a scattered ray relative to that of its lobe, 1/√p for the density p of the
+/// direction: the width of one of 64 samples. [Suykens & Willems 2001, "Path Differentials and
 /// Applications"]
 const SHARE_OF_LOBE: f32 = 0.125;
 
 /// A cone around a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cone {
-    /// Its width where the ray begins, in metres.
+    /// Width at the origin of the ray, in metres.
     pub width: f32,
-    /// By how much it grows per metre.
+    /// Increase of the width per metre.
     pub spread: f32,
 }
 
 impl Cone {
-    /// Its width at a distance from where the ray begins, both in metres.
+    /// Returns the width at a distance from the origin of the ray, both in metres.
     #[inline]
     pub fn width_at(self, distance: f32) -> f32 {
         self.width + self.spread * distance
     }
 
-    /// That of the ray behind a surface at a distance, by the density of its direction.
+    /// Returns the cone of the ray scattered by a surface at a distance. `pdf` is the density of
+    /// its direction; `None` for a Dirac delta.
     ///
-    /// Mirrors and panes that are flat keep the spread, up to a factor of the index of refraction.
-    /// What a curved one does to it is not followed: there the cone becomes the ray alone,
+    /// Flat mirrors and panes keep the spread, up to a factor of the index of refraction. The
+    /// change of the spread by curved ones is not tracked: the cone is then reduced to the ray,
     /// which blurs nothing.
     #[inline]
     pub fn scattered(self, distance: f32, pdf: Option<Pdf<SolidAngle>>, is_flat: bool) -> Self {
@@ -51,8 +52,9 @@ impl Cone {
 }
 
 impl Camera {
-    /// The cone of a ray in a unit direction: its solid angle is that of the pixel there, but for
-    /// the share that one sample stands for. Lenses do not widen it.
+    /// Returns the cone of a camera ray in a unit direction. Its solid angle is that of the pixel
+    /// in this direction, reduced to the fraction that one sample represents. Lenses do not widen
+    /// it.
     pub fn cone(&self, direction: Vec3) -> Cone {
         let [[w, h], [x, y]] = [self.resolution.map(|n| n as f32), self.half_extent];
         let pixel = (4.0 * x * y / (w * h)).sqrt();
@@ -74,43 +76,17 @@ impl Camera {
     }
 }
 
-impl RenderScene {
-    /// The cone of a camera ray in a unit direction, at a time.
-    pub fn camera_cone(&self, direction: Vec3, time: f32) -> Cone {
-        match self.camera_motion {
-            _ if self.meter.is_some() => Cone::default(),
-            None => self.camera.cone(direction),
-            Some(_) => self.camera_at(time).cone(direction),
-        }
-    }
-
-    /// Returns true if some texture asks how much of it is seen at once.
-    #[inline]
-    pub fn uses_footprints(&self) -> bool {
-        self.materials.textures.uses_footprints
-    }
-
-    /// Returns true if a primitive is a triangle that is seen as flat.
-    #[inline]
-    pub fn is_flat(&self, primitive: u32) -> bool {
-        match self.shapes.primitive_surface.get(primitive as usize) {
-            Some(_) => self.shapes.is_flat(primitive as usize),
-            None => self.with_instances(|placed| placed.is_flat(primitive)),
-        }
-    }
-}
-
-/// The ellipse that a cone covers where its ray meets a surface; without a width, a point.
+/// Ellipse that a cone covers where its ray hits a surface; a point if the cone has no width.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Footprint {
-    /// Its axes over its width: one across the ray, and one that is longer by 1/cos.
+    /// Axes divided by the width: one across the ray, and one that is longer by 1/cos.
     axes: [Vec3; 2],
-    /// The width of the cone, in metres.
+    /// Width of the cone, in metres.
     width: f32,
 }
 
 impl Footprint {
-    /// That of a cone of a width, in metres.
+    /// Creates the footprint of a cone of this width, in metres.
     pub fn new(at: &Interaction, width: f32) -> Self {
         let n = at.point.normal;
         let cos = at.wo.dot(n).abs();
@@ -118,13 +94,13 @@ impl Footprint {
         Self { axes: [across, n.cross(across) / cos], width }
     }
 
-    /// Its axes in metres.
+    /// Returns its axes in world space, in metres.
     pub fn in_space(&self) -> [Vec3; 2] {
         let axes = self.axes.map(|axis| axis * self.width);
         if axes.iter().all(|a| a.is_finite()) { axes } else { [Vec3::ZERO; 2] }
     }
 
-    /// Its axes in texture coordinates, by ∂p/∂u and ∂p/∂v.
+    /// Returns its axes in texture coordinates, from ∂p/∂u and ∂p/∂v.
     pub fn on_surface(&self, u: Vec3, v: Vec3) -> [Vec2; 2] {
         // a = x ∂p/∂u + y ∂p/∂v, by the Gram matrix of these.
         let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));

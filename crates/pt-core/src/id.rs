@@ -1,4 +1,4 @@
-//! Typed indices: four bytes that mean the same on every backend, and cannot be mixed up.
+//! Typed 32-bit indices, which mean the same on every backend and cannot be mixed up.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 pub struct Id<T>(u32, PhantomData<fn() -> T>);
 
 impl<T> Id<T> {
-    /// The position in the table.
+    /// Returns the position in the table.
     #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -36,22 +36,29 @@ impl<T> fmt::Debug for Id<T> {
     }
 }
 
-/// Records indexed by [`Id`].
-#[derive(Debug)]
-pub struct Table<T>(Vec<T>);
+/// Marker of the ids of surfaces, which modules below that of the records use.
+#[derive(Clone, Copy, Debug)]
+pub enum Surface {}
 
-impl<T> Default for Table<T> {
+/// Index of a [`SurfaceRecord`](crate::surface::SurfaceRecord).
+pub type SurfaceId = Id<Surface>;
+
+/// Records indexed by [`Id`]s of `K`, usually of the records themselves.
+#[derive(Debug)]
+pub struct Table<T, K = T>(Vec<T>, PhantomData<fn() -> K>);
+
+impl<T, K> Default for Table<T, K> {
     fn default() -> Self {
-        Self(Vec::new())
+        Self(Vec::new(), PhantomData)
     }
 }
 
-impl<T> Table<T> {
+impl<T, K> Table<T, K> {
     /// Appends a record.
     ///
     /// # Panics
-    /// Beyond 2³² records, which the checks of `compile` rule out.
-    pub fn push(&mut self, record: T) -> Id<T> {
+    /// If the table has 2³² records, which the checks of `compile` rule out.
+    pub fn push(&mut self, record: T) -> Id<K> {
         let id = u32::try_from(self.0.len()).expect("tables hold fewer than 2^32 records");
         self.0.push(record);
         Id(id, PhantomData)
@@ -64,22 +71,22 @@ impl<T> Table<T> {
     }
 
     /// All records with their ids.
-    pub fn iter(&self) -> impl Iterator<Item = (Id<T>, &T)> {
+    pub fn iter(&self) -> impl Iterator<Item = (Id<K>, &T)> {
         self.0.iter().enumerate().map(|(i, r)| (Id(i as u32, PhantomData), r))
     }
 }
 
-impl<T> std::ops::Index<Id<T>> for Table<T> {
+impl<T, K> std::ops::Index<Id<K>> for Table<T, K> {
     type Output = T;
     #[inline]
-    fn index(&self, id: Id<T>) -> &T {
+    fn index(&self, id: Id<K>) -> &T {
         &self.0[id.index()]
     }
 }
 
-impl<T> std::ops::IndexMut<Id<T>> for Table<T> {
+impl<T, K> std::ops::IndexMut<Id<K>> for Table<T, K> {
     #[inline]
-    fn index_mut(&mut self, id: Id<T>) -> &mut T {
+    fn index_mut(&mut self, id: Id<K>) -> &mut T {
         &mut self.0[id.index()]
     }
 }

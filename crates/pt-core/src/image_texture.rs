@@ -1,4 +1,4 @@
-//! Images of textures.
+//! Image textures.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -8,25 +8,25 @@ use pt_scene::texture::Wrap;
 use crate::byte_levels::{LEVELS, SRGB};
 use crate::mipmap;
 
-/// An image, in the smallest form that keeps its values.
+/// Image in the smallest lossless representation.
 pub struct Texels {
     size: [u32; 2],
     values: Values,
-    /// The same in half of the width and height, again and again, down to one texel; empty if no
-    /// texture asks for it.
+    /// Coarser mipmap levels, each of half the width and height of the one before, down to one
+    /// texel; empty if no texture uses them.
     coarser: Vec<Texels>,
 }
 
 enum Values {
-    /// Levels of sRGB in 8 bits.
+    /// 8-bit sRGB levels.
     Srgb(Vec<[u8; 3]>),
-    /// Levels of 1/255.
+    /// 8-bit linear levels: multiples of 1/255.
     Levels(Vec<[u8; 3]>),
     Floats(Vec<[f32; 3]>),
 }
 
 impl Texels {
-    /// `width` × `height` values, the upper row first.
+    /// Creates an image of `width` × `height` values, in rows from the top.
     pub(crate) fn new(width: u32, height: u32, pixels: &[[f32; 3]]) -> Self {
         let values = SRGB
             .coded(pixels)
@@ -36,7 +36,8 @@ impl Texels {
         Self { size: [width, height], values, coarser: Vec::new() }
     }
 
-    /// Makes the coarser levels, if there are none. [Williams 1983, "Pyramidal Parametrics"]
+    /// Computes the coarser mipmap levels, unless they exist. [Williams 1983, "Pyramidal
+    /// Parametrics"]
     pub(crate) fn build_mipmap(&mut self, pixels: &[[f32; 3]]) {
         if self.coarser.is_empty() {
             self.coarser = mipmap::mip_levels(self.size, pixels)
@@ -45,16 +46,16 @@ impl Texels {
         }
     }
 
-    /// A level, the finest for 0.
+    /// Returns a mipmap level, at most the coarsest; 0 is the finest.
     #[inline]
     fn level(&self, i: usize) -> &Self {
         let coarser = i.checked_sub(1).and_then(|i| self.coarser.get(i).or(self.coarser.last()));
         coarser.unwrap_or(self)
     }
 
-    /// What is seen where the footprint has these axes, in coordinates of the image: between the
-    /// two levels whose texels are about as wide as its shorter axis, so that nothing is
-    /// blurred by more than it covers.
+    /// Returns the trilinearly filtered value for a footprint with these axes, in image
+    /// coordinates. It is interpolated between the two levels whose texels are about as wide as the
+    /// shorter axis, so that nothing is blurred beyond the footprint.
     pub(crate) fn trilinear(&self, uv: Vec2, wrap: Wrap, axes: [Vec2; 2]) -> Spectrum {
         let width = mipmap::shorter_axis(axes.map(|a| self.scaled(a)));
         if width <= 1.0 {
@@ -66,7 +67,7 @@ impl Texels {
         finer * (1.0 - share) + coarser * share
     }
 
-    /// How much memory the values take.
+    /// Returns the memory of the values in bytes, including coarser levels.
     pub fn bytes(&self) -> usize {
         let own = match &self.values {
             Values::Srgb(v) | Values::Levels(v) => size_of_val(v.as_slice()),
@@ -84,7 +85,8 @@ impl Texels {
         }
     }
 
-    /// The texel of column `x` and row `y` from below, which may be beyond the image.
+    /// Returns the texel of column `x` and row `y`, counted from the bottom. It may be outside of
+    /// the image.
     #[inline]
     fn at(&self, x: i64, y: i64, wrap: Wrap) -> Spectrum {
         let [w, h] = self.size.map(i64::from);
@@ -94,19 +96,19 @@ impl Texels {
         }
     }
 
-    /// The four texels around a point of the unit square, those below first, and how far it is from
-    /// the first, in texels.
+    /// Returns the four texels around a point of the unit square, the lower ones first, and the
+    /// offset of the point from the first, in texels.
     #[inline]
     fn around(&self, uv: Vec2, wrap: Wrap) -> ([Spectrum; 4], Vec2) {
         let p = self.scaled(uv) - 0.5;
         let corner = p.floor();
-        // What is beyond 32 bits stays there, so that there is always a next one.
+        // Coordinates saturate at 32 bits, so the next one never overflows.
         let (x, y) = (i64::from(corner.x as i32), i64::from(corner.y as i32));
         let texels = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.at(x + i, y + j, wrap));
         (texels, p - corner)
     }
 
-    /// In texels.
+    /// Converts image coordinates to texels.
     #[inline]
     fn scaled(&self, uv: Vec2) -> Vec2 {
         uv * Vec2::from(self.size.map(|n| n as f32))
@@ -125,7 +127,8 @@ impl Texels {
         self.at(p.x as i64, p.y as i64, wrap)
     }
 
-    /// How what `value` makes of [`Self::bilinear`] grows with u and v, for what is linear.
+    /// Returns the derivatives of `value` of [`Self::bilinear`] with respect to u and v, for a
+    /// linear `value`.
     #[inline]
     pub(crate) fn gradient<T>(&self, uv: Vec2, wrap: Wrap, value: impl Fn(Spectrum) -> T) -> [T; 2]
     where
@@ -164,7 +167,7 @@ mod tests {
         }
     }
 
-    /// However far from the image they are.
+    /// At any distance from the image.
     #[test]
     fn all_coordinates_show_texels() {
         let t = image(&[1.0; 6], 3);
@@ -177,7 +180,7 @@ mod tests {
         }
     }
 
-    /// Half a texel beyond the edge, as much of it is left as of the nothing that is beyond.
+    /// At the edge, half of the value is that of the edge texels, and half is the black outside.
     #[test]
     fn beyond_its_edges_an_image_may_be_black() {
         let t = image(&[1.0, 2.0, 3.0, 4.0], 2);
@@ -192,7 +195,7 @@ mod tests {
         );
     }
 
-    /// Rows from above in memory, v from below; values at the middles of texels, and linear
+    /// Rows are stored from the top, v points up. Values are at the centres of texels, and linear
     /// between them.
     #[test]
     fn an_image_lies_on_the_unit_square() {
@@ -211,8 +214,8 @@ mod tests {
         assert!((at(-1.0 / 6.0, 0.25, Wrap::REPEAT) - 5.0).abs() < 1e-5);
         assert!((at(-1.5 / 3.0, 0.25, Wrap::MIRROR) - 4.0).abs() < 1e-5);
         assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::CLAMP).0.x, 4.0);
-        // Left of the first column is the first one, mirrored, or the last one, repeated; below the
-        // lowest row is that row.
+        // Left of the first column is the first one if mirrored, or the last one if repeated; below
+        // the lowest row is that row.
         let apart = |u| Wrap { u, v: Edge::Clamp };
         let below = Vec2::new(-0.1, -0.1);
         assert_eq!(

@@ -1,9 +1,10 @@
-//! Objects in coordinates of their own, which are placed in the world, some more than once, and
-//! some so that they move while the shutter is open: the upper level of two, by which rays find
-//! them.
+//! Instances: objects in object space that are placed in the world, some several times, and some
+//! moving while the shutter is open. They form the upper level of a two-level hierarchy for ray
+//! queries.
 //!
-//! Primitives of placed objects are numbered after all others, placement by placement, so that a
-//! [`Hit`] says where it is, and the same primitive has another number in each place.
+//! Primitives of instances are numbered after all others, instance by instance. So a [`Hit`]
+//! identifies the instance, and a primitive of an object has a different number in each of its
+//! instances.
 
 use std::sync::Arc;
 
@@ -11,52 +12,53 @@ use pt_bvh::{AnimatedBvh, AnimatedInstance, Bvh, Hit, InstanceHit};
 use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Vec3, ray};
 
-use crate::id::Id;
+use crate::id::SurfaceId;
+use crate::interaction::{Interaction, PrimitiveRef, SurfacePoint};
 use crate::light::{AnimatedLight, AnyLight, LightSample, LightTables};
-use crate::scene::{Interaction, PrimitiveRef, SurfacePoint, SurfaceRecord};
 use crate::shapes::{ShapePoint, ShapeTables};
 use crate::texture_eval_context::TextureEvalContext;
 use crate::wedge;
 
-/// An object in coordinates of its own.
+/// An object in object space.
 #[derive(Debug)]
 pub struct InstancedObject {
-    /// Its triangles and spheres.
+    /// Triangles and spheres.
     pub shapes: ShapeTables,
-    /// Their ray queries.
+    /// Ray queries of the shapes.
     pub bvh: Arc<Bvh>,
-    /// The numbers that its first triangle and its first sphere have among those with colours.
+    /// Indices of the first triangle and the first sphere in the tables of per-primitive colours.
     pub first_colored: [u32; 2],
 }
 
-/// Where an object is placed.
+/// A placement of an object.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
     /// Index of the object.
     pub object: u32,
-    /// Number of primitives of the instances before.
+    /// Number of primitives of all preceding instances.
     pub before: u32,
-    /// Number of the object in the scene that it was.
+    /// Index of the object in the source scene.
     pub number: u32,
 }
 
-/// All of them. Times are shares of the time for which the shutter is open.
+/// All instances. Times are fractions of the shutter interval.
 #[derive(Debug)]
 pub struct InstanceTable {
     objects: Vec<InstancedObject>,
     instances: Vec<Instance>,
-    /// The placements.
+    /// Upper level of the hierarchy, with the transforms of the instances.
     bvh: AnimatedBvh,
-    /// The number of their first primitive.
+    /// Number of the first primitive of an instance.
     first: u32,
     moves: bool,
-    /// In the order of their placements.
+    /// Lights, in the order of their instances.
     lights: Vec<AnimatedLight>,
 }
 
 impl InstanceTable {
-    /// Objects with their placements and the lights on these, in their order; `bvh` has as many
-    /// instances, and `first` is the number of primitives of the scene that are not placed.
+    /// Creates the table from objects, their instances and the lights on these, in the order of the
+    /// instances. `bvh` has as many instances, and `first` is the number of primitives of the scene
+    /// that are not instanced.
     pub(crate) fn new(
         objects: Vec<InstancedObject>,
         instances: Vec<Instance>,
@@ -68,12 +70,12 @@ impl InstanceTable {
         Self { objects, instances, bvh, first, moves, lights }
     }
 
-    /// The lights that are sampled where they are at the time of a path.
+    /// Lights on instances, which are sampled at the time of a path.
     pub fn lights(&self) -> &[AnimatedLight] {
         &self.lights
     }
 
-    /// A sample of one of them at a time; see [`crate::light::Light::sample`].
+    /// Samples one of the lights at a time; see [`crate::light::Light::sample`].
     pub(crate) fn sample_light(
         &self,
         light: &AnimatedLight,
@@ -86,8 +88,8 @@ impl InstanceTable {
         light.sample(&to_world, tables, p, u)
     }
 
-    /// The light that was hit from `p` at a time, if it is one of them, and the density with which
-    /// it is sampled.
+    /// Returns the light that was hit from `p` at a time, and the density with which it is sampled;
+    /// `None` if none of the lights was hit.
     pub(crate) fn light_pdf(
         &self,
         tables: &LightTables,
@@ -109,32 +111,32 @@ impl InstanceTable {
         Some((&light.light, light.pdf(&to_world, tables, p, at, of_object)))
     }
 
-    /// The objects.
+    /// Objects that are instanced.
     pub fn objects(&self) -> &[InstancedObject] {
         &self.objects
     }
 
-    /// Where they are placed.
+    /// Placements of the objects.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
 
-    /// Returns true if some of them move.
+    /// Returns true if an instance moves.
     pub fn moves(&self) -> bool {
         self.moves
     }
 
-    /// The box around each placement at all times.
+    /// Returns the bounding box of each instance over all times.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds3> {
         self.bvh.instances().iter().map(AnimatedInstance::bounds)
     }
 
-    /// The box around all of them at all times.
+    /// Returns the bounding box of all instances over all times.
     pub fn bounds(&self) -> Bounds3 {
         self.bvh.bounds()
     }
 
-    /// The nearest hit at a time.
+    /// Returns the nearest hit at a time.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         self.bvh.intersect(ray, time).map(|hit| self.numbered(hit))
@@ -162,14 +164,14 @@ impl InstanceTable {
         Hit { primitive: self.first + before + hit.primitive, ..hit }
     }
 
-    /// The number of the placement of a primitive, and of the primitive in its object.
+    /// Returns the index of a primitive's instance, and the primitive's index in its object.
     fn locate(&self, primitive: u32) -> (usize, u32) {
         let primitive = primitive - self.first;
         let place = self.instances.partition_point(|p| p.before <= primitive) - 1;
         (place, primitive - self.instances[place].before)
     }
 
-    /// The object of a primitive, and its number in that.
+    /// Returns the object of a primitive, and the primitive's index in it.
     fn object_of(&self, primitive: u32) -> (&InstancedObject, usize) {
         let (place, primitive) = self.locate(primitive);
         let object = self.instances[place].object;
@@ -186,9 +188,9 @@ impl InstanceTable {
         PrimitiveRef { object: number, index, is_sphere: sphere.is_some() }
     }
 
-    /// The surface of a primitive.
+    /// Returns the surface of a primitive.
     #[cold]
-    pub(crate) fn surface(&self, primitive: u32) -> Id<SurfaceRecord> {
+    pub(crate) fn surface(&self, primitive: u32) -> SurfaceId {
         let (object, primitive) = self.object_of(primitive);
         object.shapes.primitive_surface[primitive]
     }
@@ -222,7 +224,7 @@ impl InstanceTable {
         let normal = there.geometric_normal;
         let on = |there: DVec3| {
             let p = to_world.transform_point3(there).as_vec3();
-            // In the object, the origins of rays that leave are rounded too.
+            // In object space, the origins of rays that leave the surface are rounded too.
             let rounded = there.abs() * f64::from(2.0 * EPSILON);
             let error = (to_world.matrix3.abs() * rounded).as_vec3() + p.abs() * (2.0 * EPSILON);
             SurfacePoint::off(p, normal, ray::offset(p, error, normal))

@@ -1,12 +1,12 @@
-//! The compiled scene and everything in it: lobes, lights, the camera, and the film that collects
-//! samples of it.
+//! The compiled scene and everything in it: lobes, lights, the camera, and the film that
+//! accumulates samples.
 //!
 //! ```text
 //! pt_scene::Scene ─ compile ─▶ RenderScene ─ a backend ─▶ Film ─ develop ─▶ images
 //! ```
 //!
-//! A [`RenderScene`] is made of flat tables linked by [`id::Id`]s, is never edited, and is all
-//! that a backend reads.
+//! A [`RenderScene`] consists of flat tables linked by [`id::Id`]s. It is immutable, and all that a
+//! backend reads.
 
 pub mod bsdf;
 mod byte_levels;
@@ -20,6 +20,7 @@ pub mod footprint;
 pub mod id;
 pub mod image_texture;
 pub mod instances;
+pub mod interaction;
 pub mod light;
 pub mod material;
 pub mod medium;
@@ -31,16 +32,19 @@ pub mod progress;
 pub mod scene;
 pub mod settings;
 pub mod shapes;
+pub mod surface;
 pub mod target;
 mod terminator;
 pub mod texture;
 pub mod texture_eval_context;
 pub mod texture_mapping;
+pub mod texture_record;
 mod wedge;
 
 pub use camera::Camera;
 pub use compile::{CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile};
 pub use film::{Film, Region};
+pub use interaction::Interaction;
 pub use progress::{Observer, ProgressUpdate};
-pub use scene::{Interaction, RenderScene};
+pub use scene::RenderScene;
 pub use settings::Settings;

@@ -1,10 +1,11 @@
-//! Materials that are not the same everywhere: from a surface point to the lobe there.
+//! Materials with textures or several lobes: evaluation to one lobe at a surface point.
 //!
 //! ```text
 //! Material ─ textures, sides, chance ─▶ one lobe with its parameters, normal and tangent
 //! ```
 //!
-//! Mixtures choose one of their parts by a number of the path: what both would scatter on average.
+//! Mixtures select one of their parts by a random number of the path, so that the mean is that of
+//! both.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,36 +16,37 @@ use pt_scene::material::Averted;
 
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, MetallicRoughness, Orientation, Shadowing};
 use crate::id::{Id, Table};
-use crate::scene::Interaction;
-use crate::texture::{FloatTexture, TextureRecord, Textures};
+use crate::interaction::Interaction;
+use crate::texture::Textures;
 use crate::texture_eval_context::TextureEvalContext;
+use crate::texture_record::{FloatTexture, TextureRecord};
 
 /// A material, or a part of one.
 #[derive(Clone, Copy, Debug)]
 pub enum Material {
     /// One lobe.
     Lobe(LobeMaterial),
-    /// The second with the probability `share`, else the first.
+    /// The second material with the probability `share`, otherwise the first.
     Mix {
-        /// Where the share is 0.
+        /// Material for a share of 0.
         first: Id<Material>,
-        /// Where the share is 1.
+        /// Material for a share of 1.
         second: Id<Material>,
-        /// Share of the second.
+        /// Weight of the second material.
         share: FloatTexture,
     },
-    /// One for each side of the true surface.
+    /// One material for each side of the true surface.
     TwoSided {
-        /// Seen from its front.
+        /// Material of the front.
         front: Id<Material>,
-        /// Seen from behind.
+        /// Material of the back.
         back: Id<Material>,
     },
-    /// One with other normals.
+    /// A material with a normal or bump map.
     SurfaceDetail {
-        /// What it is made of.
+        /// The material.
         surface: Id<Material>,
-        /// Its normals.
+        /// The normal or bump map.
         relief: NormalOrBumpRecord,
         /// See [`pt_scene::material::SurfaceDetail`].
         shadowing: bool,
@@ -55,99 +57,99 @@ pub enum Material {
     },
 }
 
-/// A lobe, and which of its parameters vary.
+/// A lobe with textured parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeMaterial {
-    /// The lobe; its parameters that vary have any value.
+    /// The lobe; the values of its textured parameters are replaced.
     pub lobe: Id<LobeRecord>,
     /// True if the back side scatters as the front side does.
     pub two_sided: bool,
-    /// True if it matters which way the frame of the surface is turned.
+    /// True if the lobe depends on the tangent of the surface.
     pub oriented: bool,
-    /// The shares of ∂p/∂u and ∂p/∂v of the direction to which it is turned, if that is not u.
+    /// Coefficients of ∂p/∂u and ∂p/∂v of the tangent; `None` means ∂p/∂u.
     pub along: Option<Id<TextureRecord>>,
-    /// Which normals its clear coat has, if not those of the lobe.
+    /// Normals of the clear coat; `None` means those of the lobe.
     pub coat: Option<CoatRecord>,
-    /// Where its [`Slot`]s begin, and end.
+    /// Begin and end of its [`Slot`]s.
     pub slots: [u32; 2],
 }
 
 /// Normals of a clear coat; see [`pt_scene::material::CoatNormals`].
 #[derive(Clone, Copy, Debug)]
 pub enum CoatRecord {
-    /// Those of the shape.
+    /// Normals of the shape.
     Shape,
-    /// Those of the shape with a relief.
+    /// Normals of the shape with a normal or bump map.
     Relief(NormalOrBumpRecord),
 }
 
-/// Parameters of a lobe that a texture gives.
+/// Textured parameters of a lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
     /// The texture.
     pub texture: Id<TextureRecord>,
-    /// The first of the parameters.
+    /// Index of the first parameter.
     pub first: u32,
-    /// What becomes of the texture's colour.
+    /// Conversion of the colour of the texture.
     pub kind: SlotKind,
 }
 
-/// What a texture gives a lobe.
+/// Conversion from the colour of a texture to parameters of a lobe.
 #[derive(Clone, Copy, Debug)]
 pub enum SlotKind {
-    /// Three parameters: its colour, with channels from 0 to 1.
+    /// Three parameters: the colour, clamped to [0, 1].
     Weight,
-    /// Three parameters: its colour, with channels from 0 up.
+    /// Three parameters: the colour, clamped to at least 0.
     Color,
-    /// Three parameters: what fibres absorb that have its colour together.
+    /// Three parameters: absorption of fibres that together have the colour.
     Absorption {
         /// See [`pt_scene::hair::slope`].
         slope: f32,
     },
-    /// One parameter: its luminance, within these bounds.
+    /// One parameter: the luminance, clamped to bounds.
     Number {
-        /// The least.
+        /// Lower bound.
         least: f32,
-        /// The greatest.
+        /// Upper bound.
         most: f32,
     },
 }
 
-/// How normals differ from those of the shape; see [`pt_scene::texture::NormalOrBump`].
+/// A normal or bump map; see [`pt_scene::texture::NormalOrBump`].
 #[derive(Clone, Copy, Debug)]
 pub enum NormalOrBumpRecord {
-    /// By colours, and the direction of (u, v) that is +x of their frame.
+    /// Normal map, and the direction of (u, v) that is +x of its frame.
     Normals(Id<TextureRecord>, Vec2),
-    /// By colours, and a texture of these directions.
+    /// Normal map, and a texture of the direction of (u, v) that is +x of its frame.
     NormalsAlong(Id<TextureRecord>, Id<TextureRecord>),
-    /// By heights, in metres per luminance.
+    /// Bump map, with heights in metres per luminance.
     Heights(Id<TextureRecord>, f32),
 }
 
-/// All materials that vary.
+/// All materials with textures or several lobes.
 #[derive(Default)]
 pub struct Materials {
     /// Materials and their parts.
     pub table: Table<Material>,
-    /// Parameters of lobes that textures give.
+    /// Textured parameters of lobes.
     pub slots: Vec<Slot>,
     /// The textures.
     pub textures: Arc<Textures>,
 }
 
-/// The scattering at a point.
+/// A material evaluated at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct EvaluatedMaterial {
     /// The lobe.
     pub lobe: LobeRecord,
     /// True if the back side scatters as the front side does.
     pub two_sided: bool,
-    /// Normal and tangent.
+    /// Normal, tangent and shadowing.
     pub orientation: Orientation,
 }
 
 impl LobeMaterial {
-    /// Returns true if it is the same everywhere.
+    /// Returns true if the lobe is constant and isotropic.
     pub(crate) fn is_plain(&self) -> bool {
         !self.oriented && self.coat.is_none() && self.slots[0] == self.slots[1]
     }
@@ -158,13 +160,13 @@ impl LobeMaterial {
 }
 
 impl Materials {
-    /// Returns true if some material chooses by chance.
+    /// Returns true if any material is a mixture.
     pub fn is_stochastic(&self) -> bool {
         self.table.as_slice().iter().any(|m| matches!(m, Material::Mix { .. }))
     }
 
-    /// The scattering of a material at a point with the unit shading normal `normal`, where the
-    /// unit vector `side` is on the front; `choice` from [0, 1) makes its choices.
+    /// Evaluates a material at a point with the unit shading normal `normal`. The unit vector
+    /// `side` is on the front; `choice` from [0, 1) selects parts of mixtures.
     pub fn evaluate(
         &self,
         lobes: &Table<LobeRecord>,
@@ -224,7 +226,7 @@ impl Materials {
         }
     }
 
-    /// The direction to which the frame of a lobe is turned, if it matters and there is one.
+    /// Tangent of the lobe's frame; `None` if the lobe is isotropic, or the surface has no tangent.
     fn tangent(&self, material: &LobeMaterial, at: &TextureEvalContext) -> Option<Vec3> {
         let u = material.oriented.then_some(at.along_u).flatten()?;
         let Some(along) = material.along else { return Some(u) };
@@ -232,7 +234,7 @@ impl Materials {
         Some(u * a + at.along_v.unwrap_or(Vec3::ZERO) * b)
     }
 
-    /// A lobe with the parameters that textures give it at a point.
+    /// A lobe with its textured parameters evaluated at a point.
     fn lobe(
         &self,
         lobes: &Table<LobeRecord>,
@@ -264,8 +266,8 @@ impl Materials {
         lobe
     }
 
-    /// The normal of a relief on a surface with unit normal `n`; that one where the surface has no
-    /// texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
+    /// Normal of a normal or bump map on a surface with unit normal `n`, which is returned if the
+    /// surface has no texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
     fn perturbed_normal(
         &self,
         relief: NormalOrBumpRecord,
@@ -302,19 +304,19 @@ impl Materials {
     }
 }
 
-/// How a surface is seen while its reliefs bend its normal.
+/// View of a surface, which normal and bump maps modify.
 struct View {
-    /// Unit normal so far.
+    /// Current unit normal.
     normal: Vec3,
-    /// Where it is seen from.
+    /// Direction to the viewer.
     wo: Vec3,
-    /// True if that is behind it.
+    /// True if the viewer is behind the surface.
     is_behind: bool,
-    /// The normal across whose plane all is mirrored, if it is.
+    /// Normal about whose plane the view is mirrored; `None` if it is not.
     mirror: Option<Vec3>,
     shadowing: Option<Shadowing>,
     is_for_viewer: bool,
-    /// True if a normal looks away from the viewer, who then sees nothing.
+    /// True if a normal faces away from the viewer and the surface is therefore black.
     sees_nothing: bool,
 }
 
@@ -331,7 +333,7 @@ impl View {
         }
     }
 
-    /// Sees the back as the mirror image of the front.
+    /// Mirrors a view from behind to the front.
     fn mirror(&mut self) {
         if self.is_behind && self.mirror.is_none() {
             self.mirror = Some(self.normal);
@@ -340,7 +342,7 @@ impl View {
         }
     }
 
-    /// Takes a relief's unit normal.
+    /// Applies the unit normal of a normal or bump map.
     fn bend(&mut self, bent: Vec3, averted: Averted, shadows: bool) {
         if shadows && self.shadowing.is_none() {
             self.shadowing = Some(Shadowing::new(self.normal, bent));
@@ -360,8 +362,8 @@ impl View {
         };
     }
 
-    /// The orientation of the lobe. From behind, lobes see a normal from its other side, and what
-    /// was mirrored and then turned to the other side was turned by half a turn.
+    /// Orientation of the lobe. Lobes flip the normal of a back side, and a normal that was
+    /// mirrored and then flipped was rotated by half a turn.
     fn orientation(&self, tangent: Option<Vec3>) -> Orientation {
         let normal = self.mirror.map_or(self.normal, |axis| half_turn(self.normal, axis));
         Orientation {
@@ -372,7 +374,7 @@ impl View {
     }
 }
 
-/// A direction after half a turn about a unit axis.
+/// Rotates a direction by half a turn about a unit axis.
 fn half_turn(v: Vec3, axis: Vec3) -> Vec3 {
     axis * (2.0 * axis.dot(v)) - v
 }

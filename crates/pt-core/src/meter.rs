@@ -1,4 +1,5 @@
-//! Measurements by a surface in place of a picture: every camera ray is a sample of one number.
+//! Meters: measurements over a surface instead of an image. Every camera ray is a sample of one
+//! number.
 
 use std::f32::consts::PI;
 
@@ -10,25 +11,25 @@ use pt_math::{Frame, Ray, Ray8, Vec3, warp};
 
 use crate::light::EmitterTriangle;
 
-/// A meter: where its rays start, and where to.
+/// A meter: the surface from which its rays start, and their directions.
 #[derive(Clone, Debug)]
 pub struct Meter {
-    /// The surface over which the mean is taken.
+    /// Surface over which the mean is taken.
     pub surface: Surface,
-    /// Which rays are taken at a point.
+    /// Distribution of rays at a point.
     pub rays: Rays,
 }
 
 /// The surface of a meter, in metres in the world.
 #[derive(Clone, Debug)]
 pub enum Surface {
-    /// Triangles, chosen by their area.
+    /// Triangles, sampled by area.
     Triangles {
         /// The triangles.
         triangles: Vec<EmitterTriangle>,
-        /// Normals at their corners; none if they are flat.
+        /// Vertex normals; empty if all triangles are flat.
         normals: Vec<[Vec3; 3]>,
-        /// The choice.
+        /// Sampling table of the triangles.
         choice: AliasTable,
     },
     /// A sphere.
@@ -40,12 +41,12 @@ pub enum Surface {
     },
 }
 
-/// The rays of a meter.
+/// Distribution of the rays of a meter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rays {
-    /// All around the normal, by the cosine to it: irradiance.
+    /// Cosine-weighted hemisphere around the normal, which measures irradiance.
     Hemisphere,
-    /// Parallel ones that come from before a sphere around the scene.
+    /// Parallel rays that start in front of a sphere around the scene.
     Parallel {
         /// Unit direction.
         direction: Vec3,
@@ -56,19 +57,19 @@ pub enum Rays {
     },
 }
 
-/// A point of a surface.
+/// A sampled point of a surface.
 struct Point {
     p: Vec3,
     error: Vec3,
-    /// Unit normal of the surface.
+    /// Unit geometric normal.
     geometric: Vec3,
-    /// Unit normal around which light is measured.
+    /// Unit normal of the hemisphere over which light is measured.
     normal: Vec3,
 }
 
 impl Meter {
-    /// Weight of the light of each ray: importance over density, W cos θ / p. Irradiance is ∫ L cos
-    /// θ dω, whose directions have the density cos θ / π.
+    /// Weight of the radiance of each ray: importance over density, W cos θ / p. Irradiance is
+    /// ∫ L cos θ dω, whose directions have the density cos θ / π.
     pub fn importance(&self) -> f32 {
         match self.rays {
             Rays::Hemisphere => PI,
@@ -76,7 +77,8 @@ impl Meter {
         }
     }
 
-    /// The ray of a uniform point of the surface, by `u`, and a direction, by `v`.
+    /// Returns the ray from a uniform point of the surface, sampled by `u`, in a direction sampled
+    /// by `v`.
     pub fn ray(&self, u: [f32; 2], v: [f32; 2]) -> Ray {
         let at = self.surface.point(u);
         match self.rays {
@@ -92,7 +94,7 @@ impl Meter {
         }
     }
 
-    /// [`Self::ray`] of many samples, whose numbers are given in columns.
+    /// Returns [`Self::ray`] of many samples in structure-of-arrays layout.
     pub fn rays(&self, [us, vs]: [&[Lanes<f32>; 2]; 2], rays: &mut [Ray8; LANES / 8]) {
         for i in 0..LANES {
             let ray = self.ray(us.map(|x| x[i]), vs.map(|x| x[i]));
@@ -102,15 +104,15 @@ impl Meter {
 }
 
 impl Surface {
-    /// Triangles with their normals, of which there are none or as many; `None` if they have no
-    /// area.
+    /// Creates a surface of triangles with the vertex normals of each, or with no normals. `None`
+    /// if the triangles have no area.
     pub fn triangles(triangles: Vec<EmitterTriangle>, normals: Vec<[Vec3; 3]>) -> Option<Self> {
         let areas: Vec<f32> = triangles.iter().map(EmitterTriangle::area).collect();
         let choice = AliasTable::new(&areas)?;
         Some(Self::Triangles { triangles, normals, choice })
     }
 
-    /// A uniform point.
+    /// Samples a uniform point.
     fn point(&self, [u, v]: [f32; 2]) -> Point {
         match self {
             Self::Triangles { triangles, normals, choice } => {
@@ -145,7 +147,7 @@ mod tests {
         EmitterTriangle { p0, e1, e2, normal: e1.cross(e2).normalize(), coat: 0.0 }
     }
 
-    /// Of a square of two triangles that are cut unevenly, both coordinates are uniform.
+    /// For a square of two triangles, both coordinates are uniform.
     #[test]
     fn points_are_uniform_over_the_area() {
         let corner = Vec3::new(0.25, 0.0, 0.0);
@@ -164,7 +166,7 @@ mod tests {
         assert!(Surface::triangles(vec![flat(Vec3::ZERO, Vec3::X, Vec3::X)], Vec::new()).is_none());
     }
 
-    /// Around a normal, cos² and the angle are uniform, on the front of both kinds of spheres.
+    /// Around a normal, cos² and the azimuth are uniform, on the front of both kinds of spheres.
     #[test]
     fn directions_follow_the_cosine() {
         for radius in [2.0, -2.0] {

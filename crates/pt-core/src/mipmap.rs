@@ -1,18 +1,19 @@
-//! Images in smaller and smaller sizes. [Williams 1983, "Pyramidal Parametrics"]
+//! Mipmap levels of images. [Williams 1983, "Pyramidal Parametrics"]
 
 use pt_math::Vec2;
 
-/// Width and height, and values row by row.
+/// Width and height of a level, and its values row by row.
 pub(crate) type Level = ([u32; 2], Vec<[f32; 3]>);
 
-/// An image in half of its width and height, again and again, down to one value.
+/// Returns the coarser levels of an image, each of half the width and height of the one before,
+/// down to one value.
 pub(crate) fn mip_levels(size: [u32; 2], pixels: &[[f32; 3]]) -> impl Iterator<Item = Level> {
     let half = |size: [u32; 2], pixels: &[[f32; 3]]| (size != [1, 1]).then(|| halved(size, pixels));
     std::iter::successors(half(size, pixels), move |(size, pixels)| half(*size, pixels))
 }
 
-/// An image of half the size (rounded down, and at least 1): each value is the mean over what it
-/// covers, so that the mean over all stays what it is.
+/// Returns an image of half the size (rounded down, and at least 1). Each value is the mean over
+/// the area that it covers, so the mean of the image is preserved.
 fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> Level {
     let half = [width, height].map(|n| (n / 2).max(1));
     let (columns, rows) = (covered(width, half[0]), covered(height, half[1]));
@@ -32,7 +33,8 @@ fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> Level {
     (half, all.collect())
 }
 
-/// Which of `n` values each of `half` covers, and the share of each in it.
+/// Returns the indices of the values, of `n`, that each of `half` values covers, with their
+/// weights.
 fn covered(n: u32, half: u32) -> Vec<Vec<(usize, f64)>> {
     let step = f64::from(n) / f64::from(half);
     let of_one = |i: u32| {
@@ -46,14 +48,15 @@ fn covered(n: u32, half: u32) -> Vec<Vec<(usize, f64)>> {
     (0..half).map(of_one).collect()
 }
 
-/// The length of the shorter axis of the ellipse that a linear map, with these images of the unit
-/// vectors, makes of the unit circle: its lesser singular value.
+/// Returns the length of the shorter axis of the ellipse to which a linear map, given by the images
+/// of the unit vectors, maps the unit circle: its smaller singular value.
 #[inline]
 pub(crate) fn shorter_axis([a, b]: [Vec2; 2]) -> f32 {
     let sum = a.length_squared() + b.length_squared();
     let determinant = a.perp_dot(b);
     let root = (sum * sum - 4.0 * determinant * determinant).max(0.0).sqrt();
-    // The product of both is the determinant, which keeps the digits of the lesser one.
+    // The product of both singular values is the determinant; dividing by the greater avoids
+    // cancellation.
     let greater = (0.5 * (sum + root)).sqrt();
     if greater > 0.0 { determinant.abs() / greater } else { 0.0 }
 }
@@ -69,7 +72,7 @@ mod tests {
         [0, 1, 2].map(|c| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / n)
     }
 
-    /// For widths and heights of all kinds, also where they are not halves of each other.
+    /// For various widths and heights, also where levels are not exact halves.
     #[test]
     fn every_level_has_the_mean_of_the_image() {
         let mut random = Random::new(5);
@@ -91,7 +94,7 @@ mod tests {
         }
     }
 
-    /// Of a circle that is stretched and turned, whatever the circle is turned by before.
+    /// For a circle that is stretched and rotated, and rotated by any angle before.
     #[test]
     fn ellipses_have_their_shorter_axis() {
         let mut random = Random::new(6);

@@ -1,39 +1,39 @@
-//! Patterns that are computed from coordinates. [Pharr, Jakob & Humphreys, "Physically Based
-//! Rendering", 3rd ed., §10.5–10.6]
+//! Procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed.,
+//! §10.5–10.6]
 
 use pt_math::noise::{Noise, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};
 
-/// See the variants of the same names of [`pt_scene::texture::Pattern`].
+/// A pattern; see the variants of the same names of [`pt_scene::texture::Pattern`].
 #[derive(Clone, Copy, Debug)]
 pub enum Procedural {
-    /// Cubes.
+    /// Checkerboard of cubes.
     Cubes([Spectrum; 2]),
     /// Dots on the first two coordinates.
     Dots([Spectrum; 2]),
-    /// Noise.
+    /// Fractional Brownian motion.
     Fbm(Octaves),
-    /// Noise without its sign.
+    /// Turbulence: octaves of the magnitude of noise.
     Wrinkled(Octaves),
-    /// Noise times noise.
+    /// Waves of noise, whose height is noise too.
     Windy,
-    /// Layers along the second coordinate, which noise bends by so much.
+    /// Layers along the second coordinate, displaced by noise times this factor.
     Marble(Octaves, f32),
 }
 
-/// The noises that make waves, and where they are high.
+/// Numbers of octaves of the waves, and of the noise that is their height.
 const WAVES: [u32; 2] = [6, 3];
-/// By how much the places where waves are high are larger than these.
+/// Frequency of the height of waves relative to that of the waves.
 const CALM: f32 = 0.1;
 const RADIUS: f32 = 0.35;
 
 impl Procedural {
-    /// Returns true if it shows more or less by how much of it is seen at once.
+    /// Returns true if its octaves depend on the width of the footprint.
     pub(crate) fn has_octaves(self) -> bool {
         !matches!(self, Self::Cubes(_) | Self::Dots(_))
     }
 
-    /// What it shows at a point, around which so much is seen at once; 0 is a point.
+    /// Returns the colour at a point, with a footprint of this width; 0 for a point.
     pub(crate) fn color(self, p: Vec3, width: f32) -> Spectrum {
         match self {
             Self::Cubes([same, other]) => {
@@ -61,7 +61,7 @@ impl Procedural {
         }
     }
 
-    /// The same with the gradients of the three channels, between jumps.
+    /// Returns the three channels of the colour with their gradients, which are 0 at jumps.
     pub(crate) fn sloped(self, p: Vec3, width: f32) -> [ValueAndGradient; 3] {
         match self {
             Self::Cubes(_) | Self::Dots(_) => self
@@ -87,9 +87,8 @@ impl Procedural {
     }
 }
 
-/// Returns true if a point is in a dot: each square around whole numbers has one or not, by noise,
-/// which also moves it. The three noises are taken at places that have nothing to do with each
-/// other.
+/// Returns true if a point is in a dot. Each square around integer coordinates has a dot or none,
+/// by noise, which also displaces the dot. The three noise values are taken at unrelated points.
 fn is_in_dot(at: Vec2) -> bool {
     let cell = (at + 0.5).floor();
     let noise = |x: f32, y: f32| <f32 as Noise>::at((cell + Vec2::new(x, y)).extend(0.5));
@@ -100,15 +99,15 @@ fn is_in_dot(at: Vec2) -> bool {
     (at - middle).length_squared() < RADIUS * RADIUS
 }
 
-/// Waves, and how high they are.
+/// Returns the waves, and their height.
 fn windy<T: Noise>(p: Vec3, width: f32) -> [T; 2] {
     let [waves, wind] = WAVES.map(|count| Octaves::new(count, 0.5));
     let wind: T = wind.seen_within(width * CALM).fbm(p * CALM);
     [waves.seen_within(width).fbm(p), wind.abs().stretched(CALM)]
 }
 
-/// The colours of stone: control points of cubic Bézier curves, of which each begins one point
-/// after the one before.
+/// Colours of stone: control points of cubic Bézier curves, each of which begins one point after
+/// the one before.
 const STONE: [[f32; 3]; 9] = [
     [0.58, 0.58, 0.6],
     [0.58, 0.58, 0.6],
@@ -123,7 +122,7 @@ const STONE: [[f32; 3]; 9] = [
 const CURVES: usize = STONE.len() - 3;
 const BRIGHTNESS: f32 = 1.5;
 
-/// The colour of layers of stone, and by how much it grows with their number.
+/// Returns the colour of layers of stone, and its derivative along them.
 fn stone(layer: f32) -> (Spectrum, Spectrum) {
     let (sin, cos) = if layer.is_finite() { trig::sin_cos(layer) } else { (0.0, 1.0) };
     let along = (0.5 + 0.5 * sin) * CURVES as f32;
@@ -163,7 +162,7 @@ mod tests {
         })
     }
 
-    /// A cube of side ½ at every corner of the lattice, as floors tell.
+    /// A cube of side ½ at every lattice point, by floors of the coordinates.
     #[test]
     fn cubes_alternate_along_each_axis() {
         let cubes = Procedural::Cubes([Spectrum::ONE, Spectrum::ZERO]);
@@ -174,8 +173,8 @@ mod tests {
         }
     }
 
-    /// Each dot is as large as a circle of its radius, covers the middle of its square, and stays
-    /// in this.
+    /// Dots have the area of a circle of their radius, cover the middle of their square, and do not
+    /// leave it.
     #[test]
     fn dots_are_circles_in_some_of_the_squares() {
         const COUNT: u32 = 400_000;
@@ -197,7 +196,7 @@ mod tests {
         }
     }
 
-    /// Wherever they are looked up, and however much is seen at once; and twice the same.
+    /// At all points and for all widths; repeated evaluations agree.
     #[test]
     fn patterns_are_finite_and_bounded_everywhere() {
         let hostile = [0.0, -0.5, 1e-40, 3e9, -1e30, f32::MAX];
@@ -221,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Of all but those that jump; creases, and where curves of stone meet, are left out.
+    /// For continuous patterns, except for creases and the joints of the curves of stone.
     #[test]
     fn slopes_are_differences() {
         const STEP: f32 = 1e-3;
@@ -243,7 +242,7 @@ mod tests {
         }
     }
 
-    /// What other programs are told of patterns that they do not have.
+    /// Means are exported to programs that lack these patterns.
     #[test]
     fn means_are_about_those_that_are_told() {
         use pt_scene::texture::{Marble, Noise, Pattern};

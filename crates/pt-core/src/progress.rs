@@ -1,38 +1,38 @@
-//! How a render tells what it is doing, and learns that it should stop.
+//! Progress reports and cancellation of renders.
 
-/// How far a render is.
+/// Progress of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProgressUpdate {
-    /// Samples that are in the film, or not needed.
+    /// Number of samples that are in the film or not needed.
     pub done: u64,
-    /// Samples that there will be: hardly less, likely, and hardly more. The same but where an
-    /// error target decides.
+    /// Estimated total number of samples: lower bound, expected value, upper bound. All are equal
+    /// without an error target.
     pub estimated_totals: [u64; 3],
-    /// Rays of this render so far.
+    /// Number of rays traced by this render.
     pub rays: u64,
     /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over
-    /// all pixels; with an error target what was measured last.
+    /// all pixels; with an error target, the last measured error.
     pub error: Option<f64>,
 }
 
 impl ProgressUpdate {
-    /// Samples that there will likely be.
+    /// Expected total number of samples.
     pub fn total(&self) -> u64 {
         self.estimated_totals[1]
     }
 }
 
-/// Listens to a render. Called from its threads.
+/// Observer of a render. Its methods are called from the threads of the render.
 pub trait Observer: Sync {
-    /// More is done.
+    /// Called when progress is made.
     fn progress(&self, _advance: &ProgressUpdate) {}
-    /// Returns true if to stop at the next opportunity, keeping what is done.
+    /// Returns true if the render is to stop at the next opportunity, keeping its samples.
     fn cancelled(&self) -> bool {
         false
     }
 }
 
-/// Listens to nothing.
+/// Observer that ignores progress and never cancels.
 pub struct Silent;
 
 impl Observer for Silent {}

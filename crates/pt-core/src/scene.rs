@@ -1,237 +1,86 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
+mod footprint;
+mod light_sources;
+mod texture_coordinates;
+
 use pt_bvh::{Bvh, Hit};
-use pt_math::float_error::EPSILON;
-use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
+use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
 use crate::bsdf::{Bsdf, LobeRecord, LobeTables, emitted_through};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
-use crate::id::{Id, Table};
+use crate::id::{Id, Surface, SurfaceId, Table};
 use crate::instances::InstanceTable;
+use crate::interaction::{Interaction, PrimitiveRef, SurfacePoint};
 use crate::light::{AnimatedLight, AnyLight, LightHit, LightSample, LightSourceIds, LightTables};
-use crate::material::{EvaluatedMaterial, Material, Materials};
+use crate::material::{EvaluatedMaterial, Materials};
 use crate::medium::{Media, MediumRecord};
 use crate::meter::Meter;
 use crate::shapes::{ShapePoint, ShapeTables};
-use crate::texture::{FloatTexture, TextureRecord};
+use crate::surface::{EmissiveSides, SurfaceRecord};
+use crate::texture_record::{FloatTexture, TextureRecord};
 use crate::wedge;
 
-/// How a part of a shape scatters and glows.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceRecord {
-    /// Its scattering, unless `material` says it.
-    pub lobe: Id<LobeRecord>,
-    /// True if the back side scatters as the front side does.
-    pub two_sided: bool,
-    /// What makes its scattering differ from point to point, if something does.
-    pub material: Option<Id<Material>>,
-    /// Share of it that is there; `None` is all.
-    pub opacity: Option<FloatTexture>,
-    /// True if rays that come to its back go on as if it were not there.
-    pub cull_backfaces: bool,
-    /// Which sides glow.
-    pub emissive_sides: EmissiveSides,
-    /// Radiance emitted; 1 where a texture says it.
-    pub emission: Spectrum,
-    /// The texture that says it.
-    pub emission_texture: Option<Id<TextureRecord>>,
-    /// The share of the surface that is under a clear coat, which weakens what it emits; see
-    /// [`emitted_through`].
-    pub emission_coat: f32,
-    /// The light by which the emission is sampled; `None` if it is only found by chance.
-    pub light: Option<Id<AnyLight>>,
-}
-
-/// Which sides of a surface emit light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EmissiveSides {
-    /// The side of the normal.
-    Front,
-    /// The other side.
-    Back,
-    /// Both sides.
-    Both,
-}
-
-/// Everything a renderer reads. Made by [`crate::compile()`], never edited.
+/// The compiled scene: all data that a renderer reads. Created by [`crate::compile()`] and
+/// immutable.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "they are options that are independent of each other"
 )]
 pub struct RenderScene {
-    /// True if rays leave triangles with normals at their corners from the round shape that these
-    /// belong to, and light is held to the plane across the shading normal there.
+    /// True if rays leave triangles with vertex normals from the round shape that the normals
+    /// describe, and the shading normal decides there from which side light comes.
     pub smooth_shadows: bool,
     /// See [`pt_scene::RenderHints::sides_by_shading_normal`].
     pub sides_by_shading_normal: bool,
-    /// All that is not placed, in world coordinates.
+    /// Shapes that are not instanced, in world coordinates.
     pub shapes: ShapeTables,
-    /// What is placed in the world, and may move; `None` if nothing is.
+    /// Instances, which may move; `None` if there are none.
     pub instances: Option<Box<InstanceTable>>,
-    /// True if [`Interaction::normal`] is the plain interpolation of normals at corners, which is
-    /// shorter than 1 between different ones: what the university course's program shows.
+    /// True if [`Interaction::normal`] is interpolated without normalisation, so that its length is
+    /// below 1 between different vertex normals, as in the program of the university course.
     pub unnormalized_shading_normals: bool,
-    /// Numbers of triangles and of spheres of all objects up to each.
+    /// Cumulative numbers of triangles and spheres, up to and including each object.
     pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
-    pub surfaces: Table<SurfaceRecord>,
-    /// Of each surface the number of its material in the scene that was compiled, if it has one.
+    pub surfaces: Table<SurfaceRecord, Surface>,
+    /// Index of the material of each surface in the source scene, if it has one.
     pub surface_materials: Vec<Option<u32>>,
     /// Scattering lobes.
     pub lobes: Table<LobeRecord>,
-    /// Tables that lobes refer to.
+    /// Tables referenced by lobes.
     pub lobe_tables: LobeTables,
-    /// Materials that vary, with their textures.
+    /// Materials that vary over surfaces, with their textures.
     pub materials: Materials,
-    /// True if light goes through some surfaces as if they were not there.
+    /// True if rays may pass through some surfaces as if they were not there.
     pub has_alpha: bool,
     /// Lights.
     pub lights: Table<AnyLight>,
-    /// Number of lights there were before some of them became one of many; a glowing mesh is one.
+    /// Number of lights before lights were combined into trees; an emissive mesh is one light.
     pub light_count: usize,
-    /// What they were made of; see [`Self::light_source_ids`].
+    /// Sources of the lights; see [`Self::light_source_ids`].
     pub light_origins: LightSourceIds,
-    /// Lights that are seen by rays that leave the scene.
+    /// Lights at infinity that rays hit when they leave the scene.
     pub infinite_lights: Vec<Id<AnyLight>>,
-    /// Tables that lights refer to.
+    /// Tables referenced by lights.
     pub light_tables: LightTables,
-    /// What fills the space between surfaces.
+    /// Participating media.
     pub media: Media,
-    /// The camera, where it is when the shutter opens.
+    /// The camera at the time when the shutter opens.
     pub camera: Camera,
-    /// The measurement in place of the camera's picture, if there is one.
+    /// Meter that replaces the image of the camera, if any.
     pub meter: Option<Meter>,
-    /// How the camera moves, if it does.
+    /// Motion of the camera, or `None` if it is static.
     pub camera_motion: Option<CameraMotion>,
-    /// The ray queries of what is not placed.
+    /// Ray queries of the shapes that are not instanced.
     pub bvh: Bvh,
 }
 
-/// Where a primitive belongs in the scene that was compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PrimitiveRef {
-    /// The number of its object; see [`RenderScene::object`].
-    pub object: u32,
-    /// Its number among the triangles of the object, or among its spheres.
-    pub index: u32,
-    /// True if it is a sphere.
-    pub is_sphere: bool,
-}
-
-/// A point on a surface that rays leave.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// Where.
-    pub p: Vec3,
-    /// Unit normal of the true surface.
-    pub normal: Vec3,
-    /// Along which unit vector rays start from `p`, and on which side of the surface: `normal`, or
-    /// the shading normal where shadows are smooth.
-    pub along: Vec3,
-    /// How far along `along`, and against it, rays start from `p`, which is not exact: see
-    /// [`pt_math::ray::offset`].
-    pub offsets: [f32; 2],
-}
-
-/// Where rays end that ask whether something is in the way.
-const SHADOW_EPSILON: f32 = 1.0 - 1.0 / 16384.0;
-
-impl SurfacePoint {
-    /// A point that is on no surface: rays leave it where it is.
-    #[inline]
-    pub fn in_space(p: Vec3) -> Self {
-        Self { p, normal: Vec3::Z, along: Vec3::Z, offsets: [0.0; 2] }
-    }
-
-    /// A point that is known to the rounding of double precision, of a surface with a unit normal.
-    #[inline(always)]
-    pub(crate) fn on(p: DVec3, normal: Vec3) -> Self {
-        let p = p.as_vec3();
-        Self::off(p, normal, ray::offset(p, p.abs() * EPSILON, normal))
-    }
-
-    /// A point of a surface with a unit normal, which rays leave at this distance.
-    #[inline(always)]
-    pub(crate) fn off(p: Vec3, normal: Vec3, offset: f32) -> Self {
-        Self { p, normal, along: normal, offsets: [offset; 2] }
-    }
-
-    /// The same where rays begin so much farther off.
-    #[inline(always)]
-    pub(crate) fn raised(self, margin: f32) -> Self {
-        Self { offsets: self.offsets.map(|offset| offset + margin), ..self }
-    }
-
-    /// How far from the true point rays begin at most, by the offset and by rounding twice.
-    #[inline(always)]
-    pub(crate) fn reach(&self) -> f32 {
-        self.offsets[0] + self.p.abs().element_sum() * (2.0 * EPSILON)
-    }
-
-    /// The origins of rays that leave the point on either side.
-    pub(crate) fn origins(&self) -> [DVec3; 2] {
-        [self.along, -self.along].map(|w| self.origin(w).as_dvec3())
-    }
-
-    /// The origin of a ray from here in direction `w`.
-    #[inline(always)]
-    fn origin(&self, w: Vec3) -> Vec3 {
-        let [front, back] = self.offsets;
-        self.p + self.along * if w.dot(self.along).is_sign_negative() { -back } else { front }
-    }
-
-    /// A ray from here in the unit direction `w`.
-    #[inline(always)]
-    pub fn spawn(&self, w: Vec3) -> Ray {
-        Ray::new(self.origin(w), w)
-    }
-
-    /// The ray that asks whether something is in the way of a light, and hits neither this
-    /// surface nor the light.
-    ///
-    /// It ends a little before the light: where coordinates of the light vanish, so does the error
-    /// by which `end` is moved off it, but not that of the depth in which a query finds it.
-    /// That is 14ε of the most distant vertex, so it suffices for triangles 70 times as large
-    /// as they are far away.
-    #[inline(always)]
-    pub fn spawn_to(&self, light: &LightSample) -> Ray {
-        let origin = self.origin(light.wi);
-        match light.end {
-            None => Ray::new(origin, light.wi),
-            Some(end) => Ray::to(origin, end - origin, SHADOW_EPSILON),
-        }
-    }
-
-    /// The ray that asks whether something is between this point and another one, which is in the
-    /// unit direction `w`, and hits neither surface.
-    #[inline(always)]
-    pub fn spawn_at(&self, other: &Self, w: Vec3) -> Ray {
-        let origin = self.origin(w);
-        Ray::to(origin, other.origin(-w) - origin, SHADOW_EPSILON)
-    }
-}
-
-/// A point on a surface, seen from somewhere.
-#[derive(Clone, Copy, Debug)]
-pub struct Interaction {
-    /// Where; its normal is on the side of `normal`.
-    pub point: SurfacePoint,
-    /// Shading normal; of unit length unless [`RenderScene::unnormalized_shading_normals`].
-    pub normal: Vec3,
-    /// Unit direction towards where it is seen from.
-    pub wo: Vec3,
-    /// Distance from there.
-    pub distance: f32,
-    /// The surface.
-    pub surface: Id<SurfaceRecord>,
-    /// The primitive.
-    pub primitive: u32,
-}
-
 impl RenderScene {
-    /// The medium beyond a surface that a ray, which came through `current`, hits and goes through.
+    /// Returns the medium behind a surface that a ray, which travelled through `current`, hits and
+    /// passes.
     pub fn medium_after_crossing(
         &self,
         ray: &Ray,
@@ -247,14 +96,14 @@ impl RenderScene {
         self.media.medium_after_crossing(at.surface, outwards, current)
     }
 
-    /// The box around all shapes, at all times.
+    /// Returns the bounding box of all shapes at all times.
     pub fn bounds(&self) -> Bounds3 {
         let instances =
             self.instances.as_ref().map_or(Bounds3::EMPTY, |instances| instances.bounds());
         self.bvh.bounds().union(instances)
     }
 
-    /// Returns the number of triangles and spheres; those of objects that are placed count once.
+    /// Returns the numbers of triangles and spheres; those of instanced objects count once.
     pub fn shape_counts(&self) -> [usize; 2] {
         let instances = self.instances.iter().flat_map(|instances| instances.objects());
         let tables = std::iter::once(&self.shapes).chain(instances.map(|object| &object.shapes));
@@ -262,47 +111,47 @@ impl RenderScene {
         counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
     }
 
-    /// Returns the number of instances, which are not copied into the world.
+    /// Returns the number of instances that are not flattened into world space.
     pub fn instance_count(&self) -> usize {
         self.instances.as_ref().map_or(0, |instances| instances.instances().len())
     }
 
-    /// Returns true if anything moves while the shutter is open, so that rays need a time: a share,
-    /// from 0 to 1, of the time for which it is.
+    /// Returns true if anything moves while the shutter is open. Rays then need a time, as a
+    /// fraction of the shutter interval from 0 to 1.
     #[inline]
     pub fn is_animated(&self) -> bool {
         self.camera_motion.is_some()
             || self.instances.as_ref().is_some_and(|instances| instances.moves())
     }
 
-    /// Weight of the light of each camera ray: 1, but for a meter [`Meter::importance`].
+    /// Weight of the radiance of each camera ray: [`Meter::importance`] for a meter, otherwise 1.
     #[inline]
     pub fn importance(&self) -> f32 {
         self.meter.as_ref().map_or(1.0, Meter::importance)
     }
 
-    /// The camera at a time.
+    /// Returns the camera at a time.
     pub fn camera_at(&self, time: f32) -> Camera {
         let moved = self.camera_motion.as_ref().map(|motion| motion.at(&self.camera, time));
         moved.unwrap_or(self.camera)
     }
 
-    /// What is asked of placed objects, for the number of a primitive that is one of theirs.
+    /// Evaluates `ask` for the instances, to which primitives beyond those of `shapes` belong.
     ///
     /// # Panics
-    /// If there are none.
+    /// If there are no instances.
     #[inline]
     pub(crate) fn with_instances<T>(&self, ask: impl FnOnce(&InstanceTable) -> T) -> T {
         ask(self.instances.as_ref().expect("primitives beyond all others are placed"))
     }
 
-    /// The number of the object that a primitive belongs to; that of primitives that lights bring
-    /// with them is the number of objects.
+    /// Returns the index of the object of a primitive; the number of objects for the geometry of
+    /// light nodes.
     pub fn object(&self, primitive: u32) -> u32 {
         self.locate_primitive(primitive).object
     }
 
-    /// Where a primitive belongs.
+    /// Returns the object of a primitive, and the primitive's index in it.
     pub fn locate_primitive(&self, primitive: u32) -> PrimitiveRef {
         if primitive as usize >= self.shapes.primitive_surface.len() {
             return self.with_instances(|instances| instances.locate_primitive(primitive));
@@ -314,7 +163,7 @@ impl RenderScene {
         PrimitiveRef { object: object as u32, index: index - before, is_sphere: sphere.is_some() }
     }
 
-    /// The surface point where a ray of unit direction met a primitive, at a time; see
+    /// Returns the point at which a ray of unit direction hit a primitive, at a time; see
     /// [`Self::is_animated`].
     #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit, time: f32) -> Interaction {
@@ -356,13 +205,13 @@ impl RenderScene {
         }
     }
 
-    /// The lights on shapes that move, which are not among [`Self::lights`].
+    /// Lights on moving shapes, which are not among [`Self::lights`].
     #[inline]
     pub fn animated_lights(&self) -> &[AnimatedLight] {
         self.instances.as_ref().map_or(&[], |instances| instances.lights())
     }
 
-    /// A sample of one of these at a time, as [`crate::light::Light::sample`] gives them.
+    /// Samples one of the animated lights at a time, as [`crate::light::Light::sample`] does.
     pub fn sample_animated_light(
         &self,
         light: &AnimatedLight,
@@ -374,8 +223,8 @@ impl RenderScene {
         instances.sample_light(light, &self.light_tables, time, p, u)
     }
 
-    /// The one of these that a ray from `p` found at a time, if it did, and the density with which
-    /// light sampling would have found it.
+    /// Returns the animated light that a ray from `p` hit at a time, and the density with which
+    /// light sampling finds this point; `None` if it hit no such light.
     pub fn animated_light(
         &self,
         at: &Interaction,
@@ -385,7 +234,7 @@ impl RenderScene {
         self.instances.as_ref()?.light_pdf(&self.light_tables, time, p, at)
     }
 
-    /// What the lights need to know of a light that was hit.
+    /// Returns the data that lights need to compute the density of a point that was hit.
     #[inline(always)]
     pub fn light_hit(&self, at: &Interaction) -> LightHit {
         let corners = self.shapes.triangles.get(at.primitive as usize);
@@ -397,8 +246,8 @@ impl RenderScene {
         }
     }
 
-    /// The scattering at a point of a surface, which is what [`Self::evaluate_material`] says, or
-    /// the same everywhere.
+    /// Returns the scattering at a point of a surface: the result of [`Self::evaluate_material`],
+    /// or the constant lobe of the surface.
     #[inline(always)]
     pub fn bsdf<'a>(
         &'a self,
@@ -417,9 +266,9 @@ impl RenderScene {
         if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
 
-    /// Evaluates the textures of a surface at a point, at the time of its ray; `None` if the
-    /// surface is constant. `choice`, from 0 to less than 1, chooses among the components of
-    /// mixtures; `width` is the diameter of the ray's cone there, in metres, if it has one.
+    /// Evaluates the material of a surface at a point, at the time of its ray; `None` if the
+    /// surface has a constant lobe. `choice`, in [0, 1), chooses among the components of mixtures;
+    /// `width` is the diameter of the ray's cone there, in metres, if it has one.
     #[inline(always)]
     pub fn evaluate_material(
         &self,
@@ -439,7 +288,7 @@ impl RenderScene {
         Some(materials.evaluate(lobes, material, at, normals, &parametrization, choice))
     }
 
-    /// The share of the surface that is there, where a ray met it.
+    /// Returns the opacity of the surface that a ray hit; 0 for culled back faces.
     #[inline]
     pub fn opacity(&self, ray: &Ray, hit: &Hit, time: f32) -> f32 {
         let surface = &self.surfaces[self.surface(hit.primitive)];
@@ -461,7 +310,7 @@ impl RenderScene {
         }
     }
 
-    /// The normal that divides the front of a surface from its back.
+    /// Returns the normal that separates the front of a surface from its back.
     #[inline(always)]
     fn side_normal(&self, at: &Interaction) -> Vec3 {
         if self.sides_by_shading_normal { self.unit_normal(at) } else { at.point.normal }
@@ -472,23 +321,23 @@ impl RenderScene {
         if self.unnormalized_shading_normals { at.normal.normalize() } else { at.normal }
     }
 
-    /// The surface of a primitive.
+    /// Returns the surface of a primitive.
     #[inline(always)]
-    fn surface(&self, primitive: u32) -> Id<SurfaceRecord> {
+    fn surface(&self, primitive: u32) -> SurfaceId {
         match self.shapes.primitive_surface.get(primitive as usize) {
             Some(surface) => *surface,
             None => self.with_instances(|instances| instances.surface(primitive)),
         }
     }
 
-    /// Returns true if the primitive that was hit emits light on a side of it.
+    /// Returns true if the primitive that was hit emits light on at least one side.
     #[inline(always)]
     pub fn is_emissive(&self, hit: &Hit) -> bool {
         let surface = self.surface(hit.primitive);
         !self.surfaces[surface].emission.is_black()
     }
 
-    /// Radiance that the surface emits towards `at.wo`, where it was hit.
+    /// Radiance emitted towards `at.wo` by the surface that was hit.
     #[inline(always)]
     pub fn le(&self, at: &Interaction, hit: &Hit, time: f32) -> Spectrum {
         let surface = &self.surfaces[at.surface];
@@ -513,7 +362,7 @@ impl RenderScene {
         radiance
     }
 
-    /// That of a texture.
+    /// Radiance of an emission texture.
     #[inline(never)]
     fn radiance(
         &self,
@@ -525,7 +374,7 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.texture_eval_context(at, hit, time))
     }
 
-    /// Radiance from these lights of the sky along a ray that leaves `p` in direction `d`, and the
+    /// Radiance from these infinite lights along a ray from `p` in direction `d` that leaves the
     /// scene.
     #[inline(always)]
     pub fn le_infinite(&self, p: Vec3, d: Vec3, infinite_lights: &[Id<AnyLight>]) -> Spectrum {

@@ -1,4 +1,4 @@
-//! How to render.
+//! Render settings.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ pub use pt_scene::Hidden;
 
 use crate::film::{Aov, Film, Region};
 
-/// How direct light is estimated at each surface point.
+/// Estimator of direct light at surface points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectLight {
     /// Light sampling and BSDF sampling, weighted by the power heuristic. [Veach 1997, §9.2]
@@ -16,51 +16,53 @@ pub enum DirectLight {
     Mis,
     /// Light sampling only.
     Light,
-    /// Directions uniform over the hemisphere; lights that only sampling finds are sampled.
+    /// Uniform hemisphere sampling; lights that only light sampling finds are sampled as well.
     UniformHemisphere,
-    /// Directions with the density of the cosine; likewise.
+    /// Cosine-weighted hemisphere sampling; lights that only light sampling finds are sampled as
+    /// well.
     CosineHemisphere,
 }
 
-/// When a path may end early.
+/// Russian roulette.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Roulette {
-    /// By the path's throughput, so that all paths that go on carry about the same.
+    /// Survival probability from the path's throughput, so that all surviving paths carry about the
+    /// same.
     #[default]
     Throughput,
-    /// With a fixed probability of going on, in (0, 1].
+    /// Fixed survival probability, in (0, 1].
     Fixed(f32),
 }
 
-/// Stop sampling a pixel when 1.96 σ/√n ≤ tolerance · μ of its luminance, checked whenever n is a
-/// multiple of `batch`.
+/// Adaptive sampling: a pixel is finished when 1.96 σ/√n ≤ tolerance · μ of its luminance, checked
+/// whenever n is a multiple of `batch`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// Samples between checks, ≥ 1.
+    /// Number of samples between checks, ≥ 1.
     pub batch: u32,
     /// Half width of the 95 % confidence interval, relative to the mean.
     pub tolerance: f32,
 }
 
-/// When an image is good enough.
+/// Error target: condition under which an image is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The relative root mean square error of the displayed image
+    /// Largest relative root mean square error of the displayed image
     /// ([`ErrorEstimate`](crate::film::ErrorEstimate)), above 0.
     pub error: Option<f64>,
-    /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 ×
-    /// 8 pixels; above 0.
+    /// Largest error, relative to white, that a fraction `confidence` of the pixels may have in
+    /// every block of 8 × 8; above 0.
     pub noise: Option<f64>,
-    /// True if all pixels have the same samples, wherever they help.
+    /// True if all pixels have the same number of samples, instead of more where they help most.
     pub uniform: bool,
-    /// The share of renders of which the error is as small as this, from ½ to below 1.
+    /// Fraction of renders that meet the target, in [½, 1).
     pub confidence: f64,
-    /// The least light that the screen shows as white, above 0: more makes no difference.
+    /// Radiance that is displayed as white, above 0. Brighter values look the same.
     pub white: f64,
 }
 
 impl Target {
-    /// One that asks for nothing.
+    /// Target without conditions.
     pub const NONE: Self =
         Self { error: None, noise: None, uniform: false, confidence: 0.95, white: 1.0 };
 }
@@ -78,14 +80,14 @@ impl fmt::Display for Target {
     }
 }
 
-/// The greatest luminance of a contribution to a sample, by how often its light was scattered: of
-/// what one light sample brings, or one surface or the sky that a ray finds. Rare bright
-/// contributions make noise; to cut them off makes the image darker than it should be.
+/// Largest luminance of a contribution to a sample, by the number of times its light was scattered.
+/// A contribution is that of one light sample, or of one emitter or infinite light that a ray hits.
+/// Rare bright contributions cause noise (fireflies); clamping them darkens the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp {
-    /// Of light scattered at most once; infinite is no limit.
+    /// Limit for light scattered at most once; infinite means no limit.
     pub direct: f32,
-    /// Of light scattered at least twice; likewise.
+    /// Limit for light scattered at least twice; infinite means no limit.
     pub indirect: f32,
 }
 
@@ -93,33 +95,32 @@ impl Clamp {
     /// No limit.
     pub const NONE: Self = Self { direct: f32::INFINITY, indirect: f32::INFINITY };
 
-    /// The limit of light scattered `bounces` times.
+    /// Returns the limit for light scattered `bounces` times.
     #[inline(always)]
     pub fn limit(self, bounces: u32) -> f32 {
         if bounces < 2 { self.direct } else { self.indirect }
     }
 }
 
-/// Everything but the scene that an image depends on.
+/// All that an image depends on besides the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Samples per pixel; the maximum when adaptive, or with a target.
+    /// Number of samples per pixel; the maximum with adaptive sampling or an error target.
     pub spp: u32,
-    /// Samples of a pixel for which random numbers are laid out, if that is not `spp`: see
+    /// Number of samples per pixel for which the sampler is configured, if not `spp`: see
     /// [`SamplerConfig::spp`].
     pub layout: Option<u32>,
-    /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
-    /// sense.
+    /// Number of samples of each light with an extent at each surface point, from 1 to 65,536.
     pub light_samples: u32,
-    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
+    /// Maximum number of interactions of a path with surfaces or media: 0 is emission only, 1
     /// direct light.
     pub max_depth: u32,
-    /// True if that counts no interaction of the integrator `volpath` from which light goes
-    /// straight on, as through thin glass; as in Mitsuba's.
+    /// True if `max_depth` does not count interactions that let light pass undeflected, such as
+    /// with thin glass. For the integrator `volpath`, as in Mitsuba's.
     pub straight_is_free: bool,
-    /// Only light that was scattered at least this often …
+    /// Only light that was scattered at least this often is shown.
     pub min_bounce: u32,
-    /// … and at most this often is shown.
+    /// Only light that was scattered at most this often is shown.
     pub max_bounce: u32,
     /// Name of the integrator.
     pub integrator: String,
@@ -127,68 +128,67 @@ pub struct Settings {
     pub ao_distance: f32,
     /// Estimator of direct light.
     pub direct: DirectLight,
-    /// When paths end.
+    /// Russian roulette.
     pub roulette: Roulette,
-    /// Contributions beyond it are cut off, by path tracers but the course's.
+    /// Limits of contributions, applied by all path tracers except the course's.
     pub clamp: Clamp,
-    /// Side of the squares of pixels, by their columns and rows, whose paths bring their light to
-    /// each other; 1 is none.
+    /// Side of the squares of pixels that reuse each other's paths, in pixels; 1 disables path
+    /// reuse.
     pub reuse: u32,
-    /// Ways on which a path goes on from the first surface where it scatters, each with its share
-    /// of what it carries: a power of two up to 64.
+    /// Number of paths into which a path is split at the first surface that scatters it, each with
+    /// an equal fraction of its throughput: a power of two up to 64.
     pub split: u32,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
-    /// When the image is good enough, if not by its samples.
+    /// Error target that ends the render, if any, instead of the number of samples.
     pub target: Option<Target>,
-    /// The kind of random numbers.
+    /// Kind of sampler.
     pub sampler: SamplerKind,
-    /// Seed of the random numbers.
+    /// Seed of the sampler.
     pub seed: u32,
-    /// Where around its centre a pixel looks.
+    /// Pixel reconstruction filter.
     pub filter: Filter,
-    /// The pixels to render; `None` is all of the image.
+    /// Pixels to render; `None` for the whole image.
     pub region: Option<Region>,
     /// AOVs to keep.
     pub aovs: Vec<Aov>,
-    /// What is not seen directly, though it lights.
+    /// Lights that are hidden from the camera, although they illuminate the scene.
     pub hidden: Hidden,
-    /// Which lights make up which part of the light, if it is to be kept in parts.
+    /// Light groups whose contributions are kept separately, if any.
     pub light_groups: Option<LightGroups>,
 }
 
-/// Groups of lights, by the names of the lights in the scene. Those that are in no group are
-/// together in one more.
+/// Light groups, by the names of the lights in the scene. Lights in no group form one more group.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightGroups {
     /// The groups.
     pub named: Vec<LightGroup>,
-    /// True if each light that is in none of them is a group of its own.
+    /// True if each light in no group is a group of its own.
     pub each: bool,
 }
 
-/// Lights that belong together.
+/// A light group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightGroup {
-    /// Its name, of letters, digits and `_`.
+    /// Name of the group, of letters, digits and `_`.
     pub name: String,
-    /// The names of its lights.
+    /// Names of its lights.
     pub lights: Vec<String>,
 }
 
 impl Settings {
-    /// Where random numbers come from.
+    /// Returns the configuration of the sampler.
     pub fn points(&self) -> SamplerConfig {
         let spp = if self.in_halves() { self.spp.div_ceil(2) } else { self.spp };
         SamplerConfig { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(spp) }
     }
 
-    /// Returns true if samples are taken in two halves that know nothing of each other.
+    /// Returns true if samples are taken in two independent half buffers.
     pub fn in_halves(&self) -> bool {
         self.target.is_some() || self.aovs.iter().any(|aov| aov.is_of_half())
     }
 
-    /// A film without samples, for these pixels.
+    /// Creates a film without samples for these pixels.
     pub fn film(&self, region: Region) -> Film {
         let film = Film::with_aovs(region, &self.aovs);
         if self.in_halves() { film.with_half_buffers() } else { film }
@@ -207,7 +207,7 @@ impl Settings {
 }
 
 impl Default for Settings {
-    /// A clean image of an ordinary scene in little time.
+    /// Defaults for a clean image of an ordinary scene in little time.
     fn default() -> Self {
         Self {
             spp: 64,

@@ -1,73 +1,73 @@
-//! Tables of triangles and spheres, and what there is to know of a point on one.
+//! Tables of triangles and spheres, and the geometry of points on them.
 
 use pt_bvh::{Hit, Sphere};
 use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Mat3, Ray, Vec2, Vec3};
 
-use crate::id::Id;
-use crate::scene::SurfaceRecord;
+use crate::id::SurfaceId;
 use crate::terminator::Rounded;
 
-/// Three indices that mark a triangle without normals, or texture coordinates.
+/// Indices that mark a triangle without vertex normals or texture coordinates.
 pub const FLAT: [u32; 3] = [u32::MAX; 3];
 
-/// Triangles and spheres in one system of coordinates.
+/// Triangles and spheres in a common coordinate system.
 #[derive(Debug, Default)]
 pub struct ShapeTables {
     /// Vertex positions of all meshes.
     pub positions: Vec<Vec3>,
-    /// Corners of all triangles.
+    /// Vertex indices of all triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Unit normals of all meshes.
     pub normals: Vec<Vec3>,
-    /// Normals at the corners of each triangle, or [`FLAT`]; empty if all are flat.
+    /// Normal indices of each triangle, or [`FLAT`]; empty if all triangles are flat.
     pub triangle_normals: Vec<[u32; 3]>,
-    /// Texture coordinates of all meshes whose triangles have some that are needed.
+    /// Texture coordinates of all meshes whose triangles need them.
     pub uvs: Vec<Vec2>,
-    /// Texture coordinates at the corners of each triangle, or [`FLAT`]; may end early.
+    /// Texture coordinate indices of each triangle, or [`FLAT`]; trailing triangles without may be
+    /// missing.
     pub triangle_uvs: Vec<[u32; 3]>,
     /// Spheres; their primitive numbers follow those of the triangles.
     pub spheres: Vec<Sphere>,
-    /// The axes of each sphere; may end early, before spheres with those of the world.
+    /// Axes of each sphere; trailing spheres with the axes of the world may be missing.
     pub sphere_axes: Vec<Mat3>,
     /// Surface of each primitive.
-    pub primitive_surface: Vec<Id<SurfaceRecord>>,
+    pub primitive_surface: Vec<SurfaceId>,
 }
 
 /// A point of a shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShapePoint {
-    /// Where, to the rounding of double precision.
+    /// Position, exact up to the rounding of double precision.
     pub(crate) p: DVec3,
-    /// Length of the longest edge of its triangle; 0 on spheres.
+    /// Length of the longest edge of its triangle; 0 for spheres.
     pub(crate) size: f32,
-    /// A lower bound of the distance to the edges of its triangle; infinite on spheres.
+    /// Lower bound of the distance to the edges of its triangle; infinite for spheres.
     pub(crate) to_edge: f32,
-    /// Unit normal of the true surface, on the side of `normal`.
+    /// Unit geometric normal, on the side of `normal`.
     pub(crate) geometric_normal: Vec3,
     /// Shading normal.
     pub(crate) normal: Vec3,
 }
 
 impl ShapeTables {
-    /// Returns true if a primitive is a triangle that is seen as flat.
+    /// Returns true if a primitive is a triangle without vertex normals.
     #[inline]
     pub(crate) fn is_flat(&self, primitive: usize) -> bool {
         let corners = self.triangle_normals.get(primitive).copied().unwrap_or(FLAT);
         primitive < self.triangles.len() && corners == FLAT
     }
 
-    /// The corners of a triangle.
+    /// Returns the corners of a triangle.
     #[inline(always)]
     pub(crate) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|v| self.positions[v as usize])
     }
 
-    /// p = p₀ + b₁(p₁ − p₀) + b₂(p₂ − p₀) in double precision, so that it lies on the triangle
-    /// however large its coordinates are.
+    /// Returns the point p = p₀ + b₁(p₁ − p₀) + b₂(p₂ − p₀) of a triangle. It is computed in double
+    /// precision, so that it lies on the triangle however large the coordinates are.
     ///
-    /// Normals are those that `turn` makes of the unit normals in the tables; if they are `plain`,
-    /// what is interpolated between corners stays shorter than 1.
+    /// `turn` transforms the unit normals of the tables. If `plain` is true, interpolated normals
+    /// are not normalised, so their length is below 1 between different vertex normals.
     #[inline(always)]
     pub(crate) fn triangle_point(
         &self,
@@ -85,7 +85,7 @@ impl ShapeTables {
         let double_area = normal.length();
         let edges = [e1, e2, e2 - e1].map(DVec3::length_squared);
         let longest = edges[0].max(edges[1]).max(edges[2]);
-        // Less what rounding may have added to b₀.
+        // Minus the rounding error that b₀ may have.
         let least_share = b0.min(hit.b1).min(hit.b2) - 4.0 * EPSILON;
         let size = longest.sqrt();
         let to_edge = least_share * (double_area / size) as f32;
@@ -107,7 +107,8 @@ impl ShapeTables {
         ShapePoint { geometric_normal, normal, ..as_flat }
     }
 
-    /// What is known of a point of a triangle that has normals at its corners.
+    /// Returns a point of a triangle with the positions and normals of its corners; `None` if it
+    /// has no vertex normals.
     pub(crate) fn rounded(&self, i: usize, hit: &Hit, p: DVec3) -> Option<Rounded> {
         let corners = self.triangle_normals.get(i).copied().filter(|corners| *corners != FLAT)?;
         Some(Rounded {
@@ -118,7 +119,7 @@ impl ShapeTables {
         })
     }
 
-    /// Where a ray meets a sphere at parameter `t`.
+    /// Returns the point at which a ray meets a sphere at parameter `t`.
     #[inline(always)]
     pub(crate) fn sphere_point(&self, i: usize, ray: &Ray, t: f32) -> ShapePoint {
         let sphere = self.spheres[i];

@@ -1,20 +1,22 @@
-//! Error targets: how a render that ends when its image is good enough shares out samples, and when
-//! it ends.
+//! Error targets: distribution of samples among pixels, and the stopping criterion, of renders that
+//! end when their error is small enough.
 //!
-//! The film has two halves that know nothing of each other, and their difference tells the error
-//! (`film/error_estimate.rs`). Nothing of it may depend on what it judges:
+//! The film has two independent half buffers, whose difference estimates the error
+//! (`film/error_estimate.rs`). No decision may depend on the value that it affects:
 //!
-//! * As long as pixels are not told apart, all have the same samples (the pilot). Then how many
-//!   samples a pixel has follows from how much the halves of its *neighbours* differed in the
-//!   pilot, times a goal for all pixels: so its mean is that of as many samples as something else
-//!   had decided, which has no bias.
-//! * The goal alone depends on the error, which is a sum over all pixels, and to which one adds as
-//!   little as it is one of many.
-//! * Whoever looks often finds a good moment by chance: looks share the probability with which one
-//!   may be wrong, so that all together are wrong in a share 1 − c of renders at most.
-//! * What no sample has found is in the error, too (`film/missing_mass.rs`): it says how many
-//!   samples each pixel needs at least.
-//! * Pixels that are known to see nothing but an even sky hide nothing, and get next to no samples.
+//! * Until densities are known, all pixels have the same number of samples (the pilot). Then the
+//!   number of samples of a pixel is determined by the differences of the halves of its
+//!   *neighbours* in the pilot, times a goal for all pixels. So its mean is that of a number of
+//!   samples chosen independently of it, which has no bias.
+//! * Only the goal depends on the error, a sum over all pixels, to which a single pixel contributes
+//!   little.
+//! * Repeated testing inflates the error rate, so the allowed failure probability is divided among
+//!   all interim evaluations. Together they are wrong in a fraction of at most 1 − c of renders,
+//!   with the confidence c.
+//! * The error includes missing mass (`film/missing_mass.rs`), which determines the minimum number
+//!   of samples of each pixel.
+//! * Pixels that are known to show only a constant background hide no features, and get almost no
+//!   samples.
 
 use std::ops::Range;
 
@@ -23,79 +25,78 @@ use crate::film::{
 };
 use crate::settings::Target;
 
-/// Samples of each half of a pixel before the first look.
+/// Number of samples of a pixel in each half before the first evaluation.
 const FIRST_GOAL: u32 = 8;
 
-/// The share of the pilot in all samples of a pixel, one in so many.
+/// Ratio of the total number of samples of a pixel to that of the pilot.
 const PILOT_SHARE: f64 = 6.0;
 
-/// The power of densities that is taken in place of the best one for known variances: it is better
-/// where they are guessed from few numbers with long tails, and where more samples are worth more
-/// than independent ones. Of five scenes, 0.6 to 1 were tried: it saves a tenth of the samples at
-/// most, and costs 0.02.
+/// Exponent applied to the densities that are optimal for known variances. An exponent below 1 is
+/// better if variances are estimated from few values with heavy tails, and if additional samples
+/// are worth more than independent ones. On five scenes, 0.6 to 1 were tried: this one saves up to
+/// a tenth of the samples and costs at most 0.02.
 const DENSITY_EXPONENT: f64 = 0.8;
 
-/// The least density, as a share of the average: nothing is sampled never.
+/// Smallest density relative to the average, so that every pixel is sampled.
 const MIN_DENSITY: f64 = 0.05;
 
-/// How far neighbours are away that tell how many samples a pixel needs, in columns and rows. Of
-/// seven scenes with 64 samples, those of 2 to 12 were tried: 2 is too little where paths are
-/// noisy, and 8 too much where shapes are small.
+/// Radius, in columns and rows, of the neighbourhood from which the density of a pixel is
+/// estimated. On seven scenes with 64 samples, 2 to 12 were tried: 2 is too small for noisy paths,
+/// and 8 too large for small shapes.
 const NEIGHBOR_RADIUS: usize = 4;
 
-/// Side of the squares of pixels in each of which [`Target::noise`] holds.
+/// Side of the blocks of pixels in each of which [`Target::noise`] holds.
 const BLOCK: usize = 8;
 
-/// Shares of the probability 1 − c with which a render may be wrong: by what no sample found; by
-/// looks before pixels are told apart, which hardly ever find an image good enough; and by those
-/// after, of which the first is meant to come too early.
+/// Fractions of the failure probability 1 − c: for missing mass; for evaluations during the pilot,
+/// which hardly ever meet the target; for the first evaluation after the pilot, which is expected
+/// to come too early; and for all later ones.
 const WRONG_UNSEEN: f64 = 0.2;
 const WRONG_EARLY: f64 = 0.02;
 const WRONG_FIRST: f64 = 0.02;
 const WRONG_LATER: f64 = 0.76;
 
-/// Shares that what no sample found may have in the square of the error, of which that with the
-/// fewest samples is taken: from the greatest on, each this much less than the one before.
+/// Fractions of the squared error that missing mass may have, of which the one that needs the
+/// fewest samples is chosen: the largest, the ratio of each to the one before, and their number.
 const UNSEEN_SHARES: (f64, f64, i32) = (4.0, 0.7, 12);
 
-/// The smallest step of a goal between two looks: each look costs confidence.
+/// Smallest ratio of the goals of consecutive evaluations: each evaluation costs confidence.
 const MIN_STEP: f64 = 1.03;
 
-/// From one goal to the next that is considered.
+/// Ratio of consecutive goals that are considered.
 const STEP: f64 = 1.03;
 
-/// Steps of a goal that are considered: up to a thousandfold.
+/// Number of goals that are considered: up to a thousandfold.
 const STEPS: usize = 234;
 
-/// The largest step of a goal between two looks, but when pixels are first told apart.
+/// Largest ratio of the goals of consecutive evaluations, except when densities are first set.
 const LARGEST_STEP: u32 = 2;
 
-/// Powers of the factor by which the variance has still to fall that more samples are taken to
-/// bring: points of a sequence are better than independent ones, by which it is reckoned. Of the
-/// next round when pixels are told apart, and later; and the least, the likely and the greatest of
-/// all that follows.
+/// Exponents of the factor by which the variance still has to fall, for the samples to be planned.
+/// The prediction assumes independent samples, but the points of a sequence converge faster. For
+/// the round in which densities are first set, and for later ones; and for the lower bound, the
+/// expected value and the upper bound of the total.
 const FIRST: f64 = 0.7;
 const LATER: f64 = 1.0;
 const EXPECTED: [f64; 3] = [0.55, 0.85, 1.1];
 
-/// What a look at a film found.
+/// Result of the evaluation of a film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
-    /// The error of the image.
+    /// Error of the image.
     pub measured: ErrorEstimate,
-    /// How far pixels may be off, in that square of 8 × 8 where they are worst: see
-    /// [`Target::noise`].
+    /// Error of pixels in the block of 8 × 8 with the largest error: see [`Target::noise`].
     pub noise: f64,
     squares: SquaredErrors,
-    /// The sum of the squares of errors as it may be, if something is asked of it.
+    /// Largest sum of squared errors that meets the target; `None` if there is no target for it.
     allowed: Option<f64>,
-    /// Ratio of the variance to the allowed one, for each square of pixels; empty if
-    /// nothing is asked of them.
+    /// Ratio of the variance to the allowed one, for each block of pixels; empty if there is no
+    /// target for blocks.
     excess_of_squares: Vec<f64>,
 }
 
 impl Evaluation {
-    /// Returns true if the film is good enough.
+    /// Returns true if the film meets the target.
     pub fn is_met(&self) -> bool {
         self.greatest_excess() <= 1.0
     }
@@ -105,34 +106,33 @@ impl Evaluation {
         self.excess_of_squares.iter().copied().fold(of_image, f64::max)
     }
 
-    /// Returns the ratio of the square of the error to the allowed one, if its noise
-    /// is `share` of what it is, and pixels have at least so many samples: 0 if nothing is
-    /// asked of it.
+    /// Returns the ratio of the squared error to the allowed one if the noise is multiplied by
+    /// `share` and pixels have at least `fewest` samples; 0 if there is no target for it.
     fn excess(&self, share: f64, fewest: u32) -> f64 {
         self.allowed.map_or(0.0, |allowed| self.squares.upper_bound(share, fewest) / allowed)
     }
 }
 
 impl Target {
-    /// The plan with which a render begins, of which some pixels are vacant: see
+    /// Returns the initial plan of a render. `vacant` marks pixels that show only background: see
     /// [`SamplePlan::vacant`].
     pub fn first_plan(&self, film: &Film, most: u32, vacant: Vec<bool>) -> SamplePlan {
         let goal = FIRST_GOAL.min(most);
         let mut plan = SamplePlan { goal, least: goal, vacant, ..SamplePlan::default() };
-        // Nothing is known yet: as much as will be looked at first.
+        // Nothing is known yet: as many as before the first evaluation.
         let wanted = (0..film.region().area()).map(|i| u64::from(plan.wanted(i)));
         plan.expected = [2 * wanted.sum::<u64>(); 3];
         plan
     }
 
-    /// Looks at a film whose plan is fulfilled, of which so many pixels bring their light to each
-    /// other. `None` if it has not two halves with samples.
+    /// Evaluates a film whose plan is fulfilled, with paths reused in squares of `reuse`² pixels.
+    /// `None` unless it has two half buffers with samples.
     pub fn evaluate(&self, film: &Film, reuse: u32) -> Option<Evaluation> {
         let squares_of_all = film.squared_errors(self.white, self.budget(film.plan()), reuse)?;
         let allowed = self.error.map(|error| squares_of_all.allowed(error));
         let width = deviations(0.5 * (1.0 - self.confidence));
         let errors = film.square_errors(self.white)?;
-        // As many channels as pixels of a square have, at the edges too.
+        // Number of channels of each block, which is smaller at the edges.
         let ones = of_squares(film, &vec![3.0; errors.len()]);
         let squares = of_squares(film, &errors).into_iter().zip(ones).map(|(sum, n)| sum / n);
         let squares: Vec<f64> = squares.collect();
@@ -144,8 +144,8 @@ impl Target {
         Some(Evaluation { measured, noise, squares: squares_of_all, allowed, excess_of_squares })
     }
 
-    /// With which probabilities a look may find the error of an image less than it is. A single one
-    /// has the share of all.
+    /// Returns the probabilities with which an evaluation may underestimate the error of an image.
+    /// Without a plan, a single evaluation gets the whole probability.
     fn budget(&self, plan: Option<&SamplePlan>) -> ErrorBudget {
         let of_look = |k: u32| 1.0 / (f64::from(k) * (f64::from(k) + 1.0));
         let evaluation = match plan {
@@ -158,9 +158,9 @@ impl Target {
         ErrorBudget { noise: budget * evaluation, missing_mass: budget * WRONG_UNSEEN }
     }
 
-    /// What to do after a look that found the film not good enough: the next plan, with at most
-    /// `most` samples of a pixel in each half, of which squares of `reuse`² pixels bring their
-    /// light to each other. `None` if no pixel may have more.
+    /// Returns the next plan after an evaluation that did not meet the target. A pixel gets at most
+    /// `most` samples in each half; paths are reused in squares of `reuse`² pixels. `None` if no
+    /// pixel may have more.
     pub fn next_plan(
         &self,
         film: &Film,
@@ -180,7 +180,7 @@ impl Target {
         } else {
             SamplePlan { rounds: now.rounds + 1, ..now.clone() }
         };
-        // The next look has another share in what may be wrong.
+        // The next evaluation has another failure probability.
         let squares = evaluation.squares.with_budget(self.budget(Some(&apart)));
         let evaluation = &Evaluation { squares, ..evaluation.clone() };
         let expected =
@@ -200,28 +200,31 @@ impl Target {
             next.goal = next.goal.min(largest);
         }
         if model.total(&next) <= model.total(now) {
-            // What there is would do for the next look, but that is of another film.
+            // By the prediction, the present samples meet the target, but the next evaluation must
+            // be of another film.
             let more = (MIN_STEP * f64::from(now.least)) as u32;
             next.least = next.least.max(more).max(now.least.saturating_add(1));
         }
         Some(next).filter(|next| model.total(next) > model.total(now))
     }
 
-    /// The variance of the mean luminance of a pixel as its samples tell it; none where the screen
-    /// shows no difference.
+    /// Returns the variance of the mean luminance of a pixel, estimated from its samples; 0 if it
+    /// is displayed as white or has too few samples.
     fn standard_error(&self, pixel: PixelSums) -> f64 {
         let (mean, error) = pixel.luminance();
         if mean < self.white && error.is_finite() { error * error } else { 0.0 }
     }
 
-    /// Returns the target number of samples of pixels for each of the goal, by what their
-    /// neighbours know, outside of the squares of `reuse`² of which they are a part: for the
-    /// least error of the image in proportion to the standard deviation of a sample, for the
-    /// same error everywhere to the variance; nothing if all are to have the same. It is told
-    /// by how much halves differ, which says little of a single pixel, and so by many; and as
-    /// much by how samples differ within halves, which says more, and so by the next pixels,
-    /// but not how good the sequence of samples is: relative to many. Vacant pixels are no
-    /// neighbours.
+    /// Returns the number of samples of each pixel relative to the goal, estimated from its
+    /// neighbours outside of the squares of `reuse`² pixels that it may share with them; empty if
+    /// all pixels are to have the same number. `None` if a pixel lacks samples.
+    ///
+    /// For the smallest error of the image, densities are proportional to the standard deviation of
+    /// a sample; for the same error everywhere, to the variance. The variance is estimated, with
+    /// equal weights, from (a) the half-buffer difference averaged over a large neighbourhood,
+    /// since it is noisy per pixel, and (b) the same times the within-half sample variance over the
+    /// adjacent pixels relative to that over the large neighbourhood. The latter is more precise,
+    /// but ignores the convergence rate of the sample sequence. Vacant pixels are no neighbours.
     fn densities(&self, film: &Film, plan: &SamplePlan, reuse: u32) -> Option<Vec<f32>> {
         if self.uniform {
             return Some(Vec::new());
@@ -250,7 +253,7 @@ impl Target {
             errors.into_iter().zip(spread).map(|(e, (far, near))| e * finer(far, near)).collect();
         let sum: f64 = densities.iter().zip(&occupied).map(|(d, occupied)| d * occupied).sum();
         let mean = sum / occupied.iter().sum::<f64>().max(1.0);
-        // 1, and 0 where all neighbours are vacant.
+        // 1, or 0 if all neighbours are vacant.
         let told = around(&occupied, NEIGHBOR_RADIUS);
         let relative = |d: f64, told: f64| if mean > 0.0 && told > 0.0 { d / mean } else { 1.0 };
         let mixed = |d: f64, told| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, told);
@@ -258,7 +261,7 @@ impl Target {
     }
 }
 
-/// The sums of the values of the pixels of each square of [`BLOCK`]² pixels, row by row.
+/// Returns the sums of the values of the pixels of each block of [`BLOCK`]² pixels, row by row.
 fn of_squares(film: &Film, values: &[f64]) -> Vec<f64> {
     let width = film.region().width as usize;
     let columns = width.div_ceil(BLOCK);
@@ -271,7 +274,8 @@ fn of_squares(film: &Film, values: &[f64]) -> Vec<f64> {
     sums
 }
 
-/// The sum of the values of each pixel and of those at most `reach` columns and rows away.
+/// Returns, for each pixel, the sum of the values of all pixels at most `reach` columns and rows
+/// away, including itself.
 fn sums_around(values: &[f64], width: usize, reach: usize) -> Vec<f64> {
     let height = values.len() / width.max(1);
     let near = |i: usize, end: usize| -> Range<usize> {
@@ -285,18 +289,18 @@ fn sums_around(values: &[f64], width: usize, reach: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What the error of an image will be with more samples, if these are as good as independent ones.
+/// Prediction of the error of an image with more samples, if these are as good as independent ones.
 struct Model<'a> {
     film: &'a Film,
     most: u32,
-    /// Of each pixel, times its samples.
+    /// Squared error of each pixel, times its number of samples.
     variances: Vec<f64>,
-    /// The error of each square as it is.
+    /// Present sum of squared errors of each block.
     now: Vec<f64>,
 }
 
 impl<'a> Model<'a> {
-    /// Of a film whose plan is fulfilled, with the square errors of its pixels.
+    /// Creates the model of a film whose plan is fulfilled, from the squared errors of its pixels.
     fn new(film: &'a Film, errors: Vec<f64>, plan: &SamplePlan, most: u32) -> Self {
         let now = of_squares(film, &errors);
         let mut model = Self { film, most, variances: errors, now };
@@ -306,12 +310,12 @@ impl<'a> Model<'a> {
         model
     }
 
-    /// As many samples of a pixel in each half as the plan says, and may be.
+    /// Returns the number of samples of a pixel in each half by the plan, at most `most`.
     fn count(&self, plan: &SamplePlan, pixel: usize) -> u32 {
         plan.wanted(pixel).min(self.most)
     }
 
-    /// The samples of all pixels in each half.
+    /// Returns the number of samples of all pixels in each half.
     fn total(&self, plan: &SamplePlan) -> u64 {
         (0..self.variances.len()).map(|i| u64::from(self.count(plan, i))).sum()
     }
@@ -321,7 +325,7 @@ impl<'a> Model<'a> {
         (0..self.variances.len()).filter(|&i| !plan.is_background_only(i)).count().max(1)
     }
 
-    /// What [`Evaluation::greatest_excess`] will be.
+    /// Predicts [`Evaluation::greatest_excess`] for a plan.
     fn excess(&self, evaluation: &Evaluation, plan: &SamplePlan) -> f64 {
         let mut fewest = self.most;
         let errors = self.variances.iter().enumerate().map(|(i, v)| {
@@ -340,9 +344,9 @@ impl<'a> Model<'a> {
         of_squares.fold(of_image, f64::max)
     }
 
-    /// The plan with the fewest samples by which the excess falls by this power of what it has to,
-    /// if the plan that is fulfilled gives way to another, with another goal and more samples
-    /// of each pixel.
+    /// Returns the plan with the fewest samples that reduces the excess by this power of the
+    /// required factor. `now` is the fulfilled plan. The result is `then` with another goal and
+    /// another minimum number of samples of each pixel.
     fn plan(
         &self,
         evaluation: &Evaluation,
@@ -373,8 +377,8 @@ impl<'a> Model<'a> {
         plans.reduce(better).map_or_else(|| then.clone(), |(plan, _)| plan)
     }
 
-    /// A plan with the least goal by which no more excess is left than this, as far as goals are
-    /// considered; and what is then left.
+    /// Returns the plan with the smallest considered goal at which the excess is at most `left`,
+    /// and that excess. If no goal suffices, it is the largest one.
     fn with_goal(
         &self,
         evaluation: &Evaluation,

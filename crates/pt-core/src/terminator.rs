@@ -1,34 +1,35 @@
 //! Smooth shadows on meshes with interpolated normals.
 //!
-//! A mesh that stands for a round shape is in its own shadow where the shape itself is lit: the
-//! terminator has the corners of the mesh. So rays leave from the round shape that the normals
-//! belong to: a point is moved out of its triangle to the mean of its projections onto the tangent
-//! planes at the corners, by their weights. [Hanika 2021, "Hacking the Shadow Terminator", Ray
-//! Tracing Gems II, ch. 4] Here only along the normal at the point, on which it lies then; and on
-//! the hollow side of the shape not at all.
+//! A mesh that approximates a round shape shadows itself where the shape is lit, so the terminator
+//! shows the facets of the mesh. Rays therefore leave from the round shape that the normals
+//! describe: a point is moved off its triangle to the mean of its projections onto the tangent
+//! planes at the corners, weighted by its barycentric coordinates. [Hanika 2021, "Hacking the
+//! Shadow Terminator", Ray Tracing Gems II, ch. 4] Here it is moved only along the normal at the
+//! point, and not at all on the concave side of the shape.
 
 use pt_math::{DVec3, Vec3};
 
-use crate::scene::SurfacePoint;
+use crate::interaction::SurfacePoint;
 
-/// Points where the normal is farther from that of the triangle stay as they are (the cosine).
+/// Cosine of the largest angle between the shading and the geometric normal at which points are
+/// moved.
 const MIN_COSINE: f32 = 0.1;
 
-/// A point of a triangle with what its corners are.
+/// A point of a triangle, with the positions and normals of its corners.
 pub(crate) struct Rounded {
     /// The point.
     pub(crate) p: DVec3,
-    /// The corners.
+    /// Corners of the triangle.
     pub(crate) corners: [DVec3; 3],
-    /// Unit normals there.
+    /// Unit normals at the corners.
     pub(crate) normals: [Vec3; 3],
-    /// How much of each corner there is in the point.
+    /// Barycentric coordinates of the point.
     pub(crate) weights: [f32; 3],
 }
 
 impl Rounded {
-    /// How far above the triangle the shape is, on the side to which its normals point (1), or on
-    /// the other one (−1), along the unit normal at the point.
+    /// Returns the height of the round shape above the triangle along the unit normal at the point,
+    /// on the side to which the vertex normals point (1) or on the other one (−1).
     fn height(&self, side: f64, normal: DVec3) -> f64 {
         let of_corner = |i: usize| {
             let n = self.normals[i].as_dvec3();
@@ -38,8 +39,8 @@ impl Rounded {
         (0..3).map(of_corner).sum::<f64>().max(0.0)
     }
 
-    /// Where rays leave that are seen from the unit direction `wo`: `flat` is the same point of the
-    /// flat triangle, and `normal` the unit shading normal.
+    /// Returns the point from which rays leave on the side of the unit direction `wo`. `flat` is
+    /// the point on the flat triangle, and `normal` the unit shading normal.
     pub(crate) fn point(&self, flat: SurfacePoint, normal: Vec3, wo: Vec3) -> SurfacePoint {
         let cosine = flat.normal.dot(normal);
         if cosine < MIN_COSINE {

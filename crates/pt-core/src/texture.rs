@@ -1,4 +1,4 @@
-//! Textures as renderers read them.
+//! Compiled textures.
 
 use std::sync::Arc;
 
@@ -11,91 +11,44 @@ use crate::image_texture::Texels;
 use crate::medium::Field;
 use crate::shapes::FLAT;
 use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
-use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMappingRecord};
+use crate::texture_record::{
+    Factor, FloatTexture, MappedPattern, MappedTexture, PatternRecord, TextureMappingRecord,
+    TextureRecord,
+};
 
-/// What a texture shows, and how the surface is laid out on it.
-#[derive(Clone, Copy, Debug)]
-pub struct TextureRecord {
-    /// What it shows.
-    pub pattern: PatternRecord,
-    /// From (u, v) of the surface to those of the pattern.
-    pub to_pattern: Affine2,
-}
-
-/// What a texture shows; see [`pt_scene::texture::Pattern`].
-#[derive(Clone, Copy, Debug)]
-pub enum PatternRecord {
-    /// An image.
-    Bitmap(Id<Texels>, Wrap, Filter),
-    /// Squares of side ½.
-    Checkerboard([Spectrum; 2]),
-    /// Colours at the corners of triangles, linear between them, by their number in
-    /// [`Textures::mesh_colors`].
-    VertexColors(u32),
-    /// Colours of triangles, by their number there.
-    FaceColors(u32),
-    /// One times the other.
-    Product([Factor; 2]),
-    /// What is between two, by the share of the second.
-    Blend([Factor; 2], FloatTexture),
-    /// The square root.
-    Root(Factor),
-    /// What has another layout, or is computed.
-    Laid(Id<MappedTexture>),
-    /// The magnitude of the cosine between the normal and this unit vector in the world.
-    Facing(Vec3),
-}
-
-/// A colour that is put together with another.
-#[derive(Clone, Copy, Debug)]
-pub enum Factor {
-    /// The same everywhere.
-    Value(Spectrum),
-    /// That of a texture, which has coordinates of its own.
-    Texture(Id<TextureRecord>),
-}
-
-/// A parameter that one number or a texture gives.
-#[derive(Clone, Copy, Debug)]
-pub enum FloatTexture {
-    /// The same everywhere.
-    Value(f32),
-    /// The luminance of a texture.
-    Texture(Id<TextureRecord>),
-}
-
-/// All textures; images that several of them show are there once.
+/// All textures, without duplicates of images.
 #[derive(Default)]
 pub struct Textures {
     /// The textures.
     pub records: Table<TextureRecord>,
-    /// Those of them that have another layout, or are computed.
+    /// Patterns with another mapping, or procedural ones.
     pub laid: Table<MappedTexture>,
-    /// Their images.
+    /// Images of the textures.
     pub texels: Table<Texels>,
-    /// Their grids.
+    /// Grids of the textures.
     pub grids: Vec<Field>,
-    /// The colours of meshes that some of them show, and other values of these by their names.
+    /// Colours and named values of meshes that the textures use.
     pub mesh_colors: Vec<MeshColors>,
-    /// True if some of them show more or less of an image by how much of it is seen at once.
+    /// True if any texture is filtered by the footprint.
     pub uses_footprints: bool,
 }
 
-/// Colours of meshes.
+/// Colours of meshes, or other values of them.
 #[derive(Default)]
 pub struct MeshColors {
-    /// Those of vertices.
+    /// Colours of vertices.
     pub vertices: Vec<Spectrum>,
-    /// The corners of each triangle among them, or [`FLAT`]; may end early.
+    /// Indices of the corners of each triangle into the vertices, or [`FLAT`]; may be shorter than
+    /// the triangles.
     pub triangles: Vec<[u32; 3]>,
-    /// Those of triangles; may end early.
+    /// Colours of triangles; may be shorter than the triangles.
     pub faces: Vec<Spectrum>,
-    /// Points that are spheres in the order of the numbers of their first ones.
+    /// Points with the index of their first sphere, in the order of these.
     pub points: Vec<(u32, Arc<Points>)>,
 }
 
 impl MeshColors {
-    /// The colours at the corners of a triangle; black without any.
+    /// Colours at the corners of a triangle; black without any.
     #[inline]
     fn corners(&self, triangle: u32) -> [Spectrum; 3] {
         match self.triangles.get(triangle as usize) {
@@ -104,7 +57,7 @@ impl MeshColors {
         }
     }
 
-    /// That of a point on a triangle.
+    /// Interpolated colour of a point on a triangle.
     #[inline]
     fn at_vertices(&self, at: &OnTriangle) -> Spectrum {
         let [c0, c1, c2] = self.corners(at.triangle);
@@ -117,7 +70,7 @@ impl MeshColors {
         self.faces.get(triangle as usize).copied().unwrap_or_default()
     }
 
-    /// That of a sphere; black if it has none.
+    /// Colour of a sphere; black without any.
     fn of_sphere(&self, sphere: u32) -> Spectrum {
         let run = self.points.partition_point(|(first, _)| *first <= sphere);
         let color = || {
@@ -127,8 +80,8 @@ impl MeshColors {
         color().map_or(Spectrum::ZERO, Spectrum::from)
     }
 
-    /// How [`Self::at_vertices`] grows with u and v, by the inverse of what these grow by along the
-    /// edges.
+    /// Derivatives of [`Self::at_vertices`] by u and v, by the inverse of the derivatives of these
+    /// along the edges.
     fn gradient(&self, at: &OnTriangle) -> [Spectrum; 2] {
         let [c0, c1, c2] = self.corners(at.triangle);
         let [d1, d2] = at.uv_edges;
@@ -149,7 +102,7 @@ impl MeshColors {
 }
 
 impl Textures {
-    /// What a texture shows at a point of a surface.
+    /// Colour of a texture at a point of a surface.
     #[inline]
     pub fn color(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Spectrum {
         let TextureRecord { pattern, to_pattern } = self.records[id];
@@ -169,7 +122,7 @@ impl Textures {
         }
     }
 
-    /// What an image or squares show, where a path sees what is between these axes.
+    /// Colour of an image or checkerboard; `axes` returns the axes of the footprint.
     #[inline(always)]
     fn flat(&self, pattern: PatternRecord, uv: Vec2, axes: impl FnOnce() -> [Vec2; 2]) -> Spectrum {
         match pattern {
@@ -190,8 +143,8 @@ impl Textures {
         }
     }
 
-    /// How a texture lies at a point. Where it does by values of the mesh, these are as the
-    /// coordinates of the surface after a transform, which is the same all over a triangle.
+    /// Mapping of a texture at a point. A mapping by values of the mesh is converted to surface
+    /// coordinates with a transform, which is constant on each triangle.
     fn laid_at(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> MappedTexture {
         let laid = self.laid[id];
         let TextureMappingRecord::Values(values) = laid.layout else { return laid };
@@ -221,7 +174,7 @@ impl Textures {
         self.factor(square, at).map(|c| c.max(0.0).sqrt())
     }
 
-    /// The colour of a mesh or of points; black where there are none.
+    /// Colour of a mesh or of points; black without any.
     fn color_of_mesh(&self, pattern: PatternRecord, at: &TextureEvalContext) -> Spectrum {
         if let (PatternRecord::VertexColors(i), Some(sphere)) = (pattern, at.sphere) {
             return self.mesh_colors[i as usize].of_sphere(sphere);
@@ -240,7 +193,7 @@ impl Textures {
         a * b
     }
 
-    /// Where all is one of the two, the other is not looked at.
+    /// At a weight of 0 or 1, only one of the two colours is evaluated.
     #[inline(never)]
     fn blend(
         &self,
@@ -265,12 +218,12 @@ impl Textures {
         }
     }
 
-    /// Radiance at a point of a surface that glows; nothing is less than black.
+    /// Emitted radiance at a point of a surface; negative values become 0.
     pub fn radiance(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Spectrum {
         Spectrum(self.color(id, at).0.max(Vec3::ZERO))
     }
 
-    /// A number at a point of a surface.
+    /// Value of a parameter at a point of a surface.
     #[inline]
     pub fn number(&self, varying: FloatTexture, at: &TextureEvalContext) -> f32 {
         match varying {
@@ -279,8 +232,8 @@ impl Textures {
         }
     }
 
-    /// How the luminance grows with u and v of the surface, between jumps; what is by the normal of
-    /// the shape is taken not to grow, as on flat triangles.
+    /// Derivatives of the luminance by u and v of the surface, ignoring discontinuities. Patterns
+    /// that depend on the normal of the shape count as constant, as they are on flat triangles.
     #[inline]
     pub fn gradient(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Vec2 {
         let TextureRecord { pattern, to_pattern } = self.records[id];
@@ -294,7 +247,7 @@ impl Textures {
         }
     }
 
-    /// The same for each channel.
+    /// Derivatives of each channel by u and v of the surface.
     fn color_gradient(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> [Spectrum; 2] {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         match (pattern, &at.on_triangle) {
@@ -356,8 +309,8 @@ impl Textures {
         }
     }
 
-    /// Returns true if a texture lies in space with all that it is made of, so that surfaces need
-    /// no coordinates.
+    /// Returns true if a texture and all of its parts are mapped in world space, so that surfaces
+    /// need no coordinates.
     pub fn is_in_space(&self, id: Id<TextureRecord>) -> bool {
         let factor = |factor: Factor| match factor {
             Factor::Value(_) => true,
@@ -389,14 +342,14 @@ impl Textures {
         }
     }
 
-    /// How much memory all images and colours of meshes take.
+    /// Memory of all images and colours of meshes, in bytes.
     pub fn bytes(&self) -> usize {
         let images: usize = self.texels.as_slice().iter().map(Texels::bytes).sum();
         images + self.mesh_colors.iter().map(MeshColors::bytes).sum::<usize>()
     }
 }
 
-/// Of one texture, for the examples of lights.
+/// Collections of one texture, for the examples of lights.
 impl Textures {
     fn of_one(mut self, pattern: PatternRecord) -> (Id<TextureRecord>, Self) {
         let record = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
@@ -426,8 +379,8 @@ impl Textures {
 mod tests {
     use super::*;
 
-    /// One triangle with colours, at coordinates that stretch and turn it; the product of these
-    /// with an image; and what is between these and another colour, by themselves.
+    /// One triangle with vertex colours, and a sheared mapping: the colours, their product with an
+    /// image, and a blend of them with another colour, weighted by themselves.
     fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 3]) {
         let corners = [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from);
         let triangles = vec![FLAT, [0, 1, 2]];
@@ -454,7 +407,7 @@ mod tests {
         (textures, [colors, product, blend])
     }
 
-    /// The point of that triangle with these coordinates.
+    /// Context of a point of that triangle with these coordinates.
     fn on_triangle(uv: Vec2) -> TextureEvalContext {
         let corner = Vec2::new(0.1, 0.05);
         let uv_edges = [Vec2::new(0.5, 0.2), Vec2::new(-0.1, 0.6)];
@@ -465,8 +418,8 @@ mod tests {
         TextureEvalContext { on_triangle, ..TextureEvalContext::of(uv) }
     }
 
-    /// Of colours at vertices, of their product with an image, and of what is between them and
-    /// another colour, by themselves.
+    /// Tests vertex colours, their product with an image, and their blend with another colour,
+    /// weighted by themselves.
     #[test]
     fn gradients_on_triangles_are_differences() {
         const STEP: f32 = 1e-3;
@@ -485,7 +438,7 @@ mod tests {
         }
     }
 
-    /// By a texture, the share is one or the other or between, and what is beyond 1 is 1.
+    /// A textured weight is clamped to [0, 1], and a weight in between interpolates.
     #[test]
     fn blends_are_between_what_their_parts_show() {
         let (white, dark) = (Spectrum::ONE, Spectrum::rgb(0.5, 0.25, 0.125));

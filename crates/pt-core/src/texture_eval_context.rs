@@ -6,32 +6,32 @@ use pt_bvh::{Hit, Sphere};
 use pt_math::{Mat3, Vec2, Vec3, trig};
 
 use crate::footprint::Footprint;
-use crate::scene::{Interaction, RenderScene};
 use crate::shapes::{FLAT, ShapeTables};
 
-/// How texture coordinates lie on a surface at a point, and where that is.
+/// Texture coordinates at a point of a surface, with the derivatives of the point by them, and its
+/// footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureEvalContext {
     /// Coordinates (u, v); on triangles without them, the barycentric ones.
     pub uv: Vec2,
-    /// Where in the world it is, in metres.
+    /// Point in world space, in metres.
     pub point: Vec3,
-    /// The unit normal of the shape in the world, on either side; zero where there is none.
+    /// Unit normal of the shape in world space, on either side; zero if there is none.
     pub normal: Vec3,
-    /// ∂p/∂u, in metres; `None` where the surface has no coordinates, or they are all on a line.
+    /// ∂p/∂u, in metres; `None` if the surface has no coordinates, or they are collinear.
     pub along_u: Option<Vec3>,
-    /// ∂p/∂v, likewise.
+    /// ∂p/∂v, in metres; `None` under the same conditions.
     pub along_v: Option<Vec3>,
-    /// Where on a triangle it is; `None` on spheres.
+    /// Position on a triangle; `None` on spheres.
     pub on_triangle: Option<OnTriangle>,
-    /// Number of the sphere in the scene; `None` on triangles.
+    /// Index of the sphere in the scene; `None` on triangles.
     pub sphere: Option<u32>,
-    /// What a path sees of it at once.
+    /// Footprint of the path on the surface.
     pub footprint: Footprint,
 }
 
 impl TextureEvalContext {
-    /// A point of what is no surface of the scene.
+    /// Creates the context of a point that is not on a surface of the scene.
     pub fn of(uv: Vec2) -> Self {
         let footprint = Footprint::default();
         Self {
@@ -46,7 +46,7 @@ impl TextureEvalContext {
         }
     }
 
-    /// The axes of the footprint in texture coordinates; zero where the surface has none.
+    /// Axes of the footprint in texture coordinates; zero if the surface has none.
     pub fn footprint_on_surface(&self) -> [Vec2; 2] {
         match (self.along_u, self.along_v) {
             (Some(u), Some(v)) => self.footprint.on_surface(u, v),
@@ -58,33 +58,12 @@ impl TextureEvalContext {
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnTriangle {
-    /// Number of the triangle in the scene.
+    /// Index of the triangle in the scene.
     pub triangle: u32,
-    /// How much of the second and of the third corner there is in the point.
+    /// Barycentric coordinates of the second and the third corner.
     pub barycentric: Vec2,
-    /// By how much (u, v) grows from the first corner to the second, and to the third.
+    /// Differences of (u, v) from the first corner to the second, and to the third.
     pub uv_edges: [Vec2; 2],
-}
-
-impl RenderScene {
-    /// The texture coordinates where a primitive was hit, at the time of the ray.
-    pub fn texture_eval_context(
-        &self,
-        at: &Interaction,
-        hit: &Hit,
-        time: f32,
-    ) -> TextureEvalContext {
-        let shapes = &self.shapes;
-        let primitive = hit.primitive as usize;
-        let there = match primitive.checked_sub(shapes.triangles.len()) {
-            None => shapes.on_triangle(primitive, hit),
-            Some(sphere) if sphere < shapes.spheres.len() => shapes.on_sphere(sphere, at.point.p),
-            Some(_) => {
-                self.with_instances(|placed| placed.texture_eval_context(at.point.p, hit, time))
-            }
-        };
-        TextureEvalContext { point: at.point.p, normal: at.point.normal, ..there }
-    }
 }
 
 impl ShapeTables {

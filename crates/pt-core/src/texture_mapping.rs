@@ -1,59 +1,21 @@
-//! Textures that do not lie on the texture coordinates of a surface, or are not flat: where a point
-//! of the surface is on them, and how that changes along the surface.
+//! Textures with a mapping other than the texture coordinates of the surface, and procedural ones:
+//! coordinates of a surface point, and their derivatives along the surface.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use pt_math::noise::ValueAndGradient;
-use pt_math::{Affine2, DAffine3, DVec3, Spectrum, Vec2, Vec3};
+use pt_math::{DAffine3, DVec3, Spectrum, Vec2, Vec3};
 
 use crate::procedural::Procedural;
-use crate::texture::PatternRecord;
 use crate::texture_eval_context::TextureEvalContext;
-
-/// A texture with a layout.
-#[derive(Clone, Copy, Debug)]
-pub struct MappedTexture {
-    /// What gives points their coordinates.
-    pub layout: TextureMappingRecord,
-    /// From the first two of these to those of the pattern.
-    pub to_pattern: Affine2,
-    /// What it shows.
-    pub pattern: MappedPattern,
-}
-
-/// What it shows.
-#[derive(Clone, Copy, Debug)]
-pub enum MappedPattern {
-    /// What is an image or squares.
-    Flat(PatternRecord),
-    /// Procedural pattern.
-    Procedural(Procedural),
-    /// A grid, by its number in [`Textures::grids`](crate::texture::Textures::grids).
-    Grid(u32),
-}
-
-/// See [`pt_scene::texture::TextureMapping`]; transforms go from the world in metres.
-#[derive(Clone, Copy, Debug)]
-pub enum TextureMappingRecord {
-    /// The texture coordinates of the surface.
-    Surface,
-    /// The point itself.
-    Space(DAffine3),
-    /// Its direction from the origin.
-    Sphere(DAffine3),
-    /// Values of the mesh, by their number in
-    /// [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
-    Values(u32),
-    /// Angle around the z axis, and height.
-    Cylinder(DAffine3),
-}
+use crate::texture_record::{MappedTexture, TextureMappingRecord};
 
 impl TextureMappingRecord {
-    /// The coordinates of a point.
+    /// Coordinates of a point.
     fn coordinates(&self, place: &TextureEvalContext) -> Vec3 {
         let p = |map: &DAffine3| map.transform_point3(place.point.as_dvec3());
         match self {
-            // Values are made coordinates of the surface before.
+            // Values were converted to coordinates of the surface before.
             Self::Surface | Self::Values(_) => place.uv.extend(0.0),
             Self::Space(map) => p(map).as_vec3(),
             Self::Sphere(map) => {
@@ -70,8 +32,8 @@ impl TextureMappingRecord {
         }
     }
 
-    /// How the coordinates grow along vectors: of the texture coordinates of the surface, and of
-    /// the world.
+    /// Derivatives of the coordinates along two steps, each given in texture coordinates of the
+    /// surface and in world space.
     fn derivatives(&self, place: &TextureEvalContext, steps: [(Vec2, Vec3); 2]) -> [Vec3; 2] {
         let p = |map: &DAffine3| map.transform_point3(place.point.as_dvec3());
         let along = |map: &DAffine3, of: &dyn Fn(DVec3) -> DVec3| {
@@ -101,8 +63,7 @@ impl TextureMappingRecord {
 }
 
 impl MappedTexture {
-    /// Coordinates on the pattern; what is too far away for single precision is taken to be at the
-    /// origin.
+    /// Coordinates on the pattern; the origin if they overflow single precision.
     pub(crate) fn at(&self, place: &TextureEvalContext) -> Vec3 {
         let at = self.layout.coordinates(place);
         let at = self.to_pattern.transform_point2(at.truncate()).extend(at.z);
@@ -115,13 +76,13 @@ impl MappedTexture {
         grown.map(|step| (linear * step.truncate()).extend(step.z))
     }
 
-    /// How they grow with u and v of the surface.
+    /// Derivatives of the coordinates on the pattern by u and v of the surface.
     pub(crate) fn along_surface(&self, place: &TextureEvalContext) -> [Vec3; 2] {
         let [u, v] = [place.along_u, place.along_v].map(Option::unwrap_or_default);
         self.differentials(place, [(Vec2::X, u), (Vec2::Y, v)])
     }
 
-    /// The axes of what a path sees of the pattern at once.
+    /// Axes of the footprint in coordinates of the pattern.
     pub(crate) fn footprint(&self, place: &TextureEvalContext) -> [Vec3; 2] {
         let [s, t] = place.footprint.in_space();
         if [s, t] == [Vec3::ZERO; 2] {
@@ -131,12 +92,12 @@ impl MappedTexture {
         self.differentials(place, [(a, s), (b, t)])
     }
 
-    /// What a pattern that is computed shows.
+    /// Colour of a procedural pattern.
     pub(crate) fn computed(&self, pattern: Procedural, place: &TextureEvalContext) -> Spectrum {
         pattern.color(self.at(place), self.width(pattern, place))
     }
 
-    /// How it grows with u and v of the surface.
+    /// Derivatives of a procedural pattern by u and v of the surface.
     pub(crate) fn slopes(&self, pattern: Procedural, place: &TextureEvalContext) -> [Spectrum; 2] {
         let channels = pattern.sloped(self.at(place), self.width(pattern, place));
         let along = self.along_surface(place);
@@ -144,7 +105,7 @@ impl MappedTexture {
             .map(|step| Spectrum(Vec3::from(channels.map(|c: ValueAndGradient| c.slope.dot(step)))))
     }
 
-    /// The longer axis of what is seen at once, if the pattern asks for it.
+    /// Length of the longer axis of the footprint; 0 if the pattern does not use it.
     fn width(&self, pattern: Procedural, place: &TextureEvalContext) -> f32 {
         if !pattern.has_octaves() {
             return 0.0;
@@ -156,9 +117,10 @@ impl MappedTexture {
 
 #[cfg(test)]
 mod tests {
-    use pt_math::{DMat3, trig};
+    use pt_math::{Affine2, DMat3, trig};
 
     use super::*;
+    use crate::texture_record::MappedPattern;
 
     fn place(point: Vec3) -> TextureEvalContext {
         TextureEvalContext { point, ..TextureEvalContext::of(Vec2::new(0.3, 0.7)) }
@@ -185,7 +147,7 @@ mod tests {
         ]
     }
 
-    /// A point is where its polar angle and longitude say.
+    /// Coordinates agree with the polar angle and longitude of the point.
     #[test]
     fn directions_have_the_coordinates_of_a_sphere_and_a_cylinder() {
         for i in 0..100_u16 {
@@ -202,8 +164,7 @@ mod tests {
         }
     }
 
-    /// How coordinates grow along the surface is what they are a step further on less what they are
-    /// here.
+    /// Derivatives along the surface agree with finite differences.
     #[test]
     fn growth_is_a_difference() {
         const STEP: f32 = 1e-2;
@@ -228,7 +189,7 @@ mod tests {
         }
     }
 
-    /// Also on the axis, at the origin, and beyond all that single precision can tell.
+    /// Also tests the axis, the origin, and values beyond the range of single precision.
     #[test]
     fn coordinates_and_their_growth_are_finite_everywhere() {
         let hostile = [0.0, -0.0, 1.0, 1e-40, 1e30, -1e38, f32::INFINITY, f32::NAN];

@@ -1,45 +1,44 @@
-//! Where rays begin that leave a triangle next to others.
+//! Origins of rays that leave a triangle next to others.
 //!
-//! A point of a triangle is rounded, and moved off the triangle so that rays from it do not hit
-//! that one again: what is reached thereby may lie beyond another wall that meets this one at an
-//! acute angle, and light would leak from there into a closed room, or out of it. In double
-//! precision the point is on the triangle, and so inside of the room. Where another triangle
-//! crosses the way from there to the origin of a ray, the point is moved away from the edge, within
-//! its triangle.
+//! A ray origin is a rounded point of a triangle, offset so that the ray does not hit the triangle
+//! again. It may lie behind another wall that meets this one at an acute angle, and light would
+//! leak from there into a closed room, or out of it. In double precision the point is on the
+//! triangle, and so inside of the room. If another triangle crosses the segment from there to the
+//! origin of a ray, the point is moved away from the edge, within its triangle.
 
 use pt_bvh::{Bvh, Hit};
 use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Vec3};
 
-/// Origins of rays lie beyond a wall at an angle of 1° or more only where the edge is nearer than
-/// so many times the distance from the point to them: cot 1° = 57.3, doubled for half of the room
-/// between the walls to be left.
+/// Largest distance to an edge, relative to the distance from the point to the origins of its rays,
+/// at which an origin can lie behind a wall that meets the triangle at 1° or more: cot 1° = 57.3,
+/// doubled so that half of the space between the walls is left.
 const COTANGENT: f32 = 128.0;
 
 /// A point is moved by at most 2 to this power times the distance to the origins of its rays.
 const STEPS: i32 = 12;
 
-/// A point with at least this share of each corner is inside of its triangle, whatever was rounded.
+/// Smallest barycentric coordinate of points that are inside of their triangle despite rounding.
 const MIN_SHARE: f64 = 1e-9;
 
-/// How much farther off a triangle rays begin next to its edges, by its size: the vertices that
-/// the triangle test sees err by 17ε of their distance, and what passes the edge at less than that
-/// may pass between the triangle, from which it comes, and the other one.
+/// Returns the additional offset of the origins of rays near the edges of a triangle of this size.
+/// The vertices in the triangle test have errors of 17ε of their distance, and a ray that passes an
+/// edge more closely than that may slip between the triangle that it leaves and the adjacent one.
 #[inline(always)]
 pub(crate) fn margin(size: f32) -> f32 {
     size * (64.0 * EPSILON)
 }
 
-/// Returns true if another wall may be in the way of rays' origins, which are within `reach` of the
-/// point.
+/// Returns true if another wall may separate the point from the origins of its rays, which are
+/// within `reach` of it.
 #[inline(always)]
 pub(crate) fn may_be_crossed(to_edge: f32, reach: f32) -> bool {
     to_edge < reach * COTANGENT
 }
 
-/// The point of a triangle, of those on the way from where it was hit to its middle, that is
-/// nearest to the hit among those from which no other triangle is met on the way to the `origins`
-/// of rays that leave it, nor as far beyond these; if there is one. Origins are within `reach`.
+/// Returns the point of a triangle nearest to the hit, on the line from there to the centroid, from
+/// which no other triangle is met on the way to the `origins` of rays, nor as far again beyond
+/// them; `None` if there is none. Origins are within `reach`.
 #[cold]
 #[inline(never)]
 pub(crate) fn clear(
@@ -57,7 +56,7 @@ pub(crate) fn clear(
         !ends.into_iter().any(|end| bvh.is_crossed([*p, end], normal, hit.primitive))
     };
     let [b1, b2] = [hit.b1, hit.b2].map(f64::from);
-    // By rounding, some may be below 0.
+    // Rounding may make some of them negative.
     let shares = [1.0 - b1 - b2, b1, b2].map(|b| b.max(0.0));
     let p = mean(shares.map(|b| b / shares.iter().sum::<f64>()));
     let is_inside = shares.iter().all(|&b| b > MIN_SHARE);

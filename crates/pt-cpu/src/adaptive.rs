@@ -1,4 +1,4 @@
-//! Films of two halves, and renders that end when their image is good enough.
+//! Rendering of films with half buffers, and renders with an error target.
 
 use std::ops::Range;
 
@@ -9,8 +9,8 @@ use pt_core::settings::Target;
 use crate::render::{Outcome, Renderer, Shared, passes};
 
 impl Renderer<'_> {
-    /// Takes the samples that both halves lack, of each pixel or until the image is as good as it
-    /// is to be.
+    /// Takes the samples that both halves lack: a fixed number per pixel, or until the error target
+    /// is reached.
     pub(crate) fn render_half_buffers(&self, film: &mut Film, shared: &mut Shared) -> Outcome {
         if let Some(target) = &self.settings.target {
             return self.to_target(film, target, shared);
@@ -21,7 +21,7 @@ impl Renderer<'_> {
         self.take_samples_up_to(film, [&first, &second], shared)
     }
 
-    /// Takes samples round by round, until an image is good enough or no pixel may have more.
+    /// Takes samples in rounds, until the error target or the maximum number of samples is reached.
     fn to_target(&self, film: &mut Film, target: &Target, shared: &mut Shared) -> Outcome {
         let most = self.settings.spp / 2;
         let reuse = self.settings.reuse;
@@ -49,7 +49,7 @@ impl Renderer<'_> {
         progress
     }
 
-    /// Brings each pixel of both halves to as many samples as it is to have.
+    /// Takes samples of both halves until each pixel has the number in `wanted`.
     fn take_samples_up_to(&self, film: &mut Film, wanted: [&[u32]; 2], shared: &Shared) -> Outcome {
         let end = wanted.into_iter().flatten().copied().max().unwrap_or(0);
         let fewest = HalfBuffer::BOTH.map(|half| film.counts_of(half).min().unwrap_or(0));

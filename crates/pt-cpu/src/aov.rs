@@ -1,4 +1,4 @@
-//! The first surfaces that samples see, for what a film keeps besides light.
+//! AOVs: the first surfaces of samples, for the channels of a film other than radiance.
 
 use pt_bvh::Hit;
 use pt_core::film::{FirstHit, Tile};
@@ -7,18 +7,18 @@ use pt_core::{Interaction, RenderScene};
 use pt_math::sampler::Sampler;
 use pt_math::{Ray, Rays, Spectrum};
 
-use crate::batch::SampleRange;
 use crate::integrator::{CAMERA_DIMENSIONS, CameraRays, alpha};
+use crate::sample_range::SampleRange;
 use crate::tracer::Tracer;
 
-/// Finds them; what is held is memory to work in.
+/// Computes AOVs; the fields are buffers.
 #[derive(Default)]
 pub(crate) struct Aovs {
     hits: Vec<Option<Hit>>,
 }
 
 impl Aovs {
-    /// Adds those of a batch to its tile.
+    /// Adds the AOVs of a batch to its tile.
     pub(crate) fn add(
         &mut self,
         tracer: &mut Tracer,
@@ -58,8 +58,8 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Samp
     }
 }
 
-/// The weight of one direction that the BSDF draws, whose mean is the albedo; what is matte or
-/// smooth has it in every direction.
+/// Weight of one direction sampled from the BSDF, whose mean is the albedo. For diffuse and smooth
+/// surfaces it is the same in every direction.
 fn albedo(
     scene: &RenderScene,
     at: &Interaction,

@@ -1,10 +1,10 @@
-//! Pixels that see nothing but an even sky, or the dark: all their samples are the same, and one
-//! need not ask how often these missed something.
+//! Pixels that show only a constant background: they have zero variance and need no missing-mass
+//! bound.
 //!
-//! Which they are is a question to the scene and not to samples, so that the answer biases nothing.
-//! All primitives are drawn over the squares in which samples of pixels lie; what none touches is
-//! vacant. That is on the safe side: squares are a little larger than they are, spheres seen
-//! through a lens and placed objects are boxes.
+//! They are found from the scene and not from samples, so that the result introduces no bias. All
+//! primitives are rasterized over the sample areas of the pixels; a pixel touched by none is
+//! background. The test is conservative: sample areas are enlarged a little, and spheres seen
+//! through a lens and instances are drawn as boxes.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 
@@ -17,25 +17,24 @@ use rayon::prelude::*;
 
 use crate::render::Renderer;
 
-/// By how much squares of samples are taken for larger, in pixels, besides what rounding of rays
-/// may be.
+/// Enlargement of sample areas in pixels, in addition to the rounding of rays.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// By which share of its numbers a ray is off by rounding at most.
+/// Maximum relative rounding error of rays.
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
-/// Side of the squares of pixels that are looked at together.
+/// Side of the blocks of pixels that are tested together.
 const BLOCK: u32 = 16;
 
-/// Primitives that are drawn by one thread in a row.
+/// Number of primitives per parallel task.
 const CHUNK: usize = 4096;
 
-/// Below this, as a share of what it may be, the sign of a determinant is not trusted.
+/// Below this value, relative to its bound, the sign of a determinant is unreliable.
 const MIN_DETERMINANT: f64 = 1e-9;
 
 impl Renderer<'_> {
-    /// Of each pixel of a film, row by row, whether all its samples are known to be the same;
-    /// nothing if none is.
+    /// For each pixel of a film, row by row, a flag that all its samples are known to be the same;
+    /// empty if no flag is set.
     pub(crate) fn background_pixels(&self, region: Region) -> Vec<bool> {
         let Self { scene, settings, .. } = self;
         let is_uniform = settings.target.is_some_and(|target| target.uniform);
@@ -52,7 +51,7 @@ impl Renderer<'_> {
     }
 }
 
-/// Draws all that a scene holds.
+/// Rasterizes all primitives of a scene.
 fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
     let shapes = &scene.shapes;
     shapes.triangles.par_chunks(CHUNK).for_each(|triangles| {
@@ -72,8 +71,8 @@ fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
     }
 }
 
-/// Columns and rows as real numbers, from the upper left corner of the image: least and greatest of
-/// each.
+/// Rectangle of real columns and rows, from the upper left corner of the image: minimum and maximum
+/// of each.
 #[derive(Clone, Copy, Debug)]
 struct Square {
     x: [f64; 2],
@@ -84,7 +83,7 @@ impl Square {
     const ALL: Self =
         Self { x: [f64::NEG_INFINITY, f64::INFINITY], y: [f64::NEG_INFINITY, f64::INFINITY] };
 
-    /// Around points.
+    /// Bounding rectangle of points.
     fn around(points: impl Iterator<Item = [f64; 2]>) -> Self {
         const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let with = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
@@ -92,37 +91,37 @@ impl Square {
             .fold(Self { x: NONE, y: NONE }, |s, [x, y]| Self { x: with(s.x, x), y: with(s.y, y) })
     }
 
-    /// With so much more on all sides.
+    /// Rectangle enlarged by `by` on all sides.
     fn grown(self, by: f64) -> Self {
         let grown = |[low, high]: [f64; 2]| [low - by, high + by];
         Self { x: grown(self.x), y: grown(self.y) }
     }
 
-    /// The greater one of width and height.
+    /// Maximum of width and height.
     fn size(&self) -> f64 {
         (self.x[1] - self.x[0]).max(self.y[1] - self.y[0])
     }
 }
 
-/// From points of the world to those of the image.
+/// Projection from world space to the image.
 struct View {
-    /// From the world's directions to right, up and forward.
+    /// Matrix from world directions to right, up and forward.
     to_camera: DMat3,
     position: DVec3,
     is_parallel: bool,
-    /// Pixels that a step of 1 to the right and up is, at distance 1.
+    /// Number of pixels per unit to the right and up, at distance 1.
     scale: [f64; 2],
-    /// The greater one.
+    /// Maximum magnitude of `scale`.
     finest: f64,
     principal_point: [f64; 2],
-    /// How far from the middle of a pixel its samples are.
+    /// Maximum distance of samples from the middle of their pixel, in pixels.
     reach: f64,
-    /// Radius of the lens in pixels at distance 1, and the distance of what is sharp.
+    /// Radius of the lens in pixels at distance 1, and the focal distance.
     lens: Option<(f64, f64)>,
 }
 
 impl View {
-    /// `None` for meters, and cameras that move or see all around.
+    /// Creates the projection; `None` for meters, moving cameras and panoramas.
     fn new(scene: &RenderScene, radius: f64) -> Option<Self> {
         let camera = &scene.camera;
         if scene.meter.is_some()
@@ -135,7 +134,7 @@ impl View {
         let scale = scale(camera);
         let position = camera.position.as_dvec3();
         let finest = scale[0].abs().max(scale[1].abs());
-        // Directions are of unit length about, and points of lenses are rounded where these are.
+        // Directions have about unit length, and points of lenses are rounded in world space.
         let wide = camera.half_extent[0].max(camera.half_extent[1]);
         let rounding = ROUNDING * finest * (1.0 + f64::from(wide));
         let lens_radius = f64::from(camera.lens_radius) + ROUNDING * position.length();
@@ -153,7 +152,7 @@ impl View {
         })
     }
 
-    /// To the right, up, and forward.
+    /// Transforms a point to camera coordinates: right, up, and forward.
     fn in_camera(&self, p: DVec3) -> DVec3 {
         self.to_camera * (p - self.position)
     }
@@ -165,21 +164,21 @@ impl View {
         DVec3::new(p.x * sx + x0 * w, y0 * w - p.y * sy, w)
     }
 
-    /// The direction in which the camera sees a point of the image.
+    /// Direction from the camera through a point of the image.
     fn direction(&self, x: f64, y: f64) -> DVec3 {
         let ([x0, y0], [sx, sy]) = (self.principal_point, self.scale);
         DVec3::new((x - x0) / sx, (y0 - y) / sy, 1.0).normalize()
     }
 
-    /// How far from where the middle of the lens sees it another of its points sees something
-    /// between these depths, in pixels: by similar triangles r |1/z − 1/f|.
+    /// Maximum displacement in the image, in pixels, of points between these depths as seen from
+    /// another point of the lens than its middle: by similar triangles r |1/z − 1/f|.
     fn blur(&self, depths: impl Iterator<Item = f64>) -> f64 {
         let Some((radius, focal)) = self.lens else { return 0.0 };
         depths.map(|z| radius * (1.0 / z - 1.0 / focal).abs()).fold(0.0, f64::max)
     }
 
-    /// How far from where they are rays that are parallel may find points, in pixels: the rays
-    /// begin somewhere, and are long.
+    /// Maximum rounding error of parallel rays at some points, in pixels: the origins of the rays
+    /// are rounded, and the rays are long.
     fn rounding(&self, points: [DVec3; 3]) -> f64 {
         let far = points.iter().map(|p| p.distance(self.position)).fold(0.0, f64::max);
         let all = far + self.position.length();
@@ -207,9 +206,9 @@ impl View {
         canvas.cover(bounds, reach, |at| edges.is_none_or(|e| e.touch(at)));
     }
 
-    /// Returns true if no side of a square has all corners of a triangle beyond it, as far as the
-    /// lens goes. At depth z the rays of a lens are r |1 − z/f| around that of its middle,
-    /// which makes what is beyond them convex.
+    /// Returns true unless all corners of a triangle are beyond one side of a square, by more than
+    /// the extent of the lens. At depth z the rays of a lens are within r |1 − z/f| of that of its
+    /// middle, so the region beyond them is convex.
     fn may_see(&self, corners: [DVec3; 3], at: Square) -> bool {
         let room =
             |z: f64| self.lens.map_or(0.0, |(radius, focal)| radius * (1.0 - z / focal).abs());
@@ -221,7 +220,7 @@ impl View {
         !sides.into_iter().any(|(sign, side, axis)| is_beyond(sign, side, axis))
     }
 
-    /// A box, by its faces: who is inside sees one everywhere.
+    /// Draws a box by its faces: from inside, a face is visible everywhere.
     fn draw_box(&self, [least, greatest]: [DVec3; 2], canvas: &Canvas) {
         const FACES: [[usize; 4]; 6] =
             [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
@@ -243,8 +242,7 @@ impl View {
         if self.lens.is_some() || !is_usual {
             return self.draw_box([in_world - radius, in_world + radius], canvas);
         }
-        // In front of the camera as a whole: the corners of a box with the camera's axes are around
-        // it.
+        // The sphere is entirely in front of the camera: a box along the camera's axes contains it.
         let corners = (0..8).map(|i| {
             let end = |axis: usize| if i >> axis & 1 == 0 { -radius } else { radius };
             let corner = self.on_image(center + DVec3::new(end(0), end(1), end(2)));
@@ -256,28 +254,27 @@ impl View {
             let corners = at.x.into_iter().flat_map(|x| at.y.map(|y| self.direction(x, y)));
             let cos_square = corners.map(|d| d.dot(middle)).fold(1.0, f64::min);
             let sin_square = (1.0 - cos_square * cos_square).max(0.0).sqrt();
-            // The cosine of the sum of the angles that the square and the sphere have to their
-            // middles.
+            // Cosine of the sum of the angular radii of the square and the sphere.
             let apart = cos_square * (1.0 - sin * sin).sqrt() - sin_square * sin;
             middle.dot(axis) >= apart - 1e-9
         });
     }
 }
 
-/// Pixels that a step of 1 is to the right and up.
+/// Number of pixels per unit to the right and up.
 fn scale(camera: &Camera) -> [f64; 2] {
     let of = |i: usize| 0.5 * f64::from(camera.resolution[i]) / f64::from(camera.half_extent[i]);
     [of(0), of(1)]
 }
 
-/// The planes through the camera and the edges of a triangle, as linear functions of column and row
-/// that are not negative where it is seen. [Olano & Greer 1997, "Triangle Scan Conversion using 2D
-/// Homogeneous Coordinates", §3]
+/// Planes through the camera and the edges of a triangle, as linear functions of column and row
+/// that are nonnegative inside of its image. [Olano & Greer 1997, "Triangle Scan Conversion using
+/// 2D Homogeneous Coordinates", §3]
 #[derive(Clone, Copy)]
 struct Edges([DVec3; 3]);
 
 impl Edges {
-    /// `None` if it is seen from its edge.
+    /// Creates the edge functions; `None` if the triangle is seen edge-on.
     fn new([a, b, c]: [DVec3; 3]) -> Option<Self> {
         let edges = [b.cross(c), c.cross(a), a.cross(b)];
         let determinant = a.dot(edges[0]);
@@ -292,13 +289,13 @@ impl Edges {
     }
 }
 
-/// The pixels of a film, of which some see a surface; many threads draw on it.
+/// Pixels of a film, each marked if it may see a surface; many threads draw on it.
 struct Canvas {
     region: Region,
-    /// Blocks in a row.
+    /// Number of blocks in a row.
     columns: u32,
     drawn: Vec<AtomicBool>,
-    /// Number of pixels of each block that are not drawn.
+    /// Number of unmarked pixels of each block.
     left: Vec<AtomicU32>,
     left_of_all: AtomicUsize,
 }
@@ -322,8 +319,7 @@ impl Canvas {
         self.left_of_all.load(Ordering::Relaxed) == 0
     }
 
-    /// Draws what lies within bounds, on pixels whose samples are not further from their middles
-    /// than `reach` and whose squares it touches.
+    /// Marks the pixels within bounds whose sample areas, of half side `reach`, satisfy `touches`.
     fn cover(&self, bounds: Square, reach: f64, touches: impl Fn(Square) -> bool) {
         let Region { x, y, width, height } = self.region;
         let Square { x: xs, y: ys } = bounds.grown(reach - 0.5);
@@ -358,7 +354,7 @@ impl Canvas {
         }
     }
 
-    /// The pixels on which nothing was drawn; nothing if there are none.
+    /// Flags of the unmarked pixels; empty if there are none.
     fn background_only(self) -> Vec<bool> {
         if self.is_full() {
             return Vec::new();
@@ -367,13 +363,13 @@ impl Canvas {
     }
 }
 
-/// Numbers of pixels, from `first`, that have a part between two places; behind the last one.
+/// First pixel, and end of the pixels, counted from `first`, that overlap an interval.
 fn within([low, high]: [f64; 2], first: u32, count: u32) -> [u32; 2] {
     let number = |v: f64| (v - f64::from(first)).clamp(0.0, f64::from(count)) as u32;
     [number(low.floor()), number(high.floor() + 1.0)]
 }
 
-/// The parts of a range that lie in each block.
+/// Intersections of a range with the blocks.
 fn blocks([start, end]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> + Clone {
     (start / BLOCK..end.div_ceil(BLOCK))
         .map(move |i| [start.max(i * BLOCK), end.min((i + 1) * BLOCK)])

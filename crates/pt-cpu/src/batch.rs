@@ -1,6 +1,4 @@
-//! Batches of samples.
-
-use std::ops::Range;
+//! Rendering of batches of samples.
 
 use pt_core::RenderScene;
 use pt_core::film::Tile;
@@ -11,61 +9,22 @@ use pt_math::{Ray8, RayColumns, Spectrum};
 
 use crate::aov::Aovs;
 use crate::integrator::{CameraRays, Integrator, ReuseGroup, TIME_DIMENSION};
+use crate::sample_range::SampleRange;
 use crate::tracer::Tracer;
-
-/// Consecutive samples of one pixel.
-#[derive(Clone, Debug)]
-pub(crate) struct SampleRange {
-    /// Column and row.
-    pub(crate) pixel: [u32; 2],
-    pub(crate) samples: Range<u32>,
-    /// Those of them that the film lacks; the others are taken for the sake of other pixels.
-    pub(crate) kept: Range<u32>,
-    /// Pixels of its group that come behind it.
-    pub(crate) rest_of_group: u32,
-}
-
-impl SampleRange {
-    /// Samples that a pixel takes for its own sake.
-    pub(crate) fn single(pixel: [u32; 2], samples: Range<u32>) -> Self {
-        Self { pixel, kept: samples.clone(), samples, rest_of_group: 0 }
-    }
-}
-
-/// Cuts runs into batches of at most `size` samples; a run that has more is a batch.
-pub(crate) fn batches(
-    mut ranges: &[SampleRange],
-    size: usize,
-) -> impl Iterator<Item = &[SampleRange]> {
-    std::iter::from_fn(move || {
-        let [mut samples, mut n] = [0; 2];
-        while let Some(range) = ranges.get(n) {
-            let group = range.rest_of_group as usize + 1;
-            samples += group * range.samples.len();
-            if n > 0 && samples > size {
-                break;
-            }
-            n += group;
-        }
-        let (batch, rest) = ranges.split_at_checked(n.max(1))?;
-        ranges = rest;
-        Some(batch)
-    })
-}
 
 /// State of a thread, reused from batch to batch.
 pub(crate) struct Worker<'a, I: ?Sized> {
     pub(crate) tracer: Tracer<'a>,
     pub(crate) integrator: Box<I>,
     camera_rays: CameraRays,
-    /// `None` is the box.
+    /// Reconstruction filter; `None` for the box filter.
     filter: Option<&'a FilterSampler>,
-    /// Weights of the samples, if not all are 1.
+    /// Filter weights of the samples, if not all are 1.
     weights: Vec<f32>,
     radiance: Vec<Spectrum>,
     aovs: Aovs,
     hidden: Hidden,
-    /// Samples taken.
+    /// Number of samples taken.
     pub(crate) samples: u64,
 }
 
@@ -97,7 +56,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
 
     /// Takes samples and adds them to a tile.
     ///
-    /// Each is a pure function of scene, settings, pixel and the number of the sample.
+    /// Each is a pure function of scene, settings, pixel and sample number.
     pub(crate) fn render_batch(&mut self, batch: &[SampleRange], tile: &mut Tile) {
         self.generate_camera_rays(batch);
         self.integrator.radiance(&mut self.tracer, &self.camera_rays, &mut self.radiance);
@@ -135,18 +94,18 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         self.samples += batch.iter().map(|range| range.kept.len() as u64).sum::<u64>();
     }
 
-    /// Returns true if not all samples count 1.
+    /// Returns true if not all filter weights are 1.
     fn weighs(&self) -> bool {
         self.filter.is_some_and(|filter| !filter.is_positive())
     }
 
-    /// What each sample of the last batch counts, and its light.
+    /// Filter weight and radiance of each sample of the last batch.
     pub(crate) fn taken(&self) -> impl Iterator<Item = (f32, Spectrum)> {
         let weight = |i| if self.weighs() { self.weights[i] } else { 1.0 };
         self.radiance.iter().enumerate().map(move |(i, &l)| (weight(i), l))
     }
 
-    /// Makes the starts of the samples of a batch, in order.
+    /// Generates the camera rays of the samples of a batch, in order.
     fn generate_camera_rays(&mut self, batch: &[SampleRange]) {
         let CameraRays { rays, samplers, times, groups } = &mut self.camera_rays;
         groups.clear();
@@ -194,7 +153,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
     }
 }
 
-/// The rays of a camera that moves, at their times, through points of the image and of the lens.
+/// Generates rays of a moving camera, at their times, through points of the image and of the lens.
 fn moving_rays(
     scene: &RenderScene,
     times: &Lanes<f32>,
@@ -211,6 +170,7 @@ fn moving_rays(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample_range::batches;
 
     #[test]
     fn batches_hold_all_runs_in_order_and_no_more_than_their_size() {

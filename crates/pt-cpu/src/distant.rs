@@ -1,34 +1,35 @@
-//! Rays of a camera that is far from the scene.
+//! Precise intersections for cameras that are far from the scene.
 //!
 //! The depth of a hit errs by some rounding errors of the distance to the farthest vertex, so that
-//! from afar one surface closely in front of another is not told from it. Where the rays enter the
-//! box around the scene is computed in double precision, and asked for hits from there: then the
-//! error is as small as if the camera stood in front of the box.
+//! from afar one surface closely in front of another cannot be distinguished from it. The entry
+//! points of rays into the box of the scene are computed in double precision, and hits are queried
+//! from there: the error is then as small as if the camera stood in front of the box.
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
 use pt_math::{Bounds3, DVec3, Ray, Rays, Vec3};
 
-/// Along an axis on which the camera is outside of the scene, it is far if it is more than so many
-/// times as far away as the scene is large.
+/// A camera is far if, along an axis on which it is outside of the scene, its distance exceeds this
+/// many times the size of the scene.
 const FAR: f32 = 4.0;
 
-/// The same along all axes together, so that cameras in front of something flat are not far.
+/// Minimum distance relative to the largest extent of the scene, so that cameras in front of a flat
+/// scene are not far.
 const FAR_FROM_ALL: f32 = 0.25;
 
-/// Rays stop this share of the way before the box, which is more than rounding takes away.
+/// Relative distance before the box at which rays are cut, greater than the rounding error.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
-/// Rays that are asked in place of others.
+/// Rays that replace others in queries.
 pub(crate) struct Distant {
     bounds: Bounds3,
     rays: Vec<Ray>,
-    /// How far along the ray that was given each of them begins.
+    /// Parameter along the original ray at which each of them begins.
     starts: Vec<f32>,
 }
 
 impl Distant {
-    /// For a scene whose camera is far from it.
+    /// Creates the state for a scene, or `None` if its camera is not far from it.
     pub(crate) fn new(scene: &RenderScene) -> Option<Self> {
         let bounds = scene.bounds();
         let is_far = |time| is_far(scene.camera_at(time).position, &bounds);
@@ -36,7 +37,7 @@ impl Distant {
         is_distant.then(|| Self { bounds, rays: Vec::new(), starts: Vec::new() })
     }
 
-    /// The rays from where they enter the box; others as they are.
+    /// Moves the origins of the rays to the box; other rays are unchanged.
     pub(crate) fn approach(&mut self, rays: Rays) -> Rays<'_> {
         let Self { bounds, rays: nearer, starts } = self;
         nearer.clear();
@@ -55,7 +56,7 @@ impl Distant {
         Rays::Rows(nearer)
     }
 
-    /// Measures hits from where the rays that were given begin.
+    /// Converts the parameters of hits to those of the original rays.
     pub(crate) fn depart(&self, hits: &mut [Option<Hit>]) {
         for (hit, start) in hits.iter_mut().zip(&self.starts) {
             if let Some(hit) = hit {
@@ -73,8 +74,8 @@ fn is_far(p: Vec3, bounds: &Bounds3) -> bool {
     gap.cmpgt(far).any()
 }
 
-/// The parameter shortly before a ray enters the box, or comes by it; 0 if it begins inside, or
-/// behind.
+/// Parameter shortly before a ray enters the box, or passes it; 0 if it begins inside or behind the
+/// box.
 fn entry(ray: &Ray, bounds: &Bounds3) -> f32 {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let [mut start, mut end] = [0.0f64, f64::INFINITY];
@@ -86,6 +87,6 @@ fn entry(ray: &Ray, bounds: &Bounds3) -> f32 {
         start = start.max(a.min(b));
         end = end.min(a.max(b));
     }
-    // Rays that miss the box come to it, too: from afar, rounding might take them in.
+    // Rays that miss the box are moved to it, too: from afar, rounding might make them hit.
     (start.min(end).max(0.0) * (1.0 - MARGIN)) as f32
 }

@@ -14,6 +14,7 @@ mod light_groups;
 mod render;
 mod replay;
 mod reuse_tiles;
+mod sample_range;
 pub mod trace;
 mod tracer;
 

@@ -1,4 +1,4 @@
-//! Which group of lights a contribution belongs to.
+//! Assignment of contributions to light groups.
 
 use std::collections::HashMap;
 
@@ -7,19 +7,19 @@ use pt_core::light::LightSourceId;
 
 use crate::trace::{LightRef, LightSource, SampledLight};
 
-/// Groups of the lights of a scene. All lights that are in none of them belong to the last one.
+/// Light groups of a scene. All lights that are in no group belong to the last one.
 #[derive(Clone, Debug)]
 pub struct LightGroups {
     names: Vec<String>,
     of: HashMap<LightSourceId, u32>,
-    /// Of each light, or of each that may be chosen there.
+    /// Group of each static light, or of each light that may be chosen by it.
     of_lights: Vec<Vec<u32>>,
     of_moving: Vec<u32>,
 }
 
 impl LightGroups {
-    /// Of a scene: the names of the groups, the last one of which is that of all other lights, and
-    /// where each light belongs that is not there.
+    /// Creates the groups of a scene: the names of the groups, of which the last one contains all
+    /// other lights, and the group of each light that is not in the last one.
     pub fn new(
         scene: &RenderScene,
         names: Vec<String>,
@@ -36,7 +36,7 @@ impl LightGroups {
         this
     }
 
-    /// Their names.
+    /// Names of the groups.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -49,13 +49,13 @@ impl LightGroups {
         self.of.get(&origin).copied().unwrap_or(self.rest())
     }
 
-    /// The group of a light of the sky, by its number there.
+    /// Group of an infinite light, by its number.
     pub(crate) fn of_sky(&self, number: u32) -> u32 {
         self.of(LightSourceId::Sky(number))
     }
 
-    /// The group of light that was found like this, if the sky has one light. That from directions
-    /// of a hemisphere, of which nobody tells where it came from, is counted with the rest.
+    /// Group of a contribution from this source, if there is a single infinite light. Light found
+    /// by hemisphere sampling, whose source is unknown, belongs to the last group.
     pub(crate) fn of_source(&self, scene: &RenderScene, source: &LightSource) -> u32 {
         match source {
             LightSource::Emitter { primitive, .. } => {

@@ -11,21 +11,22 @@ use pt_core::settings::{Adaptive, DirectLight, Settings};
 use pt_core::{Film, Observer, ProgressUpdate, RenderScene};
 use pt_math::sampler::LANES;
 
-use crate::batch::{Worker, batches};
+use crate::batch::Worker;
 use crate::integrator::{
     self, Feature, Integrator, LightGroupIntegrator, MAX_REUSE, MAX_SPLIT, Registration,
 };
 use crate::light_groups::LightGroups;
 use crate::reuse_tiles::{ReuseTiles, SAMPLES_PER_TILING};
+use crate::sample_range::batches;
 
 /// Statistics of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Samples taken.
+    /// Number of samples taken.
     pub samples: u64,
-    /// Rays traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// Primitives tested, if they were counted.
+    /// Number of primitives tested, if counting is enabled.
     pub tests: u64,
     /// Wall-clock time.
     pub time: Duration,
@@ -34,21 +35,21 @@ pub struct Statistics {
 /// Outcome of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// All samples are taken.
+    /// All samples were taken.
     Finished,
-    /// The observer asked to stop; what is done is in the film.
+    /// The observer cancelled the render; the samples taken so far are in the film.
     Cancelled,
 }
 
-/// Why nothing can be rendered.
+/// Reason for which nothing can be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// No integrator has this name.
     #[error("there is no integrator \"{name}\"; choose one of {known}")]
     UnknownIntegrator {
-        /// The name.
+        /// Unknown name.
         name: String,
-        /// The names there are.
+        /// Known names.
         known: String,
     },
     /// The scene is compiled for another estimator.
@@ -57,46 +58,47 @@ pub enum RenderError {
          settings do not do; compile it without CompileOptions::compensated"
     )]
     Compensated,
-    /// Squares of pixels have no such side.
+    /// The side of the squares of path reuse is not supported.
     #[error("path reuse needs squares of 1, 2 or 4 pixels along a side, not {0}")]
     Reuse(u32),
-    /// The integrator does not do it.
+    /// The integrator does not support path reuse.
     #[error("path reuse is supported only by the integrator path, not by {0}")]
     NoReuse(&'static str),
-    /// Each path has a time of its own.
+    /// Path reuse is not supported with motion, since each path has its own time.
     #[error(
         "path reuse is not supported in scenes with motion; render without it, or with a closed shutter"
     )]
     ReuseInMotion,
-    /// Paths do not split like this.
+    /// The number of paths per split is not supported.
     #[error("path splitting must be a power of two up to 64, not {0}")]
     Split(u32),
-    /// The integrator does not do it, or not together with path reuse.
+    /// The integrator does not support path splitting, or not together with path reuse.
     #[error(
         "path splitting is supported only by the integrators path and direct, without path reuse"
     )]
     NoSplit,
-    /// The samples are not sums of what single paths found.
+    /// The integrator cannot record paths: its samples are not sums of contributions of single
+    /// paths.
     #[error(
         "samples of the integrator {name} cannot be explained; those of {known} can, without path reuse \
          and splitting, which do not change the mean"
     )]
     NotRecorded {
-        /// The integrator.
+        /// Name of the integrator.
         name: &'static str,
-        /// Those of which samples can be explained.
+        /// Names of the integrators whose samples can be explained.
         known: String,
     },
-    /// Light cannot be told apart by the lights that gave it.
+    /// The settings do not allow contributions to be separated by light.
     #[error(
         "light groups require one of the integrators {0}, without path reuse or splitting, and light \
          sampling for direct light (DirectLight::Mis or Light)"
     )]
     NoLightGroups(String),
-    /// The reconstruction filter makes no sense.
+    /// The reconstruction filter is invalid.
     #[error(transparent)]
     Filter(#[from] FilterError),
-    /// The system refuses threads.
+    /// Threads cannot be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
         /// Number of threads.
@@ -106,7 +108,7 @@ pub enum RenderError {
     },
 }
 
-/// Renders a scene on the threads of this machine.
+/// Renderer of a scene on the threads of this machine.
 pub struct Renderer<'a> {
     pub(crate) scene: &'a RenderScene,
     pub(crate) settings: &'a Settings,
@@ -119,27 +121,27 @@ pub struct Renderer<'a> {
     light_groups: Option<&'a LightGroups>,
 }
 
-/// Samples of a pixel in the first pass: so few that a render that is stopped soon has all of the
+/// Samples of a pixel in the first pass: few, so that a render that is stopped early has a complete
 /// image.
 const FIRST_PASS: u32 = SAMPLES_PER_TILING;
 
-/// Samples of a pixel between two visits from then on: rays of one pixel run side by side.
+/// Samples of a pixel per visit in later passes: rays of one pixel are coherent.
 const PASS: u32 = 64;
 
-/// Samples that are taken together: enough to ask for many rays at a time, few enough that all
-/// that is known of them stays in the second level of the cache.
+/// Samples per batch: enough for batched ray queries, few enough that their state stays in the
+/// second-level cache.
 const BATCH: usize = 1024;
 
-/// Samples of a light at the first surfaces of a batch: fewer paths are taken together where each
-/// asks for many, so that a render can be stopped soon.
+/// Maximum number of light samples at the first surfaces of a batch: batches are smaller if each
+/// path needs many, so that a render can be stopped soon.
 const LIGHT_SAMPLES: usize = 16 * BATCH;
 
 impl<'a> Renderer<'a> {
-    /// Sets up `threads` threads (0: one per core) that share tiles of `tile_size`² pixels.
-    /// Neither changes the image.
+    /// Creates a renderer with `threads` threads (0: one per core), which process tiles of
+    /// `tile_size`² pixels. Neither changes the image.
     ///
     /// # Errors
-    /// If the integrator is unknown, the filter makes no sense, the scene is compiled for another
+    /// If the integrator is unknown, the filter is invalid, the scene is compiled for another
     /// estimator, or threads cannot be started.
     pub fn new(
         scene: &'a RenderScene,
@@ -196,10 +198,11 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Tells the light of these groups of lights to films that keep it; the samples are the same.
+    /// Enables the radiance of these light groups for films that store it; the samples are the
+    /// same.
     ///
     /// # Errors
-    /// If the settings do not let it be told.
+    /// If the settings do not allow light groups.
     pub fn with_light_groups(self, groups: &'a LightGroups) -> Result<Self, RenderError> {
         let Settings { reuse, split, direct, .. } = self.settings;
         let is_told = (*reuse, *split) == (1, 1)
@@ -211,7 +214,7 @@ impl<'a> Renderer<'a> {
         Ok(Self { light_groups: Some(groups), ..self })
     }
 
-    /// An integrator for a thread.
+    /// Creates an integrator for a thread.
     fn new_integrator(&self) -> Box<dyn Integrator + 'a> {
         let Self { scene, settings, integrator, light_groups, .. } = *self;
         match (light_groups, integrator.new_traced) {
@@ -222,17 +225,17 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Takes `samples` samples at a time in each thread, which does not change the image either.
+    /// Sets the number of samples per batch, which does not change the image either.
     pub fn with_batch_size(self, samples: usize) -> Self {
         Self { batch_size: samples.max(1), ..self }
     }
 
-    /// Samples of a pixel between two visits, all of one [`ReuseTiles`].
+    /// Maximum number of samples of a pixel per pass, all within one [`ReuseTiles`].
     pub(crate) fn longest_pass(&self) -> u32 {
         if self.settings.reuse > 1 { SAMPLES_PER_TILING } else { PASS }
     }
 
-    /// Does something on the threads of the renderer.
+    /// Runs `work` on the threads of the renderer.
     pub(crate) fn in_pool<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
@@ -245,7 +248,7 @@ impl<'a> Renderer<'a> {
     /// Takes the samples that `film` lacks.
     ///
     /// # Panics
-    /// If the settings ask for two halves, and the film has not two.
+    /// If the settings require half buffers, and the film has none.
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Outcome, Statistics) {
         assert_eq!(
             film.has_half_buffers(),
@@ -285,8 +288,8 @@ impl<'a> Renderer<'a> {
         Outcome::Finished
     }
 
-    /// Brings every pixel to as many samples as the end of the pass, or to as many as it is to have
-    /// of a film (in rows from the top) if these are fewer.
+    /// Takes samples until every pixel has as many as the end of the pass, or as many as `wanted`
+    /// (for the pixels of the film, in rows from the top) if these are fewer.
     pub(crate) fn pass(
         &self,
         film: &mut Film,
@@ -338,10 +341,10 @@ impl<'a> Renderer<'a> {
         film.add_clamped(*clamped);
     }
 
-    /// Brings every pixel of a tile to its quota of samples, unless it converges before.
+    /// Takes samples until every pixel of a tile has its target number, unless it converges before.
     ///
-    /// The samples of each pixel are taken in order, so when this stops between two batches, the
-    /// film can be continued.
+    /// The samples of each pixel are taken in order, so if this stops between two batches, the film
+    /// can be continued.
     fn tile(
         &self,
         tile: &mut Tile,
@@ -374,7 +377,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// The samples that a pixel needs until it is looked at again, if it needs any.
+    /// Samples that a pixel needs until its next convergence test, if any.
     #[inline]
     fn due(&self, tile: &Tile, pixel: [u32; 2], targets: &SampleTargets) -> Option<Range<u32>> {
         let (n, end) = (tile.next_sample(pixel), targets.end(pixel));
@@ -389,11 +392,11 @@ impl<'a> Renderer<'a> {
         Some(n..end.min(check).min(full))
     }
 
-    /// Returns true if the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
+    /// Returns true if the n samples of a pixel suffice: 1.96 σ/√n ≤ tolerance · μ.
     ///
-    /// σ² is the variance of samples times their weights by the filter, once there are so many
-    /// that it can be told. Where the film keeps coverage, so is its interval to be narrower than
-    /// the tolerance, as a share of full coverage.
+    /// σ² is the variance of samples times their filter weights, once there are enough samples to
+    /// estimate it. If the film stores coverage, the interval of the coverage must also be narrower
+    /// than the tolerance, as a fraction of full coverage.
     fn converged(&self, tile: &Tile, pixel: [u32; 2], n: u32) -> bool {
         let Some(Adaptive { batch, tolerance }) = self.settings.adaptive else { return false };
         let least = self.filter.as_ref().map_or(0, FilterSampler::least_samples);
@@ -407,7 +410,7 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The samples of a pixel that each pass takes: at most `longest`.
+/// Splits the samples of a pixel into passes of at most `longest`.
 pub(crate) fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = Range<u32>> {
     let mut end = samples.start;
     std::iter::from_fn(move || {
@@ -422,8 +425,8 @@ pub(crate) fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = 
     })
 }
 
-/// All numbers below `n`, such that the first few of them are spread over all: as multiples of
-/// about the golden ratio are.
+/// Permutation of the numbers below `n` whose prefixes are spread evenly: multiples of about the
+/// golden ratio.
 fn scattered(n: usize) -> impl Iterator<Item = usize> {
     let divisor = |mut a: usize, mut b: usize| {
         while b > 0 {
@@ -438,17 +441,17 @@ fn scattered(n: usize) -> impl Iterator<Item = usize> {
 
 /// Target numbers of samples at the end of a pass.
 struct SampleTargets<'a> {
-    /// By the numbers of samples of each pixel.
+    /// Range of sample numbers of the pass.
     pass: Range<u32>,
-    /// Of each pixel of the region, if not as many as that.
+    /// Target of each pixel of the region, if they differ.
     wanted: Option<&'a [u32]>,
-    /// The number of the first sample.
+    /// Number of the first sample.
     first: u32,
     region: Region,
 }
 
 impl SampleTargets<'_> {
-    /// The number behind that of the last sample of a pixel.
+    /// End of the sample numbers of a pixel.
     #[inline]
     fn end(&self, [x, y]: [u32; 2]) -> u32 {
         let Some(wanted) = self.wanted else { return self.pass.end };
@@ -457,13 +460,14 @@ impl SampleTargets<'_> {
         self.pass.end.min(self.first + wanted[pixel])
     }
 
-    /// Samples that the pass takes in a tile, unless the film has them or does not need them.
+    /// Number of samples of the pass in a tile, including those that the film already has or does
+    /// not need.
     fn of_tile(&self, tile: &Tile) -> u64 {
         self.pass.len() as u64 * tile.region().area() as u64
     }
 }
 
-/// Samples of a pass that a tile has already.
+/// Number of samples of a pass that a tile already has.
 fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
     let of_pixel =
         |pixel| u64::from(tile.next_sample(pixel).clamp(pass.start, pass.end) - pass.start);
@@ -474,17 +478,17 @@ fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
 pub(crate) struct Shared<'a> {
     /// Estimated total number of samples: lower bound, expected value, upper bound.
     pub(crate) totals_foreseen: [u64; 3],
-    /// Number of those done.
+    /// Number of samples done.
     done: AtomicU64,
     rays: AtomicU64,
-    /// Of the film, when the pass began.
+    /// Estimated error of the film at the start of the pass.
     pub(crate) error: Option<f64>,
     totals: Mutex<Statistics>,
     pub(crate) observer: &'a dyn Observer,
 }
 
 impl Shared<'_> {
-    /// More samples are done, by so many rays.
+    /// Reports more samples, and their number of rays.
     fn report(&self, samples: u64, rays: u64) {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
@@ -497,7 +501,7 @@ impl Shared<'_> {
         });
     }
 
-    /// There will be no more samples than there are.
+    /// Sets the estimated totals to the samples done.
     pub(crate) fn end(&mut self) {
         self.totals_foreseen = [*self.done.get_mut(); 3];
         self.report(0, 0);
@@ -511,7 +515,7 @@ impl Shared<'_> {
     }
 }
 
-/// Locks a mutex, even if a thread panicked while it held it: no change is left half done.
+/// Locks a mutex, even if a thread panicked while holding it: no update is left half done.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,21 +1,22 @@
-//! The samples of a pixel once more, with all that their paths met.
+//! Replay of the samples of a pixel with recorded paths.
 
 use std::ops::Range;
 
 use pt_core::Film;
 use pt_core::film::{ExactSum, InvalidReason, InvalidSamples, Region};
 
-use crate::batch::{SampleRange, Worker};
+use crate::batch::Worker;
 use crate::integrator::traced_names;
 use crate::render::{RenderError, Renderer};
+use crate::sample_range::SampleRange;
 use crate::trace::Sample;
 
 impl Renderer<'_> {
-    /// Takes samples of a pixel in order, tells how each came about, and returns their film. They
-    /// are, to the bit, those of a render, since they are taken by the same code.
+    /// Takes samples of a pixel in order, passes the record of each to `tell`, and returns their
+    /// film. They are, to the bit, those of a render, since they are taken by the same code.
     ///
     /// # Errors
-    /// If the samples are not sums of what single paths found.
+    /// If the samples are not sums of contributions of single paths.
     pub fn replay(
         &self,
         [x, y]: [u32; 2],

@@ -1,16 +1,16 @@
-//! Squares of pixels whose paths bring their light to each other.
+//! Squares of pixels among which paths are reused.
 
 use std::ops::Range;
 
 use pt_core::film::Region;
 
-use crate::batch::SampleRange;
+use crate::sample_range::SampleRange;
 
-/// The squares into which an image is cut while some of its samples are taken. Where they lie
-/// depends on the numbers of the samples, so that no borders between them can be seen.
+/// Squares into which an image is divided while some of its samples are taken. Their positions
+/// depend on the sample numbers, so that no borders between them are visible.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReuseTiles {
-    /// Pixels along a side: a power of two.
+    /// Number of pixels along a side: a power of two.
     side: u32,
     /// See [`Self::shift`].
     shift: [u32; 2],
@@ -18,14 +18,14 @@ pub(crate) struct ReuseTiles {
     resolution: [u32; 2],
 }
 
-/// Samples of a pixel that have the same grid.
+/// Number of consecutive samples of a pixel with the same squares.
 pub(crate) const SAMPLES_PER_TILING: u32 = 16;
 
-/// The corners of a square of 2 × 2, in an order in which two in a row lie apart.
+/// Corners of a square of 2 × 2, ordered so that consecutive ones are far apart.
 const CORNERS: [[u32; 2]; 4] = [[0, 0], [1, 1], [1, 0], [0, 1]];
 
 impl ReuseTiles {
-    /// The grid of a sample and those behind it up to the next multiple of [`SAMPLES_PER_TILING`].
+    /// Squares of a sample and those after it up to the next multiple of [`SAMPLES_PER_TILING`].
     pub(crate) fn of_sample(side: u32, sample: u32, resolution: [u32; 2]) -> Self {
         let mut shift = [0; 2];
         let mut corner = sample / SAMPLES_PER_TILING;
@@ -39,12 +39,13 @@ impl ReuseTiles {
         Self { side, shift, resolution }
     }
 
-    /// How far squares lie to the left of, and above, multiples of their side, by columns and rows.
+    /// Offset of the squares to the left of, and above, multiples of their side, in columns and
+    /// rows.
     pub(crate) fn shift(&self) -> [u32; 2] {
         self.shift
     }
 
-    /// The square of a pixel, as far as it is in the image.
+    /// Square of a pixel, clipped to the image.
     #[inline]
     fn tile_of(&self, pixel: [u32; 2]) -> Region {
         let along = |i: usize| {
@@ -57,15 +58,17 @@ impl ReuseTiles {
         Region { x, y, width, height }
     }
 
-    /// Adds the runs of the pixels of a tile, of which `due` says what samples they need: square by
-    /// square, and with them the same samples of pixels that need none or are not in the tile.
+    /// Appends the sample ranges of the pixels of a tile, square by square; `due` returns the
+    /// samples that a pixel needs. The other pixels of a square take the same samples, even if they
+    /// need none or are not in the tile.
     pub(crate) fn sample_ranges(
         &self,
         tile: Region,
         due: impl Fn([u32; 2]) -> Option<Range<u32>>,
         ranges: &mut Vec<SampleRange>,
     ) {
-        // Faster than to collect them: nested iterators are good at this alone.
+        // Faster than an iterator chain: nested iterators are efficient only with internal
+        // iteration.
         tile.pixels().for_each(|pixel| {
             if self.side == 1 {
                 ranges.extend(due(pixel).map(|samples| SampleRange::single(pixel, samples)));
@@ -80,7 +83,7 @@ impl ReuseTiles {
     }
 }
 
-/// Adds the runs of all pixels of a square if one of them needs samples.
+/// Appends the sample ranges of all pixels of a square if one of them needs samples.
 fn add_tile(
     square: Region,
     due: impl Fn([u32; 2]) -> Option<Range<u32>>,

@@ -8,7 +8,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 /// A sample of a pixel.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Its number.
+    /// Number of the sample.
     pub number: u32,
     /// Path of the sample.
     pub trace: Trace,
@@ -16,34 +16,34 @@ pub struct Sample {
     pub weight: f32,
     /// Value added to the film: the sum of the contributions in their order, times the weight.
     pub radiance: Spectrum,
-    /// Reason for which the film rejects it, if it does; it then counts as black.
+    /// Reason for which the film rejects the sample, if it does; it then counts as black.
     pub fault: Option<InvalidReason>,
 }
 
-/// All that a path met.
+/// Recorded path.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// Origin of the camera ray, in metres in the world.
     pub eye: Vec3,
-    /// The unit direction of the camera ray.
+    /// Unit direction of the camera ray.
     pub direction: Vec3,
-    /// The places where the path was scattered, from the eye on.
+    /// Vertices at which the path was scattered, from the camera on.
     pub vertices: Vec<Vertex>,
-    /// All that was added to the sample, in this order.
+    /// All contributions to the sample, in this order.
     pub contributions: Vec<Contribution>,
     /// With several infinite lights: for each contribution of the environment in turn, the
     /// unweighted radiance of each light.
     pub infinite_lights: Vec<Vec<Spectrum>>,
 }
 
-/// A place where a path was scattered.
+/// Vertex at which a path was scattered.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position, in metres in the world.
     pub p: Vec3,
-    /// The surface or medium there.
+    /// Surface or medium at the vertex.
     pub site: ScatterSite,
-    /// Throughput up to there.
+    /// Throughput up to the vertex.
     pub throughput: Spectrum,
     /// The sampled direction, if the path continued.
     pub scatter: Option<ScatterSample>,
@@ -54,17 +54,17 @@ pub struct Vertex {
 pub enum ScatterSite {
     /// A surface.
     Surface {
-        /// The primitive, as in [`pt_bvh::Hit`].
+        /// Number of the primitive, as in [`pt_bvh::Hit`].
         primitive: u32,
-        /// The lobe.
+        /// Name of the lobe.
         lobe: &'static str,
-        /// What it does to light that it does not send into single directions;
-        /// [`ScatterEvent::Specular`] if there is none.
+        /// Event for light that is not scattered into single directions; [`ScatterEvent::Specular`]
+        /// if there is none.
         scatters: ScatterEvent,
     },
     /// A point in a medium.
     Medium {
-        /// Its phase function.
+        /// Name of the phase function.
         phase: &'static str,
     },
 }
@@ -72,21 +72,20 @@ pub enum ScatterSite {
 /// Direction in which a path continued from a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatterSample {
-    /// The unit direction.
+    /// Unit direction.
     pub direction: Vec3,
-    /// The density with which it was drawn; `None` where it was the only one of its kind (a Dirac
-    /// delta).
+    /// Density with which the direction was sampled; `None` for a Dirac delta.
     pub pdf: Option<Pdf<SolidAngle>>,
     /// f · |cos| / p, without Russian roulette.
     pub weight: Spectrum,
-    /// The probability with which Russian roulette let the path go on, if it was asked.
+    /// Probability with which Russian roulette continued the path, if it was applied.
     pub survival: Option<f32>,
 }
 
-/// Something that was added to a sample.
+/// Contribution to a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Contribution {
-    /// At how many of the path's vertices the light was scattered on its way to the eye.
+    /// Number of the path's vertices at which the light was scattered on its way to the camera.
     pub vertices: usize,
     /// Technique and light.
     pub source: LightSource,
@@ -99,46 +98,46 @@ pub struct Contribution {
 /// Technique by which light was found.
 #[derive(Clone, Copy, Debug)]
 pub enum LightSource {
-    /// The path met a surface that glows.
+    /// The path hit an emissive surface.
     Emitter {
-        /// Where, in metres in the world.
+        /// Position, in metres in the world.
         p: Vec3,
-        /// The primitive, as in [`pt_bvh::Hit`].
+        /// Number of the primitive, as in [`pt_bvh::Hit`].
         primitive: u32,
         /// Radiance emitted towards the path.
         radiance: Spectrum,
-        /// The weight against light sampling.
+        /// MIS weight against light sampling.
         weight: f32,
-        /// True if light sampling might have found it as well.
+        /// True if light sampling might have found the emission as well.
         is_sampled: bool,
     },
     /// The path left the scene.
     Sky {
-        /// Where to, as a unit direction.
+        /// Unit direction of the path.
         direction: Vec3,
-        /// What comes from there.
+        /// Radiance arriving from there.
         radiance: Spectrum,
-        /// The weight against light sampling; the mean of several skies.
+        /// MIS weight against light sampling; with several infinite lights their mean.
         weight: f32,
     },
-    /// The path went through a medium that emits light, which light sampling never finds.
+    /// The path crossed a medium that emits light, which light sampling never finds.
     Medium {
-        /// Its place in [`pt_core::RenderScene::media`].
+        /// Index in [`pt_core::RenderScene::media`].
         medium: u32,
-        /// Where to, as a unit direction.
+        /// Unit direction of the path.
         direction: Vec3,
-        /// What comes from there, or an estimate of it.
+        /// Radiance arriving from there, or an estimate of it.
         radiance: Spectrum,
     },
     /// A light was sampled.
     Light(SampledLight),
-    /// Light was looked for in a random direction of the hemisphere.
+    /// A direction of the hemisphere was sampled for direct light.
     Hemisphere {
-        /// The unit direction.
+        /// Unit direction.
         direction: Vec3,
-        /// Its density.
+        /// Density of the direction.
         pdf: Pdf<SolidAngle>,
-        /// One of so many directions.
+        /// Number of directions sampled.
         samples: u32,
     },
 }
@@ -146,30 +145,30 @@ pub enum LightSource {
 /// A sample of a light.
 #[derive(Clone, Copy, Debug)]
 pub struct SampledLight {
-    /// The light.
+    /// Sampled light.
     pub light: LightRef,
-    /// Which of many it stands for.
+    /// Light chosen among the many of a light tree.
     pub chosen: Option<Chosen>,
-    /// The unit direction towards it.
+    /// Unit direction towards the light.
     pub direction: Vec3,
-    /// The distance to it in metres; infinite for lights that are not in the scene.
+    /// Distance to the light in metres; infinite for infinite lights.
     pub distance: f32,
-    /// Radiance; for a light that has only one direction, irradiance across that.
+    /// Radiance; for a light with a single direction, irradiance on a surface across it.
     pub radiance: Spectrum,
-    /// Density of the direction; `None` if there is only one.
+    /// Density of the direction; `None` for a single direction.
     pub pdf: Option<Pdf<SolidAngle>>,
-    /// The weight against BSDF sampling.
+    /// MIS weight against BSDF sampling.
     pub weight: f32,
-    /// One of so many samples of it.
+    /// Number of samples of the light.
     pub samples: u32,
 }
 
-/// Which light it is.
+/// Reference to a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightRef {
-    /// Its place in [`pt_core::RenderScene::lights`].
+    /// Index in [`pt_core::RenderScene::lights`].
     Static(usize),
-    /// Its place in [`pt_core::RenderScene::animated_lights`].
+    /// Index in [`pt_core::RenderScene::animated_lights`].
     Animated(usize),
 }
 
@@ -179,7 +178,7 @@ pub enum LightRef {
 pub enum ScatterEvent {
     /// `D`: scattered diffusely.
     Diffuse,
-    /// `G`: scattered by a rough surface, more into some directions than into others.
+    /// `G`: scattered by a rough surface, anisotropically.
     Glossy,
     /// `S`: reflected or refracted into a single direction.
     Specular,
@@ -188,7 +187,7 @@ pub enum ScatterEvent {
 }
 
 impl ScatterSite {
-    /// A primitive that scatters like this.
+    /// Site of a primitive with this BSDF.
     pub(crate) fn of(bsdf: &Bsdf, primitive: u32) -> Self {
         let scatters = match bsdf.is_diffuse() {
             _ if bsdf.is_delta() => ScatterEvent::Specular,
@@ -200,7 +199,7 @@ impl ScatterSite {
 }
 
 impl ScatterSample {
-    /// By this sample, past Russian roulette.
+    /// Records a BSDF sample and the survival probability of Russian roulette.
     pub(crate) fn new(sample: &BsdfSample, survival: Option<f32>) -> Self {
         let &BsdfSample { wi, weight, pdf, .. } = sample;
         Self { direction: wi, pdf, weight, survival }
@@ -208,10 +207,10 @@ impl ScatterSample {
 }
 
 impl Vertex {
-    /// What happened there to light that the path found by a ray that left it, or, if `is_sampled`,
-    /// to light that was looked for in directions of which the material knows nothing.
+    /// Scattering event of light that the path found by a ray from the vertex, or, if `is_sampled`,
+    /// of light that was sampled in directions independent of the material.
     ///
-    /// A material that is both diffuse and rough, and does not tell the two apart, is glossy.
+    /// A material with both diffuse and rough scattering that does not separate the two is glossy.
     pub fn event(&self, is_sampled: bool) -> ScatterEvent {
         let is_delta = !is_sampled && self.scatter.is_some_and(|scatter| scatter.pdf.is_none());
         match self.site {
@@ -223,12 +222,12 @@ impl Vertex {
 }
 
 impl LightSource {
-    /// Returns true if the light was asked for, and not found by a ray of the path.
+    /// Returns true if the light was sampled, and not found by a ray of the path.
     pub fn is_sampled(&self) -> bool {
         matches!(self, Self::Light(_) | Self::Hemisphere { .. })
     }
 
-    /// The weight of multiple importance sampling, where there is one.
+    /// MIS weight, if multiple importance sampling applies.
     pub fn weight(&self) -> Option<f32> {
         match self {
             Self::Emitter { weight, .. }
@@ -240,7 +239,7 @@ impl LightSource {
 }
 
 impl Trace {
-    /// What happened to the light of a contribution on its way, from the eye on.
+    /// Scattering events of a contribution, from the camera on.
     pub fn events(
         &self,
         contribution: &Contribution,

@@ -1,4 +1,4 @@
-//! Ray queries of one thread, counted.
+//! Ray queries of one thread, with counters.
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
@@ -7,26 +7,26 @@ use pt_math::{Ray, Rays};
 
 use crate::distant::Distant;
 
-/// Asks a scene for intersections, many rays at a time, and counts the questions.
+/// Runs batched ray queries on a scene, and counts them.
 pub struct Tracer<'a> {
-    /// The scene.
+    /// Scene of the queries.
     pub scene: &'a RenderScene,
-    /// Number of rays so far.
+    /// Number of rays traced so far.
     pub rays: u64,
-    /// Number of primitives that were tested; stays 0 unless they are counted.
+    /// Number of primitives tested; 0 unless counting is enabled.
     pub tests: u64,
     counts_tests: bool,
     distant: Option<Distant>,
 }
 
 impl<'a> Tracer<'a> {
-    /// For one scene; counting tests costs a little.
+    /// Creates a tracer for one scene; counting tests costs a little.
     pub fn new(scene: &'a RenderScene, counts_tests: bool) -> Self {
         Self { scene, rays: 0, tests: 0, counts_tests, distant: Distant::new(scene) }
     }
 
-    /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time
-    /// of ray number i, and is asked only where something is placed; see
+    /// Replaces the contents of `hits` by the nearest hit of each ray, in order. `time` returns the
+    /// time of ray number i, and is called only in scenes with instances; see
     /// [`RenderScene::is_animated`].
     pub fn intersect<'r>(
         &mut self,
@@ -58,7 +58,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Takes hits on what is placed where they are nearer.
+    /// Replaces hits by nearer ones on instances.
     fn intersect_placed(
         &mut self,
         placed: &InstanceTable,
@@ -77,7 +77,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Writes to `occluded`, for each ray in order, whether anything is in its way; `time` as in
+    /// Writes to `occluded`, for each ray in order, true if it is occluded; `time` as in
     /// [`Self::intersect`].
     pub fn occluded<'r>(
         &mut self,
@@ -98,7 +98,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Adds what is in the way of placed objects.
+    /// Adds occlusion by instances.
     fn occluded_placed(
         &mut self,
         placed: &InstanceTable,

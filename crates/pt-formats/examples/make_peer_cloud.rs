@@ -1,19 +1,19 @@
-//! Writes the grids of a cloud and of coloured smoke that peers render, for `cloud.xml` and
-//! `smoke.xml` in `scenes/mitsuba`, in the format of Mitsuba.
+//! Writes the grids of a cloud and of coloured smoke, for comparisons with other renderers: for
+//! `cloud.xml` and `smoke.xml` in `scenes/mitsuba`, in the format of Mitsuba.
 //!
 //! ```text
-//! cargo run -p pt-scene --example make_peer_cloud -- scenes/mitsuba
+//! cargo run -p pt-formats --example make_peer_cloud -- scenes/mitsuba
 //! ```
 
 use std::path::{Path, PathBuf};
 
 use pt_math::DVec3;
 
-/// Cells of the cloud along x, y and z.
+/// Number of cells of the cloud along x, y and z.
 const CLOUD: [u32; 3] = [24, 16, 20];
-/// Cells of the smoke.
+/// Number of cells of the smoke.
 const SMOKE: [u32; 3] = [14, 12, 10];
-/// Middles and radii of the balls that it is made of, in the unit cube.
+/// Centres and radii of the balls of both, in the unit cube.
 const BALLS: [(DVec3, f64); 4] = [
     (DVec3::new(0.35, 0.4, 0.5), 0.3),
     (DVec3::new(0.65, 0.45, 0.4), 0.28),
@@ -21,7 +21,7 @@ const BALLS: [(DVec3, f64); 4] = [
     (DVec3::new(0.75, 0.25, 0.7), 0.18),
 ];
 
-/// Extinction of the smoke in each of the balls.
+/// Extinction of the smoke in each ball.
 const COLORS: [[f64; 3]; 4] = [[1.0, 0.2, 0.1], [0.1, 0.5, 1.0], [0.2, 1.0, 0.3], [0.8, 0.7, 0.0]];
 
 fn main() -> std::io::Result<()> {
@@ -32,7 +32,7 @@ fn main() -> std::io::Result<()> {
     write(&folder.join("smoke.vol"), SMOKE, color)
 }
 
-/// Writes a grid of so many 32-bit floating-point numbers in each cell.
+/// Writes a grid of N 32-bit floats per cell.
 fn write<const N: usize>(
     path: &Path,
     cells: [u32; 3],
@@ -55,25 +55,26 @@ fn write<const N: usize>(
     std::fs::write(path, bytes)
 }
 
-/// The middle of a cell in the unit cube.
+/// Returns the centre of a cell in the unit cube.
 fn middle(cell: [u32; 3], cells: [u32; 3]) -> DVec3 {
     let [x, y, z] = [0, 1, 2].map(|i| (f64::from(cell[i]) + 0.5) / f64::from(cells[i]));
     DVec3::new(x, y, z)
 }
 
-/// From 1 in the middle of a ball to nothing at its rim and beyond.
+/// Returns a value that falls from 1 at the centre of a ball to 0 at its rim, and 0 beyond.
 fn within(p: DVec3, &(middle, radius): &(DVec3, f64)) -> f64 {
     (1.0 - p.distance_squared(middle) / (radius * radius)).max(0.0)
 }
 
-/// Most in the middle of a ball, nothing outside of all, with furrows.
+/// Returns a density that is highest at the centres of the balls and 0 outside of all, modulated by
+/// waves.
 fn density(p: DVec3) -> f64 {
     let balls = BALLS.iter().map(|ball| within(p, ball)).fold(0.0, f64::max);
     let furrows = libm::sin(19.0 * p.x) * libm::sin(17.0 * p.y + 1.0) * libm::sin(23.0 * p.z);
     balls * (1.0 + 0.6 * furrows)
 }
 
-/// The balls in their colours, one through the other.
+/// Returns the sum of the colours of all balls.
 fn color(p: DVec3) -> [f64; 3] {
     [0, 1, 2].map(|c: usize| {
         BALLS.iter().zip(COLORS).map(|(ball, color)| within(p, ball) * color[c]).sum()

@@ -1,10 +1,10 @@
-//! Writes the meshes of scenes that peers render: a bumpy sphere of 50 000 triangles as a binary
-//! PLY, for `scenes/mitsuba/mesh.xml`, or two small ones as Mitsuba's serialized meshes, for
-//! `scenes/mitsuba/shapes.xml`.
+//! Writes meshes for comparisons with other renderers: a bumpy sphere of 50 000 triangles as a
+//! binary PLY, for `scenes/mitsuba/mesh.xml`, or two small ones as serialized meshes of Mitsuba,
+//! for `scenes/mitsuba/shapes.xml`.
 //!
 //! ```text
-//! cargo run -p pt-scene --example make_peer_mesh -- scenes/mitsuba/bumpy_sphere.ply
-//! cargo run -p pt-scene --example make_peer_mesh -- scenes/mitsuba/bumpy_spheres.serialized
+//! cargo run -p pt-formats --example make_peer_mesh -- scenes/mitsuba/bumpy_sphere.ply
+//! cargo run -p pt-formats --example make_peer_mesh -- scenes/mitsuba/bumpy_spheres.serialized
 //! ```
 
 use std::io::Write;
@@ -16,10 +16,10 @@ use pt_math::DVec3;
 use pt_scene::Mesh;
 use pt_scene::shapes::bumpy_sphere;
 
-/// 20 · 50² triangles.
+/// Subdivision that makes 20 · 50² triangles.
 const SUBDIVISION: u32 = 50;
-/// Those of the serialized meshes: the first is of single precision without normals, the second
-/// of double precision with normals and texture coordinates.
+/// Subdivisions of the serialized meshes: the first is in single precision without normals, the
+/// second in double precision with normals and texture coordinates.
 const SMALL: [u32; 2] = [8, 12];
 
 fn main() -> std::io::Result<()> {
@@ -35,7 +35,7 @@ fn main() -> std::io::Result<()> {
     file.flush()
 }
 
-/// Positions and triangles, little-endian.
+/// Writes positions and triangles, little-endian.
 fn write_ply(out: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     writeln!(out, "element vertex {}", mesh.positions.len())?;
@@ -54,7 +54,7 @@ fn write_ply(out: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
     Ok(())
 }
 
-/// A file of two meshes and the list of where they begin.
+/// Returns a file of two meshes and the list of their offsets.
 fn serialized() -> std::io::Result<Vec<u8>> {
     let (mut bytes, mut places) = (Vec::new(), Vec::new());
     for (i, subdivision) in SMALL.into_iter().enumerate() {
@@ -69,8 +69,8 @@ fn serialized() -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A mesh of version 4, with all that a vertex may have and in double precision, or with nothing.
-/// Texture coordinates are x and y.
+/// Encodes a mesh in version 4, with all vertex attributes and in double precision, or without
+/// attributes. The texture coordinates are x and y.
 fn content(mesh: &Mesh, full: bool) -> Vec<u8> {
     let flags: u32 = if full { 0x2003 } else { 0x1000 };
     let mut bytes = flags.to_le_bytes().to_vec();
@@ -90,7 +90,7 @@ fn content(mesh: &Mesh, full: bool) -> Vec<u8> {
     bytes
 }
 
-/// The mean of the normals of the triangles around each vertex, weighted by their areas.
+/// Returns the mean of the normals of the triangles around each vertex, weighted by area.
 fn smooth_normals(mesh: &Mesh) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for corners in &mesh.triangles {

@@ -1,5 +1,5 @@
-//! Scenes in archives: ZIP files with a scene and what it names, and `.zae` of COLLADA. [COLLADA
-//! 1.5.0, §"Zipped archives"]
+//! Scenes in archives: ZIP files with a scene and the files to which it refers, and `.zae` of
+//! COLLADA. [COLLADA 1.5.0, §"Zipped archives"]
 //!
 //! An archive is unpacked into a temporary folder, which paths of the scene cannot leave.
 
@@ -8,25 +8,27 @@ use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pt_scene::{Scene, Warning};
 use zip::ZipArchive;
 
-use super::context::Context;
-use super::xml::quote;
-use super::{LoadOptions, LoadResult, format_of, mesh_file};
-use crate::{LoadError, Scene, Warning};
+use super::{LoadOptions, LoadResult, format_of};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::mesh_file;
+use crate::shared::names::quote;
 
-/// Most files of an archive.
+/// Maximum number of files of an archive.
 const MAX_FILES: usize = 10_000;
-/// Most bytes of all files.
+/// Maximum number of bytes of all files.
 const MAX_BYTES: u64 = 1 << 31;
 
-/// The scene of an archive.
+/// Reads the scene of an archive.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let error = |message: String| mesh_file::error(path, 0, message);
     let folder = tempfile::Builder::new().prefix("pathtracer-").tempdir();
     let folder =
         folder.map_err(|why| error(format!("no folder to unpack it can be made: {why}")))?;
-    // Paths of messages are those without links.
+    // Paths in messages have no symbolic links.
     let root = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
     let names = unpack(bytes, &root, context).map_err(error)?;
     let name = scene_of(&root, &names).map_err(error)?;
@@ -47,7 +49,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(scene)
 }
 
-/// Unpacks all files, and gives their names. The error is a message.
+/// Unpacks all files and returns their names. The error is a message.
 fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, String> {
     let invalid = |why: zip::result::ZipError| format!("it is no archive that can be read: {why}");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(invalid)?;
@@ -71,7 +73,7 @@ fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, 
         let most = file.size().min(left);
         let _grant = context.reserve(most)?;
         let mut content = Vec::new();
-        // One byte more tells whether there are more than it says.
+        // One more byte is read to detect files that are longer than declared.
         let read = file.take(most + 1).read_to_end(&mut content);
         read.map_err(|why| format!("{} in the archive is damaged: {why}", quote(&name)))?;
         left = left.checked_sub(content.len() as u64).filter(|_| content.len() as u64 <= most).ok_or_else(|| {
@@ -86,8 +88,8 @@ fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, 
     Ok(names)
 }
 
-/// The name of the scene: the one that a manifest names, or the only one of those in the outermost
-/// folder that has some. The error is a message.
+/// Returns the name of the scene: that in the manifest, or the only scene in the outermost folder
+/// that contains any. The error is a message.
 fn scene_of(root: &Path, names: &[PathBuf]) -> Result<PathBuf, String> {
     if let Some(named) = of_manifest(root) {
         return Ok(named);
@@ -112,7 +114,7 @@ fn scene_of(root: &Path, names: &[PathBuf]) -> Result<PathBuf, String> {
     }
 }
 
-/// The scene that the manifest of a `.zae` names.
+/// Returns the scene in the manifest of a `.zae` file.
 fn of_manifest(root: &Path) -> Option<PathBuf> {
     let text = fs::read_to_string(root.join("manifest.xml")).ok()?;
     let document = roxmltree::Document::parse(&text).ok()?;
@@ -123,7 +125,7 @@ fn of_manifest(root: &Path) -> Option<PathBuf> {
     (is_inside && format_of(&place).is_ok() && root.join(&place).is_file()).then_some(place)
 }
 
-/// Names of files as the user knows them.
+/// Converts the paths of unpacked files to those that the user sees.
 struct Shown<'a> {
     root: &'a Path,
     archive: &'a Path,

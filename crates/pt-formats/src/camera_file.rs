@@ -12,10 +12,11 @@
 use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::{Camera, Fit, Placement, Projection, SourceFile, Span};
 
-use crate::{Camera, Fit, LoadError, Placement, Projection, SourceFile, Span};
+use crate::LoadError;
 
-/// Name of the numbers, for messages.
+/// Names of the numbers, for messages.
 const NAMES: [&str; 30] = [
     "hFov",
     "vFov",
@@ -49,24 +50,24 @@ const NAMES: [&str; 30] = [
     "lensRadius",
 ];
 
-/// Reads a camera settings file; also tells which it was.
+/// Reads a camera settings file. Also returns the record of the file.
 ///
 /// # Errors
-/// If the file cannot be read, or is not made of 30 finite numbers.
+/// Returns an error if the file cannot be read, or does not consist of 30 finite numbers.
 pub fn load(path: &Path) -> Result<(Camera, SourceFile), LoadError> {
-    let bytes = crate::file::read(path)
+    let bytes = pt_io::file::read(path)
         .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
     let camera = parse(&String::from_utf8_lossy(&bytes), path)?;
-    Ok((camera, SourceFile::of(path, &bytes)))
+    Ok((camera, crate::shared::source::source_file(path, &bytes)))
 }
 
-/// Reads the text of a camera settings file; the path serves for messages.
+/// Reads the text of a camera settings file; the path is used for messages.
 ///
 /// # Errors
-/// If the text is not made of 30 finite numbers.
+/// Returns an error if the text does not consist of 30 finite numbers.
 pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
     let n = numbers(text, path)?;
-    // Columns of the matrix are right, up and back; the file has its rows.
+    // The columns of the matrix are right, up and back; the file contains its rows.
     let matrix = DMat3::from_cols_slice(&n[16..25]).transpose();
     let position = DVec3::from_slice(&n[5..8]);
     Ok(Camera {
@@ -88,7 +89,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
     })
 }
 
-/// The numbers of the file, each with its name if it is wrong.
+/// Parses the numbers; errors contain the name of the invalid one.
 fn numbers(text: &str, path: &Path) -> Result<[f64; NAMES.len()], LoadError> {
     let fail = |line: usize, message: String| {
         let element = "camera settings".to_owned();

@@ -1,58 +1,57 @@
-//! Errors and warnings about files: where, what, what was expected, what to do.
+//! Errors of reading files: location, problem, expected value and remedy.
 
-use std::fmt;
 use std::path::PathBuf;
 
-use crate::Span;
+use pt_scene::Span;
 
-/// Why a file could not be read.
+/// Error of reading a file.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file cannot be opened or read.
     #[error("{}: cannot be read: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The ending of the name belongs to no format.
+    /// No format has this file name extension.
     #[error("{}: unknown scene format; the endings known are {known}", path.display())]
     UnknownFormat {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The endings known, separated by commas.
+        /// Supported extensions, separated by commas.
         known: String,
     },
-    /// The content is wrong.
+    /// The content is invalid.
     #[error("{at}: {message}")]
     Content {
-        /// Where.
+        /// Location in the file.
         at: Span,
         /// Problem, expected value and remedy.
         message: String,
     },
-    /// The content is wrong, or takes more than it may, so that nothing more can be read.
+    /// The content is invalid or exceeds a limit, and nothing more can be read.
     #[error("{at}: {message}")]
     Broken {
-        /// Where.
+        /// Location in the file.
         at: Span,
         /// Problem, expected value and remedy.
         message: String,
     },
-    /// Several things are wrong, in the order of the file.
+    /// Several errors, in file order.
     #[error("{}", list(.0))]
     Several(Vec<LoadError>),
-    /// It follows from an error that was told already.
+    /// Consequence of an error that was reported before.
     #[error("this follows from another error")]
     AlreadyReported,
 }
 
 impl LoadError {
-    /// Most errors of a list that are shown.
+    /// Maximum number of errors of a list that are displayed.
     pub const MAX_SHOWN: usize = 100;
 
-    /// Where it is; `None` if that is no place in a file.
+    /// Returns the location in the file; `None` if there is none.
     pub fn place(&self) -> Option<&Span> {
         match self {
             Self::Content { at, .. } | Self::Broken { at, .. } => Some(at),
@@ -60,7 +59,7 @@ impl LoadError {
         }
     }
 
-    /// Each thing that is wrong.
+    /// Returns the individual errors.
     pub fn each(&self) -> &[Self] {
         match self {
             Self::Several(errors) => errors,
@@ -69,7 +68,7 @@ impl LoadError {
     }
 }
 
-/// One line for each error, as far as these are shown.
+/// Formats one line per error, up to the maximum.
 fn list(errors: &[LoadError]) -> String {
     let mut lines: Vec<_> =
         errors.iter().take(LoadError::MAX_SHOWN).map(ToString::to_string).collect();
@@ -77,19 +76,4 @@ fn list(errors: &[LoadError]) -> String {
         lines.push(format!("… and {more} more"));
     }
     lines.join("\n")
-}
-
-/// Something in a file that was understood, but not as its author may have meant it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Warning {
-    /// Where.
-    pub at: Span,
-    /// What was done, and why.
-    pub message: String,
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.at, self.message)
-    }
 }

@@ -1,8 +1,8 @@
-//! Luminous intensities of luminaires, from the files of their makers.
+//! Luminous intensity distributions of luminaires (`.ies`).
 //!
 //! The format is that of the Illuminating Engineering Society. [IES LM-63-1986, -1991, -1995 and
-//! ANSI/IESNA LM-63-2002] Lines of keywords end with `TILT=NONE`; then come numbers, wherever lines
-//! break:
+//! ANSI/IESNA LM-63-2002] Lines of keywords end with `TILT=NONE`; then follow numbers, independent
+//! of line breaks:
 //!
 //! ```text
 //! lamps  lumens per lamp  multiplier  vertical angles  horizontal angles
@@ -14,167 +14,104 @@
 
 use std::path::Path;
 
-use crate::{LoadError, Span};
+use pt_scene::{IesProfile, Span};
 
-/// Intensity by direction: type C, where vertical angles are counted from straight down, and
-/// horizontal angles around the vertical axis.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IesProfile {
-    /// Degrees from straight down, increasing.
-    vertical: Vec<f32>,
-    /// Degrees, increasing from 0 to 360.
-    horizontal: Vec<f32>,
-    /// Candela, all vertical angles of one horizontal angle after the other.
-    candela: Vec<f32>,
-}
+use crate::LoadError;
 
-/// Files of more numbers than this are no luminaires.
+/// Maximum number of values of a file.
 const MAX_VALUES: usize = 1 << 24;
 
-/// More candela than any lamp has, of which all intensities of a file may be added up: searchlights
+/// Maximum candela, more than any lamp has, so that the sum over a file is finite: searchlights
 /// have 10⁹.
 const MAX_CANDELA: f32 = 1e15;
 
-impl IesProfile {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// If it cannot be read, or as [`Self::parse`].
-    pub fn load(path: &Path) -> Result<Self, LoadError> {
-        let bytes = crate::file::read(path)
-            .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
-        Self::parse(&bytes, path)
-    }
+/// Reads a file.
+///
+/// # Errors
+/// Returns an error if the file cannot be read, and the errors of [`parse`].
+pub fn load(path: &Path) -> Result<IesProfile, LoadError> {
+    let bytes = pt_io::file::read(path)
+        .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+    parse(&bytes, path)
+}
 
-    /// Reads the content of a file; `path` is for messages.
-    ///
-    /// # Errors
-    /// If it is no such file, lamps that are tilted change its intensities, its angles are not of
-    /// type C or do not go all around, or its numbers are too few or make no sense.
-    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, LoadError> {
-        let text = crate::format::characters(bytes, path)?;
-        let mut numbers = Numbers::new(&text, path)?;
-        let header = Header::read(&mut numbers)?;
-        let (vertical, _) = numbers.angles("vertical", header.vertical)?;
-        let (horizontal, line) = numbers.angles("horizontal", header.horizontal)?;
-        let last = |angles: &[f32]| angles.last().copied().unwrap_or_default();
-        if vertical[0] < 0.0 || last(&vertical) > 180.0 {
-            let message = "the vertical angles leave 0 to 180, the range of type C";
+/// Reads the content of a file; `path` is used for messages.
+///
+/// # Errors
+/// Returns an error if the format is another one, the lamps have a tilt that changes the
+/// intensities, the angles are not of type C or do not cover all directions around the axis, or
+/// numbers are missing or out of range.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<IesProfile, LoadError> {
+    let text = crate::shared::text::characters(bytes, path)?;
+    let mut numbers = Numbers::new(&text, path)?;
+    let header = Header::read(&mut numbers)?;
+    let (vertical, _) = numbers.angles("vertical", header.vertical)?;
+    let (horizontal, line) = numbers.angles("horizontal", header.horizontal)?;
+    let last = |angles: &[f32]| angles.last().copied().unwrap_or_default();
+    if vertical[0] < 0.0 || last(&vertical) > 180.0 {
+        let message = "the vertical angles leave 0 to 180, the range of type C";
+        return Err(numbers.error(line, message));
+    }
+    let mut candela = Vec::with_capacity(header.vertical * header.horizontal);
+    for _ in 0..header.vertical * header.horizontal {
+        let (value, line) = numbers.next("candela")?;
+        let value = (value * header.factor) as f32;
+        if !(0.0..=MAX_CANDELA).contains(&value) {
+            let message = format!("{value} candela; expected 0 to {MAX_CANDELA:e}");
             return Err(numbers.error(line, message));
         }
-        let mut candela = Vec::with_capacity(header.vertical * header.horizontal);
-        for _ in 0..header.vertical * header.horizontal {
-            let (value, line) = numbers.next("candela")?;
-            let value = (value * header.factor) as f32;
-            if !(0.0..=MAX_CANDELA).contains(&value) {
-                let message = format!("{value} candela; expected 0 to {MAX_CANDELA:e}");
-                return Err(numbers.error(line, message));
-            }
-            candela.push(value);
+        candela.push(value);
+    }
+    all_around(vertical, &horizontal, &candela).ok_or_else(|| {
+        let message = "the horizontal angles go neither from 0 to 0, 90, 180 or 360, nor from 90 \
+                       to 270";
+        numbers.error(line, message)
+    })
+}
+
+/// Completes the horizontal angles by symmetry; `None` if they match no symmetry of the format.
+fn all_around(vertical: Vec<f32>, horizontal: &[f32], candela: &[f32]) -> Option<IesProfile> {
+    let (first, last) = (*horizontal.first()?, *horizontal.last()?);
+    // Angles of the full turn, each with the index of the given angle of which it is the mirror
+    // image.
+    let n = horizontal.len();
+    let reflect = |planes: &[f32]| {
+        let mut all: Vec<(f32, usize)> = horizontal.iter().copied().zip(0..).collect();
+        for &plane in planes {
+            let mirrored: Vec<_> = all.iter().map(|&(a, i)| (2.0 * plane - a, i)).collect();
+            all.extend(mirrored);
         }
-        let profile = Self { vertical, horizontal, candela };
-        profile.all_around().ok_or_else(|| {
-            let message = "the horizontal angles go neither from 0 to 0, 90, 180 or 360, nor from 90 \
-                           to 270";
-            numbers.error(line, message)
-        })
-    }
-
-    /// A table of all horizontal angles: degrees that increase, from 0 to 360 around the axis, and
-    /// the intensities of all vertical angles of one horizontal angle after the other.
-    pub(crate) fn of_table(vertical: Vec<f32>, horizontal: Vec<f32>, candela: Vec<f32>) -> Self {
-        debug_assert_eq!(candela.len(), vertical.len() * horizontal.len());
-        Self { vertical, horizontal, candela }
-    }
-
-    /// The vertical and the horizontal angles, and the intensities, as [`Self::of_table`] takes
-    /// them.
-    pub(crate) fn table(&self) -> (&[f32], &[f32], &[f32]) {
-        (&self.vertical, &self.horizontal, &self.candela)
-    }
-
-    /// The same intensities all around the axis, by degrees that increase.
-    pub(crate) fn around_axis(vertical: Vec<f32>, candela: Vec<f32>) -> Self {
-        let candela = [candela.clone(), candela].concat();
-        Self::of_table(vertical, vec![0.0, 360.0], candela)
-    }
-
-    /// The intensities of all horizontal angles, where some follow from others by symmetry.
-    fn all_around(self) -> Option<Self> {
-        let (first, last) = (*self.horizontal.first()?, *self.horizontal.last()?);
-        // Angles that make a full turn, and of which given angle each is the mirror image.
-        let n = self.horizontal.len();
-        let reflect = |planes: &[f32]| {
-            let mut all: Vec<(f32, usize)> = self.horizontal.iter().copied().zip(0..).collect();
-            for &plane in planes {
-                let mirrored: Vec<_> = all.iter().map(|&(a, i)| (2.0 * plane - a, i)).collect();
-                all.extend(mirrored);
+        all
+    };
+    let mut all = match (first, last) {
+        (0.0, 0.0) => vec![(0.0, 0), (360.0, 0)],
+        (0.0, 90.0) => reflect(&[90.0, 180.0]),
+        (0.0, 180.0) => reflect(&[180.0]),
+        (0.0, 360.0) => (0..n).map(|i| (horizontal[i], i)).collect(),
+        (90.0, 270.0) => {
+            let mut all = reflect(&[90.0]);
+            for (angle, _) in &mut all {
+                *angle = if *angle < 0.0 { *angle + 360.0 } else { *angle };
             }
+            all.extend(all.clone().iter().filter(|(a, _)| *a == 0.0).map(|&(_, i)| (360.0, i)));
             all
-        };
-        let mut all = match (first, last) {
-            (0.0, 0.0) => vec![(0.0, 0), (360.0, 0)],
-            (0.0, 90.0) => reflect(&[90.0, 180.0]),
-            (0.0, 180.0) => reflect(&[180.0]),
-            (0.0, 360.0) => (0..n).map(|i| (self.horizontal[i], i)).collect(),
-            (90.0, 270.0) => {
-                let mut all = reflect(&[90.0]);
-                for (angle, _) in &mut all {
-                    *angle = if *angle < 0.0 { *angle + 360.0 } else { *angle };
-                }
-                all.extend(all.clone().iter().filter(|(a, _)| *a == 0.0).map(|&(_, i)| (360.0, i)));
-                all
-            }
-            _ => return None,
-        };
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.dedup_by_key(|entry| entry.0);
-        let turn = self.vertical.len();
-        Some(Self {
-            horizontal: all.iter().map(|entry| entry.0).collect(),
-            candela: all
-                .iter()
-                .flat_map(|&(_, i)| self.candela[i * turn..(i + 1) * turn].iter().copied())
-                .collect(),
-            vertical: self.vertical,
-        })
-    }
-
-    /// The mean of the entries of the table, in candela: about how bright it is.
-    pub fn mean_candela(&self) -> f32 {
-        self.candela.iter().sum::<f32>() / self.candela.len() as f32
-    }
-
-    /// Candela at a vertical angle in [0, 180] and a horizontal angle in [0, 360], in degrees:
-    /// linear between the angles of the file, and 0 above and below them.
-    pub fn candela(&self, vertical: f32, horizontal: f32) -> f32 {
-        let (Some((v, a)), Some((h, b))) =
-            (between(&self.vertical, vertical), between(&self.horizontal, horizontal))
-        else {
-            return 0.0;
-        };
-        let n = self.vertical.len();
-        let value = |h: usize, v: usize| self.candela[h * n + v.min(n - 1)];
-        let along = |h: usize| value(h, v) * (1.0 - a) + value(h, v + 1) * a;
-        along(h) * (1.0 - b) + along((h + 1).min(self.horizontal.len() - 1)) * b
-    }
+        }
+        _ => return None,
+    };
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by_key(|entry| entry.0);
+    let turn = vertical.len();
+    let angles = all.iter().map(|entry| entry.0).collect();
+    let turns = all.iter().flat_map(|&(_, i)| candela[i * turn..(i + 1) * turn].iter().copied());
+    let values = turns.collect();
+    Some(IesProfile::of_table(vertical, angles, values))
 }
 
-/// The number of the last angle that is not above `x`, and how far `x` is on the way to the next;
-/// `None` outside.
-fn between(angles: &[f32], x: f32) -> Option<(usize, f32)> {
-    let i = angles.partition_point(|&a| a <= x).checked_sub(1)?;
-    match angles.get(i + 1) {
-        Some(next) => Some((i, (x - angles[i]) / (next - angles[i]))),
-        None => (x <= angles[i]).then_some((i, 0.0)),
-    }
-}
-
-/// What the numbers before the angles say.
+/// Numbers before the angles.
 struct Header {
     vertical: usize,
     horizontal: usize,
-    /// Of all candela.
+    /// Factor of all candela.
     factor: f64,
 }
 
@@ -206,7 +143,7 @@ impl Header {
     }
 }
 
-/// The numbers behind the keywords, with their lines.
+/// The numbers after the keywords, with their lines.
 struct Numbers<'a> {
     words: std::vec::IntoIter<(&'a str, u32)>,
     path: &'a Path,
@@ -250,7 +187,7 @@ impl<'a> Numbers<'a> {
         LoadError::Content { at, message: message.into() }
     }
 
-    /// A finite number, and its line.
+    /// Reads a finite number, and returns its line as well.
     fn next(&mut self, what: &str) -> Result<(f64, u32), LoadError> {
         let Some((word, line)) = self.words.next() else {
             return Err(self.error(self.last, format!("the file ends where {what} should be")));
@@ -261,7 +198,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// A whole number from 1 up.
+    /// Reads an integer from 1.
     fn count(&mut self, what: &str) -> Result<usize, LoadError> {
         let (number, line) = self.next(&format!("the number of {what}"))?;
         let is_count = number >= 1.0 && number.fract() == 0.0 && number <= MAX_VALUES as f64;
@@ -272,7 +209,7 @@ impl<'a> Numbers<'a> {
         Err(self.error(line, message))
     }
 
-    /// Increasing angles, and the line of the last.
+    /// Reads increasing angles, and returns the line of the last one as well.
     fn angles(&mut self, what: &str, count: usize) -> Result<(Vec<f32>, u32), LoadError> {
         let mut angles: Vec<f32> = Vec::new();
         let mut last_line = 0;
@@ -294,8 +231,8 @@ impl<'a> Numbers<'a> {
 mod tests {
     use super::*;
 
-    /// Vertical angles 0, 45 and 90, and these horizontal angles; candela 100 h + v at the h-th
-    /// and v-th angle, times a multiplier of 2, 0.5 and 3.
+    /// Returns a file with vertical angles 0, 45 and 90, and these horizontal angles; 100 h + v
+    /// candela at the h-th and v-th angle, times a multiplier of 2, 0.5 and 3.
     fn file(horizontal: &str) -> String {
         let count = horizontal.split_whitespace().count();
         let candela: Vec<_> =
@@ -308,7 +245,7 @@ mod tests {
     }
 
     fn parse(text: &str) -> Result<IesProfile, String> {
-        IesProfile::parse(text.as_bytes(), Path::new("a.ies")).map_err(|e| e.to_string())
+        super::parse(text.as_bytes(), Path::new("a.ies")).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -327,7 +264,7 @@ mod tests {
         }
     }
 
-    /// As some editors and old machines write them.
+    /// Byte-order marks and line ends of some editors and old machines.
     #[test]
     fn marks_of_byte_order_and_ends_of_lines_do_not_matter() {
         let plain = parse(&file("0 90 180")).expect("a good file");
@@ -342,7 +279,7 @@ mod tests {
 
     #[test]
     fn symmetries_go_all_around() {
-        // Given angles, and pairs of angles of the same intensity: 100 times the second.
+        // Given angles, and pairs of an angle and its intensity over 100.
         let cases: [(&str, &[(f32, f32)]); 4] = [
             ("0", &[(0.0, 0.0), (77.0, 0.0), (360.0, 0.0)]),
             ("0 45 90", &[(45.0, 1.0), (135.0, 1.0), (225.0, 1.0), (270.0, 2.0), (360.0, 0.0)]),
@@ -384,7 +321,8 @@ mod tests {
         }
     }
 
-    /// No beginning of a file makes a panic; but for the line end, only all of it is read.
+    /// No truncated file causes a panic; except for the line end, only the complete file is
+    /// accepted.
     #[test]
     fn beginnings_of_a_file_are_refused() {
         let good = file("0 45 90");

@@ -1,114 +1,108 @@
-//! Scene formats: each turns bytes into a [`Scene`].
+//! Scene formats, and formats of files that scenes refer to: each converts bytes to a [`Scene`] or
+//! a part of one.
 //!
-//! To add one: write its file, add its line to [`FORMATS`].
+//! To add a scene format: write its folder, add its line to [`FORMATS`]. `shared/` contains what
+//! several formats need: text, source locations, limits, transforms, meshes.
 
 mod archive;
-mod cameras;
+pub mod camera_file;
 pub mod collada;
-mod context;
-mod deadline;
-mod decimal;
+mod encoded;
+mod error;
 mod gltf;
+pub mod ies;
 mod json;
-mod legacy_specular;
-mod limits;
-mod line;
 mod measured;
-mod mesh_diagnostics;
-mod mesh_file;
 mod mitsuba;
 mod nanovdb;
 mod obj;
 mod pbrt;
-mod placeholder;
 mod ply;
-mod prefetch;
-mod reference_stack;
 mod save;
 mod serialized;
-mod spectra;
+mod shared;
 mod stl;
 mod tensor;
-mod text;
-mod transform;
-mod triangulate;
 mod vol;
-mod xml;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::catch_panic::guarded;
-use crate::{Geometry, LoadError, Scene, SourceFile, Warning};
-use context::Context;
+pub use encoded::Encoded;
+pub use error::LoadError;
 pub use json::schema as json_schema;
-pub use limits::Limits;
-pub use save::{Encoded, SaveError, save};
-pub(crate) use text::characters;
-use xml::quote;
+use pt_io::guarded;
+use pt_scene::{Geometry, Scene, SourceFile, Warning};
+pub use save::{SaveError, save};
+use shared::context::{self, Context};
+pub use shared::limits::Limits;
+use shared::names::quote;
+pub use shared::names::suggestions;
+pub use shared::source::source_file;
+use shared::{cameras, deadline, mesh_file};
 
-/// How to read a scene.
+/// Options of reading a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Names, without the dollar, and what they stand for: `$name` in the file, where the format
-    /// has that. They win over what the file says. Each is given once, and used in the file.
+    /// Names, without the dollar, and their values: they replace `$name` in the file, in formats
+    /// that support this, and take precedence over definitions of the file. Each name must be
+    /// unique, and used in the file.
     pub definitions: Vec<(String, String)>,
-    /// True if files that are missing are errors; otherwise something loud stands in for them.
+    /// True if missing files are errors; otherwise they are replaced by placeholders.
     pub strict: bool,
-    /// True if the scene may name files outside of its folder.
+    /// True if the scene may refer to files outside of its folder.
     pub allow_outside: bool,
-    /// Folders outside of it in which files may lie that the scene names.
+    /// Further folders to whose files the scene may refer.
     pub allowed_folders: Vec<PathBuf>,
-    /// What the reading may take.
+    /// Resource limits.
     pub limits: Limits,
-    /// The time in seconds at which animations are shown, where the format has them; `None` is at
-    /// rest.
+    /// Time of animations in seconds, in formats that support this; `None` for the rest pose.
     pub time: Option<f64>,
-    /// True if the scene is read as the course's program CS184 reads it, where that differs:
-    /// lights of COLLADA fall off with the square of the distance, whatever the file says.
+    /// True if the scene is interpreted as by the program of the course CS184: lights of COLLADA
+    /// then fall off with the square of the distance, whatever the file specifies.
     pub course: bool,
-    /// The camera that is used: its name or, if none is called so, its number in the order of the
-    /// file, from 0. `None` is the one that the format says.
+    /// Active camera: its name or, if no camera has that name, its index in file order, from 0.
+    /// `None` for the default of the format.
     pub camera: Option<String>,
-    /// Radius of all points and segments, above 0, in units of the scene; `None` is as the file
-    /// says.
+    /// Radius of all points and segments, above 0, in units of the scene; `None` for that of the
+    /// file.
     pub point_radius: Option<f64>,
 }
 
-/// What came of reading a scene.
+/// Result of reading a scene.
 #[derive(Debug)]
 pub struct LoadResult {
-    /// The scene, or all that is wrong with it.
+    /// The scene, or all errors.
     pub scene: Result<Scene, LoadError>,
-    /// Files that could not be used, as in [`Scene::missing`].
+    /// Files that could not be read, as in [`Scene::missing`].
     pub missing: Vec<Warning>,
-    /// What the user should know about what was read, as in [`Scene::warnings`].
+    /// Warnings, as in [`Scene::warnings`].
     pub notes: Vec<Warning>,
-    /// The files that were read: each once for each time, in this order.
+    /// Files that were read, in this order, once per read.
     pub sources: Vec<SourceFile>,
 }
 
-/// Turns content and path (for files that the scene refers to, relative to it, and for messages)
-/// into a scene. With errors that the context keeps, it is what is left of one.
+/// Converts the content and path of a file to a scene. The path is used for messages and to resolve
+/// references. If errors were added to the context, the result is the remainder of the scene.
 type Parser = fn(&[u8], &Path, &Arc<Context>) -> Result<Scene, LoadError>;
 
-/// Reads a file in pieces, without holding all of it; `None` if it is none of those that can be, or
-/// anything is wrong with it: then all of it is read for the [`Parser`].
+/// Reads a file in pieces, without holding all of it in memory; `None` if this is not supported for
+/// the file or there is any error in it: the whole file is then read for the [`Parser`].
 type PieceReader = fn(&Path, &Context) -> Option<Scene>;
 
 /// A scene format.
 pub struct Format {
     /// Name for messages.
     pub name: &'static str,
-    /// File name endings, lower case, without the dot.
+    /// File name extensions, lower case, without the dot.
     pub extensions: &'static [&'static str],
     parser: Parser,
-    /// For large files that can be read in pieces, where the format has such.
+    /// Reader of large files in pieces, in formats that support this.
     in_pieces: Option<PieceReader>,
-    /// True if it has names that stand for something.
+    /// True if the format supports [`LoadOptions::definitions`].
     has_names: bool,
-    /// True if its animations are read, of which a time can be asked for.
+    /// True if the format supports [`LoadOptions::time`].
     has_times: bool,
 }
 
@@ -116,8 +110,8 @@ impl Format {
     /// Reads a scene of this format; see [`parse_with`].
     ///
     /// # Errors
-    /// If the content is wrong, names are defined twice or not used, or a time is asked for that
-    /// the format does not have.
+    /// Returns an error if the content is invalid, names are defined twice or not used, or a time
+    /// is given that the format does not support.
     pub fn parse(
         &self,
         bytes: &[u8],
@@ -128,10 +122,10 @@ impl Format {
         self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
     }
 
-    /// Reads a file. Where that may take some time alone, it is given up soon after that time,
-    /// whatever it is at.
+    /// Reads a file. With a time limit, the read is abandoned soon after that time, whatever its
+    /// state.
     fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> LoadResult {
-        /// For what looks at the time by itself, and tells where it was.
+        /// Allowance for readers that check the time themselves, and report their position.
         const GRACE: Duration = Duration::from_millis(500);
         let Some(most) = context.limits().time() else { return self.read_file(path, context) };
         let (file, of_thread) = (path.to_owned(), Arc::clone(context));
@@ -186,12 +180,12 @@ impl Format {
     }
 }
 
-/// Gives all points and segments of a scene this radius in the world.
+/// Sets the radius of all points and segments of a scene, in world space.
 fn set_point_radius(scene: &mut Scene, wanted: f64, path: &Path) {
     let mut has_points = false;
     for object in &mut scene.objects {
         if let Geometry::Points { radius, .. } = &mut object.geometry {
-            *radius = Some(wanted / crate::points::scale(object.to_world.matrix3));
+            *radius = Some(wanted / pt_scene::points::scale(object.to_world.matrix3));
             has_points = true;
         }
     }
@@ -203,12 +197,12 @@ fn set_point_radius(scene: &mut Scene, wanted: f64, path: &Path) {
 }
 
 impl Format {
-    /// Returns true if its files hold scenes of other formats.
+    /// Returns true if its files contain scenes of other formats.
     fn is_archive(&self) -> bool {
         self.extensions.contains(&"zip")
     }
 
-    /// Why it cannot be read with such options.
+    /// Returns the reason why the format does not support these options, or `None` if it does.
     fn refusal(&self, options: &LoadOptions) -> Option<String> {
         let names_of = |has: fn(&Self) -> bool| {
             let all = FORMATS.iter().filter(|f| has(f) && !f.is_archive());
@@ -249,29 +243,30 @@ pub static FORMATS: &[Format] = &[
     },
 ];
 
-/// A format without names that stand for something, without animations that are read, and without
-/// files that are read in pieces.
+/// Creates a format without definitions, times, and a reader of pieces.
 const fn format(name: &'static str, extensions: &'static [&'static str], parser: Parser) -> Format {
     Format { name, extensions, parser, in_pieces: None, has_names: false, has_times: false }
 }
 
-/// Reads a scene, in the format that the ending of its name says.
+/// Reads a scene in the format of its file name extension.
 ///
 /// # Errors
-/// If the ending is unknown, the file unreadable, or its content wrong.
+/// Returns an error if the extension is unknown, the file cannot be read, or its content is
+/// invalid.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
     load_with(path, &LoadOptions::default())
 }
 
-/// Like [`load`], with options.
+/// Reads a scene as [`load`] does, with options.
 ///
 /// # Errors
-/// As [`load`]; also if names are defined twice or not used.
+/// Returns the errors of [`load`], and an error if names are defined twice or not used.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
     read_with(path, options).scene
 }
 
-/// Like [`load_with`], and tells all that was found.
+/// Reads a scene as [`load_with`] does, and returns the missing files, warnings and source files as
+/// well.
 pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
     match format_of(path) {
         Ok(format) => format.read_in_time(path, &Context::new(path, options)),
@@ -284,36 +279,36 @@ pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
     }
 }
 
-/// Like [`load`], with the content at hand; the path serves for the format, for files that the
-/// scene refers to, and for messages.
+/// Reads a scene as [`load`] does, from its content; the path determines the format, resolves
+/// references, and is used for messages.
 ///
 /// # Errors
-/// If the ending is unknown, or the content wrong.
+/// Returns an error if the extension is unknown, or the content is invalid.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
     parse_with(bytes, path, &LoadOptions::default())
 }
 
-/// Like [`parse`], with options.
+/// Reads a scene as [`parse`] does, with options.
 ///
 /// # Errors
-/// As [`parse`]; also if names are defined twice or not used.
+/// Returns the errors of [`parse`], and an error if names are defined twice or not used.
 pub fn parse_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
     format_of(path)?.parse(bytes, path, options)
 }
 
-/// Returns true if the ending of a name is that of a scene.
+/// Returns true if the extension of a file name is that of a scene format.
 pub fn is_scene(path: &Path) -> bool {
     format_of(path).is_ok()
 }
 
-/// The format that the ending of a name says.
+/// Returns the format of a file name extension.
 fn format_of(path: &Path) -> Result<&'static Format, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     let known = FORMATS.iter().find(|f| f.extensions.contains(&ending.as_str()));
     known.ok_or_else(|| LoadError::UnknownFormat { path: path.to_owned(), known: known_endings() })
 }
 
-/// All endings, for messages.
+/// Returns all extensions, for messages.
 fn known_endings() -> String {
     let all: Vec<_> = FORMATS.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect();
     all.join(", ")

@@ -1,24 +1,25 @@
 //! Files of measured materials (`.bsdf`): tensor files with the fields of the RGL. [Dupuy & Jakob
 //! 2018]
 
-use super::spectra;
-use super::tensor::{OutField, TensorFile, write as write_tensors};
-use crate::measured::{Measurements, Planes, Tables};
+use pt_scene::measured::{Measurements, Planes, Tables};
 
-/// What is reflected by wavelengths.
+use super::tensor::{OutField, TensorFile, write as write_tensors};
+use crate::shared::spectra;
+
+/// Name of the field of reflection by wavelength.
 const SPECTRA: &str = "spectra";
-/// What is reflected in linear Rec. 709.
+/// Name of the field of reflection in linear Rec. 709.
 const COLORS: &str = "rgb";
 
-/// The tables of a file. Spectra become colours as those of reflectances do, under D65: with three
-/// channels in place of 195 wavelengths they are interpolated as spectra are, since what makes
-/// colours of them is linear; but for channels below 0, of colours outside of Rec. 709, which
-/// become 0 at the points of the table, so that light is never taken away. What is below 0 in
-/// `luminance` is taken for 0, as noise of what was measured.
+/// Parses the tables of a file. Spectra are converted to colours as those of reflectances are,
+/// under D65: three channels are then interpolated instead of 195 wavelengths, with the same result
+/// since the conversion is linear, except that negative channels, of colours outside of Rec. 709,
+/// become 0 at the points of the table, so that no light is subtracted. Negative values of
+/// `luminance` become 0, as noise of the measurement.
 ///
 /// # Errors
-/// If the file is none, a field is missing or does not fit to the others, or a number makes no
-/// sense; the message is meant for the place where the scene names it.
+/// Returns a message if the format is another one, a field is missing or inconsistent with others,
+/// or a value is invalid. The caller adds the location of the reference in the scene.
 pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
     let file = TensorFile::parse(bytes)?;
     let ([_], theta) = file.floats("theta_i")?;
@@ -69,7 +70,7 @@ fn plane(file: &TensorFile<'_>, name: &str) -> Result<Planes, String> {
     Ok(Planes { columns, rows, values })
 }
 
-/// A plane for each φ and θ.
+/// Reads one table for each φ and θ.
 fn planes_of(file: &TensorFile<'_>, name: &str, counts: [usize; 2]) -> Result<Planes, String> {
     let ([phi, theta, rows, columns], values) = file.floats(name)?;
     check_counts(name, [phi, theta], counts)?;
@@ -86,7 +87,7 @@ fn check_counts(name: &str, found: [usize; 2], counts: [usize; 2]) -> Result<(),
     ))
 }
 
-/// Colours of planes of channels, each of which adds its weights.
+/// Sums channels times their weights to colours.
 fn colors(
     file: &TensorFile<'_>,
     name: &str,
@@ -127,7 +128,7 @@ fn colors(
     Ok(directions.flat_map(|planes| (0..plane).map(move |point| of_point(planes, point))).collect())
 }
 
-/// A file of the tables, with their colours.
+/// Encodes the tables as a file, with colours instead of spectra.
 pub(super) fn write(measurements: &Measurements) -> Vec<u8> {
     let tables = measurements.tables();
     let [phi, theta] = [tables.phi.len(), tables.theta.len()];
@@ -140,7 +141,7 @@ pub(super) fn write(measurements: &Measurements) -> Vec<u8> {
     write_tensors(&fields)
 }
 
-/// All fields but that of what is reflected.
+/// Returns all fields except that of the reflection.
 fn fields_but_colors(tables: &Tables) -> Vec<OutField<'static>> {
     let [phi, theta] = [tables.phi.len(), tables.theta.len()];
     let plane = |name, Planes { rows, columns, values }: &Planes| {
@@ -172,7 +173,7 @@ mod tests {
 
     const WAVELENGTHS: [f32; 3] = [490.0, 510.0, 530.0];
 
-    /// Fields of a small file, of which spectra are `spectrum` times a number of each point.
+    /// Returns the fields of a small file whose spectra are `spectrum` times a factor per point.
     fn fields(spectrum: [f32; 3]) -> Vec<OutField<'static>> {
         let planes = |name, counts: &[usize]| {
             let count = counts.iter().product();
@@ -197,7 +198,7 @@ mod tests {
         ]
     }
 
-    /// The message about a file in which a field is another one.
+    /// Returns the message about a file in which one field is replaced.
     fn error(other: OutField<'static>) -> String {
         let mut fields = fields([1.0; 3]);
         fields.retain(|field| field.name() != other.name());
@@ -223,8 +224,7 @@ mod tests {
         }
     }
 
-    /// A colour that no mixture of the primaries of Rec. 709 gives has channels below 0, which
-    /// become 0.
+    /// A colour outside of Rec. 709 has negative channels, which become 0.
     #[test]
     fn no_channel_takes_light_away() {
         let read = parse(&tensor::write(&fields([0.0, 1.0, 0.0]))).unwrap();
@@ -294,8 +294,8 @@ mod tests {
 
     const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
-    /// The file that Mitsuba's scene has, by wavelengths, as pbrt-v4 wants it: blue up to 480 nm,
-    /// green at 550 nm and red from 610 nm on.
+    /// Returns the file of the Mitsuba scene by wavelengths, as pbrt-v4 requires it: blue up to 480
+    /// nm, green at 550 nm and red from 610 nm.
     fn by_wavelengths(measurements: &Measurements) -> Vec<u8> {
         const CHANNELS: [(f32, usize); 5] =
             [(360.0, 2), (480.0, 2), (550.0, 1), (610.0, 0), (830.0, 0)];
@@ -312,8 +312,8 @@ mod tests {
         tensor::write(&fields)
     }
 
-    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15
-    /// %. `PT_WRITE_GENERATED=1` writes it.
+    /// The file of a pbrt-v4 scene has spectra, whose colours equal the original ones within 15 %.
+    /// `PT_WRITE_GENERATED=1` writes it.
     #[test]
     fn the_file_of_a_scene_has_spectra() {
         let colors =

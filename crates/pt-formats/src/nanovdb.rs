@@ -1,6 +1,6 @@
-//! Sparse grids (`.nvdb`), which are made dense. [Museth 2021, "NanoVDB: A GPU-Friendly and
-//! Portable VDB Data Structure For Real-Time Rendering And Simulation"; the layout is that of
-//! version 32, which its headers tell]
+//! Sparse grids (`.nvdb`), which are converted to dense ones. [Museth 2021, "NanoVDB: A
+//! GPU-Friendly and Portable VDB Data Structure For Real-Time Rendering And Simulation"; the layout
+//! is that of version 32, which the file headers contain]
 //!
 //! ```text
 //! file  "NanoVDB0" or "NanoVDB2", version, grids, codec │ 176 bytes and the name of each grid
@@ -9,8 +9,8 @@
 //!       │ root ─▶ upper nodes (32³) ─▶ lower nodes (16³) ─▶ leaves (8³ values)
 //! ```
 //!
-//! All numbers are little-endian. Each node has a table: of its children, by how far they are
-//! behind it, and of the values of parts that are the same everywhere.
+//! All numbers are little-endian. Each node has a table with the offsets of its children relative
+//! to the node, and with the values of constant parts.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -20,30 +20,30 @@ use std::sync::Arc;
 use flate2::read::ZlibDecoder;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_memory::Grant;
-
-use crate::medium::Grid;
+use pt_scene::medium::Grid;
 
 const FILE_HEADER: usize = 16;
 const METADATA: usize = 176;
 const GRID: usize = 672;
-/// The type of grids of 32-bit numbers.
+/// Type of grids of 32-bit floats.
 const FLOAT: u32 = 1;
-/// Most bytes of a grid that is unpacked, and of one that is made dense.
+/// Maximum number of bytes of a decompressed grid, and of a dense one.
 const MAX_BYTES: u64 = 1 << 30;
-/// Most cells of a dense grid along an axis.
+/// Maximum number of cells of a dense grid along an axis.
 const MAX_CELLS: i64 = 1 << 16;
 
-/// A grid, and where it lies.
+/// A grid and its transform.
 #[derive(Clone, Debug)]
 pub(super) struct SparseGrid {
-    /// Numbers of at least 0; those below were 0.
+    /// Values of at least 0; negative ones became 0.
     pub(super) grid: Arc<Grid>,
-    /// From the unit cube to the world of the file.
+    /// Unit cube to the world of the file.
     pub(super) to_world: DAffine3,
 }
 
-/// The grid of a name, and the names of the others; `ask` grants the memory of a dense grid. The
-/// message of an error is meant for the place where the scene names the file.
+/// Reads the grid of a name, and returns the names of the others as well; `ask` grants the memory
+/// of a dense grid. The error is a message, to which the caller adds the location of the reference
+/// in the scene.
 pub(super) fn parse(
     bytes: &[u8],
     name: &str,
@@ -60,7 +60,7 @@ pub(super) fn parse(
     Ok((Reader { bytes: &grid }.dense(ask)?, names))
 }
 
-/// A grid as it lies in a file.
+/// An encoded grid of a file.
 struct Entry<'a> {
     name: String,
     bytes: &'a [u8],
@@ -115,25 +115,25 @@ impl Entry<'_> {
     }
 }
 
-/// Bytes with numbers in them.
+/// Bytes of a grid.
 #[derive(Clone, Copy)]
 struct Reader<'a> {
     bytes: &'a [u8],
 }
 
-/// Nodes between the root and leaves.
+/// Layout of nodes between the root and the leaves.
 struct Level {
-    /// Base-2 logarithms of the children along an axis, and of the cells of a child.
+    /// Base-2 logarithms of the number of children along an axis, and of the cells of a child.
     children: u32,
     cells: u32,
-    /// Where the mask of children begins, and the table.
+    /// Offsets of the mask of children, and of the table.
     mask: u64,
     table: u64,
 }
 
 const UPPER: Level = Level { children: 5, cells: 7, mask: 32 + 4096, table: 8256 };
 const LOWER: Level = Level { children: 4, cells: 3, mask: 32 + 512, table: 1088 };
-/// Values of a leaf, and where they begin.
+/// Base-2 logarithm of the values of a leaf along an axis, and their offset.
 const LEAF: (u32, u64) = (3, 96);
 
 impl Reader<'_> {
@@ -166,7 +166,7 @@ impl Reader<'_> {
         Ok([number(0)?, number(1)?, number(2)?])
     }
 
-    /// A node so far behind another.
+    /// Returns the node at an offset from another node.
     fn behind(&self, node: u64, offset: u64) -> Result<u64, String> {
         let child = node.checked_add_signed(offset.cast_signed());
         let child = child.filter(|&child| child <= self.bytes.len() as u64);
@@ -198,7 +198,7 @@ impl Reader<'_> {
             if !seen.insert(key) {
                 return Err("two parts of the grid lie in the same place; is it damaged?".into());
             }
-            // The upper 20 bits of each coordinate.
+            // The key contains the upper 20 bits of each coordinate.
             let origin = [42, 21, 0].map(|shift| {
                 let coordinate = ((key >> shift & 0xf_ffff) as u32) << 12;
                 i64::from(coordinate.cast_signed())
@@ -211,7 +211,7 @@ impl Reader<'_> {
         cells.finish(to_world)
     }
 
-    /// What a node between the root and leaves holds.
+    /// Writes the content of a node between the root and the leaves to the dense grid.
     fn node(
         &self,
         node: u64,
@@ -253,14 +253,14 @@ impl Reader<'_> {
     }
 }
 
-/// The cells of a dense grid.
+/// Cells of a dense grid.
 struct Cells {
-    /// The first one along each axis, and how many there are.
+    /// First cell along each axis, and number of cells.
     least: [i64; 3],
     count: [i64; 3],
-    /// x runs fastest.
+    /// Values, with x as the innermost index.
     values: Vec<f32>,
-    /// That of the values, which are written one by one.
+    /// Memory of the values, which are written one by one.
     _grant: Grant,
 }
 
@@ -283,7 +283,7 @@ impl Cells {
         Ok(Self { least, count, values: vec![0.0; (x * y * z) as usize], _grant: grant })
     }
 
-    /// The cells of a cube along an axis, from the first one on.
+    /// Returns the cells of a cube along an axis, relative to the first cell of the grid.
     fn range(&self, axis: usize, origin: [i64; 3], side: i64) -> std::ops::Range<usize> {
         let [start, end] = [0, side]
             .map(|by| (origin[axis] + by - self.least[axis]).clamp(0, self.count[axis]) as usize);
@@ -294,7 +294,7 @@ impl Cells {
         (0..3).all(|axis| !self.range(axis, origin, side).is_empty())
     }
 
-    /// Gives a cell a value, if it is one of these.
+    /// Sets the value of a cell, if it is in the grid.
     fn set(&mut self, at: [i64; 3], value: f32) {
         let [x, y, z] = [0, 1, 2].map(|axis| at[axis] - self.least[axis]);
         let [nx, ny, nz] = self.count;
@@ -303,7 +303,7 @@ impl Cells {
         }
     }
 
-    /// Gives all cells of a cube a value.
+    /// Sets the value of all cells of a cube.
     fn fill(&mut self, origin: [i64; 3], side: i64, value: f32) {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| self.range(axis, origin, side));
         let [nx, ny, _] = self.count.map(|n| n as usize);
@@ -313,7 +313,7 @@ impl Cells {
         }
     }
 
-    /// Values stand in the middles of cells, and are at their coordinates there.
+    /// Converts the cells to a grid. Values are at cell centres, which have integer coordinates.
     fn finish(mut self, to_world: DAffine3) -> Result<SparseGrid, String> {
         if let Some(bad) = self.values.iter().find(|value| !value.is_finite()) {
             return Err(format!("a number of the grid is {bad}; expected finite ones"));
@@ -336,21 +336,22 @@ impl Cells {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::io::Write;
+
+    use super::*;
 
     const ROOT: usize = GRID + 64;
     const UPPER_SIZE: usize = 8256 + 8 * 32_768;
     const LOWER_SIZE: usize = 1088 + 8 * 4096;
     const LEAF_SIZE: usize = 96 + 4 * 512;
-    /// The first and the last cell.
+    /// First and last cell.
     const BOX: [[i32; 3]; 2] = [[-5, -3, -2], [20, 140, 7]];
 
     fn put<const N: usize>(bytes: &mut [u8], at: usize, value: [u8; N]) {
         bytes[at..at + N].copy_from_slice(&value);
     }
 
-    /// What the grid of [`grid`] holds.
+    /// Returns the value of the grid of [`grid`] at a cell.
     fn value([x, y, z]: [i32; 3]) -> f32 {
         let is_in = |least: [i32; 3], side: i32| {
             [x, y, z].iter().zip(least).all(|(v, least)| (least..least + side).contains(v))
@@ -368,9 +369,9 @@ mod tests {
         }
     }
 
-    /// A leaf at (0, 0, 0), a value of the node above it for the one beside, one of the node above
-    /// that beyond y = 128, one of the root where x alone is below 0, and ½ everywhere else. A
-    /// step of x is one of 2 along y of the world.
+    /// Returns a grid with a leaf at (0, 0, 0), a constant of the lower node for the neighbour, one
+    /// of the upper node beyond y = 128, one of the root where only x is below 0, and ½ elsewhere.
+    /// A step of x is a step of 2 along y of the world.
     fn grid() -> Vec<u8> {
         let (upper, lower) = (ROOT + 64 + 2 * 32, ROOT + 64 + 2 * 32 + UPPER_SIZE);
         let leaf = lower + LOWER_SIZE;
@@ -390,7 +391,7 @@ mod tests {
         }
         put(&mut bytes, ROOT + 24, 2u32.to_le_bytes());
         put(&mut bytes, ROOT + 28, 0.5f32.to_le_bytes());
-        // The part from −4096 on along x alone has the upper 20 bits set there.
+        // The part from −4096 along x has all of the upper 20 bits set in that coordinate.
         let tile = ROOT + 64;
         put(&mut bytes, tile, (0xf_ffffu64 << 42).to_le_bytes());
         put(&mut bytes, tile + 20, 11.0f32.to_le_bytes());
@@ -415,7 +416,7 @@ mod tests {
         bytes
     }
 
-    /// A file of an empty grid and this one.
+    /// Creates a file of an empty grid and this one.
     fn file(grid: &[u8], codec: u16) -> Vec<u8> {
         let packed = if codec == 1 {
             let mut packer =
@@ -457,7 +458,7 @@ mod tests {
                     }
                 }
             }
-            // The middle of the cell at (−5, −3, −2).
+            // The centre of the cell at (−5, −3, −2).
             let middle = DVec3::new(0.5 / 26.0, 0.5 / 144.0, 0.5 / 10.0);
             let wanted = DVec3::new(10.0 - 1.5, 20.0 - 10.0, 30.0 - 8.0);
             assert!(to_world.transform_point3(middle).distance(wanted) < 1e-9);
@@ -491,7 +492,7 @@ mod tests {
         }
     }
 
-    /// Where numbers say what follows, more often than elsewhere.
+    /// Damage is more frequent where numbers describe the structure.
     #[test]
     fn damaged_sparse_grids_do_no_harm() {
         let mut random = pt_testing::Random::new(3);

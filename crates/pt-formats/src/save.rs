@@ -2,81 +2,73 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{gltf, json};
-use crate::Scene;
-use crate::image::{ImageError, write_atomically};
+use pt_io::{WriteError, write_atomically};
+use pt_scene::Scene;
 
-/// Why a scene could not be written.
+use super::{gltf, json};
+use crate::encoded::Encoded;
+
+/// Error of writing a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
-    /// The ending of the name belongs to no format that can be written.
+    /// No format with this file name extension can be written.
     #[error("{}: scenes can be written as {known}", path.display())]
     UnknownFormat {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The endings known, separated by commas.
+        /// Supported extensions, separated by commas.
         known: String,
     },
-    /// The scene does not fit into the format.
+    /// The scene cannot be represented in the format.
     #[error("{}: cannot be written: {message}", path.display())]
     Content {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What does not fit, and why.
+        /// Description of the problem.
         message: String,
     },
-    /// What would be written is there already.
+    /// A file or folder to be written exists already.
     #[error("{} exists already; remove it, choose another name, or overwrite it by --force", path.display())]
     Exists {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
     },
-    /// A folder for other files cannot be made.
+    /// A folder for further files cannot be created.
     #[error("{}: the folder cannot be made: {source}", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A file cannot be written.
     #[error(transparent)]
-    File(#[from] ImageError),
-}
-
-/// A scene in some format.
-#[derive(Debug, Default)]
-pub struct Encoded {
-    /// Content of the file.
-    pub bytes: Vec<u8>,
-    /// Files beside it that it refers to: their paths from its folder, and what they hold.
-    pub files: Vec<(PathBuf, Vec<u8>)>,
-    /// What the format cannot say, each thing once.
-    pub notes: Vec<String>,
+    File(#[from] WriteError),
 }
 
 /// A format that scenes can be written in.
 struct Writer {
     ending: &'static str,
-    /// A scene for a file of this name, or why it does not fit.
+    /// Encodes a scene for a file of this name; the error is a message.
     encode: fn(&Scene, &Path) -> Result<Encoded, String>,
 }
 
-/// All of them.
+/// All formats that can be written.
 static WRITERS: &[Writer] = &[
     Writer { ending: "json", encode: json::encode },
     Writer { ending: "glb", encode: gltf::encode },
 ];
 
-/// Writes a scene in the format that the ending of the name says, and tells what that cannot say.
+/// Writes a scene in the format of the file name extension, and returns warnings about what the
+/// format cannot represent.
 ///
-/// What a scene of the format `.json` holds of meshes, images and grids goes to a folder beside it,
-/// `NAME_files`; the scene itself is written last and in one step, so that whoever reads it finds
-/// all of it.
+/// Images, and all but small meshes and grids, of a `.json` scene are written to a folder beside
+/// it, `NAME_files`; the scene itself is written last and atomically, so that readers always find
+/// complete files.
 ///
 /// # Errors
-/// If the ending is unknown, the scene does not fit into the format, the file or its folder exists
-/// and is not to be overwritten, or something cannot be written.
+/// Returns an error if the extension is unknown, the scene cannot be represented in the format, the
+/// file or its folder exists and `overwrite` is false, or a file cannot be written.
 pub fn save(scene: &Scene, path: &Path, overwrite: bool) -> Result<Vec<String>, SaveError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     let writer = WRITERS.iter().find(|writer| writer.ending == ending).ok_or_else(|| {

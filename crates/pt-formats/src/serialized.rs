@@ -1,42 +1,45 @@
-//! Mitsuba's own files of meshes (`.serialized`). [Jakob et al. 2022, documentation of Mitsuba
-//! 3.9, "Serialized mesh loader"; version 3 of the format is that of Mitsuba 0.x]
+//! Serialized meshes of Mitsuba (`.serialized`). [Jakob et al. 2022, documentation of Mitsuba 3.9,
+//! "Serialized mesh loader"; version 3 of the format is that of Mitsuba 0.x]
 //!
 //! ```text
 //! identifier, version │ zlib: flags, name, counts, positions, normals, uvs, colours, triangles
 //! identifier, version │ zlib: …
-//! where each identifier stands, and how many there are
+//! offset of each identifier, and their number
 //! ```
 //!
-//! All numbers are little-endian. Version 3 has no names, and places of 32 bits instead of 64.
+//! All numbers are little-endian. Version 3 has no names, and offsets of 32 bits instead of 64.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use flate2::read::ZlibDecoder;
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Attributes, Mesh};
 
-use super::mesh_file::{self, ColorLevels, MeshFile};
-use crate::shapes::single_part;
-use crate::{Attribute, Attributes, LoadError, Mesh};
+use crate::LoadError;
+use crate::shared::mesh_file;
+use crate::shared::mesh_file::{ColorLevels, MeshFile};
 
 const IDENTIFIER: u16 = 0x041C;
 const HAS_NORMALS: u32 = 0x1;
 const HAS_UVS: u32 = 0x2;
 const HAS_COLORS: u32 = 0x8;
 const IS_DOUBLE: u32 = 0x2000;
-/// Most bytes of a mesh, as for images: few bytes may claim to be more than memory holds.
+/// Maximum number of bytes of a mesh, as for images: a small file may claim more than fits into
+/// memory.
 const MAX_BYTES: u64 = 1 << 30;
-/// Deflate packs 258 bytes into two bits at best.
+/// Best compression of Deflate: 258 bytes in two bits.
 const BEST_RATIO: u64 = 1032;
-/// Longest name in bytes.
+/// Maximum length of a name, in bytes.
 const MAX_NAME: usize = 1000;
 
-/// The mesh with a number, from 0.
+/// Reads the mesh with an index, from 0.
 ///
-/// Colours are passed over, and so is the flag that asks for flat shading, as Mitsuba does.
+/// Colours and the flag for flat shading are ignored, as in Mitsuba.
 ///
 /// # Errors
-/// If there is no such mesh, or it ends early, is damaged, claims more than its bytes can hold, or
-/// refers to vertices that do not exist.
+/// Returns an error if there is no such mesh, or it is truncated, damaged, claims more than its
+/// bytes can hold, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path, index: u32) -> Result<MeshFile, LoadError> {
     let error = |message: String| mesh_file::error(path, 0, message);
     let version = version_of(bytes).map_err(error)?;
@@ -54,7 +57,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path, index: u32) -> Result<MeshFi
     })
 }
 
-/// The version that a header says.
+/// Returns the version in a header.
 fn version_of(bytes: &[u8]) -> Result<u16, String> {
     let Some(&[a, b, c, d]) = bytes.first_chunk() else {
         return Err("the file is too short to be a serialized mesh".to_owned());
@@ -70,7 +73,7 @@ fn version_of(bytes: &[u8]) -> Result<u16, String> {
     }
 }
 
-/// Where the header of a mesh stands. The first one needs no dictionary.
+/// Returns the offset of the header of a mesh. The first mesh does not need the list of offsets.
 fn start(bytes: &[u8], version: u16, index: u32) -> Result<usize, String> {
     if index == 0 {
         return Ok(0);
@@ -96,7 +99,7 @@ fn start(bytes: &[u8], version: u16, index: u32) -> Result<usize, String> {
     place.filter(|place| *place < bytes.len()).ok_or_else(broken)
 }
 
-/// The packed bytes of a mesh.
+/// The compressed bytes of a mesh.
 struct Stream<'a> {
     rest: ZlibDecoder<&'a [u8]>,
     is_double: bool,
@@ -138,7 +141,7 @@ impl Stream<'_> {
         })
     }
 
-    /// Text up to a NUL.
+    /// Reads text up to a NUL.
     fn name(&mut self) -> Result<String, String> {
         let mut name = Vec::new();
         loop {
@@ -152,12 +155,12 @@ impl Stream<'_> {
         }
     }
 
-    /// Bytes of a number that is not whole.
+    /// Returns the size in bytes of a floating-point number.
     fn number_size(&self) -> usize {
         if self.is_double { 8 } else { 4 }
     }
 
-    /// Vectors of finite numbers.
+    /// Reads vectors of finite numbers.
     fn numbers<const N: usize>(
         &mut self,
         count: usize,
@@ -196,7 +199,7 @@ impl Stream<'_> {
         }
     }
 
-    /// Reads elements of equal size in pieces, so that memory grows only with what is there.
+    /// Reads elements of equal size in pieces, so that memory grows only with the existing data.
     fn elements(
         &mut self,
         count: usize,
@@ -222,12 +225,12 @@ impl Stream<'_> {
     }
 }
 
-/// One value for each vertex.
+/// Creates an attribute with one value per vertex.
 fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
     Attribute { values, indices: None }
 }
 
-/// Refuses meshes of nothing, and counts that so many packed bytes cannot hold.
+/// Rejects empty meshes, and counts that this number of compressed bytes cannot hold.
 fn check_counts(
     [vertices, triangles]: [u64; 2],
     bytes_per_vertex: u64,
@@ -248,7 +251,7 @@ fn check_counts(
     pt_memory::ask(bytes).map(drop)
 }
 
-/// What is wrong with packed bytes.
+/// Describes an error of decompression.
 fn explain(error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::UnexpectedEof => "the file ends within the mesh; is it complete?".to_owned(),

@@ -10,13 +10,13 @@
 
 use std::fmt::Write as _;
 
-use super::xml::quote;
+use crate::shared::names::quote;
 
 const IDENTIFIER: &[u8; 12] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// Most fields of a file, and most axes of one.
+/// Maximum number of fields of a file, and of axes of a field.
 const MAX: usize = 64;
-/// How the kinds of numbers are written that are read, and what they are called.
+/// Codes of the supported number types, and names of all types.
 const BYTE: u8 = 1;
 const FLOAT32: u8 = 10;
 const KINDS: [&str; 12] = [
@@ -33,10 +33,10 @@ const KINDS: [&str; 12] = [
     "float32",
     "float64",
 ];
-/// Bytes of a number of each kind.
+/// Size in bytes of each number type.
 const SIZES: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 
-/// The fields of a file.
+/// Fields of a file.
 #[derive(Debug)]
 pub(super) struct TensorFile<'a> {
     fields: Vec<Field<'a>>,
@@ -51,11 +51,11 @@ struct Field<'a> {
 }
 
 impl<'a> TensorFile<'a> {
-    /// The fields, whose numbers are all within the file.
+    /// Parses the fields, and checks that their values are inside the file.
     ///
     /// # Errors
-    /// If the file is none, ends early, or makes no sense; the message is meant for the place where
-    /// the scene names it.
+    /// Returns a message if the format is another one, or the file is truncated or invalid. The
+    /// caller adds the location of the reference in the scene.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut rest = Cursor(bytes);
         if rest.take(IDENTIFIER.len())? != IDENTIFIER {
@@ -86,7 +86,7 @@ impl<'a> TensorFile<'a> {
         self.fields.iter().any(|field| field.name == name)
     }
 
-    /// The sizes of N axes, and the numbers of 32 bits.
+    /// Returns the sizes of N axes, and the 32-bit values.
     pub(super) fn floats<const N: usize>(
         &self,
         name: &str,
@@ -96,7 +96,7 @@ impl<'a> TensorFile<'a> {
         Ok((shape, numbers.collect()))
     }
 
-    /// A list of bytes.
+    /// Returns a list of bytes.
     pub(super) fn bytes(&self, name: &str) -> Result<&'a [u8], String> {
         let (_, bytes) = self.numbers::<1>(name, BYTE)?;
         Ok(bytes)
@@ -129,7 +129,7 @@ impl<'a> TensorFile<'a> {
     }
 }
 
-/// `float32 of 2 x 3`.
+/// Describes a field, as in `float32 of 2 x 3`.
 fn described(field: &Field<'_>) -> String {
     let mut text = KINDS[usize::from(field.kind)].to_owned();
     for (i, size) in field.shape.iter().enumerate() {
@@ -138,7 +138,7 @@ fn described(field: &Field<'_>) -> String {
     text
 }
 
-/// A field, of which the numbers are somewhere in `file`.
+/// Reads a field, whose values are somewhere in `file`.
 fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<Field<'a>, String> {
     let length = rest.unsigned::<2>()? as usize;
     let name = std::str::from_utf8(rest.take(length)?);
@@ -169,12 +169,12 @@ fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<Field<'a>, String>
             file.len()
         ));
     };
-    // They fit into the file, and an empty field into anything.
+    // They fit into the file; an empty field fits in any case.
     let shape = shape.into_iter().map(|n| usize::try_from(n).unwrap_or(usize::MAX)).collect();
     Ok(Field { name, kind, shape, bytes })
 }
 
-/// What is left of a file.
+/// Rest of a file.
 struct Cursor<'a>(&'a [u8]);
 
 impl<'a> Cursor<'a> {
@@ -191,7 +191,7 @@ impl<'a> Cursor<'a> {
         Ok(self.take(1)?[0])
     }
 
-    /// A whole number of N bytes.
+    /// Reads an integer of N bytes.
     fn unsigned<const N: usize>(&mut self) -> Result<u64, String> {
         let mut word = [0; 8];
         word[..N].copy_from_slice(self.take(N)?);
@@ -199,7 +199,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A field to be written.
+/// A field to write.
 pub(super) struct OutField<'a> {
     name: &'a str,
     kind: u8,
@@ -227,7 +227,7 @@ impl<'a> OutField<'a> {
     }
 }
 
-/// The file of fields, whose numbers follow one another.
+/// Encodes fields as a file, with consecutive values.
 pub(super) fn write(fields: &[OutField<'_>]) -> Vec<u8> {
     let of_field = |field: &OutField<'_>| 2 + field.name.len() + 2 + 1 + 8 + 8 * field.shape.len();
     let header = IDENTIFIER.len() + VERSION.len() + 4 + fields.iter().map(of_field).sum::<usize>();
@@ -261,7 +261,7 @@ mod tests {
         ])
     }
 
-    /// The file with one byte changed.
+    /// Returns the file with one byte changed.
     fn damaged(at: usize, byte: u8) -> Vec<u8> {
         let mut bytes = file();
         bytes[at] = byte;

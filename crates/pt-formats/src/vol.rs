@@ -1,36 +1,36 @@
-//! Mitsuba's files of grids (`.vol`). [Jakob et al. 2022, documentation of Mitsuba 3.9, "Grid-based
+//! Grid volumes of Mitsuba (`.vol`). [Jakob et al. 2022, documentation of Mitsuba 3.9, "Grid-based
 //! volume data source"]
 //!
 //! ```text
 //! "VOL", version 3 │ encoding, cells along x, y, z, channels │ box: least, greatest │ numbers
 //! ```
 //!
-//! All numbers are little-endian and of 32 bits. Those of a cell are side by side; x runs fastest,
-//! then y, then z.
+//! All numbers are little-endian and of 32 bits. Those of a cell are consecutive; x is the
+//! innermost index of the cells, then y, then z.
 
 use pt_math::{DAffine3, DVec3};
-
-use crate::medium::Grid;
+use pt_scene::medium::Grid;
 
 const IDENTIFIER: [u8; 4] = *b"VOL\x03";
-/// The encoding as 32-bit floating-point numbers.
+/// Encoding of 32-bit floats.
 const FLOAT32: i32 = 1;
-/// Most bytes of a grid, as for images.
+/// Maximum number of bytes of a grid, as for images.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// A grid, and the box that its file gives it.
+/// A grid and its bounding box.
 #[derive(Debug)]
 pub(super) struct VolFile {
     pub(super) grid: Grid,
-    /// From the unit cube to the box.
+    /// Unit cube to the box.
     pub(super) to_box: DAffine3,
 }
 
-/// A grid of finite numbers.
+/// Reads a grid of finite values.
 ///
 /// # Errors
-/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1, 3
-/// and 6; the message is meant for the place where the scene names it.
+/// Returns a message if the format or the encoding is another one, the file is truncated, or has
+/// other numbers of channels than 1, 3 and 6. The caller adds the location of the reference in the
+/// scene.
 pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     let Some((identifier, rest)) = bytes.split_first_chunk::<4>() else {
         return Err("the file is too short to be a grid".to_owned());
@@ -56,10 +56,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     Ok(VolFile { grid: Grid { resolution, channels, values }, to_box })
 }
 
-/// The file of a grid, whose box is the unit cube.
+/// Encodes a grid as a file, with the unit cube as its box.
 ///
 /// # Errors
-/// If it has more cells along an axis than the format can say.
+/// Returns a message if it has more cells along an axis than the format can represent.
 pub(super) fn write(grid: &Grid) -> Result<Vec<u8>, String> {
     let [x, y, z] = grid.resolution;
     let mut bytes = IDENTIFIER.to_vec();
@@ -81,7 +81,7 @@ fn check_identifier(identifier: [u8; 4]) -> Result<(), String> {
     }
 }
 
-/// Cells along each axis, and numbers of each, if there are not too many.
+/// Returns the cells along each axis, and the values per cell, if they are within limits.
 fn sizes(cells: [i32; 3], channels: i32) -> Result<([u32; 3], u32), String> {
     let [x, y, z] = cells;
     let says = format!("the grid says that it has {x} x {y} x {z} cells of {channels} numbers");
@@ -126,7 +126,7 @@ fn numbers(bytes: &[u8], cells: [u32; 3], channels: u32) -> Result<Vec<f32>, Str
 mod tests {
     use super::*;
 
-    /// Two cells along x with a box of 2 × 1 × 1 around the origin.
+    /// Creates a file of two cells along x with a box of 2 × 1 × 1 around the origin.
     fn file(words: [i32; 5], values: &[f32]) -> Vec<u8> {
         let mut bytes = IDENTIFIER.to_vec();
         bytes.extend(words.iter().flat_map(|w| w.to_le_bytes()));

@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use pt_scene::format::{LoadOptions, parse, parse_with};
+use pt_formats::{LoadOptions, parse, parse_with};
 use pt_scene::{Geometry, Surface};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -83,7 +83,7 @@ fn archives_that_lead_out_or_are_no_scene_are_refused() {
     linked.add_symlink("a.obj", "/etc/passwd", options).expect("there is room");
     let bytes = linked.finish().expect("there is room").into_inner();
     assert!(refusal(&bytes, "a.zip").contains("which leads out of it"));
-    // A file in the archive cannot name others outside of it.
+    // A file in the archive cannot refer to others outside of it.
     let bytes =
         archive(&[("a.obj", b"mtllib ../../etc/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
     let scene = parse(&bytes, Path::new("a.zip")).expect("a scene");
@@ -102,7 +102,7 @@ fn what_is_unpacked_is_limited() {
     assert!(message.contains("more memory than the limit of 10000000 bytes"), "{message}");
 }
 
-/// Each byte changed, and cut off anywhere.
+/// Each byte changed, and truncated at each position.
 #[test]
 fn damaged_archives_do_no_harm() {
     let bytes = archive(&[("m/a.obj", TRIANGLE.as_bytes()), ("m/a.mtl", b"newmtl m\nKd 1 0 0\n")]);

@@ -1,14 +1,15 @@
-//! What scenes may read, and how much of it.
+//! Files that scenes may read, and their amount.
 
 use std::path::Path;
 
-use pt_scene::format::{Limits, LoadOptions, load_with, parse_with, read_with};
-use pt_scene::image::{Image, SaveOptions, save};
+use pt_formats::{Limits, LoadError, LoadOptions, load_with, parse_with, read_with};
+use pt_image::{SaveOptions, save};
+use pt_scene::image::Image;
 use pt_scene::material::Diffuse;
 use pt_scene::texture::Pattern;
-use pt_scene::{Color, LoadError, Scene, Surface};
+use pt_scene::{Color, Scene, Surface};
 
-/// A scene of each format with a picture of this name, beside which it may lie.
+/// Returns a scene of each format with this image, which may be in the same folder.
 fn scenes(picture: &str) -> [(&'static str, String); 4] {
     let gltf = format!(
         r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
@@ -38,7 +39,7 @@ fn picture(path: &Path) {
     save(&image, path, &SaveOptions::default()).expect("a writable folder");
 }
 
-/// Returns true if the only material shows squares in magenta and black, and nothing else.
+/// Returns true if the only material is the placeholder of squares in magenta and black.
 fn is_loud(scene: &Scene) -> bool {
     let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =
         &scene.materials[0].surface
@@ -73,7 +74,7 @@ fn missing_pictures_are_loud_in_all_formats_and_errors_if_that_is_asked_for() {
     }
 }
 
-/// By `..`, by an absolute path, and by a link.
+/// Paths with `..`, absolute paths, and symbolic links.
 #[test]
 fn paths_leave_the_folder_of_the_scene_only_if_that_is_allowed() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -129,7 +130,7 @@ fn folders_of_mitsuba_scenes_are_inside_as_well() {
     assert!(parse_with(text.as_bytes(), &path, &options).is_ok());
 }
 
-/// The errors with a limit.
+/// Returns the error with a limit.
 fn errors(path: &Path, name: &str, value: u64) -> Option<LoadError> {
     let mut limits = Limits::default();
     limits.set(name, value).expect("a name");
@@ -152,7 +153,7 @@ fn limits_hold_where_they_are_exceeded_and_nowhere_else() {
             ("shapes", 0, 10),
             ("seconds", 0, 1000),
         ] {
-            // A single shape of a Mitsuba scene is no copy.
+            // A single shape of a Mitsuba scene does not count as an instance.
             if (ending, name) != ("xml", "shapes") {
                 let error = errors(&path, name, too_low);
                 assert!(error.is_some(), "{ending}: {name}={too_low} is enough");

@@ -1,4 +1,4 @@
-//! The reader of glTF scenes.
+//! Reader of glTF scenes.
 
 #[path = "gltf/animation.rs"]
 mod animation;
@@ -25,10 +25,10 @@ use std::path::Path;
 use common::{
     check_bad_files, check_damage, check_good_files, check_robustness, files, folder, parse,
 };
-use pt_scene::format::{LoadOptions, load_with};
+use pt_formats::{LoadOptions, load_with};
 use pt_scene::{Geometry, Scene, Surface};
 
-/// A scene of this text, whose folder is that of the good files.
+/// Parses a scene, whose folder is that of the good files.
 fn read(text: &str) -> Scene {
     let path = folder("gltf").join("good").join("test.gltf");
     let scene = parse(text.as_bytes(), &path).unwrap_or_else(|error| panic!("{error}"));
@@ -36,7 +36,7 @@ fn read(text: &str) -> Scene {
     scene
 }
 
-/// Why a text is refused.
+/// Returns the error of an invalid scene.
 fn refusal(text: &str) -> String {
     let path = folder("gltf").join("good").join("test.gltf");
     parse(text.as_bytes(), &path).expect_err("it is refused").to_string()
@@ -67,7 +67,7 @@ fn a_file_may_be_empty_but_for_its_version() {
     assert!(scene.objects.is_empty() && scene.cameras.is_empty() && scene.warnings.is_empty());
 }
 
-/// The scenes of the project, and those that are beside it, if there are any.
+/// The scenes of the project, and those beside it, if there are any.
 #[test]
 fn our_scenes_are_read_without_notes() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -95,8 +95,8 @@ fn the_duck_is_read_whole_and_damaged() {
     check_damage(&[(bytes, path.into())], 200);
 }
 
-/// Where the buffer of a mesh is missing, a box of its extent stands there in magenta and black;
-/// without an extent there is nothing.
+/// A mesh with a missing buffer is replaced by a box of its bounds in magenta and black; without
+/// bounds it is omitted.
 #[test]
 fn boxes_stand_in_for_meshes_whose_buffer_is_missing() {
     let text = |extent: &str| {

@@ -1,4 +1,4 @@
-//! Our own scene files.
+//! The scene format of this program.
 
 mod common;
 #[path = "json/meaning.rs"]

@@ -1,15 +1,16 @@
-//! Scenes with many pictures, which several threads decode.
+//! Scenes with many images, which several threads decode.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use pt_scene::format::{Limits, LoadOptions, LoadResult, read_with};
-use pt_scene::image::{Image, SaveOptions, save};
+use pt_formats::{Limits, LoadOptions, LoadResult, read_with};
+use pt_image::{SaveOptions, save};
+use pt_scene::image::Image;
 
-/// Number of pictures of a scene. Number 7 is missing, and number 11 is none.
+/// Number of images of a scene. Number 7 is missing, and number 11 is invalid.
 const COUNT: u32 = 40;
 
-/// A scene of a format, of as many materials as there are pictures, and some of which share one.
+/// Returns a scene of a format with one material per image, and further ones that share images.
 fn scene(ending: &str) -> String {
     let each = |item: &dyn Fn(u32) -> String, between: &str| {
         let numbers = (0..COUNT).chain([3, 7, 39]);

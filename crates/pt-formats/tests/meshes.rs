@@ -1,4 +1,4 @@
-//! The readers of mesh files: PLY, OBJ and STL.
+//! Readers of mesh files: PLY, OBJ and STL.
 
 mod common;
 #[path = "meshes/points.rs"]
@@ -22,7 +22,7 @@ use pt_scene::texture::{Color, Pattern};
 use pt_scene::{Geometry, Mesh, Surface, shapes};
 use stl::{sheet, stl_files};
 
-/// The mesh of a scene that consists of one, beside points and lines.
+/// Returns the only mesh of a scene, which may have points and lines beside it.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
     let scene = parse(bytes, path).unwrap_or_else(|error| panic!("{error}"));
     let mut meshes = scene.objects.iter().filter_map(|object| match &object.geometry {
@@ -39,13 +39,13 @@ fn good(format: &str, name: &str) -> Arc<Mesh> {
     mesh(&std::fs::read(&path).expect("a readable file"), &path)
 }
 
-/// The volume within a closed mesh whose front is outside.
+/// Returns the volume of a closed mesh whose front is outside.
 fn volume(mesh: &Mesh) -> f32 {
     let p = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
     mesh.triangles.iter().map(|&[a, b, c]| p(a).cross(p(b)).dot(p(c))).sum::<f32>() / 6.0
 }
 
-/// Twice the area of each triangle, as seen along −z; negative from behind.
+/// Returns twice the area of each triangle, as seen along −z; negative for back faces.
 fn areas_along_z(mesh: &Mesh) -> Vec<f32> {
     let p = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
     mesh.triangles.iter().map(|&[a, b, c]| (p(b) - p(a)).cross(p(c) - p(a)).z).collect()
@@ -69,7 +69,7 @@ fn damaged_files_do_no_harm() {
     check_robustness("stl", "stl", 20_000);
 }
 
-/// The tetrahedron of the axes has a volume of 1/6, the prism under it 1, the cube 8.
+/// The tetrahedron of the axes has a volume of 1/6, the prism below it 1, the cube 8.
 #[test]
 fn closed_meshes_have_their_volumes() {
     let files = [
@@ -104,8 +104,8 @@ fn all_encodings_of_ply_give_the_same_mesh() {
     assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
 }
 
-/// The same list for any number of threads: the first thousand, of which a hundred are shown, and
-/// that there are too many.
+/// The list is the same for any number of threads: the first thousand errors, a hundred of which
+/// are displayed, and a message that there are too many.
 #[test]
 fn of_very_many_faults_the_first_ones_are_told() {
     let [mut binary, text] = stl_files(&sheet(180));
@@ -141,7 +141,8 @@ fn of_very_many_faults_the_first_ones_are_told() {
     }
 }
 
-/// As a part of a scene, a file with errors counts as missing; its first error says where to look.
+/// As a part of a scene, a file with errors counts as missing; the message has its first error and
+/// location.
 #[test]
 fn meshes_with_errors_are_missing_in_scenes_with_the_first_one() {
     let text = r#"<scene version="3.0.0">
@@ -157,7 +158,7 @@ fn meshes_with_errors_are_missing_in_scenes_with_the_first_one() {
     assert_eq!(scene.objects.len(), 1);
 }
 
-/// An arrow head: of the two ways to cut it, one leaves it.
+/// An arrow head: of the two ways to triangulate it, one leaves it.
 #[test]
 fn concave_polygons_are_cut_inside() {
     for mesh in [good("ply", "arrow.ply"), good("obj", "arrow.obj")] {
@@ -184,7 +185,7 @@ fn corners_of_obj_have_indices_of_their_own() {
     }
 }
 
-/// A regular grid of n × n squares in the xy plane.
+/// Returns a regular grid of n × n squares in the xy plane.
 fn grid(n: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let point = |i: usize, j: usize| (i * (n + 1) + j) as u32;
     let positions = (0..=n).flat_map(|i| (0..=n).map(move |j| [j as f32, i as f32, 0.5]));
@@ -222,8 +223,8 @@ fn large_meshes_come_back_as_they_were_written() {
     }
 }
 
-/// A PLY file of the grid with normals, colours of vertices and of faces; binary with the highest
-/// byte first (`Some(true)`) or last, or a text. `change` may change the numbers of a row.
+/// Creates a PLY file of the grid with normals, colours of vertices and of faces; big-endian
+/// (`Some(true)`), little-endian, or a text. `change` may change the numbers of a row.
 fn colored_grid(n: usize, is_big: Option<bool>, change: impl Fn(usize, &mut [f32; 3])) -> Vec<u8> {
     let (positions, triangles) = grid(n);
     let encoding = match is_big {
@@ -272,7 +273,7 @@ fn colored_grid(n: usize, is_big: Option<bool>, change: impl Fn(usize, &mut [f32
     bytes
 }
 
-/// Files of many chunks of rows, in all encodings, by one thread and by three.
+/// Files of many chunks of rows, in all encodings, with one thread and with three.
 #[test]
 fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_threads() {
     let (positions, triangles) = grid(130);
@@ -294,7 +295,7 @@ fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_thread
     }
 }
 
-/// All faults are told, wherever they are.
+/// All errors are reported, at any position.
 #[test]
 fn faults_of_large_files_of_ply_are_told_by_their_places() {
     let message =
@@ -323,7 +324,8 @@ fn faults_of_large_files_of_ply_are_told_by_their_places() {
     }
 }
 
-/// An OBJ file of the grid, with normals of half of its faces, and corners in words of all kinds.
+/// Creates an OBJ file of the grid, with normals for half of its faces, and all notations of
+/// corners.
 fn large_obj(n: usize) -> String {
     let (positions, triangles) = grid(n);
     let mut text = "# a grid\nvn 0 0 1\n".to_owned();
@@ -347,7 +349,7 @@ fn large_obj(n: usize) -> String {
     text
 }
 
-/// Files of many pieces, by one thread and by three.
+/// Files of many pieces, with one thread and with three.
 #[test]
 fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
     let (positions, triangles) = grid(200);
@@ -368,8 +370,8 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
     }
 }
 
-/// The faults of vertices and of faces are told in the order of their lines, and what follows does
-/// not count as above.
+/// Errors of vertices and of faces are reported in order of their lines, and indices refer to items
+/// above only.
 #[test]
 fn faults_of_large_files_of_obj_are_told_by_their_places() {
     let text = large_obj(200);
@@ -435,21 +437,21 @@ fn colours_of_vertices_are_numbers_or_shares() {
     let expected = Some(vec![[1.0, 0.0, 0.0], [0.0, 0.2, 0.0], [0.4, 0.6, 1.0]]);
     assert_eq!(colors(&of("float", short), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
     assert_eq!(colors(&of("double", long), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
-    // Whole numbers are levels of sRGB.
+    // Integers are sRGB levels.
     let expected = expected.map(|all| all.iter().map(|c| c.map(linear_from_srgb)).collect());
     let with_alpha = of("uchar", long) + "property uchar alpha\n";
     assert_eq!(colors(&with_alpha, ["255 0 0 9", "0 51 0 9", "102 153 255 9"]), expected);
     let words = ["65535 0 0", "0 13107 0", "26214 39321 65535"];
     assert_eq!(colors(&of("ushort", long), words), expected);
     assert_eq!(colors(&of("float", ["r", "green", "b"]), ["1 0 0"; 3]), None);
-    // One that is no number costs nothing but itself.
+    // An invalid number has no further consequences.
     let properties = of("float", long);
     let scene = body(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("the rest is shown");
     let found = colors(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("colours");
     assert_eq!(found, [[1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]]);
     let note = "vertex 1 has a colour that is not finite; it is black";
     assert!(scene.warnings.iter().any(|w| w.message == note), "{:?}", scene.warnings);
-    // Numbers with a sign are no colours.
+    // Signed integers are no colours.
     assert_eq!(colors(&of("int", long), ["1 0 0"; 3]), None);
 }
 
@@ -479,7 +481,7 @@ fn colours_of_faces_are_those_of_their_triangles() {
     assert!(read(&format!("end_header\n{corners}3 0 1 2 nan 0 0\n3 0 1 3 1 0 0\n")).is_err());
 }
 
-/// Files that are looked at by themselves show the colours that they have.
+/// Mesh files that are scenes have a material with their colours.
 #[test]
 fn meshes_by_themselves_are_seen_in_their_colours() {
     let pattern = |text: &str, name: &str| {
@@ -510,7 +512,7 @@ fn meshes_by_themselves_are_seen_in_their_colours() {
     assert_eq!(pattern(ply, "c.ply"), Some(Pattern::FaceColors));
 }
 
-/// A header may promise what it likes; what is reserved is bounded by the bytes that follow.
+/// Memory reserved for the counts in a header is bounded by the bytes that follow.
 #[test]
 fn counts_in_headers_reserve_no_memory() {
     let header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty uchar \

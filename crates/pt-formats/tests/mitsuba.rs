@@ -1,4 +1,4 @@
-//! The reader of Mitsuba scenes.
+//! Reader of Mitsuba scenes.
 
 mod common;
 #[path = "mitsuba/emitters.rs"]
@@ -27,12 +27,12 @@ use std::sync::Arc;
 
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use materials::ROUGH;
+use pt_formats::{LoadOptions, load_with};
 use pt_math::{DAffine3, DVec3, Vec3};
-use pt_scene::format::{LoadOptions, load_with};
 use pt_scene::material::{Black, Conductor, Diffuse, Glass, Roughness};
 use pt_scene::{Color, Filter, Geometry, Hidden, Material, Mesh, RenderHints, Scene, Surface};
 
-/// A scene with some content, whose folder is that of the good files.
+/// Parses a scene with the given content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
     let text = format!("<scene version=\"3.0.0\">{content}</scene>");
     let path = folder("mitsuba").join("good").join("test.xml");
@@ -41,7 +41,7 @@ fn read(content: &str) -> Scene {
     scene
 }
 
-/// What is wrong with a scene of this content.
+/// Returns the error of a scene with invalid content.
 fn refusal(content: &str) -> String {
     let text = format!("<scene version=\"3.0.0\">{content}</scene>");
     let path = folder("mitsuba").join("good").join("test.xml");
@@ -50,17 +50,17 @@ fn refusal(content: &str) -> String {
 
 fn good(name: &str) -> Scene {
     let path = folder("mitsuba").join("good").join(name);
-    pt_scene::format::load(&path).unwrap_or_else(|error| panic!("{error}"))
+    pt_formats::load(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The material of the only shape, of which this is the content.
+/// Returns the material of the only shape, which has this content.
 fn material(content: &str) -> Material {
     let mut scene = read(&format!("<shape type=\"sphere\">{content}</shape>"));
     assert_eq!(scene.objects[0].materials, [Some(0)]);
     scene.materials.swap_remove(0)
 }
 
-/// What a material emits everywhere.
+/// Returns the constant emission of a material.
 fn emission(material: &Material) -> [f32; 3] {
     let Color::Value(emission) = material.emission else { panic!("a texture") };
     emission
@@ -75,7 +75,7 @@ fn mesh_of(object: &pt_scene::Object) -> &Arc<Mesh> {
     mesh
 }
 
-/// The transform of a cube.
+/// Returns the transform of a cube.
 fn transform(steps: &str) -> DAffine3 {
     let shape =
         format!("<shape type=\"cube\"><transform name=\"to_world\">{steps}</transform></shape>");
@@ -113,15 +113,15 @@ fn chains_of_includes_are_cut() {
         std::fs::write(file(i), text).expect("a writable folder");
     }
     std::fs::write(file(20), "<scene version=\"3.0.0\"/>").expect("a writable folder");
-    let error = pt_scene::format::load(&file(0)).expect_err("too deep").to_string();
+    let error = pt_formats::load(&file(0)).expect_err("too deep").to_string();
     assert!(error.contains("more than 15 deep"), "{error}");
-    // Not so deep, but two of each: 2¹⁴ files.
-    let error = pt_scene::format::load(&file(7)).expect_err("too many").to_string();
+    // Less deep, but two of each: 2¹⁴ files.
+    let error = pt_formats::load(&file(7)).expect_err("too many").to_string();
     assert!(error.contains("more than 1000"), "{error}");
-    assert!(pt_scene::format::load(&file(14)).is_ok());
+    assert!(pt_formats::load(&file(14)).is_ok());
 }
 
-/// Bump maps that refer to each other in a row, and a shape with the first.
+/// A chain of bump maps, each of which refers to the next one, and a shape with the first.
 fn row_of_bumps(count: usize) -> String {
     let bumps = "<bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/></bsdf>";
     let bumps = |i: usize| {
@@ -133,7 +133,7 @@ fn row_of_bumps(count: usize) -> String {
     format!("<shape type=\"sphere\"><ref id=\"0\"/></shape>{row}{last}")
 }
 
-/// The shape, 62 bump maps and what is below them are 64 objects inside of each other.
+/// The shape, 62 bump maps and the bsdf below them are 64 nested objects.
 #[test]
 fn rows_of_references_are_as_deep_as_nested_objects_may_be() {
     let scene = read(&row_of_bumps(62));
@@ -181,7 +181,7 @@ fn a_node_looks_along_z_to_its_target() {
     assert_close(map.transform_point3(DVec3::ZERO), DVec3::new(1.0, 2.0, 3.0));
     assert_close(map.transform_vector3(DVec3::Z), DVec3::NEG_Z);
     assert_close(map.transform_vector3(DVec3::Y), DVec3::Y);
-    // Right-handed: +x is to the left of one who looks along +z with +y up.
+    // Right-handed: +x is to the left when facing along +z with +y up.
     assert_close(map.transform_vector3(DVec3::X), DVec3::NEG_X);
 }
 
@@ -299,7 +299,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
         ("instances", 15, 0, 5),
         ("spectra", 5, 1, 5),
     ] {
-        let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
+        let scene = pt_formats::load(&folder.join(name).with_extension("xml"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         common::check_invariants(&scene);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
@@ -319,7 +319,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
         assert_eq!(scene.settings, settings, "{name}");
     }
     for (name, media) in [("fog", 2), ("cloud", 1), ("smoke", 2), ("absorption", 3)] {
-        let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
+        let scene = pt_formats::load(&folder.join(name).with_extension("xml"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         common::check_invariants(&scene);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
@@ -327,7 +327,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
     }
 }
 
-/// All of them, but for what others include, and what stands only for a part.
+/// All of them, except included files and files of parts.
 #[test]
 #[ignore = "reads scenes of others beside the project; --ignored runs it"]
 fn shared_scenes_load() {
@@ -371,8 +371,8 @@ fn spheres_stand_where_their_transform_puts_them() {
     assert_close(sphere.to_world.translation, DVec3::new(0.0, 4.0, 0.0));
 }
 
-/// Where the front of the first triangle looks, in the world. Mirroring keeps the front of a mesh:
-/// normals go through the inverse transpose.
+/// Returns the world-space normal of the first triangle. Mirroring keeps the front of a mesh:
+/// normals are transformed by the inverse transpose.
 fn front(scene: &Scene) -> DVec3 {
     let object = &scene.objects[0];
     let mesh = mesh_of(object);
@@ -381,7 +381,8 @@ fn front(scene: &Scene) -> DVec3 {
     (object.to_world.matrix3.inverse().transpose() * normal).normalize()
 }
 
-/// What version 3.9 of Mitsuba shows of these shapes from +z, by the side on which it shades.
+/// Expected results are those of Mitsuba 3.9 for these shapes seen from +z: the side that it
+/// shades.
 #[test]
 fn fronts_are_on_the_side_on_which_mitsuba_has_them() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -404,10 +405,10 @@ fn fronts_are_on_the_side_on_which_mitsuba_has_them() {
     let flat = "<boolean name=\"face_normals\" value=\"true\"/>";
     for flipped in [false, true] {
         for mirrored in [false, true] {
-            // Made by rule, or with normals in the file: the normals decide.
+            // If the mesh is procedural or the file has normals, the normals decide.
             assert_eq!(is_front("rectangle", "", mirrored, flipped), !flipped);
             assert_eq!(is_front("obj", &with_normals, mirrored, flipped), !flipped);
-            // Otherwise the corners decide, after the transform.
+            // Otherwise the order of vertices decides, after the transform.
             assert_eq!(is_front("obj", &plain, mirrored, flipped), flipped == mirrored);
             let both = format!("{plain}{flat}");
             assert_eq!(is_front("obj", &both, mirrored, flipped), flipped == mirrored);

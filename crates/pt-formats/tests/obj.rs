@@ -1,4 +1,4 @@
-//! OBJ files and their materials, which MTL files have; `meshes.rs` has what is true of all meshes.
+//! OBJ files and their materials in MTL files; `meshes.rs` tests what all mesh formats share.
 
 mod common;
 
@@ -9,12 +9,13 @@ use std::sync::Arc;
 use common::{
     check_bad_files, check_damage_with, check_good_files, check_robustness, folder, parse,
 };
+use pt_formats::{LoadError, LoadOptions, load, parse_with};
+use pt_image::{SaveOptions, save};
 use pt_math::DVec3;
-use pt_scene::format::{LoadOptions, load, parse_with};
-use pt_scene::image::{Image, SaveOptions, save};
+use pt_scene::image::Image;
 use pt_scene::material::{Diffuse, Glass, MetallicRoughness, Mirror, Plastic, ThinGlass};
 use pt_scene::texture::{Bitmap, NormalOrBump, Pattern, Wrap};
-use pt_scene::{Color, Geometry, LoadError, Material, Mesh, Scalar, Scene, Surface, Texture};
+use pt_scene::{Color, Geometry, Material, Mesh, Scalar, Scene, Surface, Texture};
 
 fn good(name: &str) -> Scene {
     let path = folder("obj").join("good").join(name);
@@ -31,7 +32,7 @@ fn material<'s>(scene: &'s Scene, name: &str) -> &'s Material {
     scene.materials.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// The first triangle of each part and the name of its material.
+/// Returns the first triangle of each part, and the name of its material.
 fn runs(scene: &Scene) -> Vec<(u32, Option<&str>)> {
     let name = |index: u32| scene.materials[index as usize].name.as_str();
     let material = |slot: u32| scene.objects[0].materials[slot as usize].map(name);
@@ -170,7 +171,7 @@ fn physically_based_statements_become_metallic_roughness() {
                 ..base()
             },
         ),
-        // α = √(2 / 32) = ¼, and its root is ½.
+        // α = √(2 / 32) = ¼, and its square root is ½.
         ("gloss", MetallicRoughness { roughness: 0.5.into(), ..base() }),
         ("brushed", MetallicRoughness { metallic: 1.0.into(), anisotropy: 0.7.into(), ..base() }),
     ];
@@ -262,7 +263,7 @@ fn vertices_keep_their_colours_where_faces_have_no_material() {
     assert_eq!(uvs.corners(1, [0, 2, 1]).map(|i| uvs.values[i as usize]), [[0.0, 1.0]; 3]);
 }
 
-/// Runs of materials across the pieces that are read side by side, by one thread and by three.
+/// Runs of materials across the pieces that are read in parallel, with one thread and with three.
 #[test]
 fn materials_of_large_files_are_the_same_for_any_number_of_threads() {
     let mut text = "mtllib phong.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
@@ -311,7 +312,7 @@ fn files_of_materials_do_not_lead_out_of_the_folder() {
     assert!(missing.len() == 1 && missing[0].contains("--allow-outside"), "{missing:?}");
 }
 
-/// OBJ files as parts of other scenes have no materials, and nothing is said about those.
+/// OBJ files as parts of other scenes have no materials, without a warning.
 #[test]
 fn meshes_in_scenes_of_mitsuba_have_no_materials_of_their_own() {
     let text = "<scene version=\"3.0.0\"><shape type=\"obj\"><string name=\"filename\" value=\"two_libraries.obj\"/></shape></scene>";
@@ -320,7 +321,7 @@ fn meshes_in_scenes_of_mitsuba_have_no_materials_of_their_own() {
     assert_eq!(mesh(&scene).submeshes.len(), 1);
 }
 
-/// Files of materials with damage, read through the scene that names them.
+/// Damaged material libraries, read through the scene that refers to them.
 #[test]
 fn damaged_files_of_materials_do_no_harm() {
     let temporary = tempfile::tempdir().expect("a folder");
@@ -354,9 +355,9 @@ fn our_scenes_are_read_without_notes() {
     assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
 }
 
-/// A roof of two squares that meet at a right angle at x = 0, and a third that goes on below the
-/// second. In one group, the normal of the ridge is the mean of both sides; in two, and without
-/// any, each side has its own.
+/// A roof of two squares that meet at a right angle at x = 0, and a third one that continues below
+/// the second. In one group, the normal of the ridge is the mean of both sides; in two groups, and
+/// without any, each side has its own.
 #[test]
 fn corners_are_smooth_within_their_group() {
     let read = |first: &str, second: &str, third: &str| {
@@ -398,8 +399,8 @@ fn corners_are_smooth_within_their_group() {
     assert!(mesh(&read("", "s off", "s 0")).normals.is_none());
 }
 
-/// Half of a surface that emits (0, 4, 2) emits half of that; where a map says what is there, it
-/// says what emits.
+/// A surface with emission (0, 4, 2) and opacity ½ emits half of that; an opacity map also scales
+/// emission.
 #[test]
 fn only_what_is_there_emits() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -421,7 +422,7 @@ fn only_what_is_there_emits() {
         ("d 0.5", [0.0, 2.0, 1.0]),
         ("Tr 0.75", [0.0, 1.0, 0.5]),
         ("d 0", [0.0; 3]),
-        // Glass is there as a whole.
+        // Glass ignores opacity.
         ("d 0.5\nillum 7", [0.0, 4.0, 2.0]),
     ] {
         assert_eq!(emission(more), Color::Value(expected), "{more}");
@@ -433,7 +434,7 @@ fn only_what_is_there_emits() {
     assert_eq!(bitmap(share).image.pixels, [[0.0; 3], [1.0; 3]]);
 }
 
-/// What costs nothing but itself is left out, unless all has to be as the file says.
+/// Errors without further consequences are skipped, except in strict mode.
 #[test]
 fn one_bad_thing_does_not_cost_the_file() {
     let scene = good("pardoned.obj");
@@ -443,10 +444,9 @@ fn one_bad_thing_does_not_cost_the_file() {
     assert_eq!(colors.values, [[1.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]]);
     assert_eq!(mesh.uvs.as_ref().map(|uvs| uvs.values.len()), Some(2), "one, and 0 0");
     let path = folder("obj").join("good").join("pardoned.obj");
-    let options = pt_scene::format::LoadOptions { strict: true, ..Default::default() };
+    let options = pt_formats::LoadOptions { strict: true, ..Default::default() };
     let text = std::fs::read(&path).expect("a readable file");
-    let message =
-        pt_scene::format::parse_with(&text, &path, &options).expect_err("strict").to_string();
+    let message = pt_formats::parse_with(&text, &path, &options).expect_err("strict").to_string();
     for fault in ["at least three corners", "there are none above", "no finite number"] {
         assert!(message.contains(fault), "{message}");
     }

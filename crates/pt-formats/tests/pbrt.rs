@@ -1,4 +1,4 @@
-//! The reader of pbrt-v4 scenes.
+//! Reader of pbrt-v4 scenes.
 
 mod common;
 #[path = "pbrt/glow.rs"]
@@ -19,7 +19,8 @@ mod subsurface;
 use common::{check_bad_files, check_good_files, check_robustness, files, folder, parse};
 use pt_scene::Scene;
 
-/// A scene with this before and behind WorldBegin, whose folder is that of the good files.
+/// Parses a scene with the given text before and after WorldBegin, whose folder is that of the good
+/// files.
 fn read(before: &str, world: &str) -> Scene {
     let text = format!("{before}\nCamera \"perspective\"\nWorldBegin\n{world}");
     read_all(&text)
@@ -32,7 +33,7 @@ fn read_all(text: &str) -> Scene {
     scene
 }
 
-/// Why a world is refused.
+/// Returns the error of an invalid world.
 fn refusal(world: &str) -> String {
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
     let path = folder("pbrt").join("good").join("test.pbrt");
@@ -64,9 +65,9 @@ fn files_that_include_each_other_are_cut() {
         std::fs::write(file(i), next.repeat(2)).expect("a writable folder");
     }
     std::fs::write(file(12), "Camera \"perspective\"\n").expect("a writable folder");
-    let error = pt_scene::format::load(&file(0)).expect_err("too many").to_string();
+    let error = pt_formats::load(&file(0)).expect_err("too many").to_string();
     assert!(error.contains("more than 1000 files"), "{error}");
-    assert!(pt_scene::format::load(&file(10)).is_ok());
+    assert!(pt_formats::load(&file(10)).is_ok());
 }
 
 #[test]

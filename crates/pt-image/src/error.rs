@@ -1,58 +1,45 @@
-//! What can go wrong with image files.
+//! Errors of image files.
 
 use std::path::PathBuf;
 
-/// Why an image could not be read or written.
+use pt_io::WriteError;
+
+/// Error of reading or writing an image.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file cannot be opened or read.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file cannot be created, written, or put into its place.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// Nothing can be created in the folder of the file.
-    #[error("{}: cannot write into the folder {}: {source}", path.display(), folder.display())]
-    Folder {
-        /// The file.
-        path: PathBuf,
-        /// Its folder.
-        folder: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The ending of the name belongs to no format that can do this.
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// No format with this file name extension supports the operation.
     #[error("{}: unknown image format; the endings known are {known}", path.display())]
     UnknownFormat {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The endings known, separated by commas.
+        /// Supported extensions, separated by commas.
         known: String,
     },
-    /// The content of the file is wrong.
+    /// The content of the file is invalid or unsupported.
     #[error("{}: {message}", path.display())]
     Content {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Description of the problem.
         message: String,
     },
-    /// The image or its metadata cannot be written in this format.
+    /// The image or its metadata cannot be represented in this format.
     #[error("{}: cannot be encoded: {message}", path.display())]
     Refused {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What does not fit.
+        /// Description of the problem.
         message: String,
     },
 }

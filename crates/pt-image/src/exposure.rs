@@ -1,32 +1,32 @@
-//! Automatic exposure, and images that are nearly black or white.
+//! Automatic exposure, and detection of images that are nearly black or white.
 
-use super::Image;
+use pt_scene::image::Image;
 
 /// Target of the logarithmic mean of the luminance. [Reinhard, Stark, Shirley & Ferwerda 2002,
 /// "Photographic Tone Reproduction for Digital Images", eq. 1 and 2: the key of an image]
 const KEY: f64 = 0.18;
-/// The share of pixels that stay below white.
+/// Fraction of pixels that remain below white.
 const BELOW_WHITE: f64 = 0.95;
-/// The share of pixels that is nearly all.
+/// Fraction of pixels that counts as nearly all.
 const NEARLY_ALL: f64 = 0.99;
-/// Less is the lowest level of 8 bits, or none: half of 1/255 in the straight part of the curve of
-/// sRGB.
+/// Luminance below which 8-bit sRGB rounds to level 0: half of 1/255 in the linear part of the sRGB
+/// curve.
 const BLACK: f64 = 0.5 / 255.0 / 12.92;
 
-/// An image of which nearly all is of one kind.
+/// An image with nearly all pixels black or white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extreme {
-    /// Nothing is there but black.
+    /// Entirely black.
     Nothing,
-    /// It is black on a screen, for want of stops.
+    /// Black on a screen for lack of exposure.
     Dark,
-    /// It is beyond white on a screen, for want of stops below 0.
+    /// White on a screen for excess of exposure.
     Bright,
 }
 
-/// Stops with which an image fits a screen: the logarithmic mean of the luminance of the pixels
-/// that are not black becomes 0.18, but 19 of 20 of them stay below white. 0 of an image without
-/// such pixels.
+/// Returns the exposure in stops with which the logarithmic mean of the luminance of all pixels
+/// that are not black becomes 0.18, limited so that 19 of 20 of them stay below white. 0 for images
+/// without such pixels.
 pub fn auto_exposure(image: &Image) -> f32 {
     let mut luminances = luminances(image);
     luminances.retain(|y| *y > 0.0);
@@ -40,7 +40,7 @@ pub fn auto_exposure(image: &Image) -> f32 {
     libm::log2((KEY / mean).min(1.0 / bright)) as f32
 }
 
-/// The extreme that nearly all pixels have, with these stops.
+/// Returns the extreme of nearly all pixels at an exposure in stops, or `None`.
 pub fn extreme(image: &Image, stops: f32) -> Option<Extreme> {
     let mut luminances = luminances(image);
     if luminances.is_empty() {
@@ -56,7 +56,7 @@ pub fn extreme(image: &Image, stops: f32) -> Option<Extreme> {
     (dark * scale >= 1.0).then_some(Extreme::Bright)
 }
 
-/// The luminances of all pixels that have one. [ITU-R BT.709]
+/// Returns the finite luminances of all pixels. [ITU-R BT.709]
 fn luminances(image: &Image) -> Vec<f64> {
     let luminance = |[r, g, b]: &[f32; 3]| {
         0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
@@ -64,7 +64,7 @@ fn luminances(image: &Image) -> Vec<f64> {
     image.pixels.iter().map(luminance).filter(|y| y.is_finite()).collect()
 }
 
-/// Quantile of sorted numbers.
+/// Returns a quantile of sorted numbers.
 fn share(sorted: &[f64], share: f64) -> f64 {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted[rank.clamp(1, sorted.len()) - 1]
@@ -79,8 +79,8 @@ mod tests {
         Image { width, height: 1, pixels: pixels.into_iter().map(|v| [v; 3]).collect() }
     }
 
-    /// Pixels of 2⁻⁶ and 2⁻⁴ in equal numbers have the mean 2⁻⁵; black does not count, in any
-    /// order.
+    /// Pixels of 2⁻⁶ and 2⁻⁴ in equal numbers have the logarithmic mean 2⁻⁵; black pixels are
+    /// ignored, and the order has no effect.
     #[test]
     fn the_mean_of_logarithms_becomes_the_key() {
         let want = (0.18f64 * 32.0).log2() as f32;
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(auto_exposure(&image(vec![0.0; 4])), 0.0);
     }
 
-    /// Where a tenth of the pixels is far brighter, these become white.
+    /// If a tenth of the pixels is far brighter, these become white.
     #[test]
     fn bright_pixels_stay_below_white() {
         let pixels = [vec![0.125; 90], vec![8.0; 10]].concat();

@@ -15,13 +15,11 @@ use exr::prelude::{
     LayerAttributes, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, f16,
     read as exr_read,
 };
+use pt_scene::image::{Channel, Image, Samples};
 
-use super::{
-    Channel, Compression, Decoded, Frame, Image, PixelEncoding, Precision, Room, Samples,
-    SaveOptions, check_size,
-};
+use super::{Compression, Decoded, Frame, PixelEncoding, Precision, Room, SaveOptions, check_size};
 
-/// The primaries and white point of Rec. 709. [ITU-R BT.709]
+/// Primaries and white point of Rec. 709. [ITU-R BT.709]
 const REC709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.30, 0.60),
@@ -29,11 +27,11 @@ const REC709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// How much red, green and blue of Rec. 709 count for the luminance. [ITU-R BT.709]
+/// Weights of red, green and blue in the luminance of Rec. 709. [ITU-R BT.709]
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// See [`super::Writer`]. One part with channels B, G, R, A if there is an opacity, and those of
-/// the options, in scan lines.
+/// See [`super::Writer`]. Writes one part in scan lines, with the channels B, G, R, A if there is
+/// an alpha, and those of the options.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
     let plane = |c: usize| real(image.pixels.iter().map(|p| p[c]), options.exr_type);
@@ -69,7 +67,7 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
     Ok(bytes)
 }
 
-/// A name that no channel has so far.
+/// Checks that a channel name is valid and not taken.
 fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "._".contains(c);
     let text = Text::new_or_none(name).filter(|_| !name.is_empty() && name.chars().all(fits));
@@ -93,10 +91,10 @@ fn real(values: impl Iterator<Item = f32>, precision: Precision) -> FlatSamples 
     }
 }
 
-/// The greatest finite 16-bit number.
+/// Largest finite 16-bit float.
 const GREATEST_HALF: f32 = 65_504.0;
 
-/// The nearest 16-bit number, among the finite ones where the value is finite.
+/// Returns the nearest 16-bit float; finite for finite values.
 fn half(v: f32) -> f16 {
     let is_beyond = v.is_finite() && v.abs() > GREATEST_HALF;
     f16::from_f32(if is_beyond { GREATEST_HALF.copysign(v) } else { v })
@@ -129,7 +127,8 @@ fn method(compression: Compression) -> Method {
     }
 }
 
-/// Name and value of an attribute. The format has bytes for both: UTF-8 here.
+/// Creates the name and value of a text attribute. The format stores bytes for both; they are UTF-8
+/// here.
 fn attribute(key: &str, value: &str) -> Result<(Text, AttributeValue), String> {
     if !(1..=255).contains(&key.len()) || key.contains('\0') {
         return Err(format!("{key:?} is no metadata key: an EXR file wants 1 to 255 bytes"));
@@ -138,11 +137,11 @@ fn attribute(key: &str, value: &str) -> Result<(Text, AttributeValue), String> {
     Ok((text(key), AttributeValue::Text(text(value))))
 }
 
-/// Puts the attributes of a single-part file into alphabetical order, so that the same image
-/// always gives the same bytes: the encoder takes them from a hash map.
+/// Sorts the attributes of a single-part file by name, so that the same image always gives the same
+/// bytes: the encoder takes them from a hash map.
 ///
-/// After magic number and version, a header is a sequence of name, type (both end with a NUL),
-/// size and value, and ends with a NUL. Their order is free. [OpenEXR File Layout]
+/// After magic number and version, a header is a sequence of name, type (both end with a NUL), size
+/// and value, and ends with a NUL. The order of attributes is unspecified. [OpenEXR File Layout]
 fn sort_attributes(bytes: &mut [u8]) {
     const PREAMBLE: usize = 8;
     let mut attributes = Vec::new();
@@ -157,7 +156,7 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[PREAMBLE..PREAMBLE + sorted.len()].copy_from_slice(&sorted);
 }
 
-/// The length in bytes of the attribute that `header` starts with; `None` at its end.
+/// Returns the length in bytes of the attribute at the start of `header`; `None` at the end.
 fn attribute_length(header: &[u8]) -> Option<usize> {
     let text = |at: usize| header.get(at..)?.iter().position(|&b| b == 0);
     let name = text(0).filter(|&length| length > 0)?;
@@ -167,9 +166,9 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY,
-/// of the part without a name or of the first that has them, and A beside them; other channels are
-/// ignored. What is stored is linear light.
+/// See [`super::Reader`]. Reads the half, float and integer channels R, G, B, or Y alone or with RY
+/// and BY, and A beside them, of the unnamed part or otherwise of the first part that has them;
+/// other channels are ignored. The values are linear light.
 pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
@@ -210,7 +209,7 @@ fn is_dwa(header: &Header) -> bool {
     matches!(header.compression, Method::DWAA(_) | Method::DWAB(_))
 }
 
-/// Refuses a file of which a block of DWA claims more than it can be.
+/// Rejects files with a DWA block that claims more values than possible.
 fn check_blocks(bytes: &[u8]) -> Result<(), String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(failed)?;
@@ -236,14 +235,14 @@ fn check_blocks(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses a block of DWA whose counts ask for more memory than any such block needs, as the
-/// library takes what they say. Without compression it would have `stored` bytes.
+/// Rejects a DWA block whose counts request more memory than any such block needs, since the
+/// library allocates what they state. Without compression, the block would have `stored` bytes.
 ///
-/// They are eleven numbers of 64 bits: the version, sizes and counts of four sections, and a kind
-/// of compression. A section has at most the numbers of all channels, in squares of 8 pixels, and
-/// codes twice as long.
+/// The block begins with eleven 64-bit numbers: the version, sizes and counts of four sections, and
+/// a kind of compression. A section has at most the values of all channels, padded to squares of 8
+/// pixels, and codes twice as long.
 fn check_counts(header: &Header, block: &[u8], stored: usize) -> Result<(), String> {
-    /// The places of sizes before compression, and of counts.
+    /// Positions of sizes before compression, and of counts.
     const COUNTS: [usize; 5] = [1, 6, 7, 8, 9];
     let Vec2(width, height) = header.max_block_pixel_size();
     let squares = |n: usize| n.next_multiple_of(8) as u64;
@@ -251,14 +250,14 @@ fn check_counts(header: &Header, block: &[u8], stored: usize) -> Result<(), Stri
     let most = 8 * numbers + 4096;
     let words = block.as_chunks().0;
     let count = |place: usize| words.get(place).map_or(0, |word| u64::from_le_bytes(*word));
-    // What could not be made smaller is stored as it is.
+    // Blocks that could not be compressed are stored raw.
     if block.len() == stored || COUNTS.iter().all(|place| count(*place) <= most) {
         return Ok(());
     }
     Err("has a block that claims more numbers than it has pixels".to_owned())
 }
 
-/// The picture of a part with these channels, which has its data in a window of the display.
+/// Assembles the image of a part from its channels, whose data window lies in a display window.
 fn picture(
     names: &[String],
     planes: &[&FlatSamples],
@@ -283,12 +282,12 @@ fn picture(
     Ok(decoded)
 }
 
-/// The channels that have the colours of a part, by their positions.
+/// The colour channels of a part, by their indices.
 #[derive(Clone, Copy)]
 enum Colors {
     /// Red, green and blue.
     Rgb([usize; 3]),
-    /// Luminance alone.
+    /// Luminance only.
     Grey(usize),
     /// RY, luminance and BY.
     Chroma([usize; 3]),
@@ -303,15 +302,15 @@ impl Colors {
     }
 }
 
-/// Red, green and blue from RY = (R − Y) / Y, Y and BY = (B − Y) / Y. [Kainz & Bogart, "Technical
-/// Introduction to OpenEXR", section on luminance/chroma images]
+/// Converts RY = (R − Y) / Y, Y and BY = (B − Y) / Y to red, green and blue. [Kainz & Bogart,
+/// "Technical Introduction to OpenEXR", section on luminance/chroma images]
 fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
     let [weight_r, weight_g, weight_b] = LUMINANCE;
     let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
     [r, (y - r * weight_r - b * weight_b) / weight_g, b]
 }
 
-/// See [`super::MetadataReader`]: the attributes of the first part that are texts.
+/// See [`super::MetadataReader`]. Reads the text attributes of the first part.
 pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
     let meta = MetaData::read_from_buffered(file, false)
         .map_err(|e| format!("is no valid EXR file: {e}"))?;
@@ -327,19 +326,19 @@ pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, S
     Ok(texts)
 }
 
-/// A text whose bytes are UTF-8; others become question marks.
+/// Decodes a text as UTF-8; invalid bytes become U+FFFD.
 fn utf8(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// What a pixel of a part takes as `f32`.
+/// Returns the bytes per pixel of a part in memory, as `f32`.
 fn bytes_in_memory(part: &Header) -> usize {
     let is_alpha = |name: &str| name.rsplit('.').next() == Some("A");
     let has_alpha = part.channels.list.iter().any(|c| is_alpha(&c.name.to_string()));
     if has_alpha { size_of::<[f32; 4]>() } else { size_of::<[f32; 3]>() }
 }
 
-/// The bytes of all pixels of all parts, when each takes so many; `None` beyond 2⁶⁴.
+/// Returns the bytes of all pixels of all parts; `None` beyond 2⁶⁴.
 fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) -> Option<u64> {
     meta.headers.iter().try_fold(0u64, |sum, header| {
         let pixels = (header.layer_size.0 as u64).checked_mul(header.layer_size.1 as u64)?;
@@ -347,9 +346,9 @@ fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) ->
     })
 }
 
-/// The colours among the channels of a part: R, G, B without a prefix,
-/// else Y, perhaps with RY and BY, else the first prefix (a layer's name and a dot) that has them;
-/// and that of A with the same prefix.
+/// Finds the colour channels of a part: R, G, B without a prefix; otherwise Y, perhaps with RY and
+/// BY; otherwise those of the first prefix (a layer name and a dot) that has them; and A with the
+/// same prefix.
 fn color_channels(names: &[String]) -> Option<(Colors, Option<usize>)> {
     let position = |name: String| names.iter().position(|n| *n == name);
     let with_prefix = |prefix: &str| {
@@ -368,7 +367,7 @@ fn color_channels(names: &[String]) -> Option<(Colors, Option<usize>)> {
     std::iter::once("").chain(prefixes).find_map(with_prefix)
 }
 
-/// Three planes to pixels.
+/// Interleaves three planes to pixels.
 fn assemble(
     size: Vec2<usize>,
     rgb: [&FlatSamples; 3],
@@ -377,7 +376,7 @@ fn assemble(
     let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
     let (width, height) = (side(size.0)?, side(size.1)?);
     for plane in rgb.into_iter().chain(alpha) {
-        super::check_shape(width, height, plane.len())?;
+        Image::check_size(width, height, plane.len())?;
     }
     let [r, g, b] = rgb.map(FlatSamples::values_as_f32);
     let pixels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();

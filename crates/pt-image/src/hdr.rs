@@ -1,19 +1,21 @@
-//! Radiance pictures (`.hdr`): a byte of mantissa for each colour, and an exponent for all three.
-//! [Ward 1991, "Real Pixels", Graphics Gems II; Radiance, "File Formats"]
+//! Radiance pictures. [Ward 1991, "Real Pixels", Graphics Gems II;
+//! Radiance, "File Formats"]
 
-use super::{Decoded, Image, PixelEncoding, Room};
+use pt_scene::image::Image;
 
-/// Widths that may be packed channel by channel.
+use super::{Decoded, PixelEncoding, Room};
+
+/// Image widths for which rows may be run-length encoded channel by channel.
 const PACKED_WIDTHS: std::ops::Range<usize> = 8..0x8000;
-/// How much primaries and white point may be off those of Rec. 709: those that Radiance assumes
-/// (its white is x = y = 1/3) are taken for the same.
+/// Tolerance of primaries and white point against those of Rec. 709: the default ones of Radiance
+/// (with the white x = y = 1/3) are accepted as equal.
 const PRIMARIES_TOLERANCE: f64 = 0.025;
 /// Chromaticities x, y of red, green, blue and white. [ITU-R BT.709]
 const REC709: [f64; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
-/// See [`super::Reader`]. A mantissa m and an exponent e are m · 2^(e − 136), without the half
-/// that Radiance itself adds to m. Light is divided by what the header says that it was multiplied
-/// by (`EXPOSURE`, `COLORCORR`), numbers as they are stored are not.
+/// See [`super::Reader`]. A mantissa m and an exponent e decode to m · 2^(e − 136), without the
+/// half that Radiance itself adds to m. Light is divided by the factors in the header (`EXPOSURE`,
+/// `COLORCORR`); stored values are not.
 pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let mut data = Data { rest: bytes };
     let header = Header::read(&mut data)?;
@@ -42,7 +44,7 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
     if pixels.as_flattened().iter().any(|x: &f32| x.is_infinite()) {
         return Err("divided by its EXPOSURE or COLORCORR, has infinite colours".to_owned());
     }
-    super::check_shape(width as u32, height as u32, pixels.len())?;
+    Image::check_size(width as u32, height as u32, pixels.len())?;
     Ok(Decoded {
         image: Image { width: width as u32, height: height as u32, pixels },
         alpha: None,
@@ -50,16 +52,16 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
     })
 }
 
-/// What comes before the pixels.
+/// Header of a file.
 struct Header {
     width: usize,
     height: usize,
-    /// What red, green and blue were multiplied by.
+    /// Factors with which red, green and blue were multiplied.
     divisors: [f64; 3],
 }
 
 impl Header {
-    /// Lines of text up to an empty one, then the size.
+    /// Reads lines of text up to an empty one, then the size.
     fn read(data: &mut Data<'_>) -> Result<Self, String> {
         if !data.line()?.starts_with("#?") {
             return Err("is no Radiance picture: it does not begin with \"#?\"".to_owned());
@@ -98,7 +100,7 @@ impl Header {
     }
 }
 
-/// Numbers above 0 of a header line.
+/// Parses the positive numbers of a header line.
 fn factors<const N: usize>(name: &str, value: &str) -> Result<[f64; N], String> {
     let numbers: Option<Vec<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
     let is_good = |x: &f64| *x > 0.0 && x.is_finite();
@@ -106,7 +108,7 @@ fn factors<const N: usize>(name: &str, value: &str) -> Result<[f64; N], String> 
     good.ok_or_else(|| format!("has {name}={value:?}; expected {N} numbers above 0"))
 }
 
-/// Refuses colours that are not those of Rec. 709.
+/// Checks that the primaries are those of Rec. 709.
 fn check_primaries(value: &str) -> Result<(), String> {
     let found: [f64; 8] = factors("PRIMARIES", value)?;
     if found.iter().zip(REC709).any(|(x, expected)| (x - expected).abs() > PRIMARIES_TOLERANCE) {
@@ -115,7 +117,7 @@ fn check_primaries(value: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Width and height from `-Y height +X width`: rows from the top, from left to right.
+/// Parses width and height from `-Y height +X width`: rows from the top, from left to right.
 fn size(line: &str) -> Result<(usize, usize), String> {
     let words: Vec<_> = line.split_whitespace().collect();
     let count = |word: &str| word.parse().ok().filter(|n| (1..=u32::MAX as usize).contains(n));
@@ -127,13 +129,13 @@ fn size(line: &str) -> Result<(usize, usize), String> {
     Err(format!("has the size {line:?}; expected \"-Y height +X width\", rows from the top"))
 }
 
-/// Bytes not yet read.
+/// Bytes not read yet.
 struct Data<'a> {
     rest: &'a [u8],
 }
 
 impl Data<'_> {
-    /// The next line of text.
+    /// Reads the next line of text.
     fn line(&mut self) -> Result<String, String> {
         let end = self.rest.iter().position(|b| *b == b'\n');
         let end = end.ok_or("ends in its header")?;
@@ -148,7 +150,7 @@ impl Data<'_> {
         Ok(*first)
     }
 
-    /// A row of pixels.
+    /// Reads a row of pixels.
     fn row(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
         match self.rest {
             [2, 2, high @ 0..0x80, low, rest @ ..] if PACKED_WIDTHS.contains(&row.len()) => {
@@ -163,8 +165,8 @@ impl Data<'_> {
         }
     }
 
-    /// One channel of a row. A number above 128 is followed by a byte that counts so many times
-    /// less 128, any other by so many bytes.
+    /// Reads one channel of a row. A count above 128 precedes a byte that is repeated count − 128
+    /// times; any other count precedes that many literal bytes.
     fn channel(&mut self, row: &mut [[u8; 4]], channel: usize) -> Result<(), String> {
         let mut at = 0;
         while at < row.len() {
@@ -186,9 +188,8 @@ impl Data<'_> {
         Ok(())
     }
 
-    /// A row pixel by pixel. Mantissas of 1, 1, 1 are no colour, but say that the pixel before
-    /// comes as often again as the exponent says; each that follows another counts 256 times as
-    /// much.
+    /// Reads a row pixel by pixel. Mantissas of 1, 1, 1 are a run that repeats the previous pixel;
+    /// the exponent is the count, which is multiplied by 256 for each directly preceding run.
     fn pixels(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
         let (mut at, mut shift) = (0, 0);
         while at < row.len() {

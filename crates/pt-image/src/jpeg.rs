@@ -1,11 +1,12 @@
 //! JPEG files. [ITU-T T.81; JFIF, ITU-T T.871]
 
 use jpeg_decoder::{Decoder, PixelFormat};
+use pt_scene::image::Image;
 
-use super::{Decoded, Image, PixelEncoding, Room, Transfer, check_size};
+use super::{Decoded, PixelEncoding, Room, Transfer, check_size};
 
-/// See [`super::Reader`]. Grey and colour of 8 bits, sequential and progressive; grey becomes
-/// three equal channels, and colours of lower resolution are interpolated.
+/// See [`super::Reader`]. Reads sequential and progressive files in grey or colour with 8 bits.
+/// Grey becomes three equal channels, and subsampled chroma is interpolated.
 pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let failed = |e: jpeg_decoder::Error| format!("is no valid JPEG file: {e}");
     let mut decoder = Decoder::new(bytes);
@@ -30,16 +31,16 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
         let pixels = data.as_chunks::<3>().0.iter();
         pixels.map(|p| p.map(|v| table[usize::from(v)])).collect()
     };
-    super::check_shape(width, height, pixels.len())?;
+    Image::check_size(width, height, pixels.len())?;
     Ok(Decoded { image: Image { width, height, pixels }, alpha: None, frame: None })
 }
 
-/// Refuses pictures whose scans go through their blocks of 64 samples more often than those of any
+/// Rejects images whose scans visit their blocks of 64 samples more often than those of any
 /// encoder.
 fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
-    /// Scans of a picture; encoders make 10 or so.
+    /// Maximum number of scans; encoders produce about 10.
     const MAX_SCANS: u64 = 200;
-    /// Blocks of all scans.
+    /// Maximum number of blocks in all scans.
     const MAX_VISITS: u64 = 1 << 28;
     let scans = scans(bytes);
     if scans > MAX_SCANS || scans * blocks > MAX_VISITS {
@@ -52,10 +53,10 @@ fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
 
 /// Returns the number of scans of a file. [ITU-T T.81, §B.1.1 and §B.2]
 fn scans(bytes: &[u8]) -> u64 {
-    /// Start of a scan.
+    /// Marker of the start of a scan (SOS).
     const START: u8 = 0xDA;
     let (mut count, mut rest) = (0, bytes);
-    // Bytes of 255 in the data of a scan are followed by 0, or are one of the marks in it.
+    // In the data of a scan, a byte 255 is followed by 0 or is one of the markers below.
     while let Some(at) = memchr::memchr(0xFF, rest) {
         rest = &rest[at + 1..];
         let Some(&mark) = rest.first() else { break };
@@ -73,8 +74,8 @@ fn scans(bytes: &[u8]) -> u64 {
     count
 }
 
-/// What one of 256 levels stands for. Files do not say how they relate to light; they are taken as
-/// sRGB whatever those of other formats would be.
+/// Returns the value of one of 256 levels. The files do not specify a transfer function; it is
+/// assumed to be sRGB, independent of the caller's default.
 fn light(level: u16, numbers: PixelEncoding) -> f32 {
     match numbers {
         PixelEncoding::Light(_) => Transfer::Srgb.decode(level, 255),

@@ -5,16 +5,18 @@ use std::io::{BufReader, Cursor};
 
 use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformations};
 use pt_math::trig::powf;
+use pt_scene::image::Image;
 
-use super::{BitDepth, Decoded, Image, PixelEncoding, Room, SaveOptions, Transfer, check_size};
+use super::{BitDepth, Decoded, PixelEncoding, Room, SaveOptions, Transfer, check_size};
 
-/// Bytes of all texts of a file.
+/// Maximum number of bytes of all texts of a file.
 const TEXT_LIMIT: usize = 1 << 26;
 
-/// Bytes that the decoder may take.
+/// Maximum number of bytes that the decoder may allocate.
 const DECODER_LIMIT: usize = 1 << 30;
 
-/// See [`super::Writer`]. A file in sRGB says so; one of the course program says nothing.
+/// See [`super::Writer`]. Files in sRGB are tagged as such; files of the course program have no
+/// tag.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     if let Some(channel) = options.channels.first() {
         return Err(format!("a PNG file has no place for the channel {}", channel.name));
@@ -55,17 +57,17 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
     Ok(out)
 }
 
-/// A colour that is multiplied with its opacity, without that; black where nothing is opaque.
+/// Divides a premultiplied colour by its alpha; black where alpha is 0.
 fn straight(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 { rgb.map(|v| v / alpha) } else { [0.0; 3] }
 }
 
-/// The level nearest to a share of the highest one; the ends of the range for what is beyond them.
+/// Returns the level nearest to a fraction of the highest one, clamped to the range.
 fn level(share: f32, highest: f32) -> u16 {
     (highest * share + 0.5).min(highest) as u16
 }
 
-/// Pixels that are ready for the screen.
+/// Encodes display-encoded pixels.
 pub(super) fn write_bytes(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, width, height);
@@ -74,7 +76,7 @@ pub(super) fn write_bytes(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result
     Ok(out)
 }
 
-/// Numbers as they are to be stored: each as the nearest level, of which the highest is 1.
+/// Encodes values as the nearest levels, where 1 is the highest.
 pub(super) fn write_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, String> {
     let Decoded { image, alpha, .. } = stored;
     let numbers = image.pixels.iter().enumerate().flat_map(|(i, [r, g, b])| {
@@ -94,16 +96,16 @@ pub(super) fn write_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, 
     Ok(out)
 }
 
-/// Writes header and data.
+/// Writes the header and the data.
 fn finish(encoder: Encoder<'_, &mut Vec<u8>>, data: &[u8]) -> Result<(), String> {
     let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
     writer.write_image_data(data).map_err(|e| e.to_string())?;
     writer.finish().map_err(|e| e.to_string())
 }
 
-/// Adds a `tEXt` chunk, or `iTXt` where the value has letters beyond Latin-1.
+/// Adds a `tEXt` chunk, or `iTXt` if the value has characters beyond Latin-1.
 ///
-/// A keyword has 1 to 79 printable Latin-1 letters. [PNG specification, 3rd ed., §11.3.3.1]
+/// A keyword has 1 to 79 printable Latin-1 characters. [PNG specification, 3rd ed., §11.3.3.1]
 fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> Result<(), String> {
     let length = key.chars().count();
     let printable = |c: char| matches!(c, ' '..='~' | '\u{a1}'..='\u{ff}');
@@ -145,12 +147,12 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
     let frame = reader.next_frame(&mut data).map_err(failed)?;
     reader.finish().map_err(failed)?;
     let pixels = decode(&data, frame.color_type, frame.bit_depth, curve)?;
-    super::check_shape(width, height, pixels.len())?;
+    Image::check_size(width, height, pixels.len())?;
     let alpha = alpha(&data, frame.color_type, frame.bit_depth);
     Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
 }
 
-/// See [`super::MetadataReader`]: the chunks `tEXt` and `iTXt` before the pixels.
+/// See [`super::MetadataReader`]. Reads the chunks `tEXt` and `iTXt` before the pixels.
 pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: TEXT_LIMIT };
@@ -162,19 +164,20 @@ pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, S
     Ok(latin.chain(others).collect())
 }
 
-/// How the levels of a file relate to linear light.
+/// Mapping from levels to values.
 #[derive(Clone, Copy)]
 enum Curve {
-    /// By one of ours.
+    /// A named transfer function.
     Named(Transfer),
-    /// By L = vᵞ.
+    /// L = vᵞ.
     Power(f32),
-    /// Not at all: the level as a share of the highest one.
+    /// The level divided by the highest one.
     Share,
 }
 
 impl Curve {
-    /// For light, what the `sRGB` and `gAMA` chunks say, if there are any.
+    /// Returns the mapping for an encoding; for light, that of the `sRGB` and `gAMA` chunks, if
+    /// there are any.
     fn of(info: &png::Info<'_>, numbers: PixelEncoding) -> Self {
         let PixelEncoding::Light(untagged) = numbers else { return Self::Share };
         if info.srgb.is_some() {
@@ -186,7 +189,7 @@ impl Curve {
         }
     }
 
-    /// Level to linear light.
+    /// Decodes a level.
     fn decode(self, level: u16, highest: u16) -> f32 {
         match self {
             Self::Named(transfer) => transfer.decode(level, highest),
@@ -196,7 +199,7 @@ impl Curve {
     }
 }
 
-/// Samples to pixels.
+/// Converts samples to pixels.
 fn decode(
     data: &[u8],
     color: ColorType,
@@ -220,12 +223,12 @@ fn decode(
     Ok(pixels)
 }
 
-/// The level of a channel of a pixel of 16 bits.
+/// Returns the level of a channel of a 16-bit pixel.
 fn level16(pixel: &[u8], channel: usize) -> u16 {
     u16::from_be_bytes([pixel[2 * channel], pixel[2 * channel + 1]])
 }
 
-/// The last channel of samples that have opacity, as shares of the highest level.
+/// Returns the alpha channel as fractions of the highest level, or `None` if there is none.
 fn alpha(data: &[u8], color: ColorType, depth: Depth) -> Option<Vec<f32>> {
     let last = match color {
         ColorType::GrayscaleAlpha | ColorType::Rgba => color.samples() - 1,

@@ -3,10 +3,11 @@
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use pt_scene::image::Image;
 
-use super::{Codec, Decoded, Image, PixelEncoding, Reader, Room, Transfer};
+use super::{Codec, Decoded, PixelEncoding, Reader, Room, Transfer};
 
-/// A codec that reads.
+/// Creates a codec that reads only.
 const fn readable(name: &'static str, extensions: &'static [&'static str], read: Reader) -> Codec {
     Codec { name, extensions, read: Some(read), write: None, metadata: None }
 }
@@ -31,9 +32,9 @@ pub(super) const WEBP: Codec = readable("WebP", &["webp"], |bytes, numbers, room
     read(bytes, numbers, room, ImageFormat::WebP)
 });
 
-/// See [`Reader`]. Grey becomes three equal channels. Files do not say how whole numbers relate to
-/// light; they are taken as sRGB whatever those of other formats would be. Real numbers of TIFF are
-/// light. Of animations, the first picture is read.
+/// See [`Reader`]. Grey becomes three equal channels. The files do not specify the transfer
+/// function of integers; it is assumed to be sRGB, independent of the caller's default.
+/// Floating-point values of TIFF are linear. Of animations, the first picture is read.
 fn read(
     bytes: &[u8],
     numbers: PixelEncoding,
@@ -55,8 +56,8 @@ fn read(
     let has_alpha = decoder.color_type().has_alpha();
     let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
     let (pixels, alpha) = in_light(picture, numbers);
-    super::check_shape(width, height, pixels.len())?;
-    // Many writers of TGA and BMP leave the opacity that they do not mean at zero.
+    Image::check_size(width, height, pixels.len())?;
+    // Many writers of TGA and BMP set an unused alpha channel to zero.
     let is_meant = has_alpha
         && (!matches!(format, ImageFormat::Tga | ImageFormat::Bmp)
             || alpha.iter().any(|opacity| *opacity > 0.0));
@@ -67,9 +68,9 @@ fn read(
     })
 }
 
-/// Refuses large pictures that their bytes cannot hold. No packing of these formats makes more of a
-/// byte than the LZW of GIF: a code of 12 bits stands for at most 4096 pixels. WebP may have one
-/// colour for all pixels, and TIFF a bit for an empty row.
+/// Rejects images that claim more pixels than their bytes can hold. The best compression of these
+/// formats is the LZW of GIF: a code of 12 bits represents at most 4096 pixels. WebP may have one
+/// colour for all pixels, and TIFF one bit for an empty row, so they are not checked.
 fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
     const SMALL: u64 = 1 << 22;
     let most = (bytes * 4096 * 2 / 3).max(SMALL);
@@ -79,7 +80,7 @@ fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
     Err(format!("claims {pixels} pixels, but has {bytes} bytes in all"))
 }
 
-/// The colours of a picture, and its opacity.
+/// Returns the colours of an image and its alpha.
 fn in_light(picture: DynamicImage, numbers: PixelEncoding) -> (Vec<[f32; 3]>, Vec<f32>) {
     let level = |level: u16, highest: u16| match numbers {
         PixelEncoding::Light(_) => Transfer::Srgb.decode(level, highest),

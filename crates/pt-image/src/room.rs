@@ -1,33 +1,34 @@
-//! The memory of pictures, which is asked for before it is taken.
+//! Memory reservations for decoded images.
 
 use pt_memory::Grant;
 
-/// Where the memory of pictures is asked for.
+/// Source of memory reservations for decoded images.
 pub struct Room<'r>(&'r (dyn Fn(u64) -> Result<Grant, String> + Sync));
 
 impl<'r> Room<'r> {
-    /// All that the process may take.
+    /// Reservations from the limit of the process.
     pub const OF_PROCESS: Self = Room(&pt_memory::ask);
 
-    /// What `grant` grants, which is asked for bytes.
+    /// Creates a source of reservations by `grant`, which is passed the number of bytes.
     pub fn new(grant: &'r (dyn Fn(u64) -> Result<Grant, String> + Sync)) -> Self {
         Self(grant)
     }
 
-    /// Asks for the memory of so many bytes of pixels, and as much again for what they are made of.
+    /// Reserves memory for this number of bytes of pixels, and the same again for their encoded
+    /// form and intermediate results.
     pub(super) fn ask(&self, pixels: Option<u64>) -> Result<Grant, String> {
         check_size(pixels, usize::MAX)?;
         (self.0)(pixels.unwrap_or(u64::MAX).saturating_mul(2))
     }
 }
 
-/// Refuses to decode `decoded` bytes of samples from a file of `encoded` bytes, when a few bytes
-/// claim to be a picture larger than memory.
+/// Rejects files of `encoded` bytes that claim `decoded` bytes of samples, more than their size can
+/// hold.
 pub(super) fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), String> {
     /// One gibibyte.
     const MAX_BYTES: u64 = 1 << 30;
-    /// Deflate packs 258 bytes into two bits at best; no other compression that PNG and OpenEXR
-    /// have reaches that. JPEG takes a bit for a block of 64 samples at least, and with colours of
+    /// Deflate encodes 258 bytes in two bits at best; no other compression of PNG and OpenEXR
+    /// reaches this ratio. JPEG uses at least one bit per block of 64 samples, and with chroma of
     /// half the width and height, 6 bits for 256 pixels.
     const BEST_RATIO: u64 = 1032;
     let decoded = decoded.unwrap_or(u64::MAX);

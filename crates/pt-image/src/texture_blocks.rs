@@ -1,7 +1,6 @@
-//! Files of textures in the forms of graphics processors: DDS, KTX 2.0 and Basis Universal. Of
-//! arrays, cubes, volumes and pyramids, the first and largest picture is read. [Microsoft,
-//! "DDS_HEADER"; Khronos, "KTX File Format Specification 2.0"; Binomial, ".basis File Format and
-//! ETC1S Texture Video Specification"]
+//! Files with GPU texture formats: DDS, KTX 2.0 and Basis Universal. Of arrays, cubes, volumes and
+//! mipmaps, the first and largest image is read. [Microsoft, "DDS_HEADER"; Khronos, "KTX File
+//! Format Specification 2.0"; Binomial, ".basis File Format and ETC1S Texture Video Specification"]
 
 use std::io::{Cursor, Read};
 
@@ -9,11 +8,12 @@ use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use image_dds::ddsfile::{Dds, DxgiFormat, PixelFormat, PixelFormatFlags};
 use image_dds::{ImageFormat, Surface};
 use ktx2::{Format, SupercompressionScheme, TransferFunction};
+use pt_io::guarded;
 use pt_math::color::linear_from_srgb;
 use pt_memory::Grant;
+use pt_scene::image::Image;
 
-use super::{Codec, Decoded, Image, PixelEncoding, Room, check_size};
-use crate::catch_panic::guarded;
+use super::{Codec, Decoded, PixelEncoding, Room, check_size};
 
 pub(super) const DDS: Codec =
     Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
@@ -34,15 +34,15 @@ pub(super) const BASIS: Codec = Codec {
     metadata: None,
 };
 
-/// How whole numbers relate to light.
+/// Transfer function of integers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Curve {
     Srgb,
     Linear,
 }
 
-/// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without
-/// that name, as most programs write it for colours.
+/// See [`super::Reader`]. Integers are decoded as sRGB even if the file has the linear variant of
+/// the format, since most programs write that for colours.
 fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let dds =
         Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
@@ -63,7 +63,7 @@ fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded
     decoded(size, format, &dds.data, (Curve::Srgb, numbers), room)
 }
 
-/// The form of blocks whose numbers have no type.
+/// Returns the format of a typeless block format.
 fn of_no_type(format: DxgiFormat) -> Option<ImageFormat> {
     Some(match format {
         DxgiFormat::BC1_Typeless => ImageFormat::BC1RgbaUnorm,
@@ -79,8 +79,7 @@ fn of_no_type(format: DxgiFormat) -> Option<ImageFormat> {
     })
 }
 
-/// Pixels of up to 32 bits whose channels are where masks are, as 8 bits of red, green, blue and
-/// opacity.
+/// Decodes pixels of up to 32 bits with channel masks to 8 bits of red, green, blue and alpha.
 fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Result<Vec<u8>, String> {
     let is_grey = form.flags.contains(PixelFormatFlags::LUMINANCE);
     let bits = form.rgb_bit_count.unwrap_or(0);
@@ -111,7 +110,7 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
     Ok(data.chunks_exact(size).take(count).flat_map(pixel).collect())
 }
 
-/// See [`super::Reader`]. What the file says of its transfer function counts.
+/// See [`super::Reader`]. The transfer function is that of the file.
 fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
     check_texel_block(bytes).map_err(invalid)?;
@@ -148,10 +147,10 @@ fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decode
     }
 }
 
-/// Refuses blocks of 256 texels along a side, at which the crate `ktx2` fails.
+/// Rejects texel blocks with a side of 256 texels, at which the crate `ktx2` fails.
 fn check_texel_block(bytes: &[u8]) -> Result<(), String> {
-    /// Where the file has the place of the description of its data, and the description the size of
-    /// a block.
+    /// Offset of the offset of the data format descriptor in the file, and offset of the block size
+    /// in the descriptor.
     const PLACE: usize = 48;
     const BLOCK: usize = 16;
     let place = bytes
@@ -164,15 +163,14 @@ fn check_texel_block(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// So many bytes of a stream.
+/// Reads at most this number of bytes of a stream.
 fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
     let mut data = Vec::new();
     stream.take(length).read_to_end(&mut data).map_err(|error| error.to_string())?;
     Ok(data)
 }
 
-/// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as
-/// sRGB.
+/// See [`super::Reader`]. The files do not specify a transfer function; it is assumed to be sRGB.
 fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
     if has_wrong_slices(bytes) {
         return Err(
@@ -183,10 +181,9 @@ fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decod
     transcoded(bytes, (Curve::Srgb, numbers), room)
 }
 
-/// Returns true if a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or
-/// more than one for 4 × 4 texels. Descriptions of slices have 23 bytes, of which four are the
-/// width and height and four the numbers of blocks; where they and how many they are is in the
-/// header.
+/// Returns true if a slice of a Basis Universal file has no blocks, by which basisu 0.1 divides, or
+/// more than one for 4 × 4 texels. Slice descriptions have 23 bytes, of which four are the width
+/// and height and four the numbers of blocks; their number and position are in the header.
 fn has_wrong_slices(bytes: &[u8]) -> bool {
     const COUNT: usize = 14;
     const PLACE: usize = 65;
@@ -208,7 +205,7 @@ fn has_wrong_slices(bytes: &[u8]) -> bool {
     numbers.any(|[width, height, x, y]| is_wrong(width, x) || is_wrong(height, y))
 }
 
-/// A picture of Basis Universal or ASTC, in either container.
+/// Decodes an image in Basis Universal or ASTC, in either container.
 fn transcoded(
     bytes: &[u8],
     (curve, numbers): (Curve, PixelEncoding),
@@ -228,26 +225,26 @@ fn transcoded(
         let data = texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?;
         Ok(([width, height], format, data))
     };
-    // basisu 0.1 panics at some files that are damaged.
+    // basisu 0.1 panics at some damaged files.
     let transcoded = guarded("Basis Universal", transcode)
         .map_err(|_| "has no picture that can be read: the file is damaged".to_owned())?;
     let (size, format, data) = transcoded?;
     decoded(size, format, &data, (curve, numbers), room)
 }
 
-/// The bytes of a picture of single precision.
+/// Returns the bytes of an image in single precision, after a check of its size.
 fn check_pixels([width, height]: [u32; 2]) -> Result<u64, String> {
     let bytes = u64::from(width).saturating_mul(u64::from(height)).saturating_mul(16);
     check_size(Some(bytes), usize::MAX)?;
     Ok(bytes.max(1024))
 }
 
-/// Asks for the memory of a picture.
+/// Reserves the memory of an image.
 fn ask_for(size: [u32; 2], room: &Room) -> Result<Grant, String> {
     room.ask(Some(check_pixels(size)?))
 }
 
-/// A picture in one of the forms of graphics processors.
+/// Decodes an image in a GPU texture format.
 fn decoded(
     size: [u32; 2],
     format: ImageFormat,
@@ -279,21 +276,21 @@ fn decoded(
     let is_clear = kind.channels == 4 && pixels.iter().any(|[.., a]| *a < 1.0);
     let alpha = is_clear.then(|| pixels.iter().map(|[.., a]| *a).collect());
     let pixels: Vec<_> = pixels.iter().map(|pixel| color(*pixel)).collect();
-    super::check_shape(width, height, pixels.len())?;
+    Image::check_size(width, height, pixels.len())?;
     Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
 }
 
-/// The z of a normal of which x and y are stored, as it would be.
+/// Returns the z of a unit normal from its x and y, all encoded from 0 to 1.
 fn third(r: f32, g: f32) -> f32 {
     let [x, y] = [2.0 * r - 1.0, 2.0 * g - 1.0];
     0.5 * (1.0 - x * x - y * y).max(0.0).sqrt() + 0.5
 }
 
-/// The numbers of a form.
+/// Properties of the values of a format.
 struct Kind {
     channels: usize,
     is_real: bool,
-    /// True if whole numbers are shares from −1 to 1.
+    /// True if integers represent −1 to 1.
     is_signed: bool,
 }
 
@@ -347,8 +344,8 @@ impl Kind {
     }
 }
 
-/// The form that a number of Vulkan names; `None` for those of Basis Universal and ASTC, and those
-/// that are not read.
+/// Returns the format of a Vulkan format number; `None` for Basis Universal and ASTC, and for
+/// unsupported formats.
 fn image_format(format: Format) -> Option<ImageFormat> {
     Some(match format {
         Format::BC1_RGB_UNORM_BLOCK | Format::BC1_RGBA_UNORM_BLOCK => ImageFormat::BC1RgbaUnorm,
@@ -391,7 +388,7 @@ mod tests {
     use super::super::{Transfer, decode_as};
     use super::*;
 
-    /// Two files that fuzzing found, at which the decoder panics: a length beyond the file, and a
+    /// Two files found by fuzzing, at which the decoder panics: a length beyond the file, and a
     /// block that ends early.
     #[test]
     fn files_at_which_the_decoder_panics_are_damaged() {

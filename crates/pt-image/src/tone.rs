@@ -1,19 +1,19 @@
-//! From the light of a scene to that of a screen, which ends at 1.
+//! Tone mapping of scene radiance to display radiance, whose maximum is 1.
 //!
-//! The curves compute in double precision: no light overflows, and what is clamped at the end lies
-//! in [0, 1].
+//! The curves are computed in double precision: values do not overflow, and the final clamp gives
+//! [0, 1].
 
-/// How bright the image is, and what becomes of light beyond the screen's white.
+/// Exposure and tone curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// Stops: the light is multiplied with 2 to the power of it.
+    /// Exposure in stops: radiance is multiplied by 2 to this power.
     pub exposure: f32,
-    /// The curve behind that.
+    /// Tone curve after the exposure.
     pub curve: ToneCurve,
 }
 
 impl Tone {
-    /// Linear light of a scene to linear light of a screen, both Rec. 709. At 0 stops,
+    /// Maps linear scene radiance to linear display radiance, both in Rec. 709. At 0 stops,
     /// [`ToneCurve::Linear`] changes no bit.
     pub fn map(self, rgb: [f32; 3]) -> [f32; 3] {
         let scale = libm::exp2f(self.exposure);
@@ -21,26 +21,27 @@ impl Tone {
     }
 }
 
-/// Curves from the light of scenes, which has no end, to that of screens. Black stays black, and a
-/// brighter grey does not become darker.
+/// Tone curves from unbounded scene radiance to display radiance. Black stays black, and the curves
+/// are monotonic for greys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// Light as it is; files cut it off at 1.
+    /// Identity; files clamp it at 1.
     #[default]
     Linear,
-    /// The curve of film in each channel, with white at 5.6. [Hable 2010]
+    /// Filmic curve in each channel, with white at 5.6. [Hable 2010]
     Filmic,
-    /// AgX without a look: bright colours go to white. [Sobotka, "AgX"]
+    /// AgX without a look: bright colours desaturate to white. [Sobotka, "AgX"]
     Agx,
-    /// ACES as fitted by Stephen Hill: contrasty, and grey of 0.18 becomes 0.106.
+    /// ACES as fitted by Stephen Hill: high contrast; grey of 0.18 becomes 0.106.
     Aces,
-    /// Khronos PBR Neutral: colours up to 0.8 stay as they are, less 0.04, and all keep their hue.
+    /// Khronos PBR Neutral: colours up to 0.8 are reduced by 0.04 and otherwise unchanged, and all
+    /// colours keep their hue.
     PbrNeutral,
 }
 
 impl ToneCurve {
-    /// Linear Rec. 709 to linear Rec. 709; all curves but the linear one give numbers in [0, 1],
-    /// for light that is negative or no number those of 0.
+    /// Maps linear Rec. 709 to linear Rec. 709. All curves except the linear one return values in
+    /// [0, 1]; negative values and NaN count as 0.
     pub fn map(self, rgb: [f32; 3]) -> [f32; 3] {
         let curve = match self {
             Self::Linear => return rgb,
@@ -62,7 +63,7 @@ fn multiply(matrix: &[Rgb; 3], v: Rgb) -> Rgb {
 
 /// f(2 L) / f(W) of each channel, f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F, with
 /// shoulder A, linear strength B and angle C, toe strength D, numerator E and denominator F, and
-/// white W. Bright colours change their hue, as the channels reach white one by one. [Hable 2010,
+/// white W. The hue of bright colours changes, since the channels saturate one by one. [Hable 2010,
 /// "Uncharted 2: HDR Lighting", GDC; "Filmic Tonemapping Operators" for the 2, its exposure bias]
 fn filmic(rgb: Rgb) -> Rgb {
     const A: f64 = 0.15;
@@ -73,12 +74,12 @@ fn filmic(rgb: Rgb) -> Rgb {
     const F: f64 = 0.30;
     const WHITE: f64 = 11.2;
     const BIAS: f64 = 2.0;
-    // The same over one denominator, by which f(0) is 0 exactly.
+    // The terms over a common denominator, so that f(0) is exactly 0.
     let f = |x: f64| x * (A * x * (F - E) + B * (C * F - E)) / (F * (x * (A * x + B) + D * F));
     rgb.map(|l| f(BIAS * l) / f(WHITE))
 }
 
-/// From Rec. 709 to primaries drawn together.
+/// From Rec. 709 to inset primaries.
 const AGX_INSET: [Rgb; 3] = [
     [0.842_479_062_253_094, 0.078_433_599_999_999_2, 0.079_223_745_147_764_3],
     [0.042_328_242_261_012_3, 0.878_468_636_469_772, 0.079_166_127_460_543_4],
@@ -92,13 +93,13 @@ const AGX_OUTSET: [Rgb; 3] = [
     [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
 ];
 
-/// A sigmoid of log₂ L in each channel, of primaries that are drawn together, so that bright
-/// colours of any hue go to white. Its signal is that of a screen with the exponent 2.2.
-/// [Sobotka, "AgX", base image; primaries in Rec. 709 as in Wrensch, "Minimal AgX Implementation"]
+/// A sigmoid of log₂ L in each channel of inset primaries, so that bright colours of any hue
+/// desaturate to white. Its output is a display signal with exponent 2.2. [Sobotka, "AgX", base
+/// image; primaries in Rec. 709 as in Wrensch, "Minimal AgX Implementation"]
 fn agx(rgb: Rgb) -> Rgb {
-    /// log₂ of the darkest light that is told from black, 10 stops below a grey of 0.18 …
+    /// log₂ of the minimum luminance, 10 stops below a grey of 0.18.
     const MIN: f64 = -12.473_93;
-    /// … and of the brightest, 6.5 stops above it.
+    /// log₂ of the maximum luminance, 6.5 stops above that grey.
     const MAX: f64 = 4.026_069;
     const EXPONENT: f64 = 2.2;
     let signal = multiply(&AGX_INSET, rgb).map(|l| {
@@ -108,15 +109,15 @@ fn agx(rgb: Rgb) -> Rgb {
     multiply(&AGX_OUTSET, signal).map(|v| libm::pow(v.max(0.0), EXPONENT))
 }
 
-/// The sigmoid on [0, 1] that goes through (10/16.5, 1/2), grey, with the slope 2, and has the
-/// powers 3 at its toe and 3.25 at its shoulder: y = ½ ± k h(2 |x − x₀| / k), h(t) = t / (1 +
-/// tᵖ)^(1/p), and k such that the ends are 0 and 1. [Sobotka, "AgX"; the sigmoid is Jed Smith's]
+/// The sigmoid on [0, 1] through (10/16.5, 1/2), grey, with the slope 2 there and the powers 3 at
+/// its toe and 3.25 at its shoulder: y = ½ ± k h(2 |x − x₀| / k), h(t) = t / (1 + tᵖ)^(1/p), with k
+/// such that the ends are 0 and 1. [Sobotka, "AgX"; the sigmoid is Jed Smith's]
 fn agx_sigmoid(x: f64) -> f64 {
     const PIVOT: [f64; 2] = [10.0 / 16.5, 0.5];
     const SLOPE: f64 = 2.0;
     const TOE: f64 = 3.0;
     const SHOULDER: f64 = 3.25;
-    // Distances from the pivot to the end of the side on which x is.
+    // Distances from the pivot to the end on the side of x.
     let (width, height, p, side) = if x < PIVOT[0] {
         (PIVOT[0], PIVOT[1], TOE, -1.0)
     } else {
@@ -128,17 +129,17 @@ fn agx_sigmoid(x: f64) -> f64 {
     PIVOT[1] + side * k * t / libm::pow(1.0 + libm::pow(t, p), 1.0 / p)
 }
 
-/// The reference rendering and output transforms of ACES for sRGB screens, fitted by a rational
-/// function between two matrices, by which bright colours go to white. Grey of 0.18 becomes 0.106;
-/// nothing makes up for that here. [Stephen Hill, "ACES.hlsl" in Pettineo's BakingLab]
+/// The reference rendering and output transforms of ACES for sRGB displays, fitted by a rational
+/// function between two matrices, which desaturate bright colours to white. Grey of 0.18 becomes
+/// 0.106; this is not compensated here. [Stephen Hill, "ACES.hlsl" in Pettineo's BakingLab]
 fn aces(rgb: Rgb) -> Rgb {
-    /// From Rec. 709 over AP1 to the channels that the curve is for, less saturated.
+    /// From Rec. 709 via AP1 to the less saturated channels of the curve.
     const INTO: [Rgb; 3] = [
         [0.597_19, 0.354_58, 0.048_23],
         [0.076_00, 0.908_34, 0.015_66],
         [0.028_40, 0.133_83, 0.837_77],
     ];
-    /// From there back to Rec. 709.
+    /// From these channels back to Rec. 709.
     const BACK: [Rgb; 3] = [
         [1.604_75, -0.531_08, -0.073_67],
         [-0.102_08, 1.108_13, -0.006_05],
@@ -150,15 +151,15 @@ fn aces(rgb: Rgb) -> Rgb {
     multiply(&BACK, multiply(&INTO, rgb).map(fit))
 }
 
-/// What is less bright than 0.8 stays as it is, but for the 0.04 that dielectrics reflect in front;
-/// what is brighter is compressed, with its hue, and goes slowly to white. [Khronos, "PBR Neutral
-/// Tone Mapper Specification"]
+/// Colours below 0.8 are reduced by 0.04, the reflectance of dielectrics at normal incidence, and
+/// otherwise unchanged; brighter ones are compressed at constant hue and gradually desaturate to
+/// white. [Khronos, "PBR Neutral Tone Mapper Specification"]
 fn pbr_neutral(rgb: Rgb) -> Rgb {
-    /// Fresnel reflection of common dielectrics seen from the front.
+    /// Fresnel reflectance of common dielectrics at normal incidence.
     const F90: f64 = 0.04;
-    /// Where compression starts.
+    /// Start of compression.
     const START: f64 = 0.8 - F90;
-    /// How soon colours go to white.
+    /// Rate of desaturation.
     const DESATURATION: f64 = 0.15;
     let least = rgb[0].min(rgb[1]).min(rgb[2]);
     let offset = if least < 2.0 * F90 { least - least * least / (4.0 * F90) } else { F90 };
@@ -183,12 +184,12 @@ mod tests {
     const CURVES: [ToneCurve; 4] =
         [ToneCurve::Filmic, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::PbrNeutral];
 
-    /// The sums of the rows of AgX' published matrices are not quite 1: those of [`AGX_OUTSET`]
-    /// from 0.99983 to 1.00006, which the exponent 2.2 makes 5.1·10⁻⁴ at most (those of
-    /// [`AGX_INSET`] pull the other way).
+    /// The row sums of the published matrices of AgX are not exactly 1: those of [`AGX_OUTSET`] are
+    /// from 0.99983 to 1.00006, which the exponent 2.2 amplifies to at most 5.1·10⁻⁴ (those of
+    /// [`AGX_INSET`] deviate in the opposite direction).
     const AGX_GREY_ERROR: f32 = 5.1e-4;
 
-    /// 0, and light from 10⁻⁶ to 10³⁰.
+    /// 0, and greys from 10⁻⁶ to 10³⁰.
     fn greys() -> impl Iterator<Item = f32> {
         std::iter::once(0.0).chain((0..=3600).map(|i| libm::powf(10.0, i as f32 / 100.0 - 6.0)))
     }
@@ -259,7 +260,7 @@ mod tests {
         }
     }
 
-    /// Values of the formula as it is published.
+    /// Values of the published formula.
     #[test]
     fn filmic_is_the_curve_of_hable() {
         let f = |x: f32| {
@@ -279,8 +280,8 @@ mod tests {
         );
     }
 
-    /// The polynomial of degree 6 that Wrensch publishes as a fit of the same sigmoid, its mean
-    /// squared error 3.7·10⁻⁶.
+    /// The polynomial of degree 6 that Wrensch publishes as a fit of the same sigmoid, with a mean
+    /// squared error of 3.7·10⁻⁶.
     #[test]
     fn the_sigmoid_of_agx_is_near_its_published_fit() {
         let fit = |x: f64| {
@@ -294,7 +295,7 @@ mod tests {
         assert!(agx_sigmoid(0.0).abs() < 1e-15 && (agx_sigmoid(1.0) - 1.0).abs() < 1e-15);
     }
 
-    /// Grey of 0.18 has the signal ½; 10 stops below it there is black, and 6.5 above it white.
+    /// Grey of 0.18 has the signal ½; 10 stops below it is black, and 6.5 stops above it white.
     #[test]
     fn agx_has_grey_in_the_middle_of_the_signal() {
         let grey = ToneCurve::Agx.map([0.18; 3])[1];
@@ -313,8 +314,7 @@ mod tests {
         }
     }
 
-    /// (1·1.0245786 − 0.000090537) / (1·1.41668 + 0.238081) = 0.61911: white light through the fit
-    /// by hand.
+    /// (1·1.0245786 − 0.000090537) / (1·1.41668 + 0.238081) = 0.61911: the fit at 1, by hand.
     #[test]
     fn aces_maps_one_to_the_value_of_its_fit() {
         let white = ToneCurve::Aces.map([1.0; 3]);
@@ -332,8 +332,8 @@ mod tests {
         }
     }
 
-    /// From 0.08 to 0.8, the light is 0.04 less; beyond, the hue stays: (middle − least) /
-    /// (greatest − least).
+    /// From 0.08 to 0.8, values are reduced by 0.04; beyond, the hue is constant: (median −
+    /// minimum) / (maximum − minimum).
     #[test]
     fn pbr_neutral_keeps_base_colours_and_every_hue() {
         let [r, g, b] = ToneCurve::PbrNeutral.map([0.79, 0.3, 0.08]);

@@ -1,14 +1,14 @@
-//! Files that are read: regular ones, of no more bytes than there is memory for.
+//! Reading of regular files that fit into memory.
 
 use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// The bytes of a regular file. A pipe may never begin, and a device never end: they are not
-/// opened.
+/// Returns the length of a regular file in bytes. Pipes and devices are rejected, since reading
+/// them may block or never end.
 ///
 /// # Errors
-/// If it is something else, or cannot be asked for.
+/// Returns an error if the path is no regular file, or its metadata cannot be read.
 pub fn length(path: &Path) -> io::Result<u64> {
     let found = fs::metadata(path)?;
     if found.is_file() {
@@ -21,26 +21,28 @@ pub fn length(path: &Path) -> io::Result<u64> {
 /// Opens a regular file.
 ///
 /// # Errors
-/// Those of [`length`] and [`File::open`].
+/// Returns the errors of [`length`] and [`File::open`].
 pub fn open(path: &Path) -> io::Result<File> {
     length(path)?;
     File::open(path)
 }
 
-/// Reads a regular file, after the ledger of memory is asked.
+/// Reads a regular file, after a request to the memory ledger.
 ///
 /// # Errors
-/// Those of [`open`], or if there is too little memory, or it cannot be read.
+/// Returns the errors of [`open`], and an error if there is too little memory or the file cannot be
+/// read.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let (bytes, file) = (length(path)?, File::open(path)?);
     let _grant = pt_memory::ask(bytes).map_err(|why| Error::new(ErrorKind::OutOfMemory, why))?;
     let mut content = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
-    // What is added while it is read is not of it.
+    // Bytes appended during the read are ignored.
     file.take(bytes).read_to_end(&mut content)?;
     Ok(content)
 }
 
-/// A path without `..` and links; what is not there is taken as it is written.
+/// Returns a path without `..` and symbolic links; components that do not exist are kept as
+/// written.
 pub fn resolved(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let known = absolute.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));

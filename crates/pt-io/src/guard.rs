@@ -1,15 +1,16 @@
-//! Panics of readers, which are faults of the program or of a library that it uses, as errors.
+//! Conversion of panics of decoders, which are bugs of the program or of a library, to errors.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a reader gives.
+/// Returns the result of `read`.
 ///
 /// # Errors
-/// If it panics, on this thread or on another one for which it waits; the message says that this is
-/// no fault of the file's author. `what` is what it reads, as in "PNG".
-pub(crate) fn guarded<T>(what: &str, read: impl FnOnce() -> T) -> Result<T, String> {
-    // What it was at is dropped with it.
+/// Returns a message if `read` panics, on this thread or on another one whose result it awaits. The
+/// message states that this is no fault of the file's author. `what` is the name of the format,
+/// such as "PNG".
+pub fn guarded<T>(what: &str, read: impl FnOnce() -> T) -> Result<T, String> {
+    // Its state is dropped with the closure.
     catch_unwind(AssertUnwindSafe(read)).map_err(|panic| {
         format!(
             "the reader of {what} fails by an error of its own ({}); please report this to the makers of pathtracer, with \
@@ -19,7 +20,7 @@ pub(crate) fn guarded<T>(what: &str, read: impl FnOnce() -> T) -> Result<T, Stri
     })
 }
 
-/// What a panic says.
+/// Returns the message of a panic.
 fn words(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
@@ -28,8 +29,9 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use rayon::prelude::*;
+
+    use super::*;
 
     #[test]
     fn panics_are_errors_on_whichever_thread_they_are() {

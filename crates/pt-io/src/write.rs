@@ -1,4 +1,4 @@
-//! Writing files so that nobody ever sees half of one.
+//! Atomic writing of files.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -6,20 +6,41 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::ImageError;
+/// Error of writing a file.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file cannot be created, written or renamed.
+    #[error("{}: cannot be written: {source}", path.display())]
+    File {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// Nothing can be created in the folder of the file.
+    #[error("{}: cannot write into the folder {}: {source}", path.display(), folder.display())]
+    Folder {
+        /// Path of the file.
+        path: PathBuf,
+        /// Folder of the file.
+        folder: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+}
 
-/// Writes a file in one step: into a temporary file in the same folder, which then takes the name
-/// of the file. Whoever reads it sees the old content or the new one; after an error, the old. When
-/// it returns, the disk has the content and then the name, so that what the file takes the place of
-/// may be removed.
+/// Writes a file atomically: into a temporary file in the same folder, which is then renamed to the
+/// target. Readers see either the old or the new content; after an error, the old. On return, both
+/// the content and the name are on disk, so that files which this one replaces may be removed.
 ///
-/// A link is followed, and what is no regular file (`/dev/stdout`) is written to directly, but for
-/// named pipes, of which nobody may ever read.
+/// Symbolic links are followed. Targets that are no regular files (`/dev/stdout`) are written to
+/// directly, except for named pipes, which may have no reader.
 ///
 /// # Errors
-/// If the folder does not exist or nothing can be created in it, or the file cannot be written.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let failed = |source| ImageError::Write { path: path.to_owned(), source };
+/// Returns an error if the folder does not exist, nothing can be created in it, or the file cannot
+/// be written.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    let failed = |source| WriteError::File { path: path.to_owned(), source };
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => {
@@ -33,14 +54,14 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let file = match temporary_in(&folder) {
         Ok(file) => file,
         Err(source) => {
-            return Err(ImageError::Folder { path: path.to_owned(), folder, source });
+            return Err(WriteError::Folder { path: path.to_owned(), folder, source });
         }
     };
     place(&mut System, file, bytes, &target).map_err(failed)
 }
 
-/// Returns true if a path is that of a pipe in a folder; those that the program was given when it
-/// started are open already.
+/// Returns true if a path is that of a named pipe in a folder; pipes that the process inherited are
+/// open already.
 #[cfg(unix)]
 fn is_named_pipe(path: &Path, found: &fs::Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;
@@ -56,27 +77,27 @@ fn named_pipe() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, "it is a pipe; expected the name of a file")
 }
 
-/// Refuses named pipes, to which [`write_atomically`] does not write.
+/// Checks that a path is no named pipe, since [`write_atomically`] does not write to these.
 ///
 /// # Errors
-/// If it is one.
-pub fn check_target(path: &Path) -> Result<(), ImageError> {
-    let failed = |source| ImageError::Write { path: path.to_owned(), source };
+/// Returns an error if it is one.
+pub fn check_target(path: &Path) -> Result<(), WriteError> {
+    let failed = |source| WriteError::File { path: path.to_owned(), source };
     match fs::metadata(path) {
         Ok(found) if is_named_pipe(path, &found) => Err(failed(named_pipe())),
         _ => Ok(()),
     }
 }
 
-/// What is asked of the system, so that tests see in which order.
+/// File operations, as a trait so that tests can record their order.
 trait Disk {
     /// Writes the content of a file.
     fn write(&mut self, file: &mut NamedTempFile, bytes: &[u8]) -> io::Result<()>;
-    /// Waits until the disk has the content of a file.
+    /// Flushes the content of a file to disk.
     fn sync(&mut self, file: &NamedTempFile) -> io::Result<()>;
-    /// Gives a file its name.
+    /// Renames a file to its target.
     fn rename(&mut self, file: NamedTempFile, target: &Path) -> io::Result<()>;
-    /// Waits until the disk has the names of a folder.
+    /// Flushes the directory entries of a folder to disk.
     fn sync_folder(&mut self, folder: &Path) -> io::Result<()>;
 }
 
@@ -100,7 +121,7 @@ impl Disk for System {
     }
 }
 
-/// Gives a file its content and then its name; the disk has each before what follows.
+/// Writes the content of a file and renames it; each step is on disk before the next one.
 fn place(
     disk: &mut impl Disk,
     mut file: NamedTempFile,
@@ -113,11 +134,11 @@ fn place(
     disk.sync_folder(&folder_of(target))
 }
 
-/// Waits until the disk has the names of a folder, where that can be asked for: not where the
-/// system has no such call, or the folder may be written and not read.
+/// Flushes the directory entries of a folder to disk. Does nothing if the system has no such call,
+/// or the folder is writable but not readable.
 ///
 /// # Errors
-/// If the folder is not there, or the disk fails.
+/// Returns an error if the folder does not exist, or the disk fails.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     use io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
     if cfg!(not(unix)) {
@@ -129,7 +150,7 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// The folder that a path is in; `.` for a bare name.
+/// Returns the folder that contains a path; `.` for a bare name.
 pub fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
@@ -137,14 +158,14 @@ pub fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A temporary file that, in the end, has the permissions of any other new file.
+/// Creates a temporary file with the permissions of any other new file.
 fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".pathtracer-").suffix(".part");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // The system takes away what the user's mask forbids.
+        // The system removes the permissions that the user's mask forbids.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
@@ -154,7 +175,7 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 mod tests {
     use super::*;
 
-    /// Writes down what it is asked for, and does it up to a step that fails.
+    /// Records the operations, and executes them up to a step that fails.
     #[derive(Default)]
     struct Log {
         steps: Vec<&'static str>,
@@ -188,9 +209,9 @@ mod tests {
 
     const STEPS: [&str; 4] = ["write", "sync", "rename", "sync folder"];
 
-    /// The content is on the disk before the name is, and the name before the call returns;
-    /// whichever step fails is an error, no later one is taken, and before the file has its
-    /// name the old content stays.
+    /// The content is on disk before the name is, and the name before the call returns. If any step
+    /// fails, an error is returned and no later step is executed; until the rename, the old content
+    /// remains.
     #[test]
     fn a_file_is_on_the_disk_before_its_name_and_both_before_the_end() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,36 +1,36 @@
 //! Reconstruction filters.
 
-/// How much the light around the centre of a pixel counts for it: f(x, y) = g(x) g(y), with
-/// distances in pixels.
+/// A pixel reconstruction filter, separable: f(x, y) = g(x) g(y), with distances in pixels from the
+/// centre of the pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Filter {
-    /// All of the pixel's square alike.
+    /// Constant over the square of the pixel.
     #[default]
     Box,
     /// g(x) = 1 − |x|/`radius`.
     Tent {
-        /// Distance at which it ends.
+        /// Radius of the support.
         radius: f64,
     },
-    /// g(x) = exp(−x²/2σ²) − exp(−r²/2σ²), so that it ends in 0.
+    /// g(x) = exp(−x²/2σ²) − exp(−r²/2σ²), which is 0 at the radius.
     Gaussian {
         /// Standard deviation σ.
         stddev: f64,
-        /// Distance r at which it ends.
+        /// Radius r of the support.
         radius: f64,
     },
     /// The cubic filters of radius 2. [Mitchell & Netravali 1988, "Reconstruction Filters in
     /// Computer Graphics", eq. 8]
     Mitchell {
-        /// Their B, in [0, 1].
+        /// Parameter B, in [0, 1].
         b: f64,
-        /// Their C, in [0, 1].
+        /// Parameter C, in [0, 1].
         c: f64,
     },
     /// The 4-term Blackman–Harris window. [Harris 1978, "On the Use of Windows for Harmonic
     /// Analysis with the Discrete Fourier Transform"]
     BlackmanHarris {
-        /// Distance at which it ends.
+        /// Radius of the support.
         radius: f64,
     },
     /// g(x) = sinc(x) sinc(x/n), with sinc(x) = sin(πx)/(πx).
@@ -41,20 +41,20 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// As wide as two pixels.
+    /// Tent filter with a width of two pixels.
     pub const TENT: Self = Self::Tent { radius: 1.0 };
-    /// Mitsuba's default.
+    /// Default filter of Mitsuba.
     pub const GAUSSIAN: Self = Self::gaussian(0.5);
-    /// The authors' compromise between ringing, blur and anisotropy.
+    /// Parameters that the authors recommend as a compromise between ringing, blur and anisotropy.
     pub const MITCHELL: Self = Self::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 };
-    /// As Cycles has it.
+    /// Blackman–Harris filter of Cycles.
     pub const BLACKMAN_HARRIS: Self = Self::BlackmanHarris { radius: 1.5 };
     /// The interpolating spline, which is the cubic filter with B = 0 and C = 1/2.
     pub const CATMULL_ROM: Self = Self::Mitchell { b: 0.0, c: 0.5 };
-    /// With three lobes.
+    /// Lanczos filter with three lobes.
     pub const LANCZOS: Self = Self::Lanczos { lobes: 3.0 };
 
-    /// Each kind with its usual numbers.
+    /// Each kind of filter with its usual parameters.
     pub const USUAL: [Self; 7] = [
         Self::Box,
         Self::TENT,
@@ -68,12 +68,12 @@ impl Filter {
     /// Largest radius, in pixels.
     pub const MAX_RADIUS: f64 = 16.0;
 
-    /// A Gaussian that ends at four standard deviations.
+    /// Returns a Gaussian that is truncated at four standard deviations.
     pub const fn gaussian(stddev: f64) -> Self {
         Self::Gaussian { stddev, radius: 4.0 * stddev }
     }
 
-    /// Distance beyond which nothing counts, in pixels.
+    /// Returns the radius of the support, in pixels.
     pub fn radius(&self) -> f64 {
         match *self {
             Self::Box => 0.5,
@@ -85,12 +85,12 @@ impl Filter {
         }
     }
 
-    /// Checks that its parameters are in range.
+    /// Checks that the parameters are in range.
     ///
     /// # Errors
-    /// What is wrong, and what was expected.
+    /// Returns a message with the invalid parameter and the expected range.
     pub fn check(&self) -> Result<(), String> {
-        /// Least radius and standard deviation: below, all of it is one point.
+        /// Minimum radius and standard deviation; smaller filters degenerate to a point.
         const MIN: f64 = 1e-3;
         let radius = self.radius();
         if !(MIN..=Self::MAX_RADIUS).contains(&radius) {

@@ -1,25 +1,23 @@
-//! Where the surfaces of a scene are, and cameras that are placed by them.
+//! Bounds of the surfaces of a scene, and cameras that are placed by them.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::points;
-use crate::{Camera, Geometry, Mesh, Object, Placement, Projection, Scene};
+use crate::extent::{Extent, extent_of};
+use crate::{Camera, Geometry, Mesh, Object, Placement, Projection, Scene, points};
 
-/// Most vertices that are placed one by one; of further copies the corners of their boxes are.
+/// Maximum number of vertices that are transformed one by one; beyond it, only the corners of the
+/// bounding box of each copy are.
 const MAX_PLACED: usize = 50_000_000;
-/// Where the course's program places its camera, in diagonals of the box from its middle.
+/// Distance of the course program's camera from the centre of the bounding box, in diagonals.
 const COURSE_DISTANCE: f64 = 1.5;
-/// By how much what is shown is wider and higher than a box that is to fit.
+/// Ratio of the size of the view to that of the box for [`Placement::Fit`].
 const MARGIN: f64 = 1.05;
 
-/// A box: its least and its greatest coordinates.
-pub type Extent = [DVec3; 2];
-
-/// The box around all surfaces, at all keys of what moves or in a span of time, in seconds. Points
-/// that belong to no triangle with an area are no surfaces; `None` if there are none.
+/// Returns the bounding box of all surfaces, over all keys of animations or over a span of time in
+/// seconds. Vertices without a triangle of positive area are ignored; `None` if no surface remains.
 pub fn surface_extent(scene: &Scene, span: Option<[f64; 2]>) -> Option<Extent> {
     let (mut known, mut clouds) = (HashMap::new(), HashMap::new());
     let mut left = MAX_PLACED;
@@ -56,7 +54,8 @@ pub fn surface_extent(scene: &Scene, span: Option<[f64; 2]>) -> Option<Extent> {
     all
 }
 
-/// Where an object is, to the world.
+/// Returns the object-to-world transforms of an object at the keys of its motion, or at the knots
+/// in a span of time.
 fn places(object: &Object, span: Option<[f64; 2]>) -> Vec<DAffine3> {
     let Some(motion) = &object.motion else { return vec![object.to_world] };
     let keys = match span {
@@ -66,8 +65,8 @@ fn places(object: &Object, span: Option<[f64; 2]>) -> Vec<DAffine3> {
     keys.iter().map(|key| key.to_world * object.to_world).collect()
 }
 
-/// The box around a sphere that an affine map made an ellipsoid: along each axis it reaches as far
-/// as that row of the map is long.
+/// Returns the bounding box of a sphere under an affine transform. Its half extent along an axis is
+/// the radius times the length of that row of the matrix.
 fn extent_of_sphere(radius: f64, place: &DAffine3) -> Extent {
     let rows = place.matrix3.transpose();
     let lengths = [rows.x_axis, rows.y_axis, rows.z_axis].map(DVec3::length);
@@ -75,7 +74,7 @@ fn extent_of_sphere(radius: f64, place: &DAffine3) -> Extent {
     [place.translation - reach, place.translation + reach]
 }
 
-/// The vertices of all triangles with an area, each once.
+/// Returns the vertices of all triangles with positive area, each once.
 fn surface_points(mesh: &Mesh) -> Vec<DVec3> {
     let point = |i: u32| mesh.positions.get(i as usize).map(|p| DVec3::from(p.map(f64::from)));
     let mut is_used = vec![false; mesh.positions.len()];
@@ -91,15 +90,11 @@ fn surface_points(mesh: &Mesh) -> Vec<DVec3> {
     (0..).zip(is_used).filter_map(|(i, is_used)| is_used.then(|| point(i))?).collect()
 }
 
-pub(crate) fn extent_of(points: impl Iterator<Item = DVec3>) -> Option<Extent> {
-    points.map(|p| [p, p]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
-}
-
 fn corners_of(points: &[DVec3]) -> Option<[DVec3; 8]> {
     extent_of(points.iter().copied()).map(corners)
 }
 
-/// The corners of a box.
+/// Returns the corners of a box.
 fn corners([low, high]: Extent) -> [DVec3; 8] {
     [0, 1, 2, 3, 4, 5, 6, 7].map(|i| {
         let at = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -107,16 +102,16 @@ fn corners([low, high]: Extent) -> [DVec3; 8] {
     })
 }
 
-/// The middle of a box, and the length of its diagonal; the origin and 1 without a box, and 1 for
-/// one that is a point.
+/// Returns the centre of a box and the length of its diagonal. Without a box, these are the origin
+/// and 1; for a box that is a point, the length is 1.
 fn middle(extent: Option<Extent>) -> (DVec3, f64) {
     let [low, high] = extent.unwrap_or_default();
     let diagonal = (high - low).length();
     (0.5 * (low + high), if diagonal > 0.0 { diagonal } else { 1.0 })
 }
 
-/// Half of the width and height of what a camera shows: at distance 1 of a perspective, in the unit
-/// of the world of parallel rays.
+/// Returns half of the width and height of the view of a camera: at distance 1 for a perspective,
+/// in world units for parallel rays.
 pub fn half_extent(camera: &Camera) -> [f64; 2] {
     let half_tan = |degrees: f64| libm::tan(0.5 * degrees.to_radians());
     let axes = camera.to_world.matrix3;
@@ -129,9 +124,10 @@ pub fn half_extent(camera: &Camera) -> [f64; 2] {
     }
 }
 
-/// Puts a camera to where its [`Placement`] says, for an image that shows this
-/// [half of the width and height](half_extent), which is returned, changed for parallel rays that
-/// are to fit. What is near or far of it, its lens, motion and medium belong to its node alone.
+/// Moves a camera according to its [`Placement`], for an image that shows this [half of the width
+/// and height](half_extent). Returns the half extent, which changes for parallel rays with
+/// [`Placement::Fit`]. Placements other than [`Placement::Node`] replace the clipping distances and
+/// remove lens, motion and medium.
 pub fn place(camera: &mut Camera, half: [f64; 2], extent: Option<Extent>) -> [f64; 2] {
     let placement = std::mem::take(&mut camera.placement);
     let (node, distance, half) = match placement {
@@ -154,12 +150,13 @@ pub fn place(camera: &mut Camera, half: [f64; 2], extent: Option<Extent>) -> [f6
     half
 }
 
-/// The node of a camera that looks at the middle of a box from the direction of a vector, +z if it
-/// has no length, so many diagonals away, with +y up; and its distance from there.
+/// Returns the node of a camera that looks at the centre of a box, with +y up, and its distance
+/// from the centre. The camera is in the given direction from the centre, or in +z if that has no
+/// length, at a distance of this many diagonals.
 pub fn looking_from(direction: DVec3, diagonals: f64, extent: Option<Extent>) -> (DAffine3, f64) {
     const NUDGE: f64 = 1e-5;
     let d = direction.normalize_or(DVec3::Z);
-    // Straight from above or below, up would be undefined.
+    // Exactly above or below, the up direction would be undefined.
     let phi = libm::acos(d.y.clamp(-1.0, 1.0));
     let phi = phi.clamp(NUDGE, std::f64::consts::PI - NUDGE);
     let theta = libm::atan2(d.x, d.z);
@@ -175,15 +172,15 @@ pub fn looking_from(direction: DVec3, diagonals: f64, extent: Option<Extent>) ->
     (DAffine3::from_mat3_translation(axes, target + back * distance), distance)
 }
 
-/// The node of a camera along its viewing axis through the middle of a box, as near as shows all of
-/// the box; its distance from there; and half of the width and height of what it shows. `None` for
-/// panoramas, which show all directions, and without a box.
+/// Returns the node of a camera on the line through the centre of a box along its viewing axis, at
+/// the smallest distance from which all of the box is visible; that distance; and half of the width
+/// and height of the view. `None` for panoramas, which show all directions, and without a box.
 fn fitted(
     camera: &Camera,
     half: [f64; 2],
     extent: Option<Extent>,
 ) -> Option<(DAffine3, f64, [f64; 2])> {
-    /// The least share of the diagonal by which the box is in front of a perspective.
+    /// Minimum distance of a perspective camera from the box, relative to the diagonal.
     const CLEARANCE: f64 = 0.01;
     let axes = camera.to_world.matrix3;
     let [right, up, back] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
@@ -249,8 +246,8 @@ mod tests {
 
     const BOX: Extent = [DVec3::new(-1.0, 0.0, -3.0), DVec3::new(2.0, 1.5, 1.0)];
 
-    /// A vertex that no triangle uses, one of a triangle without an area, and one that is not
-    /// finite belong to no surface.
+    /// Unreferenced vertices, vertices of triangles without area and vertices that are not finite
+    /// are ignored.
     #[test]
     fn surfaces_are_triangles_with_an_area() {
         let far = [1e6, 1e6, 1e6];
@@ -299,7 +296,8 @@ mod tests {
         assert_eq!((seen.lens_radius, seen.medium), (0.0, None));
     }
 
-    /// All corners are in view, and one of them 1/1.05 of the way from the middle to an edge.
+    /// All corners are visible, and the outermost one is at 1/1.05 of the distance from the centre
+    /// to an edge.
     #[test]
     fn what_fits_fills_the_view() {
         let node = DAffine3::from_rotation_y(0.4) * DAffine3::from_rotation_x(-0.6);

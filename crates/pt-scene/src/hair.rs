@@ -1,19 +1,20 @@
-//! What fibres of hair absorb, and which colour many of them have together.
+//! Absorption of hair fibres, and the colour of hair that consists of them.
 
-/// What eumelanin and pheomelanin absorb in a fibre of radius 1, for each unit of their
-/// concentrations. [d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", §6.1]
+/// Absorption coefficients of eumelanin and pheomelanin in a fibre of radius 1, per unit of
+/// concentration. [d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", §6.1]
 const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
 const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
-/// Channels of darker colours are taken for this.
+/// Minimum of a channel of a colour; darker channels are clamped to it.
 const DARKEST: f32 = 1e-6;
 
-/// What fibres absorb that hold so much eumelanin, which is brown, and pheomelanin, which is red.
+/// Returns the absorption of fibres with these concentrations of eumelanin, which is brown, and
+/// pheomelanin, which is red.
 pub fn melanin([eumelanin, pheomelanin]: [f32; 2]) -> [f32; 3] {
     std::array::from_fn(|c| eumelanin * EUMELANIN[c] + pheomelanin * PHEOMELANIN[c])
 }
 
-/// −ln C / √σa of the colour C that fibres have together that absorb σa and have this roughness
-/// around them, from 0 to 1. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
+/// Returns −ln C / √σa for hair of colour C whose fibres have the absorption σa and this azimuthal
+/// roughness, from 0 to 1. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
 /// for Production Path Tracing", §4.2]
 pub fn slope(roughness: f32) -> f32 {
     const POWERS: [f64; 6] = [0.245, 5.574, -10.73, 2.532, -0.215, 5.969];
@@ -21,13 +22,13 @@ pub fn slope(roughness: f32) -> f32 {
     POWERS.iter().fold(0.0, |sum, c| sum * b + c) as f32
 }
 
-/// The colour that fibres have together, C = exp(−√σa · [`slope`]).
+/// Returns the colour of hair from the absorption of its fibres, C = exp(−√σa · [`slope`]).
 pub fn color(absorption: [f32; 3], roughness: f32) -> [f32; 3] {
     let slope = slope(roughness);
     absorption.map(|a| libm::expf(-a.max(0.0).sqrt() * slope))
 }
 
-/// What fibres absorb that have a colour together, σa = (ln C / [`slope`])².
+/// Returns the absorption of the fibres of hair from its colour, σa = (ln C / [`slope`])².
 pub fn absorption(color: [f32; 3], slope: f32) -> [f32; 3] {
     color.map(|c| {
         let root = libm::logf(c.clamp(DARKEST, 1.0)) / slope;
@@ -39,7 +40,7 @@ pub fn absorption(color: [f32; 3], slope: f32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Of β = 0.3, the polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 =
+    /// For β = 0.3, the polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 =
     /// 5.888415.
     #[test]
     fn the_slope_is_its_polynomial() {

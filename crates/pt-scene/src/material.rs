@@ -1,36 +1,36 @@
-//! Materials as their authors write them.
+//! Materials as written by their authors.
 
 mod metallic_roughness;
 
 use std::sync::Arc;
 
+pub use metallic_roughness::{CoatNormals, MetallicRoughness};
+
 use crate::hair;
 use crate::measured::Measurements;
 use crate::texture::{Color, NormalOrBump, Scalar};
-pub use metallic_roughness::{CoatNormals, MetallicRoughness};
 
-/// A named material: how a surface scatters, and whether it glows.
+/// A named material: scattering, emission and opacity of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in the file.
     pub name: String,
-    /// How it scatters.
+    /// Scattering of the surface.
     pub surface: Surface,
-    /// Radiance emitted from the front side (the side on which the corners of a triangle run
+    /// Radiance emitted from the front side (the side from which the corners of a triangle are
     /// counter-clockwise); zero for none.
     pub emission: Color,
-    /// True if nobody sees what it emits: it lights surfaces and media, but rays that meet it find
-    /// nothing of it, neither from the camera nor from mirrors.
+    /// True if the emission is invisible to rays: it illuminates surfaces and media, but neither
+    /// camera rays nor scattered rays that hit the surface see it.
     pub hidden_emission: bool,
-    /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
-    /// there were nothing.
+    /// Opacity, from 0 to 1; the remaining fraction of the light passes through undisturbed.
     pub opacity: Scalar,
 }
 
-/// Lists the kinds of surface once; each is a struct of this module.
+/// Lists the kinds of surfaces once; each is a struct of this module.
 ///
-/// Calls `$then! { … }` with `Name(Type)` lines, so that whoever lowers materials matches on the
-/// same list.
+/// Calls `$then! { … }` with `Name(Type)` lines, so that code that compiles materials matches on
+/// the same list.
 #[macro_export]
 macro_rules! surfaces {
     ($then:ident) => {
@@ -43,13 +43,13 @@ macro_rules! surfaces {
 
 macro_rules! surface_enum {
     ($($name:ident),*) => {
-        /// How a surface scatters: one of the structs of this module.
+        /// Scattering of a surface: one of the structs of this module.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Surface {
             $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name)),*
         }
         impl Surface {
-            /// The name of its kind, which is that of its struct.
+            /// Returns the name of the kind, which is that of its struct.
             pub fn kind(&self) -> &'static str {
                 match self {
                     $(Self::$name(_) => stringify!($name)),*
@@ -63,41 +63,41 @@ macro_rules! surface_enum {
 }
 surfaces!(surface_enum);
 
-/// How the slopes of microfacets are distributed.
+/// Distribution of microfacet slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distribution {
-    /// Normally. [Beckmann & Spizzichino 1963]
+    /// Normal distribution of slopes. [Beckmann & Spizzichino 1963]
     Beckmann,
-    /// With long tails. [Trowbridge & Reitz 1975; GGX by Walter et al. 2007]
+    /// Distribution with long tails. [Trowbridge & Reitz 1975; GGX by Walter et al. 2007]
     Ggx,
 }
 
-/// Correlation of shadowing (towards the light) with masking (towards the viewer).
+/// Correlation of shadowing (towards the light) and masking (towards the viewer).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Masking {
-    /// By the height of the facet. [Heitz 2014, eq. 99]
+    /// Correlated by the height of the facet. [Heitz 2014, eq. 99]
     Correlated,
-    /// No: darker, and what Mitsuba 3 does.
+    /// Uncorrelated: darker, and the model of Mitsuba 3.
     Separable,
 }
 
-/// The microfacets of a rough surface.
+/// Microfacets of a rough surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Roughness {
-    /// Roughness α > 0 (for Beckmann: root mean square slope times √2) in the directions in which
-    /// the texture coordinates u and v grow.
+    /// Roughness α > 0 (for Beckmann: root mean square slope times √2) in the directions of
+    /// increasing texture coordinates u and v.
     pub alpha: [Scalar; 2],
     /// Distribution of microfacet slopes.
     pub distribution: Distribution,
     /// Masking and shadowing of microfacets.
     pub masking: Masking,
-    /// True if light that one facet sends to another is followed on, and so not lost. Metals do so
-    /// with two roughnesses too, glass with one.
+    /// True if multiple scattering between facets is included, so that no energy is lost. Metals
+    /// support it also with two roughnesses, glass only with one.
     pub multiple_scattering: bool,
 }
 
 impl Roughness {
-    /// Facets of Beckmann's distribution that hide each other by their heights.
+    /// Creates facets of Beckmann's distribution with correlated masking.
     pub fn beckmann(alpha: f32) -> Self {
         Self {
             alpha: [alpha.into(), alpha.into()],
@@ -113,11 +113,11 @@ impl Roughness {
 pub struct Diffuse {
     /// Albedo, each channel in [0, 1].
     pub reflectance: Color,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// Diffuse reflection of a surface with V-shaped cavities, that loses no light between them.
+/// Diffuse reflection of a surface with V-shaped cavities, with energy-preserving interreflection.
 /// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoughDiffuse {
@@ -125,23 +125,23 @@ pub struct RoughDiffuse {
     pub reflectance: Color,
     /// Roughness from 0, which is Lambertian, to 1.
     pub roughness: Scalar,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
 /// A perfect mirror, on both sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {
-    /// Share of light reflected, each channel in [0, 1].
+    /// Reflectance, each channel in [0, 1].
     pub reflectance: Color,
 }
 
 /// An interface between two dielectrics, smooth or rough: Fresnel reflection and refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glass {
-    /// Tint of what is reflected; 1 is physical.
+    /// Tint of reflected light; 1 is physical.
     pub reflectance: Color,
-    /// Tint of what is transmitted; 1 is physical.
+    /// Tint of transmitted light; 1 is physical.
     pub transmittance: Color,
     /// Index of refraction of the back side over that of the front side (the side of the normal).
     pub ior: f32,
@@ -149,27 +149,28 @@ pub struct Glass {
     pub roughness: Option<Roughness>,
 }
 
-/// A pane of a dielectric that is so thin that it does not shift what is seen through it.
+/// A dielectric pane that is so thin that it does not displace transmitted rays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThinGlass {
-    /// Tint of what is reflected; 1 is physical.
+    /// Tint of reflected light; 1 is physical.
     pub reflectance: Color,
-    /// Tint of what is transmitted; 1 is physical.
+    /// Tint of transmitted light; 1 is physical.
     pub transmittance: Color,
     /// Index of refraction of the pane over that around it.
     pub ior: f32,
 }
 
-/// A smooth interface that refracts all light and reflects none (total reflection is black).
+/// A smooth interface that transmits all light and reflects none (total internal reflection is
+/// black).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refraction {
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Color,
     /// Index of refraction of the back side over that of the front side.
     pub ior: f32,
 }
 
-/// A metal, smooth or rough, by its complex index of refraction η + ik.
+/// A smooth or rough metal with the complex index of refraction η + ik.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conductor {
     /// Real part η of the index of refraction, per channel.
@@ -180,136 +181,135 @@ pub struct Conductor {
     pub reflectance: Color,
     /// Microfacets; `None` is a smooth metal.
     pub roughness: Option<Roughness>,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// A diffuse base under a smooth coat of a dielectric.
+/// A diffuse base under a smooth dielectric coat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoatedDiffuse {
     /// Albedo of the base.
     pub diffuse: Color,
-    /// Tint of what the coat reflects; 1 is physical.
+    /// Tint of the reflection of the coat; 1 is physical.
     pub specular: Color,
     /// Index of refraction of the coat over that above it.
     pub ior: f32,
-    /// True if light that the coat throws back is coloured again by the base, as it would be in
-    /// nature.
+    /// True if light that is internally reflected by the coat is tinted by the base again, as in
+    /// reality.
     pub nonlinear: bool,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// A diffuse base under a rough coat of a dielectric. Light that meets a second facet of the coat
-/// is lost.
+/// A diffuse base under a rough dielectric coat. Multiple scattering between facets of the coat is
+/// lost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoughCoatedDiffuse {
     /// Albedo of the base.
     pub diffuse: Color,
-    /// Tint of what the coat reflects; 1 is physical.
+    /// Tint of the reflection of the coat; 1 is physical.
     pub specular: Color,
-    /// Index of refraction of the coat over that above it, at least 1: less is taken for 1.
+    /// Index of refraction of the coat over that above it; values below 1 are clamped to 1.
     pub ior: f32,
     /// Roughness α > 0 of the coat, as in [`Roughness::alpha`].
     pub alpha: f32,
-    /// How the slopes of facets are distributed. They hide each other as [`Masking::Separable`]
-    /// says.
+    /// Distribution of microfacet slopes. Masking is [`Masking::Separable`].
     pub distribution: Distribution,
-    /// True if light that the coat throws back is coloured again by the base, as it would be in
-    /// nature.
+    /// True if light that is internally reflected by the coat is tinted by the base again, as in
+    /// reality.
     pub nonlinear: bool,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// A diffuse base below facets of a dielectric that light goes through once on each way; what the
-/// surface throws back to the base is lost. [Baek et al. 2018, "Simultaneous Acquisition of
-/// Polarimetric SVBRDF and Normals", without polarization]
+/// A diffuse base below dielectric facets, which light crosses once on its way in and once on its
+/// way out; internal reflection at the surface is lost. [Baek et al. 2018, "Simultaneous
+/// Acquisition of Polarimetric SVBRDF and Normals", without polarization]
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelPlastic {
     /// Albedo of the base.
     pub diffuse: Color,
-    /// Tint of what the facets reflect; 1 is physical.
+    /// Tint of the reflection of the facets; 1 is physical.
     pub specular: Color,
-    /// Index of refraction over that above the surface, at least 1: less is taken for 1.
+    /// Index of refraction over that above the surface; values below 1 are clamped to 1.
     pub ior: f32,
-    /// The facets. Light that one reflects to another is lost, also with
+    /// Microfacets. Multiple scattering between them is lost, also with
     /// [`Roughness::multiple_scattering`].
     pub roughness: Roughness,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// A metal under a coat of a dielectric, of facets of GGX.
+/// A metal under a dielectric coat, both with GGX facets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoatedConductor {
     /// Real part η of the metal's index of refraction over that above the coat, per channel.
     pub eta: [f32; 3],
-    /// Imaginary part k, per channel.
+    /// Imaginary part k of the metal's index of refraction over the index above the coat, per
+    /// channel.
     pub k: [f32; 3],
     /// Roughness α of the metal, as in [`Roughness::alpha`]; 0 is smooth.
     pub alpha: f32,
-    /// Index of refraction of the coat over that above it, at least 1: less is taken for 1.
+    /// Index of refraction of the coat over that above it; values below 1 are clamped to 1.
     pub ior: f32,
     /// Roughness α of the coat; 0 is smooth.
     pub coat_alpha: f32,
-    /// Thickness of the coat in mean free paths of light that it absorbs: straight through, e⁻ᵗ is
-    /// left. 0 is clear.
+    /// Optical thickness t of the coat by absorption: at normal incidence, it transmits e⁻ᵗ. 0 is
+    /// clear.
     pub thickness: f32,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// A diffuse base with a gloss: what phong and blinn materials of modelling tools become.
+/// A diffuse base with a glossy reflection, for the Phong and Blinn materials of modelling tools.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plastic {
     /// Albedo of the base.
     pub diffuse: Color,
-    /// Reflectance of the gloss at normal incidence.
+    /// Reflectance of the glossy part at normal incidence.
     pub specular: Color,
-    /// Roughness α of the gloss (Beckmann).
+    /// Roughness α of the glossy part (Beckmann).
     pub alpha: f32,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// The material of many parameters that artists think in: a diffuse base with sheen, facets that
-/// reflect as a dielectric or a metal or let light through, and a clear coat. Numbers are in
-/// [0, 1]. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney
-/// BRDF to a BSDF with Integrated Subsurface Scattering"; as Mitsuba 3 has it]
+/// The principled material: a diffuse base with sheen, facets that reflect as a dielectric or a
+/// metal or transmit light, and a clear coat. Parameters are in [0, 1]. [Burley 2012, "Physically
+/// Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated
+/// Subsurface Scattering"; as in Mitsuba 3]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
-    /// Colour of the base, the metal, and of light that goes through (its square root at each
-    /// surface).
+    /// Colour of the base, the metal, and of transmitted light (its square root at each surface).
     pub base_color: Color,
-    /// √α of the facets, which are those of GGX.
+    /// √α of the GGX facets.
     pub roughness: Scalar,
-    /// How much longer highlights are along the direction in which u grows than across it.
+    /// Elongation of highlights along the direction of increasing u.
     pub anisotropic: Scalar,
-    /// Share of metal.
+    /// Weight of the metal.
     pub metallic: Scalar,
-    /// Share of what is not metal that light goes through.
+    /// Weight of transmission in the dielectric.
     pub spec_trans: Scalar,
     /// Index of refraction of the back side over that of the front side.
     pub ior: f32,
-    /// How much of the base's tint the reflection of a dielectric has.
+    /// Fraction of the base's tint in the reflection of the dielectric.
     pub spec_tint: Scalar,
     /// Amount of sheen.
     pub sheen: Scalar,
     /// Fraction of the base's tint in the sheen.
     pub sheen_tint: Scalar,
-    /// From a diffuse surface to light that is scattered under it.
+    /// Weight of the approximate subsurface scattering against the diffuse reflection.
     pub flatness: Scalar,
     /// Amount of clear coat.
     pub clearcoat: Scalar,
-    /// From a satin coat to a glossy one.
+    /// Gloss of the clear coat, from satin to glossy.
     pub clearcoat_gloss: Scalar,
-    /// True if the back side reflects as the front does; else it lets light through or is black.
+    /// True if the back side reflects as the front does; otherwise it transmits light or is black.
     pub two_sided: bool,
 }
 
 impl Default for Principled {
-    /// A grey dielectric of index 1.5 and roughness ½, without anything else.
+    /// A grey dielectric of index 1.5 and roughness ½, with all other weights 0.
     fn default() -> Self {
         let none = || Scalar::Value(0.0);
         Self {
@@ -331,44 +331,43 @@ impl Default for Principled {
 }
 
 impl Principled {
-    /// Returns true if light goes through it anywhere.
+    /// Returns true if the surface transmits light anywhere.
     pub fn transmits(&self) -> bool {
         self.spec_trans != Scalar::Value(0.0)
     }
 }
 
-/// [`Principled`] for sheets so thin that light leaves them where it came in, such as paper, leaves
-/// and frosted panes: a diffuse part that reflects light and lets it through, and facets that do
-/// so. It is the same from both sides. Numbers are from 0 to 1 where nothing else is said.
-/// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5;
-/// as Mitsuba 3 has it]
+/// [`Principled`] for thin sheets, which light leaves at the point where it enters, such as paper,
+/// leaves and frosted panes: diffuse reflection and transmission, and facets that reflect and
+/// transmit. Both sides are equal. Parameters are from 0 to 1 unless stated otherwise. [Burley
+/// 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5; as in
+/// Mitsuba 3]
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrincipledThin {
-    /// Colour of what is diffuse, and of light that facets let through.
+    /// Colour of the diffuse part, and of light that facets transmit.
     pub base_color: Color,
-    /// √α of the facets that reflect, which are those of GGX; those of light that goes through are
-    /// smoother where the index is below 2.08.
+    /// √α of the reflecting GGX facets; transmission is smoother for an index below 2.08.
     pub roughness: Scalar,
-    /// How much longer highlights are along the direction in which u grows than across it.
+    /// Elongation of highlights along the direction of increasing u.
     pub anisotropic: Scalar,
-    /// Share of facets; the rest is diffuse.
+    /// Weight of the facets; the remainder is diffuse.
     pub spec_trans: Scalar,
     /// Index of refraction of the sheet over that around it, above 0.
     pub ior: f32,
-    /// How much of the base's tint the reflection of facets has.
+    /// Fraction of the base's tint in the reflection of facets.
     pub spec_tint: Scalar,
     /// Amount of sheen.
     pub sheen: Scalar,
     /// Fraction of the base's tint in the sheen.
     pub sheen_tint: Scalar,
-    /// From a diffuse surface to light that is scattered under it.
+    /// Weight of the approximate subsurface scattering against the diffuse reflection.
     pub flatness: Scalar,
-    /// From 0, all that is diffuse is reflected, to 2, all goes through.
+    /// Diffuse transmission, from 0, all diffuse light is reflected, to 2, all is transmitted.
     pub diff_trans: Scalar,
 }
 
 impl Default for PrincipledThin {
-    /// Grey and diffuse, of index 1.5 and roughness ½ where there are facets.
+    /// A grey diffuse sheet, with index 1.5 and roughness ½ for its facets.
     fn default() -> Self {
         let none = || Scalar::Value(0.0);
         Self {
@@ -386,45 +385,43 @@ impl Default for PrincipledThin {
     }
 }
 
-/// A thin sheet that scatters light diffusely to both sides, the same from both, such as leaves and
+/// A thin sheet with diffuse reflection and transmission, equal on both sides, such as leaves and
 /// paper without their gloss.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseTransmission {
-    /// Share of light that is reflected, each channel in [0, 1].
+    /// Diffuse reflectance, each channel in [0, 1].
     pub reflectance: Color,
-    /// Share of light that goes through, each channel in [0, 1]; no channel of both together
-    /// exceeds 1.
+    /// Diffuse transmittance, each channel in [0, 1]; no channel of the sum of both exceeds 1.
     pub transmittance: Color,
 }
 
-/// Fibres of hair or fur, which are so thin that light leaves them where it came in: closed tubes
-/// of meshes, or ribbons. They are along the direction in which the texture coordinate u grows,
-/// from the root to the tip. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
-/// for Production Path Tracing"]
+/// Fibres of hair or fur, which are so thin that light leaves them where it enters: closed tubes of
+/// meshes, or ribbons. Their axis is the direction of increasing texture coordinate u, from the
+/// root to the tip. [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for
+/// Production Path Tracing"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hair {
-    /// What colours them.
+    /// Pigment, which determines the absorption.
     pub pigment: Pigment,
-    /// Index of refraction over that around them, at least 1.
+    /// Index of refraction over that around the fibres, at least 1.
     pub ior: f32,
-    /// Roughness along the fibre from 0 to 1; below 0.02 it is taken for that, as is the other
-    /// one.
+    /// Longitudinal roughness, from 0 to 1. Both roughnesses are clamped to at least 0.02.
     pub roughness: f32,
-    /// Roughness around the fibre from 0 to 1.
+    /// Azimuthal roughness, from 0 to 1.
     pub azimuthal_roughness: f32,
-    /// Angle in degrees by which the scales of the fibre are raised.
+    /// Tilt angle of the scales of the fibre, in degrees.
     pub scale_angle: f32,
-    /// True if the back side scatters as the front side does, as ribbons need it. Else there is no
-    /// back side, so that light which goes through the front of a closed tube leaves it.
+    /// True if the back side scatters as the front side does, as needed for ribbons. Otherwise rays
+    /// pass through the back side, so that light that enters the front of a closed tube leaves it.
     pub two_sided: bool,
 }
 
-/// What colours fibres.
+/// Specification of the absorption of hair fibres.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pigment {
-    /// Whatever gives many of them together this colour, each channel in [0, 1].
+    /// Absorption that gives hair this colour, each channel in [0, 1].
     Reflectance(Color),
-    /// What a fibre of radius 1 absorbs, per channel.
+    /// Absorption of a fibre of radius 1, per channel.
     Absorption([f32; 3]),
     /// Concentrations of eumelanin, which is brown, and pheomelanin, which is red: 8 and 0 is black
     /// hair, 1.3 and 0 brown, 0.3 and 0 blond, 0 and 1 red.
@@ -446,7 +443,7 @@ impl Default for Hair {
 }
 
 impl Hair {
-    /// The colour that many fibres have together.
+    /// Returns the colour of hair that consists of these fibres.
     pub fn color(&self) -> Color {
         let of = |absorption| hair::color(absorption, self.azimuthal_roughness).into();
         match &self.pigment {
@@ -457,33 +454,33 @@ impl Hair {
     }
 }
 
-/// Reflection as it was measured; it is turned with the direction in which the texture coordinate u
-/// grows, if it is not the same all around.
+/// Measured reflection. If it is anisotropic, its orientation follows the direction of increasing
+/// texture coordinate u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// What was measured.
+    /// Tables of the measurement.
     pub measurements: Arc<Measurements>,
-    /// True if the back side reflects too; otherwise it is black.
+    /// True if the back side reflects as well; otherwise it is black.
     pub two_sided: bool,
 }
 
-/// Absorbs everything.
+/// A surface that absorbs all light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Black;
 
-/// Two surfaces of which each point has a share.
+/// A blend of two surfaces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mix {
-    /// Where the share is 0.
+    /// Surface for the weight 0.
     pub first: Box<Surface>,
-    /// Where the share is 1.
+    /// Surface for the weight 1.
     pub second: Box<Surface>,
-    /// The share of the second, from 0 to 1.
+    /// Weight of the second surface, from 0 to 1.
     pub amount: Scalar,
 }
 
 impl Surface {
-    /// Returns true if rays that come to the back of it go on as if there were nothing; see
+    /// Returns true if rays that arrive at the back pass through undisturbed; see
     /// [`Hair::two_sided`].
     pub fn has_no_back(&self) -> bool {
         match self {
@@ -495,51 +492,51 @@ impl Surface {
     }
 }
 
-/// Two surfaces, of which each shows on one side.
+/// Two surfaces, one for each side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwoSided {
-    /// Seen from the front, the side of the normal.
+    /// Surface of the front, the side of the normal.
     pub front: Box<Surface>,
-    /// Seen from behind, where it is what its own front would be.
+    /// Surface of the back, which is seen from its own front.
     pub back: Box<Surface>,
 }
 
-/// A surface with a relief that is finer than its shape.
+/// A surface with details finer than its shape, given by a normal map or a bump map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceDetail {
-    /// What it is made of.
+    /// Scattering of the surface.
     pub surface: Box<Surface>,
-    /// How its normals differ from those of the shape.
+    /// Perturbation of the normals.
     pub relief: NormalOrBump,
-    /// True if less light arrives where the relief is steep and the light low, as facets would
-    /// shadow it; so light fades before it ends where the shape turns away from it. Of reliefs
-    /// in reliefs, the outermost that shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A
-    /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"]
+    /// True if steep relief reduces light at grazing angles, as shadowing by facets would, so that
+    /// light fades out before the terminator of the shape. In nested reliefs, only the outermost
+    /// one with this flag shadows. [Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based
+    /// Shadowing Function to Solve the Bump Terminator Problem"]
     pub shadowing: bool,
-    /// What is seen where its normals look away from the viewer.
+    /// Shading where the perturbed normal is averted from the viewer.
     pub averted: Averted,
-    /// True if the relief from behind is the mirror image of that in front: what is raised is
-    /// raised on both sides. Else what is raised in front is a dent behind.
+    /// True if the relief of the back is the mirror image of that of the front: bumps are bumps on
+    /// both sides. Otherwise bumps of the front are dents of the back.
     pub mirrored: bool,
 }
 
 impl SurfaceDetail {
-    /// A surface with a relief that shadows nothing, bends normals to the viewer and goes through
-    /// to the back.
+    /// Creates a surface without shadowing, with bent normals, and with the relief of the front
+    /// inverted on the back.
     pub fn new(surface: impl Into<Box<Surface>>, relief: NormalOrBump) -> Self {
         let surface = surface.into();
         Self { surface, relief, shadowing: false, averted: Averted::Bent, mirrored: false }
     }
 }
 
-/// What is seen of a relief where its normal looks away from the viewer.
+/// Shading of a relief whose normal is averted from the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averted {
-    /// The surface with the normal that is just turned enough.
+    /// The normal is bent until it just faces the viewer.
     #[default]
     Bent,
-    /// The surface with the normal after half a turn about that of the shape, as in Mitsuba.
+    /// The normal is rotated by half a turn about that of the shape, as in Mitsuba.
     Turned,
-    /// Nothing.
+    /// Black.
     Black,
 }

@@ -1,68 +1,68 @@
-//! Measured reflection: what a goniophotometer saw, in tables whose axes follow the material.
-//! [Dupuy & Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
-//! Rendering"]
+//! Measured reflection: goniophotometer data, in tables whose parameterization adapts to the
+//! material. [Dupuy & Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition
+//! and Rendering"]
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-/// Numbers above are none that were measured.
+/// Maximum plausible value of a measurement.
 const MAX: f32 = 1e9;
-/// How far angles may be beyond a right angle or a full turn, which are no numbers of single
-/// precision.
+/// Tolerance of angles beyond a right angle or a full turn, which single precision cannot represent
+/// exactly.
 const SLACK: f32 = 1e-3;
 
-/// Rows and columns of numbers at points that are spread evenly over the unit square, from edge to
-/// edge; or several of them, one behind the other.
+/// One or several tables of values at equidistant points of the unit square, including its edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
-    /// Points along x, which is the square root of θ over a right angle, at least 2.
+    /// Number of points along x, the square root of θ over a right angle; at least 2.
     pub columns: usize,
-    /// Points along y, which is φ from −π to π, at least 2.
+    /// Number of points along y, which is φ from −π to π; at least 2.
     pub rows: usize,
-    /// The numbers; columns run fastest, then rows.
+    /// Values, ordered by table, row and column.
     pub values: Vec<f32>,
 }
 
-/// The tables of a material, as [`Measurements`] holds them to what is said here. θ is the angle
-/// from the normal, φ the one around it from the direction in which the texture coordinate u grows,
-/// both in radians.
+/// The tables of a material; [`Measurements`] checks the stated conditions. θ is the angle from the
+/// normal, φ the angle around it from the direction of increasing texture coordinate u, both in
+/// radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tables {
-    /// What its author says of it.
+    /// Description by the author.
     pub description: String,
-    /// θ of the directions from which the material was lit, from 0 to π/2, increasing.
+    /// θ of the directions of incidence, from 0 to π/2, increasing.
     pub theta: Vec<f32>,
-    /// φ of these, increasing. One or two: it is the same all around. More: all around, or a half
-    /// or a quarter from −π on, which the others repeat.
+    /// φ of the directions of incidence, increasing. With one or two, the material is isotropic.
+    /// With more, they cover the full turn, or a half or a quarter of it from −π, which is
+    /// repeated.
     pub phi: Vec<f32>,
-    /// D(m), how microfacet normals are distributed, per steradian.
+    /// D(m), the distribution of microfacet normals per steradian.
     pub ndf: Planes,
-    /// σ, the projected area of microfacets by the direction from which they are seen.
+    /// σ, the projected area of microfacets by viewing direction.
     pub sigma: Planes,
-    /// How visible normals are distributed, for each φ and in it for each θ: density per area of
-    /// the unit square, up to a factor.
+    /// Distribution of visible normals for each φ and, as the inner index, each θ: density per area
+    /// of the unit square, up to a factor.
     pub vndf: Planes,
-    /// By luminance, where visible normals reflect light: density per area of the unit square,
-    /// which `vndf` warps to normals; as many planes, up to a factor. Where it is 0 nothing is
-    /// reflected.
+    /// Distribution of reflected luminance over visible normals: density per area of the unit
+    /// square, which `vndf` warps to normals; as many tables as `vndf`, up to a factor. Where it is
+    /// 0, nothing is reflected.
     pub luminance: Planes,
-    /// What is reflected at the points of `luminance`, in linear Rec. 709: f cos θ, or with
-    /// `is_relative` that over D(m) / 4σ.
+    /// Reflection at the points of `luminance`, in linear Rec. 709: f cos θ, or, with
+    /// `is_relative`, f cos θ over D(m) / 4σ.
     pub colors: Vec<[f32; 3]>,
-    /// True if `colors` are to be multiplied by D(m) / 4σ.
+    /// True if `colors` must be multiplied by D(m) / 4σ.
     pub is_relative: bool,
 }
 
-/// Tables that fit together: sizes are those that others ask for, all numbers are finite, from 0 to
-/// 10⁹, and no density is 0 everywhere but that of light.
+/// Validated tables: sizes are consistent, all values are finite and from 0 to 10⁹, and no density
+/// is 0 everywhere except that of luminance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurements(Tables);
 
 impl Measurements {
-    /// Checks tables.
+    /// Validates tables.
     ///
     /// # Errors
-    /// If they do not fit together, with the name that files give to the table, what was found and
-    /// what was expected.
+    /// Returns a message if they are inconsistent, with the name of the table in files, the value
+    /// found and the value expected.
     pub fn new(tables: Tables) -> Result<Self, String> {
         check_angles("theta_i", &tables.theta, [0.0, FRAC_PI_2])?;
         check_angles("phi_i", &tables.phi, [-TAU, TAU])?;
@@ -107,19 +107,19 @@ impl Measurements {
         &self.0
     }
 
-    /// Returns true if it is the same whichever way it is turned around its normal.
+    /// Returns true if the material is isotropic.
     pub fn is_isotropic(&self) -> bool {
         self.0.phi.len() <= 2
     }
 
-    /// How often what is in the tables is repeated around the normal: 1, 2 or 4 times. Two are
-    /// turned by a half turn, and four mirrored.
+    /// Returns the number of repetitions of the tables around the normal: 1, 2 or 4. Two are
+    /// rotated by half a turn, and four are mirrored.
     pub fn repeats(&self) -> u32 {
         if self.is_isotropic() { 1 } else { repeats(&self.0.phi) }
     }
 
-    /// The same f cos θ wherever light comes from and goes to.
-    pub(crate) fn even(color: [f32; 3]) -> Self {
+    /// Creates tables with constant f cos θ for all directions.
+    pub fn even(color: [f32; 3]) -> Self {
         let plane = || Planes { columns: 2, rows: 2, values: vec![1.0; 4] };
         Self(Tables {
             description: String::new(),
@@ -134,13 +134,13 @@ impl Measurements {
         })
     }
 
-    /// Returns true if it is the same as its mirror image in which φ is −φ.
+    /// Returns true if the material equals its mirror image, in which φ is −φ.
     pub fn is_mirrored(&self) -> bool {
         self.is_isotropic() || self.repeats() == 4
     }
 
-    /// About the roughness α of its microfacets: where D is a quarter of its largest value first,
-    /// for any φ, as it is at tan θ = α of GGX.
+    /// Returns the approximate roughness α of the microfacets: the θ at which D first falls to a
+    /// quarter of its maximum, the smallest over all φ. GGX falls to a quarter at tan θ = α.
     pub fn roughness(&self) -> f32 {
         let Planes { columns, rows, values } = &self.0.ndf;
         let quarter = 0.25 * values.iter().fold(0.0, |most: f32, x| most.max(*x));
@@ -153,10 +153,10 @@ impl Measurements {
         (FRAC_PI_2 * u * u).min(1.0)
     }
 
-    /// About the share of light that it reflects where it is seen from the normal. Relative colours
-    /// are spread over the unit square as light is over visible normals, so that their mean is
-    /// the integral of f cos θ if normals are those of microfacets; others are taken for those
-    /// of a matte surface.
+    /// Returns the approximate reflectance as seen along the normal. Relative colours are
+    /// distributed over the unit square as light is over visible normals, so that their mean is the
+    /// integral of f cos θ if the normals are those of microfacets; others are treated as a diffuse
+    /// surface.
     pub fn color(&self) -> [f32; 3] {
         let Tables { colors, luminance: Planes { columns, rows, .. }, is_relative, .. } = &self.0;
         let first = &colors[..columns * rows];
@@ -166,7 +166,7 @@ impl Measurements {
         [0, 1, 2].map(|c| (mean(c) * whole).min(1.0) as f32)
     }
 
-    /// Bytes in memory.
+    /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
         let Tables { ndf, sigma, vndf, luminance, colors, .. } = &self.0;
         let planes =
@@ -231,7 +231,7 @@ fn check_numbers(name: &str, numbers: &[f32]) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// Planes of 2 × 2 numbers.
+    /// Tables of 2 × 2 values.
     fn small() -> Tables {
         let planes = |count: usize| Planes { columns: 2, rows: 2, values: vec![1.0; 4 * count] };
         Tables {

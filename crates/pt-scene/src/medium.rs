@@ -1,4 +1,4 @@
-//! Media: what fills the space between surfaces, and absorbs and scatters light.
+//! Participating media, which absorb, scatter and emit light between surfaces.
 
 use std::sync::Arc;
 
@@ -11,37 +11,36 @@ use crate::Span;
 pub struct Medium {
     /// Name in the file.
     pub name: String,
-    /// How much light it takes away, and how much of that is scattered.
+    /// Extinction, albedo and emission.
     pub matter: MediumProperties,
-    /// Where the scattered light goes.
+    /// Phase function.
     pub phase: Phase,
-    /// Where it was written.
+    /// Location in the file.
     pub at: Span,
 }
 
-/// How dense a medium is, and where.
+/// Extinction, albedo and emission of a medium.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MediumProperties {
-    /// The same everywhere.
+    /// Homogeneous medium.
     Homogeneous {
-        /// Extinction σt per unit of length of the scene, per channel, at least 0 and finite:
-        /// light is absorbed and scattered out of its direction with this probability per
-        /// length.
+        /// Extinction σt per unit of length of the scene, per channel, finite and at least 0:
+        /// probability per length of absorption or out-scattering.
         extinction: [f32; 3],
-        /// Share of that light which is scattered, per channel in [0, 1]: σs / σt.
+        /// Single-scattering albedo σs / σt, per channel in [0, 1].
         albedo: [f32; 3],
-        /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; at
-        /// least 0. It emits σa Le per unit of length.
+        /// Emitted radiance Le of an opaque layer that only absorbs; at least 0. The medium emits
+        /// σa Le per unit of length.
         emission: [f32; 3],
     },
-    /// By a grid; nothing outside of it.
+    /// Heterogeneous medium given by a grid; empty outside of it.
     Heterogeneous(Box<Heterogeneous>),
-    /// By noise.
+    /// Clouds of procedural noise.
     Cloud(Box<Cloud>),
 }
 
 impl MediumProperties {
-    /// Returns true if it emits light.
+    /// Returns true if the medium emits light.
     pub fn glows(&self) -> bool {
         match self {
             Self::Homogeneous { emission, .. } => *emission != [0.0; 3],
@@ -51,117 +50,119 @@ impl MediumProperties {
     }
 }
 
-/// What is not the same everywhere.
+/// A heterogeneous medium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heterogeneous {
-    /// Extinction σt by its place: a grid of one channel, or of three, of numbers of at least 0.
+    /// Extinction σt by position: a grid with one channel or three, with values of at least 0.
     pub extinction: PlacedGrid,
-    /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
+    /// Factor of `extinction` that gives the extinction per unit of length of the scene; at
+    /// least 0.
     pub scale: f32,
-    /// Share of that light which is scattered, in [0, 1].
+    /// Single-scattering albedo, in [0, 1].
     pub albedo: Volume,
-    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; it emits
-    /// σa Le per unit of length.
+    /// Emitted radiance Le of an opaque layer that only absorbs. The medium emits σa Le per unit of
+    /// length.
     pub emission: MediumEmission,
 }
 
-/// The light that matter sends out.
+/// Emission of a medium.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MediumEmission {
-    /// The same everywhere; at least 0.
+    /// Constant emission, at least 0.
     Constant([f32; 3]),
-    /// By a grid of one channel, or of three, of numbers of at least 0.
+    /// Grid with one channel or three, with values of at least 0.
     Grid(PlacedGrid),
-    /// That of heat.
+    /// Thermal emission.
     BlackBody(BlackBody),
 }
 
-/// Light by Planck's law, all of one brightness: the strongest wavelength of each place has the
-/// same radiance.
+/// Thermal emission by Planck's law, normalized: the peak of the spectrum has the same radiance at
+/// each temperature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlackBody {
-    /// Temperatures in kelvins: a grid of one channel, of numbers of at least 0.
+    /// Temperatures in kelvins: a grid with one channel, with values of at least 0.
     pub temperature: PlacedGrid,
-    /// Radiance at the strongest wavelength, at least 0. A spectrum that has it at all wavelengths
-    /// has this luminance.
+    /// Spectral radiance of the peak, at least 0. A spectrum with this value at all wavelengths has
+    /// this luminance.
     pub scale: f32,
 }
 
-/// Clouds of noise, as in pbrt-v4: dense below, thinner and thinner towards y = 1, above which
-/// there is nothing.
+/// Procedural clouds as in pbrt-v4: dense at the bottom, thinning out towards y = 1, and empty
+/// above.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// Extinction σt per unit of length of the scene where they are densest, at least 0.
+    /// Maximum extinction σt per unit of length of the scene, at least 0.
     pub extinction: [f32; 3],
-    /// Share of that light which is scattered, in [0, 1].
+    /// Single-scattering albedo, in [0, 1].
     pub albedo: [f32; 3],
-    /// How dense they are; at least 0. All that is more than 1 is as dense as can be.
+    /// Density, at least 0; values above 1 are clamped to the maximum density.
     pub density: f32,
-    /// How torn their edges are; at least 0.
+    /// Wispiness of the edges, at least 0.
     pub wispiness: f32,
-    /// Of how many lumps they are along each axis from 0 to 1, about; above 0.
+    /// Approximate number of clumps along each axis from 0 to 1; above 0.
     pub frequency: f32,
-    /// The least corner of the box in which they are, in their own coordinates.
+    /// Lower corner of the box of the clouds, in their own coordinates.
     pub low: [f32; 3],
-    /// The greatest.
+    /// Upper corner of the box.
     pub high: [f32; 3],
-    /// From their own coordinates to the world.
+    /// Cloud coordinates to world.
     pub to_world: DAffine3,
 }
 
-/// A share of light that may depend on the place.
+/// An albedo that may vary with position.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Volume {
-    /// The same everywhere.
+    /// Constant value.
     Constant([f32; 3]),
-    /// By a grid of one channel, or of three.
+    /// Grid with one channel or three.
     Grid(PlacedGrid),
 }
 
-/// A grid in the world.
+/// A grid placed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGrid {
-    /// The numbers.
+    /// The grid.
     pub grid: Arc<Grid>,
-    /// From the unit cube [0, 1]³, which the grid fills, to the world.
+    /// Unit cube [0, 1]³, which the grid fills, to world.
     pub to_world: DAffine3,
     /// Interpolation between cell centres.
     pub filter: GridFilter,
 }
 
-/// What a grid is between the middles of its cells. Beyond the outermost ones it is as they are.
+/// Interpolation between cell centres. Beyond the outermost centres, the values are constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GridFilter {
-    /// Linear along each axis.
+    /// Trilinear interpolation.
     #[default]
     Trilinear,
-    /// The same in each cell.
+    /// Constant in each cell.
     Nearest,
 }
 
-/// Numbers in the cells of a box.
+/// Values in the cells of a box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// Cells along x, y and z, each at least 1.
+    /// Number of cells along x, y and z, each at least 1.
     pub resolution: [u32; 3],
-    /// Numbers per cell: 1, 3, or the 6 of [`Phase::Microflakes`].
+    /// Number of values per cell: 1, 3, or the 6 of [`Phase::Microflakes`].
     pub channels: u32,
-    /// The numbers of each cell side by side; x runs fastest, then y, then z.
+    /// Values, ordered by z, y, x and channel, the last of which varies fastest.
     pub values: Vec<f32>,
 }
 
 impl Grid {
-    /// One cell with one number.
+    /// Creates a grid of one cell with one channel.
     pub fn uniform(value: f32) -> Self {
         Self { resolution: [1; 3], channels: 1, values: vec![value] }
     }
 
-    /// One cell with a colour.
+    /// Creates a grid of one cell with a colour.
     pub fn uniform_color(color: [f32; 3]) -> Self {
         Self { resolution: [1; 3], channels: 3, values: color.to_vec() }
     }
 
-    /// The mean of its numbers, the same for all channels if there is one.
+    /// Returns the mean of the values of each channel; without three channels, that of the first
+    /// one three times.
     pub fn mean(&self) -> [f32; 3] {
         let channels = self.channels as usize;
         let mean = |c: usize| {
@@ -172,52 +173,52 @@ impl Grid {
         if channels == 3 { [mean(0), mean(1), mean(2)] } else { [mean(0); 3] }
     }
 
-    /// The number of cells that its sizes say.
+    /// Returns the number of cells by the resolution.
     pub fn cells(&self) -> usize {
         self.resolution.iter().map(|&n| n as usize).product()
     }
 }
 
-/// Where scattered light goes.
+/// Phase function of a medium.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Phase {
-    /// Everywhere alike.
+    /// Isotropic scattering.
     #[default]
     Isotropic,
-    /// More forwards or backwards. [Henyey & Greenstein 1941]
+    /// Henyey–Greenstein phase function. [Henyey & Greenstein 1941]
     HenyeyGreenstein {
-        /// Mean cosine of the angle by which light is turned, in (−1, 1).
+        /// Mean cosine of the scattering angle, in (−1, 1).
         g: f32,
     },
-    /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a
-    /// wavelength. [Chandrasekhar 1960, "Radiative Transfer", §4]
+    /// Rayleigh scattering, by particles much smaller than a wavelength: equal forwards and
+    /// backwards, and half as strong to the sides. [Chandrasekhar 1960, "Radiative Transfer", §4]
     Rayleigh,
-    /// By a table.
+    /// Tabulated phase function.
     Table {
-        /// Values at equal steps of the cosine of the angle by which light is turned, from −1 to
-        /// 1, and linear between; their scale does not matter.
+        /// Values at equidistant cosines of the scattering angle, from −1 to 1, interpolated
+        /// linearly; a constant factor has no effect.
         values: Vec<f32>,
     },
-    /// By mirrors that are flat and small, and turned alike. How much light is taken away depends
-    /// on its direction: the extinction is multiplied by √(ωᵀ S ω). [Heitz, Dupuy, Crassin &
-    /// Dachsbacher 2015, "The SGGX Microflake Distribution"]
+    /// Scattering by aligned specular microflakes. The extinction depends on the direction: it is
+    /// multiplied by √(ωᵀ S ω). [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake
+    /// Distribution"]
     Microflakes {
-        /// The positive definite matrices S in the coordinates of the world, as xx, yy, zz, xy,
-        /// xz, yz: a grid of six numbers. One of more cells is for heterogeneous media.
+        /// Positive definite matrices S in world coordinates, as xx, yy, zz, xy, xz, yz: a grid
+        /// with six channels. Grids of more than one cell require a heterogeneous medium.
         matrices: PlacedGrid,
     },
-    /// By particles of two kinds.
+    /// Blend of two phase functions.
     Blend(Box<PhaseBlend>),
 }
 
-/// Two phase functions side by side.
+/// A blend of two phase functions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseBlend {
-    /// That of the particles of the first kind.
+    /// Phase function of the first kind of particles.
     pub first: Phase,
-    /// That of the others.
+    /// Phase function of the second kind.
     pub second: Phase,
-    /// The share of light that the second kind scatters, in [0, 1].
+    /// Fraction of light that the second kind scatters, in [0, 1].
     pub amount: f32,
 }
 
@@ -225,8 +226,8 @@ pub struct PhaseBlend {
 /// space.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sides {
-    /// Behind it.
+    /// Medium behind the surface.
     pub interior: Option<u32>,
-    /// In front of it, on the side of its normal.
+    /// Medium in front of the surface, on the side of its normal.
     pub exterior: Option<u32>,
 }

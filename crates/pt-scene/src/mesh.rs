@@ -3,33 +3,33 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A triangle mesh in the coordinates of its own.
+/// A triangle mesh in its own coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Name in the file.
     pub name: String,
     /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
-    /// Corners of each triangle, as indices into `positions`, counter-clockwise seen from the
+    /// Corners of each triangle, as indices into `positions`, counter-clockwise as seen from the
     /// front.
     pub triangles: Vec<[u32; 3]>,
-    /// Normals at corners; `None` shades flat. Need not have unit length.
+    /// Normals at corners, of any length; `None` for flat shading.
     pub normals: Option<Attribute<[f32; 3]>>,
-    /// Texture coordinates at corners, v upwards. Those of Mitsuba scenes are as they are there:
-    /// v = 0 is the upper row of an image.
+    /// Texture coordinates at corners, v upwards. Those of Mitsuba scenes keep the convention of
+    /// Mitsuba: v = 0 is the upper row of an image.
     pub uvs: Option<Attribute<[f32; 2]>>,
     /// Colours at corners, linear Rec. 709.
     pub colors: Option<Attribute<[f32; 3]>>,
-    /// A colour for each triangle, linear Rec. 709.
+    /// Colour of each triangle, linear Rec. 709.
     pub face_colors: Option<Vec<[f32; 3]>>,
-    /// Values that have names.
+    /// Named attributes.
     pub attributes: Attributes,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
     pub submeshes: Vec<Submesh>,
 }
 
 impl Mesh {
-    /// The memory that its lists take, in bytes.
+    /// Returns the memory of the arrays, in bytes.
     pub fn bytes(&self) -> u64 {
         fn list<T>(values: &[T]) -> u64 {
             size_of_val(values) as u64
@@ -48,17 +48,17 @@ impl Mesh {
     }
 }
 
-/// Values of a mesh by their names, of three channels each.
+/// Named attributes of a mesh, with three channels each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
-    /// One for each position, linear over the triangles.
+    /// One value per position, interpolated linearly over the triangles.
     pub vertices: BTreeMap<String, Vec<[f32; 3]>>,
-    /// One for each triangle.
+    /// One value per triangle.
     pub faces: BTreeMap<String, Vec<[f32; 3]>>,
 }
 
 impl Attributes {
-    /// Those of positions, then those of triangles.
+    /// Iterates over the attributes of positions, then over those of triangles.
     pub fn all(&self) -> impl Iterator<Item = (&String, &Vec<[f32; 3]>)> {
         self.vertices.iter().chain(&self.faces)
     }
@@ -69,13 +69,12 @@ impl Attributes {
 pub struct Attribute<T> {
     /// Distinct values.
     pub values: Vec<T>,
-    /// Per triangle, three indices into `values`; `None` means that they are those of the
-    /// positions.
+    /// Three indices into `values` per triangle; `None` if they equal those of the positions.
     pub indices: Option<Vec<[u32; 3]>>,
 }
 
 impl<T: Copy> Attribute<T> {
-    /// The indices of the corners of a triangle whose position indices are `corners`.
+    /// Returns the indices of the corners of a triangle whose position indices are `corners`.
     pub fn corners(&self, triangle: usize, corners: [u32; 3]) -> [u32; 3] {
         self.indices.as_ref().map_or(corners, |i| i[triangle])
     }
@@ -84,7 +83,7 @@ impl<T: Copy> Attribute<T> {
 /// Triangles that share a material slot of their object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Submesh {
-    /// Which triangles.
+    /// Range of triangles.
     pub triangles: Range<u32>,
     /// Index into [`crate::Object::materials`].
     pub slot: u32,

@@ -1,6 +1,6 @@
-//! Metals, and other conductors, by name.
+//! Named metals and other conductors.
 
-/// A conductor by its complex index of refraction η + ik, for red, green and blue.
+/// A conductor with the complex index of refraction η + ik, for red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metal {
     /// Chemical symbol, as Mitsuba 3 writes it.
@@ -9,12 +9,12 @@ pub struct Metal {
     pub eta: [f32; 3],
     /// Imaginary part.
     pub k: [f32; 3],
-    /// True if Mitsuba has it by the name with `_palik` behind it as well.
+    /// True if Mitsuba also accepts the name with the suffix `_palik`.
     pub palik: bool,
 }
 
 impl Metal {
-    /// The metal of a name.
+    /// Returns the metal of a name, or `None` if it is unknown.
     pub fn named(name: &str) -> Option<Self> {
         let first = name.strip_suffix("_palik");
         let is_it = |m: &&Self| m.name == name || (m.palik && Some(m.name) == first);
@@ -30,14 +30,14 @@ const fn palik(name: &'static str, eta: [f32; 3], k: [f32; 3]) -> Metal {
     Metal { name, eta, k, palik: true }
 }
 
-/// What can be asked for by name: the measured spectra that Mitsuba 3.9 carries, in linear sRGB as
-/// it converts them, to four decimals. Where that left a channel below 0, it is 0.
+/// Conductors by name: the measured spectra of Mitsuba 3.9, in linear sRGB as Mitsuba converts
+/// them, to four decimals. Channels that became negative by the conversion are 0.
 ///
-/// Brass (CuZn), which Mitsuba has not, is that of pbrt-v4 at 630, 530 and 450 nm.
+/// Brass (CuZn), which Mitsuba does not have, is that of pbrt-v4 at 630, 530 and 450 nm.
 ///
 /// Mitsuba has neither cobalt, iron, palladium and titanium nor nickel by its symbol alone: they
-/// are of Johnson & Christy 1974, "Optical constants of transition metals", and converted as
-/// spectra in a Mitsuba file are here.
+/// are from Johnson & Christy 1974, "Optical constants of transition metals", and converted in the
+/// same way as spectra in Mitsuba files are by this program.
 pub const METALS: &[Metal] = &[
     metal("a-C", [2.944, 2.2271, 1.9682], [0.8875, 0.7993, 0.8153]),
     metal("Ag", [0.1553, 0.1167, 0.1384], [4.8284, 3.1222, 2.1469]),

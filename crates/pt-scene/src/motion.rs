@@ -1,47 +1,48 @@
-//! Transforms that change with time.
+//! Animated transforms.
 
 use pt_math::{DAffine3, Trs};
 use thiserror::Error;
 
-/// A transform at a time.
+/// A keyframe: a transform at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// When, in seconds.
+    /// Time in seconds.
     pub time: f64,
-    /// The transform then.
+    /// Transform at that time.
     pub to_world: DAffine3,
 }
 
-/// A transform that changes with time, by what it is at some times.
+/// An animated transform, given by keyframes.
 ///
-/// Between two keys translations are linear, rotations go the shorter way around one axis at
-/// constant speed, and what stretches is linear; see [`Trs`]. Before the first and after the last
-/// key nothing moves.
+/// Between two keys, translations are linear, rotations follow the shorter way around one axis at
+/// constant speed, and scale and shear are linear; see [`Trs`]. The transform is constant before
+/// the first and after the last key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     keys: Vec<Key>,
-    /// The transform of each, taken apart.
+    /// Decomposed transform of each key.
     poses: Vec<Trs>,
 }
 
-/// Why keys are no motion.
+/// Error of [`Motion::new`].
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{message}")]
 pub struct MotionError {
-    /// Number of the key that is wrong.
+    /// Index of the invalid key.
     pub key: usize,
     /// Problem, expected value and remedy.
     pub message: String,
 }
 
 impl Motion {
-    /// Most keys that there may be.
+    /// Maximum number of keys.
     pub const MAX_KEYS: usize = 10_000;
 
-    /// A motion by at least two keys, the times of which increase.
+    /// Creates a motion from at least two keys with increasing times.
     ///
     /// # Errors
-    /// Other keys; transforms that flatten space, or of which only some mirror it.
+    /// Returns an error for other numbers or times of keys, for singular transforms, and if only
+    /// some of the transforms mirror.
     pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
         let refuse = |key, message| Err(MotionError { key, message });
         if !(2..=Self::MAX_KEYS).contains(&keys.len()) {
@@ -80,17 +81,17 @@ impl Motion {
         Ok(Self { keys, poses })
     }
 
-    /// The keys, in the order of time.
+    /// Returns the keys in order of time.
     pub fn keys(&self) -> &[Key] {
         &self.keys
     }
 
-    /// Returns true if it turns space inside out.
+    /// Returns true if the transform mirrors space.
     pub fn is_mirrored(&self) -> bool {
         self.poses[0].is_mirrored()
     }
 
-    /// The transform at a time in seconds.
+    /// Returns the transform at a time in seconds.
     pub fn at(&self, time: f64) -> DAffine3 {
         let after = self.keys.partition_point(|key| key.time <= time);
         let Some(before) = after.checked_sub(1) else { return self.keys[0].to_world };
@@ -100,7 +101,7 @@ impl Motion {
         }
     }
 
-    /// The transform at a time between key number `before` and the next one.
+    /// Returns the transform at a time between key `before` and the next one.
     fn between(&self, before: usize, time: f64) -> DAffine3 {
         let [from, to] = [self.keys[before], self.keys[before + 1]];
         if from.to_world == to.to_world {
@@ -110,10 +111,10 @@ impl Motion {
         self.poses[before].between(&self.poses[before + 1], (time - start) / (end - start))
     }
 
-    /// The transform from `open` to `close`, in seconds, at so many times that between them it may
-    /// be taken as linear: then no point is further from its true place than
-    /// [`pt_math::POSE_ERROR`] says. Times are shares of the interval, from 0 to 1. One key if
-    /// the transform does not change in it, or it is empty.
+    /// Samples the transform from `open` to `close`, in seconds, so densely that it may be
+    /// interpolated linearly with an error of at most [`pt_math::POSE_ERROR`]. Times of the result
+    /// are fractions of the interval, from 0 to 1. The result is a single key if the transform does
+    /// not change in the interval, or the interval is empty.
     pub fn knots(&self, [open, close]: [f64; 2]) -> Vec<Key> {
         let share = |time: f64| (time - open) / (close - open);
         let mut knots = vec![Key { time: 0.0, to_world: self.at(open) }];
@@ -135,7 +136,7 @@ impl Motion {
             knots.push(Key { time: share(last.time), ..last });
         }
         knots.push(Key { time: 1.0, to_world: self.at(close) });
-        // What lasts too short a time to be told apart in single precision is left out.
+        // Intervals too short for single precision are removed.
         knots.dedup_by(|later, before| later.time as f32 <= before.time as f32);
         if knots.iter().all(|knot| knot.to_world == knots[0].to_world) {
             knots.truncate(1);

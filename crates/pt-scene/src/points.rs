@@ -1,55 +1,55 @@
-//! Points and segments: what scanners and line drawings consist of.
+//! Points and segments, such as scans and line drawings.
 
 use std::f64::consts::{PI, TAU};
 
 use pt_math::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::framing::{Extent, extent_of};
+use crate::extent::{Extent, extent_of};
 use crate::shapes::single_part;
 use crate::{Attribute, Mesh};
 
-/// Points, each shown as a sphere, and segments between them, each shown as a cylinder, all of one
-/// radius, in the coordinates of their own.
+/// Points, rendered as spheres, and segments between them, rendered as cylinders, all with the same
+/// radius, in their own coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points {
     /// Name in the file.
     pub name: String,
-    /// The points.
+    /// Positions of the points.
     pub positions: Vec<[f32; 3]>,
-    /// The colour of each point, linear Rec. 709, which segments interpolate.
+    /// Colour of each point, linear Rec. 709, interpolated along segments.
     pub colors: Option<Vec<[f32; 3]>>,
-    /// The ends of each segment, as indices into `positions`.
+    /// End points of each segment, as indices into `positions`.
     pub segments: Vec<[u32; 2]>,
 }
 
-/// Distances between points that [`Points::radius`] looks at, at most: their number is that of the
-/// points for each of some.
+/// Maximum number of distances that [`Points::radius`] computes: the number of points times that of
+/// the samples.
 const MAX_DISTANCES: usize = 1 << 27;
-/// Least and most points whose neighbours are looked for.
+/// Minimum and maximum number of sample points whose neighbours are searched.
 const SAMPLES: [usize; 2] = [32, 1024];
-/// Which of the points nearest to another one is a distance of the mean spacing away from it.
+/// Rank of the neighbour whose distance approximates the mean spacing.
 const NEIGHBOUR: usize = 4;
-/// Diagonals of the box around points to the largest radius that is chosen for them.
+/// Maximum radius of points relative to the diagonal of their bounding box.
 const LARGEST: f64 = 1.0 / 20.0;
-/// Diagonals of the box around points to the radius of segments.
+/// Radius of segments relative to the diagonal of the bounding box.
 const OF_SEGMENTS: f64 = 1.0 / 250.0;
 
-/// By how much radii grow in a map of space: the cubic root of how much volumes do.
+/// Returns the scale of radii under a linear map: the cube root of the scale of volumes.
 pub fn scale(map: DMat3) -> f64 {
     libm::cbrt(map.determinant().abs())
 }
 
 impl Points {
-    /// The memory of its lists, in bytes.
+    /// Returns the memory of the arrays, in bytes.
     pub fn bytes(&self) -> u64 {
         let colors = self.colors.as_deref().map_or(0, size_of_val);
         (size_of_val(&*self.positions) + colors + size_of_val(&*self.segments)) as u64
     }
 
-    /// Removes points with coordinates that are not finite, and segments that end there; gives
-    /// their number.
-    pub(crate) fn drop_infinite(&mut self) -> usize {
+    /// Removes points with coordinates that are not finite, and their segments. Returns the number
+    /// of removed points.
+    pub fn drop_infinite(&mut self) -> usize {
         let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
         let before = self.positions.len();
         if self.positions.iter().all(is_finite) {
@@ -75,19 +75,19 @@ impl Points {
         before - self.positions.len()
     }
 
-    /// The box around the points, without their radius.
+    /// Returns the bounding box of the points, without their radius.
     pub fn extent(&self) -> Option<Extent> {
         let all = self.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
         extent_of(all.filter(|p| p.is_finite()))
     }
 
-    /// A radius by which points look like a surface where they lie on one, in the coordinates of
-    /// their own: half of the median distance to the fourth nearest other point, which is about
-    /// the mean spacing, on a regular grid and on random points of a surface alike. It is at
-    /// most 1/20 of the diagonal of the box around all; of segments, 1/250.
+    /// Returns a radius with which points on a surface appear as a surface, in their own
+    /// coordinates: half of the median distance to the fourth nearest other point, which is about
+    /// the mean spacing both on a regular grid and for random points of a surface. It is at most
+    /// 1/20 of the diagonal of the bounding box; for segments, it is 1/250.
     ///
-    /// 0 if all points are in one place. Of a large set, a part of the points are looked at, always
-    /// the same.
+    /// The result is 0 if all points are at one position. In a large set, a fixed subset of the
+    /// points is examined.
     pub fn radius(&self) -> f64 {
         let diagonal = self.extent().map_or(0.0, |[low, high]| (high - low).length());
         if !self.segments.is_empty() {
@@ -97,7 +97,8 @@ impl Points {
         half.min(diagonal * LARGEST)
     }
 
-    /// The median distance to the fourth nearest other point, or to the last one of fewer.
+    /// Returns the median distance to the fourth nearest other point, or to the last one if there
+    /// are fewer.
     fn spacing(&self) -> Option<f64> {
         let all = &self.positions;
         let [least, most] = SAMPLES;
@@ -108,14 +109,13 @@ impl Points {
         distances.get(distances.len() / 2).map(|squared| f64::from(*squared).sqrt())
     }
 
-    /// The cylinders of all segments, with smooth normals and open at their ends; none of segments
-    /// without length.
+    /// Returns the cylinders of all segments of positive length, with smooth normals and open ends.
     ///
     /// # Panics
     /// If an index of a segment is out of range.
     pub fn cylinders(&self, radius: f64) -> Mesh {
         let sides = self.sides();
-        // So that its outline is as wide on average as that of a round one.
+        // The mean width of the silhouette then equals that of a round cylinder.
         let half_a_side = PI / f64::from(sides);
         let wider = half_a_side / libm::sin(half_a_side);
         let mut mesh = Mesh { name: self.name.clone(), ..Mesh::default() };
@@ -145,12 +145,13 @@ impl Points {
         mesh
     }
 
-    /// The triangles of all cylinders.
+    /// Returns the number of triangles of all cylinders, including those of segments without
+    /// length.
     pub fn triangles(&self) -> usize {
         2 * self.sides() as usize * self.segments.len()
     }
 
-    /// Into how many faces each cylinder is cut: fewer of many segments.
+    /// Returns the number of faces of each cylinder, which decreases with the number of segments.
     fn sides(&self) -> u32 {
         match self.segments.len() {
             0..=10_000 => 24,
@@ -160,8 +161,8 @@ impl Points {
     }
 }
 
-/// The square of the distance from a place to the fourth nearest point that is not there, or to the
-/// last one of fewer; `None` if there are none.
+/// Returns the squared distance from a position to the fourth nearest point at another position, or
+/// to the last one if there are fewer; `None` if there are none.
 fn nearest(all: &[[f32; 3]], from: [f32; 3]) -> Option<f32> {
     let mut least = [f32::INFINITY; NEIGHBOUR];
     for p in all {
@@ -235,7 +236,7 @@ mod tests {
             ..Points::default()
         };
         let mesh = points.cylinders(0.5);
-        // The segment without length has none.
+        // The segment without length has no triangles.
         assert_eq!(mesh.triangles.len(), points.triangles() / 2);
         let at = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
         let mut area = 0.0;

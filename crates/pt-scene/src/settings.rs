@@ -1,54 +1,55 @@
-//! Render settings that a scene file may carry.
+//! Render settings suggested by a scene file.
 
 use crate::Filter;
 
-/// What is not seen directly, though it lights as if it were there: by rays of the camera that
-/// nothing has scattered yet.
+/// Emitters that are invisible to camera rays before their first scattering, although they
+/// illuminate the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hidden {
-    /// All that shines is seen.
+    /// All emitters are visible.
     #[default]
     Nothing,
-    /// Environment maps, constant environments, skies and their suns.
+    /// Environment maps, constant environments, skies and their suns are invisible.
     Background,
-    /// These, and all surfaces that emit, through which the camera sees what is behind.
+    /// These and all emissive surfaces are invisible; camera rays pass through the surfaces.
     Emitters,
 }
 
-/// What a file asks for; `None` where it is silent.
+/// Settings of a scene file; `None` if unspecified.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RenderHints {
     /// Width and height of the image in pixels.
     pub resolution: Option<[u32; 2]>,
-    /// The only part of the image that is wanted: column and row of its upper left pixel, and its
-    /// width and height, all of which lies inside of `resolution`.
+    /// Crop window: column and row of its upper left pixel, its width and its height. It lies
+    /// inside of `resolution`.
     pub crop: Option<[u32; 4]>,
-    /// Samples per pixel.
+    /// Number of samples per pixel.
     pub spp: Option<u32>,
-    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1
+    /// Maximum number of interactions of a path with surfaces or media: 0 is emission only, 1 is
     /// direct light.
     pub max_depth: Option<u32>,
-    /// True if `max_depth` counts no interaction from which light goes straight on, as through
-    /// thin glass, in scenes with media.
+    /// True if `max_depth` does not count undeflected transmission, such as through thin glass, in
+    /// scenes with media.
     pub straight_is_free: bool,
-    /// True if the interpolated normals of meshes alone divide their front from their back, as in
-    /// Mitsuba 3 and pbrt-v4. Else light has to be on the same side of the triangle as well,
-    /// and normals that look away from the viewer are bent until they do not. [Veach 1997,
-    /// "Robust Monte Carlo Methods for Light Transport Simulation", §5.3]
+    /// True if the sides of a mesh are separated by the interpolated normals alone, as in Mitsuba 3
+    /// and pbrt-v4. Otherwise, light must be on the same side of the triangle as well, and normals
+    /// that are averted from the viewer are bent until they are not. [Veach 1997, "Robust Monte
+    /// Carlo Methods for Light Transport Simulation", §5.3]
     pub sides_by_shading_normal: bool,
-    /// Name of the integrator, if it is not the usual one.
+    /// Name of the integrator; `None` for the default.
     pub integrator: Option<&'static str>,
-    /// Names of the channels besides light that are asked for.
+    /// Names of the requested AOVs.
     pub aovs: Vec<&'static str>,
     /// Reconstruction filter.
     pub filter: Option<Filter>,
-    /// What is not seen directly.
+    /// Emitters that are invisible to camera rays.
     pub hidden: Hidden,
 }
 
 impl RenderHints {
-    /// The same part of an image of another size: each edge at the nearest border between two
-    /// pixels, at least one pixel wide and high.
+    /// Returns the crop window for an image of another size: each edge is at the nearest pixel
+    /// border, and the window has at least one pixel in each direction. `None` without a crop or
+    /// resolution.
     pub fn crop_of(&self, size: [u32; 2]) -> Option<[u32; 4]> {
         let ([x, y, width, height], original) = self.crop.zip(self.resolution)?;
         let range = |start: u32, length: u32, axis: usize| {

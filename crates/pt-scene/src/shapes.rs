@@ -1,21 +1,17 @@
-//! Meshes made by rule, and normals made from positions.
+//! Generated meshes, and computed normals.
 //!
-//! Rectangle, cube, disk and cylinder have the texture coordinates that Mitsuba 3.9 gives them.
+//! Rectangle, cube, disk and cylinder have the texture coordinates of Mitsuba 3.9.
 
-pub(crate) mod grid;
-pub(crate) mod isosurface;
 mod round;
-pub(crate) mod tube;
 
 use std::collections::HashMap;
 
 use pt_math::DVec3;
+pub use round::{cylinder, disk, sphere};
 
 use crate::{Attribute, Attributes, Mesh, Submesh};
 
-pub use round::{cylinder, disk, sphere};
-
-/// The square [−1, 1]² in the xy plane; the front looks to +z and (u, v) runs from (0, 0) at
+/// Returns the square [−1, 1]² in the xy plane; the front is +z, and (u, v) runs from (0, 0) at
 /// (−1, −1) to (1, 1).
 pub fn rectangle() -> Mesh {
     let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
@@ -36,17 +32,17 @@ pub fn rectangle() -> Mesh {
     }
 }
 
-/// The cube [−1, 1]³; the front looks outwards, and (u, v) covers [0, 1]² on each face.
+/// Returns the cube [−1, 1]³; the front is outside, and (u, v) covers [0, 1]² on each face.
 pub fn cube() -> Mesh {
-    /// The axes along which u and v run on the faces −x, +x, −y, +y, −z, +z: bit 2 says that they
-    /// run backwards.
+    /// Axes along which u and v run on the faces −x, +x, −y, +y, −z, +z; bit 2 reverses the
+    /// direction.
     const UV_AXES: [[u32; 2]; 6] = [[1, 2], [1, 6], [2, 0], [4, 6], [5, 0], [1, 0]];
     let sign = |bits: u32, axis: u32| if bits >> axis & 1 == 1 { 1.0 } else { -1.0 };
     let positions = (0..8).map(|i| [sign(i, 0), sign(i, 1), sign(i, 2)]).collect();
     let uv_values = (0..4).map(|i| [f32::from(i & 1 != 0), f32::from(i & 2 != 0)]).collect();
     let (mut triangles, mut uv_indices) = (Vec::new(), Vec::new());
     for axis in 0..3 {
-        // The two axes that follow in cyclic order span the face, so that their product looks
+        // The two axes that follow in cyclic order span the face, so that their cross product is
         // along `axis`.
         let (s, t) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         let positive = 1 << axis;
@@ -77,12 +73,12 @@ pub fn cube() -> Mesh {
     }
 }
 
-/// A closed surface with hills and dales around the origin, of radius 0.8 to 1.2, without normals.
+/// Returns a closed bumpy surface around the origin, of radius 0.8 to 1.2, without normals.
 ///
-/// The edges of an icosahedron are cut into `subdivision` pieces, which makes 20 · subdivision²
-/// triangles, and each vertex in direction (x, y, z) is moved to the radius
-/// 1 + (T₉(x) + T₈(y) + T₇(z)) / 15, with Tₙ the Chebyshev polynomials. Only sums, products and
-/// square roots are used, so that the mesh has the same bits on every machine.
+/// The edges of an icosahedron are subdivided into `subdivision` pieces, which makes 20 ·
+/// subdivision² triangles, and each vertex in direction (x, y, z) is moved to the radius 1 +
+/// (T₉(x) + T₈(y) + T₇(z)) / 15, with Tₙ the Chebyshev polynomials. Only sums, products and square
+/// roots are used, so that the mesh has the same bits on every machine.
 ///
 /// # Panics
 /// If `subdivision` is 0 or above 10 000, where indices would overflow.
@@ -133,7 +129,8 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
     }
 }
 
-/// Corners of a regular icosahedron, and its faces counter-clockwise seen from outside.
+/// Returns the corners of a regular icosahedron, and its faces counter-clockwise as seen from
+/// outside.
 fn icosahedron() -> ([DVec3; 12], [[usize; 3]; 20]) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     // Three golden rectangles at right angles.
@@ -175,14 +172,14 @@ fn chebyshev(n: u32, x: f64) -> f64 {
     current
 }
 
-/// The one part of a mesh whose triangles all use slot 0.
-pub(crate) fn single_part(triangles: usize) -> Vec<Submesh> {
+/// Returns the single submesh of a mesh whose triangles all use slot 0.
+pub fn single_part(triangles: usize) -> Vec<Submesh> {
     vec![Submesh { triangles: 0..triangles as u32, slot: 0 }]
 }
 
-/// Adds a mesh to another one, if both have the same attributes for each vertex, and no colours;
-/// else false, and nothing is changed.
-pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
+/// Appends a mesh to another one and returns true, if both have the same attributes, with one value
+/// per vertex, and no colours. Otherwise returns false, and nothing is changed.
+pub fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     fn fits<T>(to: Option<&Attribute<T>>, more: Option<&Attribute<T>>) -> bool {
         let is_plain = |a: &Attribute<T>| a.indices.is_none();
         to.is_some() == more.is_some() && to.is_none_or(is_plain) && more.is_none_or(is_plain)
@@ -211,7 +208,7 @@ pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     true
 }
 
-/// Turns a mesh inside out: its front becomes its back, and its normals follow.
+/// Turns a mesh inside out: front and back are exchanged, and normals are inverted.
 pub fn flip(mesh: &mut Mesh) {
     for normal in mesh.normals.iter_mut().flat_map(|n| &mut n.values) {
         *normal = normal.map(|x| -x);
@@ -225,11 +222,11 @@ pub fn flip(mesh: &mut Mesh) {
     }
 }
 
-/// How far the back of a two-sided light is behind its front, over the size of the mesh.
+/// Distance of the back of a two-sided light from its front, relative to the size of the mesh.
 const GAP: f64 = 1e-5;
 
-/// The back of a mesh: a little behind it, with its front where that has its back.
-pub(crate) fn back_of(mesh: &Mesh) -> Mesh {
+/// Returns the back of a mesh: an inverted copy slightly behind it.
+pub fn back_of(mesh: &Mesh) -> Mesh {
     let mut back = mesh.clone();
     let normals = smooth_normals(&Mesh { uvs: None, ..mesh.clone() });
     let size = mesh.positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
@@ -242,14 +239,14 @@ pub(crate) fn back_of(mesh: &Mesh) -> Mesh {
     back
 }
 
-/// Normals that make a mesh look smooth: the mean of the normals of the triangles around a vertex,
-/// weighted by their angles there. [Thürmer & Wüthrich 1998, "Computing Vertex Normals from
+/// Returns smooth vertex normals: the mean of the normals of the triangles around a vertex,
+/// weighted by their angles at the vertex. [Thürmer & Wüthrich 1998, "Computing Vertex Normals from
 /// Polygonal Facets"]
 ///
-/// A vertex is a pair of a position and a texture coordinate, so that a seam of the texture is an
-/// edge of the surface, as in renderers with one index per corner. Where no triangle with an area
-/// touches a vertex, or all cancel, its normal is +z.
-pub(crate) fn smooth_normals(mesh: &Mesh) -> Attribute<[f32; 3]> {
+/// A vertex is a pair of a position and a texture coordinate, so that a texture seam is an edge of
+/// the surface, as in renderers with one index per corner. If no triangle of positive area touches
+/// a vertex, or all normals cancel, the result is +z.
+pub fn smooth_normals(mesh: &Mesh) -> Attribute<[f32; 3]> {
     let (count, indices) = match mesh.uvs.as_ref().and_then(|uvs| uvs.indices.as_ref()) {
         Some(uvs) => {
             let (count, indices) = number_pairs(&mesh.triangles, uvs);
@@ -272,7 +269,7 @@ pub(crate) fn smooth_normals(mesh: &Mesh) -> Attribute<[f32; 3]> {
     Attribute { values: values.collect(), indices }
 }
 
-/// Numbers the distinct pairs of two indices per corner, in the order in which they appear.
+/// Numbers the distinct pairs of two indices per corner in order of appearance.
 fn number_pairs(first: &[[u32; 3]], second: &[[u32; 3]]) -> (usize, Vec<[u32; 3]>) {
     let mut numbers = HashMap::new();
     let pairs = first.iter().zip(second).map(|(a, b)| {
@@ -285,8 +282,8 @@ fn number_pairs(first: &[[u32; 3]], second: &[[u32; 3]]) -> (usize, Vec<[u32; 3]
     (numbers.len(), pairs)
 }
 
-/// The angle between two vectors, exact for small and for flat angles. [Kahan 2006, "How Futile
-/// are Mindless Assessments of Roundoff in Floating-Point Computation?", §12]
+/// Returns the angle between two vectors, accurate for small and for flat angles. [Kahan 2006, "How
+/// Futile are Mindless Assessments of Roundoff in Floating-Point Computation?", §12]
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
     let (a, b) = (a.normalize_or_zero(), b.normalize_or_zero());
     2.0 * libm::atan2((a - b).length(), (a + b).length())
@@ -296,13 +293,13 @@ fn angle_between(a: DVec3, b: DVec3) -> f64 {
 mod tests {
     use super::*;
 
-    /// Six times the volume that the triangles enclose; positive if they look outwards.
+    /// Returns six times the enclosed volume; positive if the triangles face outwards.
     fn volume6(mesh: &Mesh) -> f64 {
         let p = |i: u32| pt_math::Vec3::from_array(mesh.positions[i as usize]).as_dvec3();
         mesh.triangles.iter().map(|&[a, b, c]| p(a).cross(p(b)).dot(p(c))).sum()
     }
 
-    /// Every edge runs once in each direction: closed, without a hole, one orientation.
+    /// Returns true if every edge runs once in each direction: closed and consistently oriented.
     fn is_closed(mesh: &Mesh) -> bool {
         let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
         let mut all: Vec<_> = mesh.triangles.iter().flat_map(edges).collect();
@@ -340,7 +337,8 @@ mod tests {
         }
     }
 
-    /// What Mitsuba 3.9 says of the points (1, −0.3, 0.2), (0.5, 1, 0.2) and so on of its cube.
+    /// Texture coordinates in Mitsuba 3.9 of the points (1, −0.3, 0.2), (0.5, 1, 0.2) and so on of
+    /// its cube.
     #[test]
     fn faces_of_the_cube_have_the_texture_coordinates_of_mitsuba() {
         let mesh = cube();
@@ -361,7 +359,8 @@ mod tests {
                 if p.iter().any(|p| p[axis] != side) {
                     continue;
                 }
-                // Texture coordinates are linear on a face: from corner 0 along the two edges.
+                // Texture coordinates are linear on a face: corner 0 plus multiples of the two
+                // edges.
                 let uv = uvs.corners(i, triangle).map(|c| uvs.values[c as usize].map(f64::from));
                 let edges = [1, 2].map(|k| DVec3::from_array(p[k]) - DVec3::from_array(p[0]));
                 let rest = DVec3::from_array(point) - DVec3::from_array(p[0]);
@@ -418,8 +417,8 @@ mod tests {
     fn seams_of_the_texture_are_edges() {
         let mesh = cube();
         let normals = smooth_normals(&mesh);
-        // The faces at a corner of this cube have different texture coordinates there, or not;
-        // a pair of the two has a normal of its own.
+        // The faces at a corner of this cube may have different texture coordinates there; each
+        // pair of position and texture coordinate has a normal of its own.
         let mut pairs: Vec<_> = normals.indices.iter().flatten().flatten().collect();
         pairs.sort_unstable();
         pairs.dedup();

@@ -1,4 +1,4 @@
-//! Maps of all directions in other layouts than latitude and longitude.
+//! Environment maps in layouts other than latitude and longitude.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI, TAU};
 
@@ -6,25 +6,24 @@ use pt_math::DVec3;
 
 use crate::image::Image;
 
-/// How a square image shows all directions.
+/// Layout of a square environment map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyLayout {
-    /// A light probe: distances from the middle, which looks along −z, are proportional to the
-    /// angle, and the rim of the disk looks along +z; +x is at the right, +y at the top.
-    /// [Debevec 1998, "Rendering Synthetic Objects into Real Scenes"; format of his light probe
-    /// images]
+    /// Angular map (light probe): the centre is −z, the rim of the disk is +z, and the distance
+    /// from the centre is proportional to the angle; +x is at the right, +y at the top. [Debevec
+    /// 1998, "Rendering Synthetic Objects into Real Scenes"; format of his light probe images]
     Angular,
-    /// A mirrored ball that a distant camera sees along −z: the middle shows what is behind the
-    /// camera, +z, and the rim what is behind the ball.
+    /// Mirror ball, seen along −z by a distant camera: the centre reflects the direction behind the
+    /// camera, +z, and the rim the direction behind the ball.
     MirrorBall,
-    /// Each direction has the same area: the middle is +y, the corners are −y, +x is at the right
-    /// and +z at the bottom, as in pbrt-v4 with its +z up. [Clarberg 2008, "Fast Equal-Area
-    /// Mapping of the (Hemi)Sphere using SIMD"]
+    /// Equal-area octahedral map: the centre is +y, the corners are −y, +x is at the right and +z
+    /// at the bottom, as in pbrt-v4 with its +z up. [Clarberg 2008, "Fast Equal-Area Mapping of the
+    /// (Hemi)Sphere using SIMD"]
     Octahedral,
 }
 
 impl SkyLayout {
-    /// The point of the unit square that shows a direction, from the upper left corner.
+    /// Returns the point of the unit square for a direction, from the upper left corner.
     fn square_of(self, direction: DVec3) -> [f64; 2] {
         let DVec3 { x, y, z } = direction.normalize_or_zero();
         let [u, v] = match self {
@@ -42,10 +41,10 @@ impl SkyLayout {
         [u, v].map(|t| 0.5 * (t + 1.0))
     }
 
-    /// The same light in latitude and longitude, as [`crate::LightKind::Environment`] has it.
+    /// Resamples an image to latitude and longitude, as in [`crate::LightKind::Environment`].
     ///
     /// # Errors
-    /// If the image is no square.
+    /// Returns a message if the image is not square.
     pub fn in_latitude_and_longitude(self, image: &Image) -> Result<Image, String> {
         if image.width != image.height {
             return Err(format!(
@@ -57,9 +56,9 @@ impl SkyLayout {
     }
 }
 
-/// The point of the unit square that shows a direction. The middle is +z, the corners are −z; u
-/// grows with x, v with y.
-pub(crate) fn square_of(direction: DVec3) -> [f64; 2] {
+/// Returns the point of the equal-area octahedral map for a direction. The centre is +z, the
+/// corners are −z; u increases with x, v with y.
+pub fn square_of(direction: DVec3) -> [f64; 2] {
     let d = direction.normalize_or_zero();
     let [x, y, z] = d.abs().to_array();
     let r = (1.0 - z).max(0.0).sqrt();
@@ -71,15 +70,16 @@ pub(crate) fn square_of(direction: DVec3) -> [f64; 2] {
     [u.copysign(d.x), v.copysign(d.y)].map(|t| 0.5 * (t + 1.0))
 }
 
-/// A square map in latitude and longitude, as [`crate::LightKind::Environment`] has it: +z of the
-/// square is up, the left edge looks along −x, and a quarter of the width further on, along +y.
+/// Resamples an equal-area octahedral map to latitude and longitude. The layout is that of
+/// [`crate::LightKind::Environment`] with +z of the map up: the left edge is −x, and the column at
+/// a quarter of the width is +y.
 ///
-/// Each texel is the mean of what a grid of its directions sees, weighted by solid angle.
-pub(crate) fn latitude_longitude(square: &Image) -> Image {
+/// Each texel is the mean over a grid of its directions, weighted by solid angle.
+pub fn latitude_longitude(square: &Image) -> Image {
     by_directions(square, square_of)
 }
 
-/// The same of any layout, with +z up.
+/// Resamples a map of any layout to latitude and longitude, with +z up.
 fn by_directions(square: &Image, square_of: impl Fn(DVec3) -> [f64; 2]) -> Image {
     const GRID: u32 = 4;
     let side = square.width;
@@ -118,8 +118,7 @@ fn nearest(image: &Image, uv: [f64; 2]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// A square of one bright pixel, at the place where a layout has a direction, becomes a map
-    /// that is bright there.
+    /// A map with one bright spot at a direction becomes a map that is bright in that direction.
     #[test]
     fn layouts_show_directions_where_they_say() {
         use SkyLayout::{Angular, MirrorBall, Octahedral};
@@ -151,7 +150,7 @@ mod tests {
             let square =
                 Image { width: side, height: side, pixels: (0..side * side).map(value).collect() };
             let map = layout.in_latitude_and_longitude(&square).unwrap();
-            // The upper row is +y, the left edge −x, and a quarter of the width further on +z.
+            // The upper row is +y, the left edge −x, and the column at a quarter of the width +z.
             let across = (libm::atan2(direction.z, -direction.x) / TAU).rem_euclid(1.0);
             let down = libm::acos(direction.y) / PI;
             let [column, row] = [(across, map.width), (down, map.height)]
@@ -185,7 +184,7 @@ mod tests {
         }
     }
 
-    /// The density of the map is 1 / 4π everywhere: |∂(u, v)/∂ω|, by differences.
+    /// The density of the map is 1 / 4π everywhere: |∂(u, v)/∂ω|, by finite differences.
     #[test]
     fn all_directions_have_the_same_area() {
         const STEP: f64 = 1e-5;

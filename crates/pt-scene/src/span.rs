@@ -1,18 +1,18 @@
-//! Places in scene files, for messages.
+//! Locations in scene files, for messages.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// A place in a file, as a person would look for it.
+/// A location in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Span {
     /// The file.
     pub file: PathBuf,
-    /// Line, from 1; 0 when the whole file is meant.
+    /// Line, from 1; 0 for the whole file.
     pub line: u32,
-    /// Column in characters, from 1; 0 when the whole line is meant.
+    /// Column in characters, from 1; 0 for the whole line.
     pub column: u32,
-    /// The element, as the author knows it: `<polylist> of geometry "bunny"`; may be empty.
+    /// Name of the element in the file, such as `<polylist> of geometry "bunny"`; may be empty.
     pub element: String,
 }
 

@@ -1,5 +1,5 @@
-//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in
-//! space or which way it looks, or by the colours of its mesh.
+//! Textures: values that vary over a surface, by its texture coordinates (u, v), by position in
+//! space, by the direction of its normal, or by the colours of its mesh.
 
 use std::sync::Arc;
 
@@ -8,22 +8,22 @@ use pt_math::{DAffine3, DMat3, noise};
 use crate::image::Image;
 use crate::medium::{Grid, GridFilter};
 
-/// A parameter of a material: one value, or one that varies over the surface.
+/// A parameter of a material: a constant, or a value that varies over the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input<T> {
-    /// The same everywhere.
+    /// Constant value.
     Value(T),
-    /// By a texture. Where one number is wanted, it is the luminance of the colour.
+    /// Value of a texture; a scalar is the luminance of the colour.
     Texture(Arc<Texture>),
 }
 
-/// A colour, linear Rec. 709.
+/// A colour parameter, linear Rec. 709.
 pub type Color = Input<[f32; 3]>;
-/// A number.
+/// A scalar parameter.
 pub type Scalar = Input<f32>;
 
 impl<T> Input<T> {
-    /// The texture, if there is one.
+    /// Returns the texture, or `None` for a constant.
     pub fn texture(&self) -> Option<&Arc<Texture>> {
         match self {
             Self::Value(_) => None,
@@ -39,78 +39,78 @@ impl<T> From<T> for Input<T> {
 }
 
 impl From<Pattern> for Texture {
-    /// A pattern that lies on the texture coordinates of the surface as they are.
+    /// A pattern in the texture coordinates of the surface, without a transform.
     fn from(pattern: Pattern) -> Self {
         Self { pattern, layout: TextureMapping::Surface, to_pattern: DMat3::IDENTITY }
     }
 }
 
-/// What varies, and how the surface is laid out on it: a point of it gets coordinates (u, v, w) by
-/// the layout, of which the pattern shows what is at `to_pattern` (u, v), and at w. Patterns that
-/// are put together of others lie as these do.
+/// A pattern and its mapping: the mapping gives a surface point coordinates (u, v, w), and the
+/// value is that of the pattern at `to_pattern` (u, v) and w. Patterns that combine textures use
+/// the mappings of these.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// What it shows.
+    /// The pattern.
     pub pattern: Pattern,
-    /// What gives the surface its coordinates.
+    /// Mapping from surface points to coordinates.
     pub layout: TextureMapping,
-    /// From the (u, v, 1) of the surface to those of the pattern.
+    /// Transform from (u, v, 1) of the mapping to (u, v) of the pattern.
     pub to_pattern: DMat3,
 }
 
-/// What gives points of a surface their coordinates (u, v, w) on a texture. Transforms go from the
-/// world, in the unit of the scene, to where the texture is; points of what moves are taken where
-/// they are at the time.
+/// Mapping from surface points to texture coordinates (u, v, w). Transforms are from the world, in
+/// units of the scene, to the space of the texture; points of animated objects are taken at the
+/// time of the ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TextureMapping {
-    /// The texture coordinates of the surface; w is 0.
+    /// Texture coordinates of the surface; w is 0.
     #[default]
     Surface,
-    /// The point (x, y, z) itself. What is flat lies on the plane of x and y.
+    /// The transformed point (x, y, z). Two-dimensional patterns are in the plane of x and y.
     Space {
-        /// From the world.
+        /// World to texture space.
         to_texture: DAffine3,
     },
-    /// Its direction from the origin: the angle from +z over π, and that around it, from +x to +y,
-    /// over 2π; w is 0.
+    /// Spherical mapping of the transformed point: the angle from +z over π, and the angle around
+    /// z, from +x to +y, over 2π; w is 0.
     Sphere {
-        /// From the world.
+        /// World to texture space.
         to_texture: DAffine3,
     },
-    /// Other texture coordinates of the mesh: the first two numbers of the
-    /// [values](crate::Attributes::vertices) of the name [`TextureMapping::set_name`]; w is 0.
+    /// Additional texture coordinates of the mesh: the first two channels of the
+    /// [values](crate::Attributes::vertices) named [`TextureMapping::set_name`]; w is 0.
     Coordinates {
-        /// Which ones, from 1.
+        /// Index of the set, from 1.
         set: u32,
     },
-    /// The angle around the z axis, from −x on in the direction from +x to +y, over 2π, and z; w is
-    /// 0.
+    /// Cylindrical mapping of the transformed point: the angle around the z axis, starting at −x in
+    /// the direction from +x to +y, over 2π, and z; w is 0.
     Cylinder {
-        /// From the world.
+        /// World to texture space.
         to_texture: DAffine3,
     },
 }
 
 impl TextureMapping {
-    /// The name of other texture coordinates among the values of a mesh.
+    /// Returns the name of additional texture coordinates among the attributes of a mesh.
     pub fn set_name(set: u32) -> String {
         format!("uv_{set}")
     }
 
-    /// Returns true if it is by texture coordinates of the surface.
+    /// Returns true if the mapping uses texture coordinates of the surface.
     fn is_on_surface(self) -> bool {
         matches!(self, Self::Surface | Self::Coordinates { .. })
     }
 }
 
 impl Texture {
-    /// The same on the texture coordinates of the surface, after a transform of them.
+    /// Creates a texture in the texture coordinates of the surface, with a transform.
     pub fn on_surface(pattern: Pattern, to_pattern: DMat3) -> Self {
         Self { pattern, layout: TextureMapping::Surface, to_pattern }
     }
 
-    /// Returns true if it shows colours or values of a mesh, or lies by them, which surfaces
-    /// without these do not have.
+    /// Returns true if the texture uses colours or attributes of the mesh, which some surfaces do
+    /// not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
             Pattern::VertexColors
@@ -124,13 +124,14 @@ impl Texture {
         }
     }
 
-    /// Returns true if any part of it lies on the texture coordinates of the surface.
+    /// Returns true if any part of the texture uses texture coordinates of the surface.
     pub fn uses_coordinates(&self) -> bool {
         let own = self.pattern.has_layout() && self.layout.is_on_surface();
         own || self.pattern.parts().any(|t| t.uses_coordinates())
     }
 
-    /// Returns true if any part of it lies in space, or is by where in space the surface looks to.
+    /// Returns true if any part of the texture is mapped in space, or depends on the direction of
+    /// the normal.
     pub fn is_in_space(&self) -> bool {
         let is_laid = self.pattern.has_layout() && !self.layout.is_on_surface();
         let own = is_laid || matches!(self.pattern, Pattern::AbsNormalDot(_));
@@ -139,8 +140,8 @@ impl Texture {
 }
 
 impl Pattern {
-    /// Returns true if it asks for the layout of its texture: what is put together, colours of
-    /// meshes and normals do not.
+    /// Returns true if the pattern depends on the mapping of its texture, which is not the case for
+    /// combinations of textures, colours of meshes and normals.
     fn has_layout(&self) -> bool {
         !matches!(
             self,
@@ -155,7 +156,7 @@ impl Pattern {
         )
     }
 
-    /// The textures that it is made of.
+    /// Iterates over the textures that the pattern combines.
     pub fn parts(&self) -> impl Iterator<Item = &Arc<Texture>> {
         let (colors, share) = match self {
             Self::Product(factors) => ([Some(&factors[0]), Some(&factors[1])], None),
@@ -170,8 +171,8 @@ impl Pattern {
 }
 
 impl Color {
-    /// The colour of what emits it where only a share of it is there. All channels of a texture of
-    /// the share are to be equal.
+    /// Multiplies the colour of an emitter by an opacity. If the opacity is a texture, all its
+    /// channels must be equal.
     #[must_use]
     pub fn times(self, share: &Scalar) -> Self {
         let share = match share {
@@ -187,7 +188,8 @@ impl Color {
         }
     }
 
-    /// About what it is on average: of an image the mean, of two colours the middle.
+    /// Returns the approximate mean: for an image the mean of its pixels, for two colours their
+    /// average.
     pub fn mean(&self) -> [f32; 3] {
         match self {
             Self::Value(value) => *value,
@@ -197,7 +199,8 @@ impl Color {
 }
 
 impl Pattern {
-    /// See [`Color::mean`]; colours of meshes are not known here, and count as black.
+    /// Returns the approximate mean, see [`Color::mean`]. Colours of meshes are not available here,
+    /// and count as black.
     pub fn mean(&self) -> [f32; 3] {
         match self {
             Self::Bitmap(bitmap) => {
@@ -241,7 +244,7 @@ impl Pattern {
 }
 
 impl Scalar {
-    /// About what it is on average, where all channels of its texture are equal.
+    /// Returns the approximate mean, if all channels of the texture are equal.
     pub fn mean(&self) -> f32 {
         match self {
             Self::Value(value) => *value,
@@ -250,75 +253,74 @@ impl Scalar {
     }
 }
 
-/// The share that [`Pattern::Dots`] cover: of the squares 0.394 have one.
+/// Fraction of the area that [`Pattern::Dots`] cover: 0.394 of the squares have a dot.
 const DOTS: f32 = 0.394 * std::f32::consts::PI * 0.35 * 0.35;
-/// About the mean of [`Pattern::Marble`].
+/// Approximate mean of [`Pattern::Marble`].
 const MARBLE: [f32; 3] = [0.82, 0.82, 0.85];
 
-/// What a texture shows.
+/// Pattern of a texture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pattern {
     /// An image.
     Bitmap(Bitmap),
-    /// Squares of side ½: the first colour where the fractions of u and v are on the same side of
-    /// ½, the second elsewhere.
+    /// Checkerboard with squares of side ½: the first colour where the fractional parts of u and v
+    /// are on the same side of ½, the second elsewhere.
     Checkerboard([[f32; 3]; 2]),
-    /// [`Mesh::colors`](crate::Mesh::colors), linear over each triangle.
+    /// [`Mesh::colors`](crate::Mesh::colors), interpolated linearly over each triangle.
     VertexColors,
     /// [`Mesh::face_colors`](crate::Mesh::face_colors).
     FaceColors,
-    /// The values of this name of [`Attributes::vertices`](crate::Attributes::vertices), linear
-    /// over each triangle.
+    /// Values of this name of [`Attributes::vertices`](crate::Attributes::vertices), interpolated
+    /// linearly over each triangle.
     VertexAttribute(String),
-    /// The values of this name of [`Attributes::faces`](crate::Attributes::faces).
+    /// Values of this name of [`Attributes::faces`](crate::Attributes::faces).
     FaceAttribute(String),
-    /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is
-    /// above ½, the second elsewhere.
+    /// Checkerboard with cubes of side ½: the first colour where an even number of the fractional
+    /// parts of u, v and w is above ½, the second elsewhere.
     Checkerboard3d([[f32; 3]; 2]),
-    /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of
-    /// side 1 around whole numbers have one, not quite in the middle. [Pharr, Jakob &
-    /// Humphreys, "Physically Based Rendering", 3rd ed., §10.5.2]
+    /// Dots of radius 0.35, of the first colour, on the second one: about two in five of the unit
+    /// squares around integer points have one, slightly off centre. [Pharr, Jakob & Humphreys,
+    /// "Physically Based Rendering", 3rd ed., §10.5.2]
     Dots([[f32; 3]; 2]),
-    /// Fractional Brownian motion: noise of both signs, with finer and finer features. [ibid.,
-    /// §10.6.3]
+    /// Fractional Brownian motion: a sum of octaves of signed noise. [ibid., §10.6.3]
     Fbm(Noise),
-    /// Turbulence: the same of noise without its sign, so that it has creases. [ibid., §10.6.3]
+    /// Turbulence: a sum of octaves of the magnitude of noise, which has creases. [ibid., §10.6.3]
     Wrinkled(Noise),
-    /// Waves that are higher in some places than in others, as wind makes them: |fbm(p / 10)| ·
-    /// fbm(p), of 3 and 6 octaves. [ibid., §10.6.5]
+    /// Wind-driven waves, whose height varies: |fbm(p / 10)| · fbm(p), of 3 and 6 octaves. [ibid.,
+    /// §10.6.5]
     Windy,
-    /// Layers of stone along v, which noise bends. [ibid., §10.6.6]
+    /// Layers of marble along v, distorted by noise. [ibid., §10.6.6]
     Marble(Marble),
-    /// The numbers of a grid, of one channel or of three, which fills the cube [0, 1]³ of (u, v,
-    /// w); beyond it, it is as at its walls.
+    /// Values of a grid with one channel or three, which fills the cube [0, 1]³ of (u, v, w) and is
+    /// constant beyond its faces.
     Grid {
-        /// The numbers.
+        /// The grid.
         grid: Arc<Grid>,
         /// Interpolation between cell centres.
         filter: GridFilter,
     },
-    /// How much the surface looks along a line in the world: the magnitude of the cosine between
-    /// this direction, of any length but 0, and the normal of its shape.
+    /// Magnitude of the cosine between the normal of the shape and this direction in the world,
+    /// which has any length but 0.
     AbsNormalDot([f32; 3]),
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
-    /// Something between two colours.
+    /// Interpolation between two colours.
     Blend(Box<Blend>),
-    /// The square root of a colour, channel by channel; 0 of what is below 0.
+    /// Square root of a colour, channel by channel; negative values count as 0.
     Sqrt(Color),
 }
 
-/// Of how many octaves of noise a pattern is the sum: at most [`Self::MAX_OCTAVES`].
+/// Parameters of a sum of octaves of noise; at most [`Self::MAX_OCTAVES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Count.
+    /// Number of octaves.
     pub octaves: u32,
-    /// What each is worth over the one before, from 0 to 2.
+    /// Ratio of the amplitudes of successive octaves, from 0 to 2.
     pub roughness: f32,
 }
 
 impl Noise {
-    /// Most octaves; of finer ones single precision knows nothing.
+    /// Maximum number of octaves; single precision does not resolve more.
     pub const MAX_OCTAVES: u32 = 32;
 }
 
@@ -328,44 +330,43 @@ impl Default for Noise {
     }
 }
 
-/// Layers that noise bends.
+/// Parameters of marble: layers distorted by noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marble {
-    /// Those of the noise.
+    /// Parameters of the noise.
     pub noise: Noise,
-    /// By how much the noise bends the layers; 2π is the thickness of one.
+    /// Amplitude of the distortion; 2π is the thickness of a layer.
     pub variation: f32,
 }
 
-/// What is between two colours: (1 − t) · first + t · second.
+/// Linear interpolation between two colours: (1 − t) · first + t · second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blend {
-    /// What is there where the share is 0.
+    /// Colour for the weight 0.
     pub first: Color,
-    /// What is there where it is 1.
+    /// Colour for the weight 1.
     pub second: Color,
-    /// The share t of the second, from 0 to 1; what a texture has beyond is taken as the nearer of
-    /// the two.
+    /// Weight t of the second colour, from 0 to 1; values of a texture are clamped to this range.
     pub amount: Scalar,
 }
 
-/// An image that covers the unit square: u runs along its rows from the left, v upwards.
+/// An image that covers the unit square: u increases to the right, v upwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bitmap {
-    /// Its values, as light or as they are: nothing is decoded any more.
+    /// Decoded pixels: linear light or raw values.
     pub image: Arc<Image>,
-    /// What is beyond the unit square.
+    /// Wrap mode outside of the unit square.
     pub wrap: Wrap,
-    /// What is between the middles of texels.
+    /// Filter between texel centres.
     pub filter: Filter,
 }
 
-/// What an image shows beyond its edges.
+/// Wrap modes of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wrap {
-    /// To the left and to the right.
+    /// Wrap mode at the left and right edge.
     pub u: Edge,
-    /// Below and above.
+    /// Wrap mode at the lower and upper edge.
     pub v: Edge,
 }
 
@@ -379,29 +380,29 @@ impl Wrap {
     /// See [`Edge::Black`].
     pub const BLACK: Self = Self::both(Edge::Black);
 
-    /// The same along u and v.
+    /// Returns the same wrap mode for u and v.
     pub const fn both(edge: Edge) -> Self {
         Self { u: edge, v: edge }
     }
 }
 
-/// What an image shows beyond two opposite edges.
+/// Wrap mode of an image beyond two opposite edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Edge {
-    /// Itself again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// Itself again, mirrored every other time.
+    /// Repeats the image, mirroring every other copy.
     Mirror,
-    /// What is at the nearest edge.
+    /// Repeats the nearest edge texel.
     Clamp,
-    /// Nothing: texels beyond the image are black.
+    /// Black outside of the image.
     Black,
 }
 
 impl Edge {
-    /// Which texel of a row of `n` stands for number `i` of an endless row; `None` where that is
-    /// black.
+    /// Returns the index of the texel, in a row of `n`, at position `i` of an unbounded row; `None`
+    /// where it is black.
     #[inline]
     pub fn texel(self, i: i64, n: i64) -> Option<i64> {
         match self {
@@ -416,32 +417,32 @@ impl Edge {
     }
 }
 
-/// Interpolation between texel centres.
+/// Texture filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// What the four texels around a point show, by their distances.
+    /// Bilinear interpolation of the four texels around a point.
     #[default]
     Bilinear,
     /// The nearest texel.
     Nearest,
-    /// As [`Self::Bilinear`]; but where many texels are seen at once, what they are on average.
-    /// [Williams 1983, "Pyramidal Parametrics"]
+    /// [`Self::Bilinear`] for magnification; for minification, the mean over the footprint by
+    /// mipmaps. [Williams 1983, "Pyramidal Parametrics"]
     Trilinear,
 }
 
-/// How the normal of a surface differs from that of its shape.
+/// A normal map or a bump map.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NormalOrBump {
-    /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z
-    /// is the normal of the shape, and +x the direction in which u grows.
+    /// Normal map: 2 · rgb − 1 is the normal, in a right-handed frame with the normal of the shape
+    /// as +z, and the direction of increasing u of the surface as +x.
     Normals(Arc<Texture>),
-    /// The same in a frame of which +x is the direction in which u of the image grows, after its
-    /// transform: where the image is turned, its relief turns with it.
+    /// Normal map with the direction of increasing u of the image, after its transform, as +x of
+    /// the frame: the relief rotates with the image.
     TurnedNormals(Arc<Texture>),
-    /// The same in a frame of which +x is a ∂p/∂u + b ∂p/∂v: the second texture has a and b in its
-    /// first two channels.
+    /// Normal map with a ∂p/∂u + b ∂p/∂v as +x of the frame; a and b are the first two channels of
+    /// the second texture.
     NormalsAlong(Arc<Texture>, Arc<Texture>),
-    /// As if the surface were raised by the texture's luminance times a number, in the unit of the
+    /// Bump map: a displacement by the luminance of the texture times the number, in units of the
     /// scene.
     Heights(Arc<Texture>, f32),
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask blender`: the same glTF scenes with Blender's Cycles.
+//! `cargo xtask blender`: comparison of glTF scenes with Blender's Cycles.
 
 use std::process::Command;
 
@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::project::{build_program, output_folder, root, step};
 use crate::venv::{self, Prepared};
 
-/// Scenes of `scenes/gltf` that are compared. Not among them is `lights`, whose spot falls off in
-/// another way in Blender.
+/// Scenes of `scenes/gltf` that are compared. `lights` is excluded, since the falloff of its spot
+/// light differs in Blender.
 const SCENES: [&str; 5] = ["glass", "instances", "materials", "skin", "textures"];
 
 /// Options of the comparison.
@@ -42,8 +42,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Makes a virtual environment with Blender in the target folder: there is a package for Python
-/// 3.11 only, which brings a NumPy.
+/// Creates a virtual environment with Blender in the target folder. There is only a package for
+/// Python 3.11, which depends on NumPy.
 ///
 /// # Errors
 /// If the target folder cannot be found.

@@ -8,7 +8,7 @@ use anyhow::Result;
 
 use crate::project::{build_program, course_scene, output_folder, shown, succeed};
 
-/// How to render the figures.
+/// Options of the figures.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Take a sixteenth of the samples per pixel
@@ -19,7 +19,7 @@ pub(crate) struct Args {
     figure: Option<u32>,
 }
 
-/// What one command line of the report makes.
+/// Images of one command line of the report.
 struct Figure {
     number: u32,
     /// Arguments in front of the scene; `X` is replaced by each of the values.
@@ -39,12 +39,12 @@ const fn figure(
 
 const BUNNY: &str = "sky/CBbunny.dae";
 const SPHERES: &str = "sky/CBspheres_lambertian.dae";
-/// The report gives no command for its pictures of normals.
+/// The report gives no command for its images of normals.
 const NORMALS: &str = "-t 8 -s 4 --integrator normals -r 800 600 -f X.png";
 const ONCE: &[&str] = &[""];
 
-/// All figures with renderings. Where several images share a command, the views are told apart
-/// by `--light-component`, and light sampling by leaving out `-H`.
+/// All figures with renderings. If several images share a command, the views are distinguished by
+/// `--light-component`, and light sampling by omitting `-H`.
 const FIGURES: &[Figure] = &[
     figure(3, NORMALS, &["cube"], "simple/cube.dae"),
     figure(3, NORMALS, &["teapot"], "meshedit/teapot.dae"),
@@ -73,7 +73,7 @@ const FIGURES: &[Figure] = &[
     figure(10, "-t 8 -s 2048 -a 64 0.05 -l 1 -m 5 -r 480 360 -f bunny.png", ONCE, BUNNY),
 ];
 
-/// Renders them, once as the program does by default and once as the course's does.
+/// Renders the figures, once with the program's defaults and once as the course's program does.
 ///
 /// # Errors
 /// If one cannot be rendered.
@@ -120,7 +120,7 @@ fn render(
     Ok(figure.values.len())
 }
 
-/// The words of a command line, with fewer samples per pixel if it shall be quick.
+/// Words of a command line, with fewer samples per pixel if `quick` is true.
 fn words(line: &str, quick: bool) -> Vec<String> {
     let mut words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
     let spp = words.iter().position(|w| w == "-s").map(|i| i + 1).filter(|_| quick);

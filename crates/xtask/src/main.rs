@@ -1,11 +1,12 @@
 //! Chores of the project: `cargo xtask --help`.
 //!
-//! Renders are made by the program, built and run as its users do. Only `bench rays` and `bench
-//! load` link parts of it, because they race these parts against those of others.
+//! Images are rendered by the program, built and run as its users do. Only `bench rays` and
+//! `bench load` link parts of it, because they compare these parts with those of others.
 
 mod bench;
 mod blender;
 mod figures;
+mod imports;
 mod oidn;
 mod pbrt;
 mod peers;
@@ -26,6 +27,8 @@ enum Chore {
     /// Check everything: format, lints, documentation, all tests, and a small comparison with
     /// Mitsuba
     Test(test::Args),
+    /// Check prose, the glossary and imports in a second, as a part of test
+    Style,
     /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
     Peers(peers::Args),
     /// Compare the scenes of scenes/gltf with what Blender's Cycles renders of them
@@ -34,8 +37,8 @@ enum Chore {
     Pbrt(pbrt::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
-    /// Long campaigns against what is promised: renders that are killed a thousand times, files
-    /// that do harm
+    /// Long campaigns against the guarantees: renders that are killed a thousand times, files that
+    /// cause failures
     Soak(soak::Args),
     /// Measure speed and memory
     #[command(subcommand)]
@@ -45,6 +48,7 @@ enum Chore {
 fn main() -> ExitCode {
     let done = match Chore::parse() {
         Chore::Test(args) => test::run(&args),
+        Chore::Style => style::check().and_then(|()| imports::check()),
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
         Chore::Pbrt(args) => pbrt::run(&args),

@@ -1,4 +1,4 @@
-//! Intel Open Image Denoise, which the tests of denoising open.
+//! Installation of Intel Open Image Denoise, which the tests of denoising open.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -7,15 +7,15 @@ use anyhow::{Context, Result, ensure};
 
 use crate::venv::{self, Prepared};
 
-/// The Python package that has the library.
+/// Python package with the library.
 const PACKAGE: &str = "pyoidn";
 const VERSION: &str = "2.5.1.0";
 
-/// The environment variable by which it is found.
+/// Environment variable with the path of the library.
 pub(crate) const VARIABLE: &str = "PATHTRACER_OIDN";
 
-/// Makes a virtual environment with it in the target folder, and tells the folder of its packages,
-/// or why it cannot be had.
+/// Creates a virtual environment with the library in the target folder, and returns the folder of
+/// its packages, or the reason why it is missing.
 ///
 /// # Errors
 /// If the target folder cannot be found, or Python does not run.
@@ -23,7 +23,7 @@ pub(crate) fn prepare() -> Result<Result<PathBuf, String>> {
     let package = format!("{PACKAGE}=={VERSION}");
     let probe =
         format!("import importlib.metadata as m; assert m.version('{PACKAGE}') == '{VERSION}'");
-    // The library alone: what the package does with it in Python is not needed.
+    // Only the library: the dependencies of the Python package are not needed.
     let python = match venv::prepare("oidn-venv", &["--no-deps", &package], &probe)? {
         Prepared::Python(python) => python,
         Prepared::Missing(reason) => return Ok(Err(reason)),

@@ -1,33 +1,33 @@
-//! `cargo xtask pbrt`: pbrt-v4 scenes beside the pictures that pbrt-v4 made of them.
+//! `cargo xtask pbrt`: comparison of pbrt-v4 scenes with reference images by pbrt-v4.
 //!
-//! Ours is the mean of several images with independent samples and seeds, so that the variance of
-//! its pixels is known. That of pbrt's picture is taken to be the same: it has as many samples per
-//! pixel, of the same kind of paths (docs/formats.md says how near that is).
+//! Our image is the mean of several images with independent samples and seeds, so that the variance
+//! of its pixels is known. The variance of pbrt's image is assumed to be the same: it has as many
+//! samples per pixel, of the same kind of paths (docs/formats.md states the differences).
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
+use pt_image::SaveOptions;
 use pt_math::Spectrum;
-use pt_scene::image::{self, Image, SaveOptions};
+use pt_scene::image::Image;
 use pt_testing::{BlockReport, compare_blocks};
 
 use crate::project::{build_program, output_folder, shared};
 
-/// Scenes of `shared/scenes/pbrt`, and the samples per pixel of their pictures.
+/// Scenes of `shared/scenes/pbrt`, and the samples per pixel of their images.
 const SCENES: [(&str, u32); 2] = [("spheres", 1024), ("cornell-knot", 256)];
-/// Images of a scene, which share the samples.
+/// Number of images of a scene among which the samples are divided.
 const IMAGES: u32 = 8;
 /// Width of blocks in pixels.
 const BLOCK: u32 = 16;
-/// Of means over the image, the greatest relative difference.
+/// Maximum relative difference of the means over the image.
 const MAX_MEAN: f64 = 0.02;
-/// A block agrees where it differs by no more than this share, or by no more than what noise
-/// explains.
+/// Maximum relative difference at which a block agrees regardless of noise.
 const MAX_BLOCK: f64 = 0.05;
-/// What noise explains, in standard errors of the difference.
+/// Maximum difference that noise explains, in standard errors of the difference.
 const STANDARD_ERRORS: f64 = 3.0;
-/// The share of blocks that have to agree, by luminance.
+/// Minimum fraction of blocks that agree, by luminance.
 const MIN_BLOCKS: f64 = 0.97;
 
 /// Options of the comparison.
@@ -41,7 +41,7 @@ pub(crate) struct Args {
 /// Renders all scenes and compares.
 ///
 /// # Errors
-/// If an image differs by more than is allowed, or cannot be made or read.
+/// If an image differs by more than is allowed, or cannot be rendered or read.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let wanted = |name: &str| args.scene.as_deref().is_none_or(|only| only == name);
     let scenes: Vec<_> = SCENES.into_iter().filter(|(name, _)| wanted(name)).collect();
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     );
     let mut failed = Vec::new();
     for (name, spp) in scenes {
-        let theirs = image::load_raw(&folder.join(name).with_extension("exr"))?;
+        let theirs = pt_image::load_raw(&folder.join(name).with_extension("exr"))?;
         let ours = Rendered::new(&program, &folder.join(name).with_extension("pbrt"), spp)?;
         let comparison = Comparison::new(&theirs, &ours)?;
         comparison.print(name, spp);
@@ -83,27 +83,27 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// The image of a scene, and the variance of its pixels.
+/// Image of a scene, and the variance of its pixels.
 struct Rendered {
     image: Image,
     variance: Vec<[f32; 3]>,
-    /// That of luminance.
+    /// Variance of luminance.
     variance_of_luminance: Vec<f32>,
 }
 
 impl Rendered {
-    /// Renders a scene with `spp` samples of each pixel, and keeps its image.
+    /// Renders a scene with `spp` samples of each pixel, and saves its image.
     fn new(program: &Path, scene: &Path, spp: u32) -> Result<Self> {
         let name = scene.file_stem().context("a scene without a name")?.to_string_lossy();
         let path = output_folder("pbrt")?.join(format!("{name}.exr"));
         let render = |seed| render(program, scene, spp / IMAGES, seed, &path);
         let images = (0..IMAGES).map(render).collect::<Result<Vec<_>>>()?;
         let rendered = Self::of(&images);
-        image::save(&rendered.image, &path, &SaveOptions::default())?;
+        pt_image::save(&rendered.image, &path, &SaveOptions::default())?;
         Ok(rendered)
     }
 
-    /// The mean of images of the same size.
+    /// Mean of images of the same size.
     fn of(images: &[Image]) -> Self {
         let Image { width, height, .. } = images[0];
         let pixels = 0..images[0].pixels.len();
@@ -123,7 +123,7 @@ impl Rendered {
     }
 }
 
-/// Renders once, to a file that is there afterwards.
+/// Renders once, to a file at `path`.
 fn render(program: &Path, scene: &Path, spp: u32, seed: u32, path: &PathBuf) -> Result<Image> {
     let mut command = Command::new(program);
     command.args([
@@ -138,10 +138,10 @@ fn render(program: &Path, scene: &Path, spp: u32, seed: u32, path: &PathBuf) -> 
     command.args(["-s", &spp.to_string(), "--seed", &seed.to_string()]);
     let status = command.arg("-f").arg(path).arg(scene).status()?;
     ensure!(status.success(), "{}: the render fails", scene.display());
-    Ok(image::load_raw(path)?)
+    Ok(pt_image::load_raw(path)?)
 }
 
-/// The mean of numbers, and its variance.
+/// Mean of numbers, and the variance of the mean.
 fn estimate(numbers: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     let n = numbers.clone().count() as f64;
     let mean = numbers.clone().sum::<f64>() / n;
@@ -153,14 +153,16 @@ fn luminance(rgb: [f32; 3]) -> f32 {
     Spectrum::from(rgb).luminance()
 }
 
-/// How far two images differ, by red, green, blue and luminance, each by itself.
+/// Differences of two images, by red, green, blue and luminance separately.
 struct Comparison([BlockReport; 4]);
 
 impl Comparison {
     const NAMES: [&str; 4] = ["red", "green", "blue", "luminance"];
 
+    /// Compares an image with ours.
+    ///
     /// # Errors
-    /// If the images have other sizes.
+    /// If the images differ in size.
     fn new(theirs: &Image, ours: &Rendered) -> Result<Self> {
         let Image { width, height, .. } = ours.image;
         let sizes = [[theirs.width, theirs.height], [width, height]];
@@ -204,12 +206,12 @@ impl Comparison {
     }
 }
 
-/// Ours over theirs, less 1.
+/// Relative difference of our mean from theirs.
 fn difference_of_means(report: &BlockReport) -> f64 {
     report.whole.b[0] / report.whole.a[0] - 1.0
 }
 
-/// The share of blocks that are near enough, or within so many standard errors.
+/// Fraction of blocks that agree to within [`MAX_BLOCK`], or within this number of standard errors.
 fn share_within(report: &BlockReport, standard_errors: f64) -> f64 {
     1.0 - report.beyond(MAX_BLOCK, standard_errors).len() as f64 / report.blocks.len() as f64
 }
@@ -230,7 +232,7 @@ mod tests {
     fn the_mean_and_its_variance_are_those_of_the_images() {
         let rendered = Rendered::of(&[plain([1.0, 2.0, 0.0]), plain([3.0, 2.0, 0.0])]);
         assert_eq!(rendered.image.pixels[7], [2.0, 2.0, 0.0]);
-        // (1 + 1) / (2 · 1), and of luminance by the square of the weight of red.
+        // (1 + 1) / (2 · 1), and for luminance times the square of the weight of red.
         assert_eq!(rendered.variance[7], [1.0, 0.0, 0.0]);
         let weight = luminance([1.0, 0.0, 0.0]);
         assert!((rendered.variance_of_luminance[7] - weight * weight).abs() < 1e-6);
@@ -247,7 +249,7 @@ mod tests {
 
     #[test]
     fn blocks_that_differ_count_unless_noise_explains_it() {
-        // One of eight blocks, so little that the mean is as it was.
+        // One of eight blocks differs, so little that the mean agrees.
         let mut theirs = plain([1.0; 3]);
         for y in 0..16 {
             theirs.pixels[y * 64..y * 64 + 16].fill([1.1; 3]);

@@ -1,4 +1,4 @@
-//! `cargo xtask peers`: the same scenes with a renderer that is not ours.
+//! `cargo xtask peers`: comparison of the same scenes with Mitsuba 3.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,13 +8,13 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::project::{build_program, output_folder, root, step};
 use crate::venv::{self, Prepared};
 
-/// The renderer to compare with, and what reads its images.
+/// Version of Mitsuba, which renders and reads the images.
 const MITSUBA: &str = "3.9.1";
 
 /// Options of the comparison.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// How much to render
+    /// Amount of rendering
     #[arg(long, default_value = "full")]
     size: Size,
     /// Only the scene of this name
@@ -22,7 +22,7 @@ pub(crate) struct Args {
     scene: Option<String>,
 }
 
-/// How much to render.
+/// Amount of rendering.
 #[derive(clap::ValueEnum, Clone, Copy)]
 pub(crate) enum Size {
     /// 64 pixels wide, seconds
@@ -31,7 +31,7 @@ pub(crate) enum Size {
     Full,
 }
 
-/// Installs what is needed and compares.
+/// Installs the packages and compares.
 ///
 /// # Errors
 /// If something cannot be installed, or the images differ.
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     compare(&python, &build_program()?, args.size, args.scene.as_deref())
 }
 
-/// Makes a virtual environment with Mitsuba in the target folder.
+/// Creates a virtual environment with Mitsuba in the target folder.
 ///
 /// # Errors
 /// If the target folder cannot be found.
@@ -81,6 +81,6 @@ pub(crate) fn compare(
         Ok(())
     };
     run("peers.py", "scenes/mitsuba", scene)?;
-    // Cut-out scenes are compared together.
+    // Scenes with alpha are compared together.
     if scene.is_some() { Ok(()) } else { run("alpha.py", "scenes/alpha", None) }
 }

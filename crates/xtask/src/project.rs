@@ -1,4 +1,4 @@
-//! Where things are, and how to run them.
+//! Paths of the project, and commands.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 
-/// The folder of the workspace.
+/// Folder of the workspace.
 pub(crate) fn root() -> &'static Path {
     // crates/xtask is two folders below it.
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -16,34 +16,34 @@ pub(crate) fn root() -> &'static Path {
 /// Cargo's target folder: this program is `<target>/<profile>/xtask`.
 ///
 /// # Errors
-/// If the system does not tell where this program is.
+/// If the system does not report the path of this program.
 pub(crate) fn target() -> Result<PathBuf> {
     let program = std::env::current_exe().context("where is this program?")?;
     let target = program.ancestors().nth(2).context("this program is in no target folder")?;
     Ok(target.to_owned())
 }
 
-/// The folder of files that the project does not own, beside the workspace; `None` where there
-/// is none.
+/// Folder of files that are not part of the project, beside the workspace; `None` if it does not
+/// exist.
 pub(crate) fn shared() -> Option<PathBuf> {
     let path = root().parent()?.join("shared");
     path.is_dir().then_some(path)
 }
 
-/// A scene of the university course; `None` where it is missing.
+/// Path of a scene of the university course; `None` if it is missing.
 pub(crate) fn course_scene(name: &str) -> Option<PathBuf> {
     let path = shared()?.join("scenes/dae").join(name);
     path.is_file().then_some(path)
 }
 
-/// Cargo, in the workspace.
+/// Cargo command in the workspace.
 pub(crate) fn cargo(args: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(args).current_dir(root());
     command
 }
 
-/// Runs a command, which has to succeed.
+/// Runs a command, which must succeed.
 ///
 /// # Errors
 /// If it cannot be started or fails.
@@ -69,12 +69,12 @@ pub(crate) fn build_program() -> Result<PathBuf> {
     built("release")
 }
 
-/// The program with overflow checks, which the tests have built but for linking.
+/// Builds the program with overflow checks, reusing all but the linking from the tests.
 ///
 /// # Errors
 /// If it does not build.
 pub(crate) fn build_checked_program() -> Result<PathBuf> {
-    // Of the whole workspace, so that no crate is built again with fewer features.
+    // Builds the whole workspace, so that no crate is rebuilt with fewer features.
     succeed(&mut cargo(&["build", "--quiet", "--workspace", "--bins"]))?;
     built("debug")
 }
@@ -86,20 +86,20 @@ fn built(profile: &str) -> Result<PathBuf> {
     Ok(program)
 }
 
-/// A folder below cargo's target folder, made if need be.
+/// Path of a folder below cargo's target folder, created if necessary.
 ///
 /// # Errors
-/// If it cannot be made.
+/// If it cannot be created.
 pub(crate) fn output_folder(name: &str) -> Result<PathBuf> {
     let folder = target()?.join(name);
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     Ok(folder)
 }
 
-/// Prints a heading, does the work, and tells how long it took.
+/// Prints a heading, does the work, and prints the time taken.
 ///
 /// # Errors
-/// Those of the work.
+/// Any error of the work.
 pub(crate) fn step<T>(heading: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
     println!("\n== {heading}");
     let start = Instant::now();

@@ -1,28 +1,26 @@
-//! `cargo xtask test`: all that has to hold before a change is good.
+//! `cargo xtask test`: all checks that a change must pass.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
-
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args as Arguments;
 
-use crate::oidn;
 use crate::peers::{self, Size};
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
-use crate::style;
 use crate::venv::Prepared;
+use crate::{imports, oidn, style};
 
-/// What `cargo xtask test` takes.
+/// Options of `cargo xtask test`.
 #[derive(Arguments)]
 pub(crate) struct Args {
-    /// Go on without Mitsuba or Open Image Denoise where they cannot be installed
+    /// Continue without Mitsuba or Open Image Denoise if they cannot be installed
     #[arg(long)]
     allow_skips: bool,
 }
 
-/// What was passed and what was not looked at.
+/// Checks that passed, and checks that were skipped.
 #[derive(Default)]
 struct Report {
     passed: Vec<&'static str>,
@@ -30,18 +28,18 @@ struct Report {
     failed: Option<&'static str>,
 }
 
-/// The packages that some checks need.
+/// Packages that some checks need.
 struct Packages {
-    /// The folder of Open Image Denoise, or why it is missing.
+    /// Folder of Open Image Denoise, or the reason why it is missing.
     oidn: Result<PathBuf, String>,
-    /// A Python with Mitsuba, or why it is missing.
+    /// A Python with Mitsuba, or the reason why it is missing.
     mitsuba: Prepared,
 }
 
 /// Runs every check until one fails.
 ///
 /// # Errors
-/// If a check fails, or what it needs cannot be installed.
+/// If a check fails, or its requirements cannot be installed.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let mut report = Report::default();
     let done = steps(args, &mut report);
@@ -66,6 +64,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         })
     })?;
     report.step("style", |_| style::check())?;
+    report.step("imports", |_| imports::check())?;
     report.step("lints", |_| {
         succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
     })?;
@@ -98,7 +97,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Installs the packages, each of which has to be there unless `allow_skips`.
+/// Installs the packages, all of which are required unless `allow_skips` is true.
 fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
     let packages = Packages { oidn: oidn::prepare()?, mitsuba: peers::prepare()? };
     let missing = [
@@ -114,7 +113,7 @@ fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
     Ok(packages)
 }
 
-/// Compiles fuzz targets as cargo-fuzz does, but for the library that it links.
+/// Compiles fuzz targets as cargo-fuzz does, but without its library.
 fn fuzz_target(manifest: &str) -> Result<()> {
     let mut check = cargo(&["check", "--quiet", "--locked", "--manifest-path", manifest]);
     let folder = target()?.join("fuzz");
@@ -124,24 +123,25 @@ fn fuzz_target(manifest: &str) -> Result<()> {
     succeed(&mut check)
 }
 
-/// The vectors of processors that are not of the kind that the workspace is built for, such as ARM.
+/// Tests the portable vectors, as used on processors without the default features, such as ARM;
+/// `cfg(portable)` leaves out the code for AVX-512.
 fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
     let mut command = cargo(&[&["test", "--package", "pt-bvh", "--lib"][..], SHOW].concat());
-    command.env("RUSTFLAGS", "-C target-cpu=x86-64");
+    command.env("RUSTFLAGS", "-C target-cpu=x86-64 --cfg portable");
     command.env("CARGO_TARGET_DIR", target()?.join("portable"));
     tests(command, skipped)
 }
 
-/// Workspaces of their own, whose targets run under the nightly toolchain alone.
+/// Separate workspaces, whose targets require the nightly toolchain.
 const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
 
 /// Tests that skip something print a line that begins with this.
 const SKIPPED: &str = "skipped: ";
 
-/// Makes tests that pass show what they print.
+/// Arguments that show the output of tests that pass.
 const SHOW: &[&str] = &["--", "--show-output"];
 
-/// Runs tests, and collects what they say they skip.
+/// Runs tests, and collects the skips that they report.
 fn tests(mut command: Command, skipped: &mut Vec<String>) -> Result<()> {
     let mut child = command
         .stdout(Stdio::piped())
@@ -164,7 +164,7 @@ fn tests(mut command: Command, skipped: &mut Vec<String>) -> Result<()> {
     Ok(())
 }
 
-/// Installs a component of the toolchain where it is missing.
+/// Installs a component of the toolchain if it is missing.
 fn need(component: &str, probe: &[&str]) -> Result<()> {
     let found = cargo(probe).stdout(Stdio::null()).stderr(Stdio::null()).status();
     if found.is_ok_and(|status| status.success()) {
@@ -200,7 +200,7 @@ impl Report {
         println!("{}", self.verdict());
     }
 
-    /// The last line: what failed, how many checks passed, and what was skipped by name.
+    /// Last line: the failure, the number of checks passed, and the names of those skipped.
     fn verdict(&self) -> String {
         let failed = self.failed.map(|name| format!("FAILED {name}, later checks did not run; "));
         let skipped = match self.skipped.len() {

@@ -1,4 +1,4 @@
-//! Python packages, each set in a virtual environment of its own in the target folder.
+//! Sets of Python packages, each in its own virtual environment in the target folder.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,16 +7,16 @@ use anyhow::Result;
 
 use crate::project::{shown, target};
 
-/// What is needed to use some packages.
+/// Result of the installation of packages.
 pub(crate) enum Prepared {
-    /// A Python that has them all.
+    /// A Python with all packages.
     Python(PathBuf),
-    /// Why they cannot be had.
+    /// Reason why they are not available.
     Missing(String),
 }
 
 impl Prepared {
-    /// Why they cannot be had.
+    /// Reason why the packages are not available, or `None` if they are.
     pub(crate) fn missing(&self) -> Option<&String> {
         match self {
             Self::Python(_) => None,
@@ -25,8 +25,8 @@ impl Prepared {
     }
 }
 
-/// Makes the virtual environment `name` in the target folder, with what `install` tells pip to
-/// install, unless there is one in which the Python program `probe` succeeds.
+/// Creates the virtual environment `name` in the target folder with `install`, the arguments of
+/// pip, unless it exists and the Python program `probe` succeeds in it.
 ///
 /// # Errors
 /// If the target folder cannot be found.
@@ -34,7 +34,7 @@ pub(crate) fn prepare(name: &str, install: &[&str], probe: &str) -> Result<Prepa
     prepare_by("python3", name, install, probe)
 }
 
-/// The same of a given `interpreter`, for packages that need a certain version of Python.
+/// [`prepare`] with a given `interpreter`, for packages that need a certain version of Python.
 ///
 /// # Errors
 /// If the target folder cannot be found.

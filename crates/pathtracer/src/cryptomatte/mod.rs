@@ -1,11 +1,9 @@
-//! Mattes of all objects and of all materials in an image, for programs that put pictures together:
-//! Cryptomatte.
+//! Cryptomatte: mattes of all objects and of all materials of an image, for compositing programs.
 //!
-//! A matte says how much of each pixel a thing covers. Each thing has a number, the hash of its
-//! name, and an image has for each pixel the numbers of the six things that cover most of it, and
-//! how much each does, in three layers of four channels: `CryptoObject00.R` is the number of the
-//! first, `.G` its share of the pixel, `.B` and `.A` those of the second, and so on. The metadata
-//! tell the names.
+//! A matte is the coverage of each pixel by an object or a material. Each of these has an id, the
+//! hash of its name. An image contains, for each pixel, the ids and coverages of the six with the
+//! largest coverage, in three layers of four channels: `CryptoObject00.R` is the id of the first,
+//! `.G` its coverage, `.B` and `.A` those of the second, and so on. The metadata contain the names.
 //!
 //! [Friedman & Jones 2015, "Fully Automatic ID Mattes with Support for Motion Blur and
 //! Transparency"; Psyop, "Cryptomatte Specification", version 1.2.0]
@@ -16,23 +14,22 @@ mod names;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+pub use names::Names;
+pub(crate) use names::{distinct, objects};
 use pt_core::Film;
 use pt_core::film::{Aov, IdCount};
 use pt_scene::image::{Channel, Samples};
 
-pub use names::Names;
-pub(crate) use names::{distinct, objects};
-
-/// What the mattes of each quantity are called.
+/// AOVs with mattes, and the names of their layers.
 const LAYERS: [(Aov, &str); 2] =
     [(Aov::CryptomatteObject, "CryptoObject"), (Aov::CryptomatteMaterial, "CryptoMaterial")];
 
-/// Things of which a pixel tells, as the specification suggests.
+/// Number of ids per pixel, as the specification suggests.
 const RANKS: usize = 6;
 
-/// The number of a name: its hash, as the bits of a number that is neither NaN nor infinite, 0 or
-/// denormal, since of an exponent that would make it one, the last bit is turned around.
-/// [Cryptomatte Specification, "uint32_to_float32"]
+/// Returns the id of a name: its hash, as the bits of a number that is neither NaN nor infinite, 0
+/// or denormal. If the exponent would make it one of these, the last bit of the exponent is
+/// inverted. [Cryptomatte Specification, "uint32_to_float32"]
 pub fn id_of(name: &str) -> f32 {
     f32::from_bits(finite(murmur3::hash(name.as_bytes(), 0)))
 }
@@ -44,21 +41,23 @@ fn finite(hash: u32) -> u32 {
     }
 }
 
-/// Returns true if one of these quantities makes mattes.
+/// Returns true if one of these AOVs has mattes.
 pub fn is_among(aovs: &[Aov]) -> bool {
     LAYERS.iter().any(|(aov, _)| aovs.contains(aov))
 }
 
-/// The channels of all mattes that a film keeps, with the names of what it counts.
+/// Returns the channels of all mattes of a film; `names` are those of the objects and materials it
+/// counts.
 pub fn channels(film: &Film, names: &Names) -> Vec<Channel> {
     kept(film).flat_map(|(aov, layer)| channels_of(film, aov, layer, names)).collect()
 }
 
-/// The metadata of an image with these channels: of each kind of mattes its name, how names become
-/// numbers, and the names of all things that some pixel sees.
+/// Returns the metadata of an image with these channels: for each kind of mattes the name of its
+/// layer, the conversion of names to ids, and the names of all objects or materials that are
+/// visible in some pixel.
 ///
 /// # Panics
-/// Never: names and numbers can be written as JSON.
+/// Never: names and ids can be written as JSON.
 pub fn metadata(film: &Film, names: &Names) -> Vec<(String, String)> {
     let mut metadata = Vec::new();
     for (aov, layer) in kept(film) {
@@ -76,17 +75,17 @@ pub fn metadata(film: &Film, names: &Names) -> Vec<(String, String)> {
     metadata
 }
 
-/// Those of the layers that a film keeps.
+/// Mattes that a film contains.
 fn kept(film: &Film) -> impl Iterator<Item = (Aov, &'static str)> {
     LAYERS.into_iter().filter(|(aov, _)| film.aovs().contains(aov))
 }
 
-/// The bits of a number.
+/// Bits of an id in hexadecimal digits.
 fn digits(id: f32) -> String {
     format!("{:08x}", id.to_bits())
 }
 
-/// Names and numbers of all things that are seen.
+/// Names and ids of all objects or materials that are visible.
 fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, String> {
     let names = names.counted_by(aov);
     let mut is_seen = vec![false; names.len()];
@@ -101,7 +100,7 @@ fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, St
     seen.map(|(name, _)| (name.as_str(), digits(id_of(name)))).collect()
 }
 
-/// The channels of one kind of mattes: numbers and shares in turn.
+/// Channels of one kind of mattes: ids and coverages in turn.
 fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel> {
     let ids: Vec<_> = names.counted_by(aov).iter().map(|name| id_of(name)).collect();
     let plane = |_| Vec::with_capacity(film.region().area());
@@ -121,8 +120,8 @@ fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel
     planes.into_iter().enumerate().map(channel).collect()
 }
 
-/// The things of a pixel by the samples that see them, and among equals by their bits; things of
-/// one number are one.
+/// Ids of a pixel with their numbers of samples, in descending order of these and, among equals, by
+/// the bits of the id. Equal ids are merged.
 fn ranked(things: impl Iterator<Item = IdCount>, ids: &[f32]) -> Vec<(f32, u64)> {
     let of = |seen: IdCount| Some((*ids.get(seen.number as usize)?, u64::from(seen.samples)));
     let mut ranked: Vec<_> = things.filter_map(of).collect();
@@ -154,7 +153,7 @@ mod tests {
         assert_eq!(id_of("").to_bits(), 1 << 23);
     }
 
-    /// Numbers that other programs give to names: the second one would be NaN without the change.
+    /// Ids that other programs compute; without the inversion, the second one would be NaN.
     #[test]
     fn names_have_the_numbers_that_others_give_them() {
         assert_eq!(digits(id_of("bunny")), "13851a76");
@@ -166,7 +165,7 @@ mod tests {
         let ids = [3.0, 1.0, 3.0, 0.5, 7.0];
         let seen = [5, 4, 1, 4, 9, 100].into_iter().zip(0..);
         let seen = seen.map(|(samples, number)| IdCount { number, samples });
-        // Two things have the same number, and the last one has none.
+        // Two names have the same id, and the last number has none.
         assert_eq!(ranked(seen, &ids), [(7.0, 9), (3.0, 6), (0.5, 4), (1.0, 4)]);
     }
 }

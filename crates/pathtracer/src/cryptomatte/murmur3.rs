@@ -1,10 +1,10 @@
 //! MurmurHash3 for 32 bits (`MurmurHash3_x86_32`). [Appleby, "SMHasher", which is in the public
 //! domain]
 
-/// The hash of bytes, with a seed.
+/// Returns the hash of bytes with a seed.
 ///
-/// Words of four bytes, little endian, are mixed in one after the other, then the up to three bytes
-/// that are left, and then the length.
+/// Words of four bytes, little endian, are mixed in one after the other, then the remaining bytes,
+/// at most three, and then the length.
 pub(super) fn hash(bytes: &[u8], seed: u32) -> u32 {
     let (words, rest) = bytes.as_chunks();
     let mix = |hash: u32, &word: &[u8; 4]| {
@@ -16,12 +16,12 @@ pub(super) fn hash(bytes: &[u8], seed: u32) -> u32 {
     avalanche(hash ^ scrambled(last) ^ bytes.len() as u32)
 }
 
-/// A word, before it is mixed in; 0 stays 0.
+/// Scrambles a word before it is mixed in; 0 stays 0.
 fn scrambled(word: u32) -> u32 {
     word.wrapping_mul(0xcc9e_2d51).rotate_left(15).wrapping_mul(0x1b87_3593)
 }
 
-/// Lets each bit change all others.
+/// Final mix, after which each bit of the input affects all bits of the hash.
 fn avalanche(mut hash: u32) -> u32 {
     hash ^= hash >> 16;
     hash = hash.wrapping_mul(0x85eb_ca6b);

@@ -1,4 +1,4 @@
-//! What things are called in mattes.
+//! Names of objects and materials in mattes.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,26 +8,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::explain::title;
 
-/// Geometry of lights that is not an object of the scene.
+/// Name of all geometry of lights that is not an object of the scene.
 const LIGHTS: &str = "lights";
 
-/// The material of objects without any.
+/// Name of the material of objects without any.
 const DEFAULT: &str = "default";
 
-/// The names of the things that a film counts, by their numbers there. All objects have different
-/// names, and all materials; where nothing is counted, there are none.
+/// Names of the objects and materials that a film counts, indexed by their numbers in the film. The
+/// names of objects are unique, and so are those of materials; both lists are empty if the film
+/// counts none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
-    /// Of [`Aov::CryptomatteObject`].
+    /// Names of [`Aov::CryptomatteObject`].
     objects: Vec<String>,
-    /// Of [`Aov::CryptomatteMaterial`].
+    /// Names of [`Aov::CryptomatteMaterial`].
     materials: Vec<String>,
 }
 
 impl Names {
-    /// Of what a film counts that keeps these quantities. Objects are called as [`crate::explain`]
-    /// does, materials by their own name; who has the name of another one before it gets a
-    /// number behind it.
+    /// Returns the names that a film with these AOVs needs. Names of objects are those of
+    /// [`crate::explain`], materials have their own name; a name that is already taken gets a
+    /// number as a suffix.
     pub fn of(scene: &Scene, aovs: &[Aov]) -> Self {
         let mut names = Self::default();
         if aovs.contains(&Aov::CryptomatteObject) {
@@ -43,12 +44,12 @@ impl Names {
         names
     }
 
-    /// Returns true if there are none.
+    /// Returns true if there are no names.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty() && self.materials.is_empty()
     }
 
-    /// Those of what a quantity counts.
+    /// Names that an AOV counts; empty for AOVs without mattes.
     pub(super) fn counted_by(&self, aov: Aov) -> &[String] {
         match aov {
             Aov::CryptomatteObject => &self.objects,
@@ -58,7 +59,7 @@ impl Names {
     }
 }
 
-/// Names of the objects of a scene.
+/// Returns the names of the objects of a scene, as in [`crate::explain`].
 pub(crate) fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     let mut namesakes: HashMap<&str, u32> = HashMap::new();
     for object in &scene.objects {
@@ -68,8 +69,8 @@ pub(crate) fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     objects.map(move |(number, object)| title(object, number, namesakes[object.name.as_str()] == 1))
 }
 
-/// The same names; one that was there before gets a number from 2 on behind it, and the separator
-/// in between.
+/// Makes names unique: a name that is already taken gets the separator and a number from 2 on as a
+/// suffix.
 pub(crate) fn distinct(names: impl Iterator<Item = String>, separator: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut last: HashMap<String, u32> = HashMap::new();

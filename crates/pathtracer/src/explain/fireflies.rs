@@ -1,33 +1,33 @@
-//! Samples that are far brighter than the others of their pixel, and why they are.
+//! Fireflies: samples that are far brighter than the others of their pixel, and their causes.
 
 use super::{
     Brightest, Contribution, LightSource, Sample, SampledLight, ScatterEvent, Trace, Vertex,
     luminance_of,
 };
 
-/// The fireflies of a pixel.
+/// Fireflies of a pixel.
 ///
-/// A sample is one if it is more than [`Fireflies::TIMES`] as bright as the mean of all others, and
-/// if more than [`Fireflies::SHARE`] of the sum of the squared deviations from the mean are its
-/// own. Fewer than [`Fireflies::MIN_SAMPLES`] samples have none.
+/// A sample is a firefly if it is more than [`Fireflies::TIMES`] as bright as the mean of all
+/// others, and if its squared deviation is more than [`Fireflies::SHARE`] of the sum of all squared
+/// deviations from the mean. Fewer than [`Fireflies::MIN_SAMPLES`] samples contain none.
 #[derive(Clone, Debug)]
 pub struct Fireflies {
-    /// The mean luminance of the samples that are none.
+    /// Mean luminance of all other samples.
     pub ordinary: f64,
-    /// The share of the pixel's mean that they have together.
+    /// Fraction of the mean of the pixel due to all fireflies.
     pub share_of_mean: f64,
-    /// The share of the sum of the squared deviations that they have together.
+    /// Fraction of the sum of the squared deviations due to all fireflies.
     pub share_of_variance: f64,
-    /// All of them, of which the first is the brightest.
+    /// All fireflies, in descending order of luminance.
     pub all: Vec<Firefly>,
 }
 
 impl Fireflies {
-    /// Brightness relative to the others.
+    /// Minimum luminance of a firefly, relative to the mean of the others.
     pub const TIMES: f64 = 10.0;
-    /// How much of the squared deviations.
+    /// Minimum fraction of the sum of the squared deviations.
     pub const SHARE: f64 = 0.05;
-    /// How few samples tell nothing.
+    /// Minimum number of samples of a pixel.
     pub const MIN_SAMPLES: usize = 8;
 }
 
@@ -36,85 +36,84 @@ impl Fireflies {
 pub struct Firefly {
     /// The sample.
     pub sample: Sample,
-    /// Its luminance.
+    /// Luminance of the sample.
     pub luminance: f64,
-    /// The share of the sum of the squared deviations from the mean that is its own.
+    /// Fraction of the sum of the squared deviations from the mean.
     pub share_of_variance: f64,
-    /// The place of the contribution that brings most.
+    /// Index of the largest contribution.
     pub contribution: usize,
-    /// The share of the sample that it brings.
+    /// Fraction of the luminance of the sample due to this contribution.
     pub share_of_sample: f64,
-    /// Why that is so bright.
+    /// Cause of the brightness of this contribution.
     pub cause: Cause,
 }
 
-/// Why a contribution is bright. `times` is how many times as large as the mean of other
-/// contributions to the pixel that were found in the same way (asked for, or not) the factor is
-/// that stands out most.
+/// Cause of the brightness of a contribution. `times` is the ratio of the largest outlier among its
+/// factors to the mean of this factor over the other contributions to the pixel that were found in
+/// the same way: by light samples or by hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause {
-    /// The eye sees the light itself, at once or in mirrors, in a part of the pixel.
+    /// The light itself is visible, directly or in mirrors, in a part of the pixel.
     SeenLight,
-    /// The light comes by way of mirrors or glass to a surface that is neither: no light sample
-    /// finds it there, only paths that happen to go to it.
+    /// The light reaches a surface by specular reflection or transmission, and the surface is not
+    /// specular: no light sample finds such light, only paths that happen to scatter towards it.
     Caustic {
-        /// The place of the vertex where it arrives.
+        /// Index of the vertex where the light arrives.
         vertex: usize,
     },
-    /// The light is not sampled: only paths that happen to go to it find it, or, where light is
-    /// looked for in directions of the hemisphere, only those that happen to lead to it.
+    /// The light is not sampled: only paths that happen to scatter towards it find it or, with
+    /// hemisphere sampling, only directions that happen to point to it.
     Unsampled,
     /// Throughput up to the last vertex.
     Throughput {
-        /// The place of the vertex at which it grew most.
+        /// Index of the vertex at which the throughput grew most.
         vertex: usize,
-        /// By how much: the luminance of the weight of the direction, over the probability of
+        /// Growth at this vertex: luminance of the weight of the direction over the probability of
         /// Russian roulette.
         weight: f64,
-        /// See above.
+        /// Ratio to the mean of others; see [`Cause`].
         times: f64,
     },
-    /// The radiance, or for a light without extent the irradiance.
+    /// Radiance of the light, or irradiance of a light without extent.
     Radiance {
-        /// See above.
+        /// Ratio to the mean of others; see [`Cause`].
         times: f64,
     },
     /// The small probability with which one of many lights was chosen.
     Choice {
-        /// It.
+        /// Probability of choosing the light.
         probability: f32,
-        /// See above.
+        /// Ratio to the mean of others; see [`Cause`].
         times: f64,
     },
     /// The small density of the direction towards the light: it is near, or seldom sampled.
     Density {
-        /// See above.
+        /// Ratio to the mean of others; see [`Cause`].
         times: f64,
     },
-    /// What the material at the last vertex reflects from there: a narrow lobe.
+    /// Scattering towards the light at the last vertex, by a narrow lobe.
     Scattering {
-        /// See above.
+        /// Ratio to the mean of others; see [`Cause`].
         times: f64,
     },
-    /// No factor is so large: several are large together.
+    /// No single factor is an outlier: the product of several is large.
     Several,
 }
 
-/// A factor that is not this many times the mean of others does not stand out.
+/// Minimum ratio of an outlier to the mean of the others.
 const OUTSTANDING: f64 = 3.0;
 
-/// More samples cannot have a twentieth of the variance each.
+/// Maximum number of fireflies: more samples cannot each have a twentieth of the variance.
 const MAX: usize = 20;
 
-/// What makes a contribution, one factor a place: throughput, radiance, choice, density,
-/// scattering.
+/// Factors of a contribution: throughput, radiance, choice, density, scattering.
 type Factors = [f64; 5];
 
-/// What might be a firefly, so far, and what is usual.
+/// Candidates for fireflies, and mean factors of contributions.
 pub(super) struct Suspects {
     brightest: Brightest<(Sample, f64)>,
-    /// Of what was found, and of what was asked for: how many contributions, and the sums of their
-    /// factors.
+    /// Number of contributions and sums of their factors, for emission hit by rays and for light
+    /// samples.
     usual: [(usize, Factors); 2],
 }
 
@@ -133,7 +132,7 @@ impl Suspects {
         self.brightest.offer(luminance, || (sample, luminance));
     }
 
-    /// Which are fireflies, by the luminances of all samples.
+    /// Returns the fireflies; `luminances` are those of all samples.
     pub(super) fn finish(self, luminances: &[f64]) -> Fireflies {
         let Self { brightest, usual } = self;
         let rule = Rule::new(luminances);
@@ -155,7 +154,7 @@ impl Suspects {
     }
 }
 
-/// See [`Fireflies`].
+/// Definition of a firefly; see [`Fireflies`].
 struct Rule {
     count: f64,
     total: f64,
@@ -183,7 +182,7 @@ impl Rule {
     }
 }
 
-/// What there is to say of a firefly besides its share of the variance.
+/// Describes a firefly, except for its fraction of the variance.
 fn firefly(sample: Sample, luminance: f64, usual: &[(usize, Factors); 2]) -> Firefly {
     let brightness = |contribution: &Contribution| luminance_of(&sample, contribution);
     let contributions = sample.trace.contributions.iter().map(brightness).enumerate();
@@ -217,7 +216,7 @@ fn cause(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) ->
     }
 }
 
-/// The factor that stands out most, if one does.
+/// Cause from the factor with the largest ratio to the mean of the others.
 fn outstanding(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) -> Cause {
     let (count, sums) = usual[usize::from(bright.source.is_sampled())];
     let Some(factors) = factors(trace, bright).filter(|_| count > 1) else { return Cause::Several };
@@ -225,7 +224,7 @@ fn outstanding(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 
     let times: Factors = std::array::from_fn(|i| factors[i] / of_others(i));
     let most = (0..times.len()).max_by(|&a, &b| times[a].total_cmp(&times[b])).unwrap_or(0);
     let times = times[most];
-    // Where light was asked for, the last vertex sent no path to it.
+    // For a light sample, the path does not continue at the last vertex.
     let on_the_way = bright.vertices - usize::from(bright.source.is_sampled());
     match most {
         _ if times <= OUTSTANDING => Cause::Several,
@@ -240,7 +239,7 @@ fn outstanding(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 
     }
 }
 
-/// The vertex among the first `count` at which the throughput grew most, and by how much.
+/// Index of the vertex among the first `count` at which the throughput grew most, and the growth.
 fn steepest(trace: &Trace, count: usize) -> (usize, f64) {
     let growth = |(i, vertex): (usize, &Vertex)| {
         let departure = vertex.scatter?;
@@ -258,7 +257,7 @@ fn probability(source: &LightSource) -> f32 {
     }
 }
 
-/// The factors of a contribution that brings something, if they are known.
+/// Factors of a contribution, or `None` if it is black or its factors are not known.
 fn factors(trace: &Trace, contribution: &Contribution) -> Option<Factors> {
     let value = f64::from(contribution.value.luminance());
     let last = trace.vertices[..contribution.vertices].last();
@@ -288,7 +287,8 @@ mod tests {
     const DIFFUSE: (ScatterEvent, bool) = (ScatterEvent::Diffuse, false);
     const MIRROR: (ScatterEvent, bool) = (ScatterEvent::Specular, true);
 
-    /// The fireflies of 63 samples of luminance 1 and one of these vertices and this contribution.
+    /// Fireflies of 63 samples with the contribution `ordinary` and one with `bright`, all of these
+    /// vertices.
     fn fireflies(
         vertices: &[(ScatterEvent, bool)],
         bright: (usize, bool, f32),

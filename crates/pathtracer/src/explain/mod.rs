@@ -1,8 +1,8 @@
-//! What a pixel is made of: its paths, the light that they bring, and where its noise comes from.
+//! Analysis of a pixel: its light paths, their contributions, and the causes of its noise.
 //!
 //! A sample is a pure function of scene, settings, pixel and its number, so that the samples of a
-//! pixel can be taken once more while somebody writes down what happens. The sum of what is told of
-//! a sample is the sample, to the bit.
+//! pixel can be taken again with an observer that records them. The sum of the recorded
+//! contributions of a sample is the sample, to the bit.
 
 mod fireflies;
 mod names;
@@ -10,67 +10,65 @@ mod path_expressions;
 
 use std::ops::Range;
 
-use pt_core::film::{HalfBuffer, InvalidSamples};
-use pt_core::settings::Settings;
-use pt_core::{Film, Region};
-use pt_cpu::{RenderError, Renderer};
-
-use crate::{Session, Silent};
-
+use fireflies::Suspects;
 pub use fireflies::{Cause, Fireflies, Firefly};
 pub(crate) use names::title;
 pub use names::{Names, SceneItem};
+use path_expressions::PathExpressions;
 pub use path_expressions::{PathExpression, expression};
+use pt_core::film::{HalfBuffer, InvalidSamples};
 pub use pt_core::light::tree::Chosen;
+use pt_core::settings::Settings;
+use pt_core::{Film, Region};
 pub use pt_cpu::trace::{
     Contribution, LightRef, LightSource, Sample, SampledLight, ScatterEvent, ScatterSample,
     ScatterSite, Trace, Vertex,
 };
+use pt_cpu::{RenderError, Renderer};
 
-use fireflies::Suspects;
-use path_expressions::PathExpressions;
+use crate::{Session, Silent};
 
-/// What a pixel is made of. Luminances are those of linear Rec. 709.
+/// Analysis of a pixel. Luminances are those of linear Rec. 709.
 #[derive(Clone, Debug)]
 pub struct Explanation {
     /// Column and row, from the upper left.
     pub pixel: [u32; 2],
-    /// The numbers of its samples.
+    /// Range of the sample numbers.
     pub samples: Range<u32>,
-    /// Its mean radiance: that of the image, to the bit.
+    /// Mean radiance: that of the image, to the bit.
     pub mean: [f64; 3],
-    /// Its mean luminance.
+    /// Mean luminance.
     pub luminance: f64,
-    /// The variance of the luminance of a sample: Σ(y − ȳ)² / (n − 1).
+    /// Variance of the luminance of a sample: Σ(y − ȳ)² / (n − 1).
     pub variance: f64,
-    /// The samples that were refused; they count as black.
+    /// Invalid samples, which count as black.
     pub rejected: InvalidSamples,
-    /// Its light by the ways that it took, of which the first has most of the variance.
+    /// Contributions by light path expression, in descending order of variance.
     pub types: Vec<PathExpression>,
-    /// What is left of the variance: the ways of light vary together, Σ 2 cov / variance.
+    /// Remaining fraction of the variance, from the covariances of these: Σ 2 cov / variance.
     pub together: f64,
-    /// The paths that bring most, of which the first brings most of all.
+    /// Paths with the largest contributions, in descending order.
     pub brightest: Vec<LightPath>,
     /// Samples that are far brighter than the others.
     pub fireflies: Fireflies,
 }
 
-/// One way of light from where it is emitted to the eye.
+/// A light path from the emitter to the camera.
 #[derive(Clone, Debug)]
 pub struct LightPath {
-    /// The number of the sample that it is a part of.
+    /// Number of the sample that contains the path.
     pub sample: u32,
-    /// Luminance that it brings to the sample.
+    /// Luminance that the path contributes to the sample.
     pub luminance: f64,
-    /// Its vertices, and the one contribution.
+    /// Vertices of the path, and its single contribution.
     pub trace: Trace,
 }
 
-/// Explains the samples that a render takes of a pixel, from number `first` on, with the `top`
+/// Analyses the samples that a render takes of a pixel, from number `first` on, with the `top`
 /// brightest paths.
 ///
 /// # Errors
-/// If nothing can be rendered like this, or samples are not sums of what single paths found.
+/// If the settings cannot be rendered, or samples are not sums of contributions of single paths.
 ///
 /// # Panics
 /// If the pixel is not in the image.
@@ -88,10 +86,10 @@ pub fn explain(
     Ok(observed.explanation(pixel, samples, &film))
 }
 
-/// Takes one sample of a pixel once more.
+/// Takes one sample of a pixel again; returns `None` if it cannot be taken.
 ///
 /// # Errors
-/// Likewise.
+/// As [`explain()`].
 ///
 /// # Panics
 /// If the pixel is not in the image.
@@ -114,12 +112,12 @@ fn renderer(session: &Session) -> Result<Renderer<'_>, RenderError> {
     Renderer::new(session.scene(), session.settings(), 1, 1, false)
 }
 
-/// Samples of a pixel that are looked at if an error target says how many there are, which depends
-/// on the whole image.
+/// Number of samples of a pixel that are analysed with an error target, since their number in a
+/// render depends on the whole image.
 const WITH_TARGET: u32 = 64;
 
-/// Returns the number of samples that a render takes of a pixel, in the first half if two: where it
-/// stops early, the film tells.
+/// Returns the number of samples that a render takes of a pixel, in the first half buffer if there
+/// are two. An adaptive render is repeated for this pixel to count them.
 fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) -> u32 {
     let in_halves = settings.in_halves();
     let most = if in_halves { settings.spp.div_ceil(2) } else { settings.spp };
@@ -135,7 +133,7 @@ fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) 
     film.counts_of(HalfBuffer::First).max().unwrap_or(0)
 }
 
-/// What was seen so far of the samples of a pixel.
+/// Statistics of the samples of a pixel so far.
 struct Observed {
     types: PathExpressions,
     /// Luminances of samples.
@@ -195,12 +193,12 @@ impl Observed {
     }
 }
 
-/// What a contribution brings to its sample.
+/// Luminance that a contribution adds to its sample, with the weight of the filter.
 fn luminance_of(sample: &Sample, contribution: &Contribution) -> f64 {
     f64::from(contribution.value.luminance()) * f64::from(sample.weight)
 }
 
-/// A contribution and its vertices.
+/// Trace with a single contribution and its vertices.
 fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
     Trace {
         vertices: trace.vertices[..contribution.vertices].to_vec(),
@@ -210,11 +208,10 @@ fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
     }
 }
 
-/// The things of the greatest values above 0 among many, of which the first came first where two
-/// are alike.
+/// The items with the greatest values above 0 among many; among equals, the earlier one precedes.
 struct Brightest<T> {
     most: usize,
-    /// The greatest first.
+    /// Values and items, the greatest first.
     sorted: Vec<(f64, T)>,
 }
 
@@ -242,7 +239,7 @@ mod tests {
 
     use super::*;
 
-    /// A vertex that scatters like this, from which the path goes on, as by a Dirac delta if
+    /// Vertex with this scattering event, from which the path continues: by a Dirac delta if
     /// `is_delta`.
     pub(super) fn vertex(scatters: ScatterEvent, is_delta: bool) -> Vertex {
         let pdf = (!is_delta).then_some(Pdf::new(1.0));
@@ -256,8 +253,7 @@ mod tests {
         }
     }
 
-    /// A sample with contributions: the number of their vertices, whether they were asked for, and
-    /// their luminance.
+    /// Sample with contributions: number of vertices, true for light samples, and luminance.
     pub(super) fn sample(
         number: u32,
         vertices: &[Vertex],

@@ -1,4 +1,5 @@
-//! What things of a compiled scene are called in the scene that it was made of.
+//! Names of primitives, lights and media of a compiled scene in the scene that it was compiled
+//! from.
 
 use pt_core::RenderScene;
 use pt_core::light::{AnyLight, LightSourceId};
@@ -6,32 +7,32 @@ use pt_scene::{Geometry, Object, Scene};
 
 use super::{LightRef, SampledLight};
 
-/// Looks up names.
+/// Lookup of names.
 #[derive(Clone, Copy)]
 pub struct Names<'a> {
     scene: &'a Scene,
     compiled: &'a RenderScene,
 }
 
-/// Something in a scene, as people find it there.
+/// Item of a scene, by its names there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneItem {
-    /// What it is: `triangle`, `sphere`, or the kind of a light.
+    /// Kind: `triangle`, `sphere`, or the kind of a light.
     pub kind: &'static str,
-    /// Its object, by its name or by its line in the file, or the light's own name; `None` if it
-    /// is none of the scene's.
+    /// Object, by its name or by its line in the file, or the name of a light; `None` if the item
+    /// is not in the scene.
     pub object: Option<String>,
-    /// The name of the object's material; `None` if it has none.
+    /// Name of the material of the object, or `None` if it has none.
     pub material: Option<String>,
 }
 
 impl<'a> Names<'a> {
-    /// Of a scene that was compiled.
+    /// Creates the lookup for a scene and its compiled form.
     pub fn new(scene: &'a Scene, compiled: &'a RenderScene) -> Self {
         Self { scene, compiled }
     }
 
-    /// What a primitive is.
+    /// Returns the kind, object and material of a primitive.
     pub fn primitive(&self, primitive: u32) -> SceneItem {
         let place = self.compiled.locate_primitive(primitive);
         let object = self.scene.objects.get(place.object as usize);
@@ -42,12 +43,12 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The name of a medium; empty if it has none.
+    /// Returns the name of a medium, which is empty if it has none.
     pub fn medium(&self, number: u32) -> &str {
         self.scene.media.get(number as usize).map_or("", |medium| &medium.name)
     }
 
-    /// What a light is that was sampled.
+    /// Returns the kind and name of a sampled light.
     pub fn light(&self, sampled: &SampledLight) -> SceneItem {
         let unknown = SceneItem { kind: "moving light", object: None, material: None };
         let LightRef::Static(number) = sampled.light else { return unknown };
@@ -72,13 +73,13 @@ impl<'a> Names<'a> {
         SceneItem { kind: AnyLight::name(light), object, material: None }
     }
 
-    /// What a light without a shape is, or the one of several that was chosen.
+    /// Source of a light without a shape, or of the chosen one of several.
     fn origin(&self, light: usize, chosen: Option<u32>) -> Option<LightSourceId> {
         let origins = self.compiled.light_source_ids();
         origins.get(light)?.get(chosen.unwrap_or(0) as usize).copied()
     }
 
-    /// The first primitive that glows with a light, if any does.
+    /// First primitive whose surface emits a light, or `None` if there is none.
     fn first_primitive(&self, light: usize) -> Option<u32> {
         let is_of = |surface: &pt_core::id::Id<_>| {
             self.compiled.surfaces[*surface].light.is_some_and(|id| id.index() == light)
@@ -87,7 +88,7 @@ impl<'a> Names<'a> {
         surfaces.iter().position(is_of).map(|primitive| primitive as u32)
     }
 
-    /// The material of a triangle of an object, or of a sphere.
+    /// Name of the material of a triangle of an object, or of a sphere.
     fn material(&self, object: &Object, triangle: u32) -> Option<String> {
         let parts = match &object.geometry {
             Geometry::Mesh(mesh) => &mesh.submeshes[..],
@@ -101,15 +102,15 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The name of an object; its line in the file where it has none, or shares it with others.
+/// Name of an object, or its line in the file if it has no name or others have the same.
 fn name_of(objects: &[Object], number: u32) -> Option<String> {
     let object = objects.get(number as usize)?;
     let namesakes = objects.iter().filter(|other| other.name == object.name).take(2).count();
     Some(title(object, number as usize, namesakes == 1))
 }
 
-/// The name of an object, if it has one that it is alone to have; else with its line in the file,
-/// or else with its number.
+/// Name of an object if that is unique; otherwise with its line in the file, or else with its
+/// number.
 pub(crate) fn title(object: &Object, number: usize, is_alone: bool) -> String {
     let Object { name, at, .. } = object;
     let line = match at.file.file_name() {

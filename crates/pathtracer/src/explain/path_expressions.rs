@@ -1,29 +1,29 @@
-//! Light by the ways that it took: light path expressions. [Heckbert 1990, §2]
+//! Contributions by light path expression. [Heckbert 1990, §2]
 
 use std::collections::BTreeMap;
 
 use super::{Contribution, Sample, ScatterEvent, Trace, luminance_of};
 
-/// Light of a pixel that took the same way.
+/// Contributions to a pixel with the same light path expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathExpression {
-    /// See [`expression`].
+    /// Light path expression; see [`expression`].
     pub expression: String,
-    /// Number of samples with such light.
+    /// Number of samples with such contributions.
     pub samples: u32,
-    /// Its mean luminance.
+    /// Mean luminance of the contributions.
     pub luminance: f64,
-    /// The share of the pixel's.
+    /// Fraction of the mean luminance of the pixel.
     pub share_of_mean: f64,
-    /// The variance of what a sample has of it.
+    /// Variance of the luminance of these contributions in a sample.
     pub variance: f64,
-    /// The share of the variance of a sample. All shares together are not 1, since what a sample
-    /// has of one way says something about what it has of others.
+    /// Fraction of the variance of a sample. The sum of all fractions is not 1, since contributions
+    /// with different expressions are correlated.
     pub share_of_variance: f64,
 }
 
-/// The way of a contribution, from the light to the eye: `L`, then for each vertex `D` (diffuse),
-/// `G` (glossy), `S` (specular) or `V` (volume), then `E`.
+/// Returns the light path expression of a contribution, from the light to the camera: `L`, then for
+/// each vertex `D` (diffuse), `G` (glossy), `S` (specular) or `V` (volume), then `E`.
 pub fn expression(trace: &Trace, contribution: &Contribution) -> String {
     let letter = |event| match event {
         ScatterEvent::Diffuse => " D",
@@ -35,7 +35,7 @@ pub fn expression(trace: &Trace, contribution: &Contribution) -> String {
     format!("L{way} E")
 }
 
-/// Sums over the samples that have light of one way.
+/// Sums over the samples with contributions of one expression.
 #[derive(Clone, Copy, Debug, Default)]
 struct RunningMoments {
     samples: u32,
@@ -43,14 +43,14 @@ struct RunningMoments {
     squares: f64,
 }
 
-/// All ways so far.
+/// Sums of all expressions so far.
 #[derive(Debug, Default)]
 pub(super) struct PathExpressions {
     by_expression: BTreeMap<String, RunningMoments>,
 }
 
 impl PathExpressions {
-    /// Adds a sample, and tells its luminance.
+    /// Adds a sample, and returns its luminance.
     pub(super) fn add(&mut self, sample: &Sample) -> f64 {
         let mut of_sample = BTreeMap::<String, f64>::new();
         for contribution in &sample.trace.contributions {
@@ -69,7 +69,7 @@ impl PathExpressions {
         total
     }
 
-    /// What is known of all ways after `n` samples of this mean and this variance.
+    /// Returns the statistics of all expressions after `n` samples with this mean and variance.
     pub(super) fn finish(self, n: usize, mean: f64, variance: f64) -> Vec<PathExpression> {
         let n = n as f64;
         let of_type = |(expression, moments): (String, RunningMoments)| {
@@ -105,15 +105,15 @@ mod tests {
     #[test]
     fn expressions_go_from_the_light_to_the_eye() {
         let vertices = [vertex(ScatterEvent::Diffuse, false), vertex(ScatterEvent::Specular, true)];
-        // Found behind the mirror; asked for at the first vertex; seen at once.
+        // A hit behind the mirror; a light sample at the first vertex; directly visible emission.
         let sample = sample(0, &vertices, &[(2, false, 1.0), (1, true, 1.0), (0, false, 1.0)]);
         let trace = &sample.trace;
         let ways: Vec<_> = trace.contributions.iter().map(|c| expression(trace, c)).collect();
         assert_eq!(ways, ["L S D E", "L D E", "L E"]);
     }
 
-    /// A coat that reflects into one direction is specular for what the path finds there, and for
-    /// what is asked for it is the base.
+    /// For a coat with a Dirac delta, the vertex is specular for hits, and diffuse, by the base,
+    /// for light samples.
     #[test]
     fn what_is_asked_for_knows_no_single_directions() {
         let vertices = [vertex(ScatterEvent::Diffuse, true)];
@@ -123,8 +123,8 @@ mod tests {
         assert_eq!(ways, ["L S E", "L D E"]);
     }
 
-    /// Two samples with 1 and 3 of one way, and 3 and 1 of another: each has the variance 2, the
-    /// sum has none.
+    /// Two samples with 1 and 3 of one expression, and 3 and 1 of another: each has the variance 2,
+    /// the sum has none.
     #[test]
     fn ways_that_make_up_for_each_other_have_variance_and_their_sum_has_none() {
         let vertices = [vertex(ScatterEvent::Diffuse, false)];

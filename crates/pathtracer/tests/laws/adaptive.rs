@@ -9,7 +9,7 @@ use crate::scenes::{Builder, camera, facing, matte, size};
 const SPP: u32 = 100;
 const SIZE: [u32; 2] = [16, 12];
 
-/// A floor with a light above it, in front of nothing: half of the image is black.
+/// A floor with a light above it and no background: half of the image is black.
 pub(crate) fn scene() -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.5, 0.6, 0.7]))
@@ -43,7 +43,7 @@ fn pixels_stop_where_the_formula_says() {
             assert!(got == stop.pixel(x, y), "pixel {x}, {y} of {batch} {tolerance}");
             early += u32::from(got.count() < SPP);
         }
-        // Neither rule is idle.
+        // Both stopping rules occur.
         let pixels = SIZE[0] * SIZE[1];
         assert!(early > pixels / 8, "{batch} {tolerance}: {early} stop early");
         assert!(early < pixels || tolerance > 0.2, "{batch} {tolerance}: {early} stop early");

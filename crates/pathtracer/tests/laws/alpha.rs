@@ -1,4 +1,4 @@
-//! How much of pixels is covered, where that is known, and what is not seen directly.
+//! Alpha of scenes with known coverage, and hidden lights.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use crate::scenes::{Builder, camera, facing, matte, size};
 
 const SIZE: u32 = 24;
 
-/// With coverage, and without a background.
+/// Settings with alpha and a hidden background.
 fn cut_out(spp: u32) -> Settings {
     Settings { aovs: vec![Aov::Alpha], hidden: Hidden::Background, ..settings(spp) }
 }
@@ -31,7 +31,7 @@ fn alphas(session: &Session) -> Vec<f64> {
     alpha.into_iter().map(f64::from).collect()
 }
 
-/// The mean coverage is this, within 4.5 standard errors of independent samples in [0, 1], times
+/// Asserts the mean coverage, within 4.5 standard errors of independent samples in [0, 1], times
 /// `spread`.
 fn assert_covers(scene: &Scene, settings: Settings, want: f64, spread: f64) {
     let samples = f64::from(SIZE * SIZE * settings.spp);
@@ -57,9 +57,9 @@ fn opaque_by(builder: Builder, opacity: f32) -> Builder {
     Builder(scene)
 }
 
-/// A ball of radius 1, seen from the distance 5: the cone around it has sin θ = 1/5, so that of the
-/// image its disk has π tan² θ / (2 tan 20°)². A black, a matte and a clear one cover the same, by
-/// every integrator and filter.
+/// A ball of radius 1, seen from the distance 5: the cone around it has sin θ = 1/5, so that the
+/// coverage of its disk is π tan² θ / (2 tan 20°)². A black, a matte and a clear one have the same
+/// coverage, with every integrator and filter.
 #[test]
 fn a_ball_covers_its_disk() {
     let want = PI / 24.0 / (2.0 * 20f64.to_radians().tan()).powi(2);
@@ -80,8 +80,8 @@ fn a_ball_covers_its_disk() {
     }
 }
 
-/// A rectangle that pixels of a parallel projection see at known places: what is covered of each is
-/// the product of what is covered of its row and of its column.
+/// A rectangle at a known place in an orthographic projection: the coverage of a pixel is the
+/// product of the coverages of its row and of its column.
 fn rectangle(surface: Surface) -> (Scene, Vec<f64>) {
     let half = [0.613, 0.37];
     let to_world = facing(DVec3::ZERO, DVec3::Z, 1.0)
@@ -98,9 +98,9 @@ fn rectangle(surface: Surface) -> (Scene, Vec<f64>) {
     (scene, (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))).map(area).collect())
 }
 
-/// Of 2ᵐ points of a (0, m, 2)-net, the share that lies in a box with a corner at the origin is off
-/// by at most ⌊(m + 3)/2⌋/2ᵐ [Niederreiter 1992, theorem 4.6], and so with another corner by four
-/// times that.
+/// The fraction of 2ᵐ points of a (0, m, 2)-net in a box with a corner at the origin deviates by at
+/// most ⌊(m + 3)/2⌋/2ᵐ [Niederreiter 1992, theorem 4.6], and so for any box by at most four times
+/// that.
 #[test]
 fn of_each_pixel_what_is_covered_is_the_area() {
     let (scene, areas) = rectangle(Black.into());
@@ -112,7 +112,7 @@ fn of_each_pixel_what_is_covered_is_the_area() {
     assert!(session.rgba().iter().all(|[r, g, b, _]| [r, g, b] == [&0.0; 3]));
 }
 
-/// Of n surfaces of which a share is there, the whole is 1 − (1 − share)ⁿ.
+/// Of n surfaces with an opacity, the coverage is 1 − (1 − opacity)ⁿ.
 #[test]
 fn what_is_not_all_there_covers_its_opacity() {
     for n in [1, 2, 5] {
@@ -127,9 +127,9 @@ fn what_is_not_all_there_covers_its_opacity() {
     }
 }
 
-/// A pane reflects 2F/(1 + F) with F = ((1.5 − 1)/(1.5 + 1))², and is seen through but for that;
-/// whatever Russian roulette does, and whether paths split. Roulette makes up for who ends by
-/// weights of up to 1/0.95⁴.
+/// A pane reflects 2F/(1 + F) with F = ((1.5 − 1)/(1.5 + 1))², which is its coverage, with any
+/// Russian roulette and with path splitting. Roulette compensates terminated paths by weights of up
+/// to 1/0.95⁴.
 #[test]
 fn panes_cover_what_they_reflect() {
     let reflected: f64 = 2.0 * 0.04 / 1.04;
@@ -157,13 +157,14 @@ fn media_cover_what_they_do_not_let_through() {
         let scene = block(Builder::default().sky(1.0), DAffine3::IDENTITY, medium);
         let scene = scene.seen_by(straight());
         assert_covers(&scene, with("volpath", cut_out(64)), want, 1.0);
-        // Where light is not scattered at all, what gets through is not drawn but known.
+        // Without scattering, the transmittance is not sampled but exact.
         let last = Settings { max_depth: 0, ..cut_out(1) };
         assert_covers(&scene, with("volpath", last), want, 0.0);
     }
 }
 
-/// Over a background of the sky's light, what is cut out is what is seen with it, sample by sample.
+/// Composited over the radiance of the environment, the image with alpha equals that with a visible
+/// background, sample by sample.
 #[test]
 fn over_an_even_sky_the_cut_out_is_the_whole_picture() {
     const SKY: f32 = 0.5;
@@ -201,8 +202,8 @@ fn over_an_even_sky_the_cut_out_is_the_whole_picture() {
     }
 }
 
-/// A square that emits between the camera and a wall: where it is hidden, the picture is that of a
-/// camera whose near plane is behind it, to the bit.
+/// An emissive square between the camera and a wall: if hidden, the image is that of a camera whose
+/// near plane is behind the square, to the bit.
 #[test]
 fn hidden_emitters_light_what_is_seen_through_them() {
     let view = camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, [40.0, 40.0]);
@@ -226,8 +227,7 @@ fn hidden_emitters_light_what_is_seen_through_them() {
     }
 }
 
-/// A lamp behind a black surface of which half is there. Mitsuba's volpath hides it, its path does
-/// not.
+/// A lamp behind a black surface of opacity ½. Mitsuba's volpath hides it, its path does not.
 #[test]
 fn behind_holes_volpath_hides_emitters() {
     let lamp = facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 50.0);
@@ -243,7 +243,7 @@ fn behind_holes_volpath_hides_emitters() {
     }
 }
 
-/// Black on nothing has no noise of light, but one of coverage at its edges.
+/// A black object without a background has no noise of radiance, but noise of alpha at its edges.
 #[test]
 fn adaptive_sampling_goes_on_where_coverage_is_noisy() {
     let (scene, _) = rectangle(Black.into());
@@ -260,7 +260,7 @@ fn adaptive_sampling_goes_on_where_coverage_is_noisy() {
     assert!(edges > 40, "{edges} pixels on edges had more samples");
 }
 
-/// The error that is measured of a black rectangle is that of its coverage, which is known.
+/// The measured error of a black rectangle is that of its coverage, which is known.
 #[test]
 fn an_error_target_is_one_of_coverage_as_well() {
     let (scene, areas) = rectangle(Black.into());

@@ -17,8 +17,8 @@ const ALBEDO: f32 = 0.6;
 const HEIGHT: f64 = 2.0;
 const UP: DVec3 = DVec3::Y;
 const ABOVE: DVec3 = DVec3::new(0.3, HEIGHT, -0.2);
-/// The size of the image of which a few pixels are rendered: they are so small that the radiance
-/// does not vary within.
+/// Size of the image of which a few pixels are rendered: they are so small that the radiance does
+/// not vary within.
 const RESOLUTION: [u32; 2] = [2001, 2001];
 const PIXELS: [[u32; 2]; 3] = [[1000, 1000], [500, 800], [1400, 1250]];
 
@@ -38,7 +38,7 @@ fn map() -> EnvironmentMap {
     EnvironmentMap::of_image(Arc::new(image()), Rows::default())
 }
 
-/// The irradiance of the map, of which the directions are turned.
+/// Irradiance of the map, whose directions are rotated.
 fn of_map(to_map: fn(DVec3) -> DVec3) -> f64 {
     let map = map();
     irradiance::of_sky(UP, 512, |d| f64::from(map.radiance(to_map(d).as_vec3()).luminance()))
@@ -49,13 +49,13 @@ fn inverse_square(p: DVec3) -> f64 {
     d.normalize().y / d.length_squared()
 }
 
-/// The same all around: 500 candela straight down, 200 at 45°, and none from 90° on.
+/// Rotationally symmetric: 500 candela straight down, 200 at 45°, and none from 90° on.
 pub(crate) fn luminaire() -> IesProfile {
     let file = b"TILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\n500 200 0\n";
-    IesProfile::parse(file, Path::new("luminaire.ies")).expect("a good file")
+    pt_formats::ies::parse(file, Path::new("luminaire.ies")).expect("a good file")
 }
 
-/// The corners of a square of half side 0.5 around [`ABOVE`].
+/// Corners of a square of half side 0.5 around [`ABOVE`].
 fn square() -> [DVec3; 4] {
     [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| ABOVE + DVec3::new(x, 0.0, z))
 }
@@ -200,7 +200,7 @@ fn session(case: &Case, settings: Settings) -> Session {
     Session::new(&scene.seen_by(view), options, settings).expect("the scene makes sense")
 }
 
-/// Where the middle of a pixel sees the plane y = 0.
+/// Point of the plane y = 0 at the centre of a pixel.
 fn floor_point(session: &Session, [x, y]: [u32; 2]) -> DVec3 {
     let ray = session.scene().camera.ray([x as f32 + 0.5, y as f32 + 0.5], [0.5; 2]);
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
@@ -231,9 +231,8 @@ fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
     }
 }
 
-/// A floor close below a square that shines down, seen from above beside it: light comes at a
-/// grazing angle. The square lies in a plane through the origin, where its coordinates have no
-/// error.
+/// A floor close below a square that emits downwards, seen from above beside it, at grazing
+/// incidence. The square lies in a plane through the origin, where its coordinates have no error.
 #[test]
 fn a_floor_close_to_a_square_has_the_radiance_of_the_closed_form() {
     const GAP: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! What is kept of surfaces besides light, on scenes where it is known.
+//! AOVs of scenes in which they are known.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::scenes::{Builder, camera, facing, gloss, looking, matte, metal, size}
 const SIZE: u32 = 101;
 const ALBEDO: [f32; 3] = [0.2, 0.5, 0.7];
 
-/// All but those that ask for two halves.
+/// All AOVs except those that need half buffers.
 pub(crate) fn all() -> Vec<Aov> {
     Aov::NAMES.into_iter().map(|(_, aov)| aov).filter(|aov| !aov.is_of_half()).collect()
 }
@@ -23,8 +23,8 @@ fn wall() -> DAffine3 {
     facing(DVec3::new(0.0, 0.0, -6.0), DVec3::Z, 1.5)
 }
 
-/// A small mirroring ball in front of a matte wall, which does not fill the image; between them an
-/// area light, which is out of view.
+/// A small mirror ball in front of a matte wall, which does not fill the image; between them an
+/// area light outside of the view.
 fn scene() -> Scene {
     let light = looking(DVec3::new(0.0, 50.0, 0.0), DVec3::ZERO);
     Builder::default()
@@ -54,7 +54,7 @@ fn vector(session: &Session, name: &str, pixel: [u32; 2]) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// What the middle of a pixel sees: the place on the ball, or on the plane of the wall.
+/// Point and normal at the centre of a pixel, on the ball or on the plane of the wall.
 fn seen(session: &Session, [x, y]: [u32; 2]) -> (DVec3, DVec3) {
     let ray = session.scene().camera.ray([x as f32 + 0.5, y as f32 + 0.5], [0.5; 2]);
     let d = ray.direction.as_dvec3();
@@ -69,9 +69,9 @@ fn seen(session: &Session, [x, y]: [u32; 2]) -> (DVec3, DVec3) {
     }
 }
 
-/// Samples are spread over a pixel, so that places are off by a part of it: 2 tan 20° · 6 m/101 is
-/// its width on the wall; on the ball normals turn by the width there over the radius and the
-/// cosine.
+/// Samples are distributed over a pixel, so that positions deviate by a part of it: 2 tan 20° · 6
+/// m/101 is its width on the wall; on the ball, normals turn by the width there over the radius and
+/// the cosine.
 #[test]
 fn a_ball_and_a_wall_are_where_and_what_they_are() {
     let session = rendered();
@@ -121,7 +121,7 @@ fn where_nothing_is_seen_all_is_zero_but_the_number_of_samples() {
     }
 }
 
-/// Half of a pixel on the edge of the wall sees it: what is kept is the wall's nevertheless.
+/// The wall covers half of a pixel on its edge; the AOVs are nevertheless those of the wall.
 #[test]
 fn means_are_those_of_what_is_seen() {
     let session = rendered();
@@ -142,7 +142,7 @@ fn means_are_those_of_what_is_seen() {
     }
 }
 
-/// Neither the image nor the rays of paths change when more is kept.
+/// AOVs change neither the image nor the paths.
 #[test]
 fn light_is_the_same_with_and_without() {
     let with = rendered();
@@ -151,7 +151,7 @@ fn light_is_the_same_with_and_without() {
     assert!(without.channels().is_empty());
 }
 
-/// Under a sky of radiance 1, light that is scattered once is the albedo.
+/// Under an environment of radiance 1, singly scattered light is the albedo.
 #[test]
 fn albedo_is_what_an_even_sky_makes_of_a_surface() {
     for surface in [metal(), gloss()] {

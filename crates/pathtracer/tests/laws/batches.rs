@@ -1,4 +1,4 @@
-//! Samples are taken in batches, and no sample knows of the others.
+//! Samples are taken in batches, and are independent of each other.
 
 use pathtracer::{
     Adaptive, DirectLight, Film, INTEGRATORS, Outcome, Scene, Session, Settings, Silent,
@@ -14,7 +14,7 @@ use crate::scenes::{Builder, cornell, size};
 
 const SIZE: [u32; 2] = [16, 12];
 
-/// Lights of all sorts: a glowing mesh, a glowing sphere, the sky, and a point.
+/// Lights of all kinds: an emissive mesh, an emissive sphere, an environment, and a point light.
 fn scene() -> Scene {
     let point = LightKind::Point { intensity: [0.3; 3] };
     let camera = cornell().cameras.remove(0);
@@ -65,7 +65,7 @@ fn the_size_of_batches_does_not_change_a_bit() {
     }
 }
 
-/// Starts in pixels all over the image.
+/// Camera rays of pixels all over the image.
 fn starts(session: &Session, n: u32) -> Vec<(Ray, [u32; 2], u32)> {
     let camera = &session.scene().camera;
     let mut random = Random::new(7);
@@ -77,9 +77,9 @@ fn starts(session: &Session, n: u32) -> Vec<(Ray, [u32; 2], u32)> {
     (0..n).map(start).collect()
 }
 
-/// Alone, with others, in another order, and behind another batch: a path's radiance is the same.
-/// With this many samples of each light, a batch of paths asks for more rays than are kept, so
-/// they are answered in several places.
+/// Alone, with others, in another order, and after another batch: the radiance of a path is the
+/// same. With this many light samples, a batch of paths has more shadow rays than the buffer holds,
+/// so that they are traced in several places.
 #[test]
 fn a_path_depends_on_no_other_path() {
     for settings in all_settings(1).chain(all_settings(30)) {

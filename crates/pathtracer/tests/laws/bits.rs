@@ -1,4 +1,4 @@
-//! What must not change a bit of an image: threads, tiles, a pause, a region.
+//! Threads, tiles, pauses and regions do not change a bit of an image.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +12,7 @@ use pathtracer::{
 use crate::aovs;
 use crate::scenes::size;
 
-/// Not a multiple of any size of tiles.
+/// Not a multiple of any tile size.
 const SIZE: [u32; 2] = [45, 31];
 
 /// Not a multiple of the samples of a pass.
@@ -33,7 +33,7 @@ fn rendered(settings: &Settings, threads: usize, tile_size: u32) -> Session {
     session
 }
 
-/// The bytes of the EXR file of an image.
+/// Returns the bytes of the EXR file of an image.
 fn exr(session: &Session) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     let path = folder.path().join("image.exr");
@@ -45,18 +45,18 @@ fn adaptive() -> Settings {
     Settings { adaptive: Some(Adaptive { batch: 8, tolerance: 0.2 }), spp: 50, ..base() }
 }
 
-/// Paths bring their light to each other, in groups that cross the borders of tiles and regions.
+/// Settings with path reuse, in groups that cross the borders of tiles and regions.
 fn reusing(reuse: u32) -> Settings {
     Settings { reuse, ..adaptive() }
 }
 
-/// Samples go where they are needed, until the error is small enough.
+/// Settings with an error target.
 fn to_target(reuse: u32) -> Settings {
     let target = Target { error: Some(0.35), ..Target::NONE };
     Settings { target: Some(target), spp: 1 << 16, reuse, ..base() }
 }
 
-/// Two halves, of which the first has one sample more.
+/// Settings with half buffers, of which the first has one sample more.
 fn in_halves() -> Settings {
     let halves = [Aov::HalfA, Aov::HalfB];
     Settings { aovs: aovs::all().into_iter().chain(halves).collect(), ..base() }
@@ -93,8 +93,7 @@ fn every_integrator_gives_the_same_bits_on_several_threads() {
     }
 }
 
-/// Parts of the samples, each taken by itself, come together to the whole in any order and grouped
-/// in any way.
+/// Parts of the samples, each rendered separately, merge to the whole in any order and grouping.
 #[test]
 fn parts_of_the_samples_add_up_to_the_whole() {
     let of = |integrator: &str| Settings { integrator: integrator.into(), ..base() };
@@ -123,7 +122,7 @@ fn parts_of_the_samples_add_up_to_the_whole() {
     }
 }
 
-/// The seed is what changes an image.
+/// Another seed gives another image.
 #[test]
 fn another_seed_is_another_image() {
     let other = Settings { seed: 1, ..base() };
@@ -148,7 +147,8 @@ impl Observer for StopAfter {
     }
 }
 
-/// A render that is stopped several times, at any place, and continued is the uninterrupted one.
+/// A render that is stopped several times, at any point, and continued equals the uninterrupted
+/// one.
 #[test]
 fn a_pause_does_not_change_a_bit() {
     for settings in [base(), adaptive(), reusing(4), to_target(1), in_halves()] {
@@ -168,7 +168,7 @@ fn a_pause_does_not_change_a_bit() {
     }
 }
 
-/// The largest part of the work that an observer heard was done.
+/// Largest number of completed samples that an observer received, and the total.
 #[derive(Default)]
 struct Listener(Mutex<(u64, u64)>);
 
@@ -179,8 +179,8 @@ impl Observer for Listener {
     }
 }
 
-/// Progress ends at the whole, whatever the film had before and whatever adaptive sampling left
-/// out.
+/// Progress ends at the total, whatever the film contained before and however many samples adaptive
+/// sampling saved.
 #[test]
 fn progress_ends_at_the_whole() {
     for settings in [base(), adaptive(), to_target(1)] {
@@ -196,7 +196,7 @@ fn progress_ends_at_the_whole() {
     }
 }
 
-/// What has all its samples is left as it is.
+/// A complete film does not change.
 #[test]
 fn rendering_again_adds_nothing() {
     let mut session = rendered(&base(), 2, 16);

@@ -1,4 +1,4 @@
-//! Cameras that are not in perspective, and films that are moved.
+//! Panoramas, orthographic cameras, and shifted films.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,9 +19,9 @@ fn a_panorama_of_a_white_sky_is_white() {
     assert_uniform(film.film(), 1.0, 1e-4, "white");
 }
 
-/// A small glowing sphere covers a solid angle of 2π(1 − cos θ), sin θ = radius/distance, around
-/// the pixel that longitude and latitude of its direction give; pixels cover 2π/w by π/h times the
-/// cosine of their latitude.
+/// A small emissive sphere covers a solid angle of 2π(1 − cos θ), sin θ = radius/distance, around
+/// the pixel at longitude and latitude of its direction; pixels cover 2π/w by π/h times the cosine
+/// of their latitude.
 #[test]
 fn a_panorama_shows_a_small_light_where_it_is() {
     const SIZE: [u32; 2] = [60, 30];
@@ -81,8 +81,8 @@ fn parallel_rays_see_sizes_and_no_distances() {
     }
 }
 
-/// An image of three times the field, of which a part in the corner is rendered, is the image of a
-/// film that is moved there.
+/// A region in the corner of an image with three times the field of view is the image of a film
+/// that is shifted there.
 #[test]
 fn a_moved_film_shows_a_part_of_a_wider_one() {
     const SMALL: u32 = 16;

@@ -1,11 +1,11 @@
-//! Small files, each of a kind that was read wrongly once, with what they are to show.
+//! Small files, each of a kind that was once read incorrectly, with their expected images.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use pathtracer::{Aov, CompileOptions, Session, Settings};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::{Geometry, Light, LightKind, Projection, Span, format};
+use pt_scene::{Geometry, Light, LightKind, Projection, Span};
 
 use crate::aovs::channel;
 use crate::measure::{render, settings};
@@ -14,9 +14,9 @@ fn file(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/cases")).join(name)
 }
 
-/// The colours of 8 × 8 pixels of a file, row by row, in its own light or under a white sky.
+/// Colours of 8 × 8 pixels of a file, row by row, with its own lights or under a white environment.
 fn shown(name: &str, is_under_a_sky: bool) -> Vec<[f64; 3]> {
-    let mut scene = format::load(&file(name)).unwrap_or_else(|error| panic!("{error}"));
+    let mut scene = pt_formats::load(&file(name)).unwrap_or_else(|error| panic!("{error}"));
     if is_under_a_sky {
         let kind = LightKind::Constant { radiance: [1.0; 3], portal: None };
         let (name, to_world) = ("sky".to_owned(), DAffine3::IDENTITY);
@@ -43,13 +43,13 @@ fn flat_files_show_their_colour() {
     for (name, want) in [
         // Half of the green that a surface emits, and half of the red behind it.
         ("opacity_of_emission.gltf", opposite),
-        // What is mirrored in y leans to −y, from where the light comes.
+        // Mirrored in y, the normal leans to −y, from where the light comes.
         ("mirrored_relief.gltf", [along; 3]),
         // +x of the image lies along +y, so that its +y lies along −x, from where the light comes.
         ("tangent.gltf", [along; 3]),
         // Whole numbers that are not normalized are levels, of 255.
         ("levels_of_vertices.gltf", [0.2, 0.4, 1.0]),
-        // From behind: the mirror image of the front, and its other side.
+        // From behind: the mirror image of the front, with the normal reversed.
         ("relief_inside.xml", [along; 3]),
         ("relief_outside.xml", [across; 3]),
     ] {
@@ -57,8 +57,8 @@ fn flat_files_show_their_colour() {
         let is_near = (0..3).all(|c| (got[c] - want[c]).abs() < 4e-3);
         assert!(is_near, "{name}: {got:?} for {want:?}");
     }
-    // The squares fill the middle of the view that the program chooses. Whether a sample goes
-    // through is by chance: the standard error of 1,024 is 1/64 at most.
+    // The squares fill the middle of the fitted view. Transparency is sampled: the standard error
+    // of 1,024 samples is 1/64 at most.
     let pixels = shown("opacity_of_emission.obj", false);
     let got = mean(&[27, 28, 35, 36].map(|at| pixels[at]));
     assert!((0..3).all(|c| (got[c] - opposite[c]).abs() < 4.0 / 64.0), "{got:?}");
@@ -100,7 +100,7 @@ fn spots_fall_off_by_the_square_of_the_ramp() {
         let place = |k: usize, j: u32| -2.0 + 0.5 * (k as f64 + (f64::from(j) + 0.5) / 32.0);
         let all = (0..32).flat_map(|j| (0..32).map(move |k| (j, k)));
         let want = all.map(|(j, k)| at(place(i % 8, j), place(i / 8, k))).sum::<f64>() / 1024.0;
-        // A pixel is the mean of 256 samples of what varies by up to 1.
+        // A pixel is the mean of 256 samples of a function that varies by up to 1.
         assert!((pixel[0] - want).abs() < 0.03, "{i}: {} for {want}", pixel[0]);
     }
 }
@@ -125,7 +125,7 @@ fn goniometric_maps_have_y_and_z_exchanged() {
 /// v is 0 at z = −r and grows with the latitude; the middle of the view is 0.2 from that pole.
 #[test]
 fn spheres_of_pbrt_have_v_from_below() {
-    let scene = format::load(&file("sphere_coordinates.pbrt")).expect("it is read");
+    let scene = pt_formats::load(&file("sphere_coordinates.pbrt")).expect("it is read");
     let options = CompileOptions { resolution: Some([101, 101]), ..CompileOptions::default() };
     let settings = Settings { aovs: vec![Aov::Uv], ..settings(16) };
     let session = render(&scene, options, settings);
@@ -138,7 +138,7 @@ fn spheres_of_pbrt_have_v_from_below() {
 /// The height follows from the shape of the image.
 #[test]
 fn a_horizontal_angle_alone_is_that() {
-    let scene = format::load(&file("horizontal_angle.dae")).expect("it is read");
+    let scene = pt_formats::load(&file("horizontal_angle.dae")).expect("it is read");
     let options = CompileOptions { resolution: Some([32, 16]), ..CompileOptions::default() };
     let session = Session::new(&scene, options, settings(1)).expect("it compiles");
     let Projection::Perspective { .. } = scene.cameras[0].projection else { panic!("a view") };
@@ -156,7 +156,7 @@ fn text_is_read_as_editors_write_it() {
         ("carriage_returns.ply", 1, 3),
         ("marked.stl", 1, 3),
     ] {
-        let scene = format::load(&file(name)).unwrap_or_else(|error| panic!("{error}"));
+        let scene = pt_formats::load(&file(name)).unwrap_or_else(|error| panic!("{error}"));
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("{name}") };
         assert_eq!((mesh.triangles.len(), mesh.positions.len()), (triangles, vertices), "{name}");
     }
@@ -172,7 +172,7 @@ fn refusals_say_what_is_wrong() {
         ("own_mask.xml", "\"b\" contains itself"),
         ("own_sides.xml", "\"b\" contains itself"),
     ] {
-        let refused = format::load(&file(name)).expect_err(name).to_string();
+        let refused = pt_formats::load(&file(name)).expect_err(name).to_string();
         assert!(refused.contains(want), "{refused}");
     }
 }

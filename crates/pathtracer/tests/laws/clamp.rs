@@ -1,4 +1,4 @@
-//! Contributions that are cut off: what is kept and what is removed add up to all of the light.
+//! Clamping: kept and removed light add up to all of the light.
 
 use pathtracer::{Clamp, DirectLight, Film, Settings};
 use pt_math::DVec3;
@@ -34,7 +34,7 @@ fn kept_and_removed_light_add_up_to_all() {
     }
 }
 
-/// A lamp of radiance 5 that is cut off at 2.
+/// A lamp of radiance 5, clamped to 2.
 #[test]
 fn what_is_left_has_the_limit() {
     let lamp = Builder::default()
@@ -48,7 +48,7 @@ fn what_is_left_has_the_limit() {
     assert!((removed - 3.0 * 128.0).abs() < 1e-4, "{removed}");
 }
 
-/// A limit that nothing reaches changes no bit.
+/// A limit above all contributions changes no bit.
 #[test]
 fn a_high_limit_is_none() {
     let high = Clamp { direct: 1e30, indirect: 1e30 };

@@ -1,4 +1,4 @@
-//! Light as the course's program computes it, against its documented formulas.
+//! Radiance of the course's mode, compared with the documented formulas of its program.
 
 use std::f64::consts::PI;
 
@@ -27,8 +27,8 @@ pub(crate) fn course(spp: u32) -> Settings {
     }
 }
 
-/// A floor under some light. Its front looks down, because the course's program turns the normals
-/// of flat pieces around.
+/// A floor under some light. Its front faces down, because the course's program reverses the
+/// normals of flat shapes.
 fn floor() -> Builder {
     Builder::default().quad(facing(DVec3::ZERO, -UP, 50.0), matte([ALBEDO; 3]))
 }
@@ -100,8 +100,8 @@ fn the_documented_floor_point_is_as_bright_as_documented() {
     assert!((course - 0.5604).abs() < 2e-4, "{course} at {near}");
 }
 
-/// By directions of the hemisphere, which find the glowing mesh, the same light has the irradiance
-/// of physics.
+/// With hemisphere sampling, whose rays hit the emissive mesh, the same light has the physical
+/// irradiance.
 #[test]
 fn hemisphere_sampling_finds_physical_light() {
     for p in POINTS {
@@ -116,8 +116,8 @@ fn hemisphere_sampling_finds_physical_light() {
     }
 }
 
-/// Point lights do not fall off, directional light comes from where the node's −z is seen from the
-/// origin, ambient light from the upper half, and spot lights are black.
+/// Point lights have no fall-off, directional light comes from the direction of the node's −z as
+/// seen from the origin, ambient light from the upper half, and spot lights are black.
 #[test]
 fn other_lights_are_those_of_the_course() {
     for p in POINTS {
@@ -136,7 +136,7 @@ fn other_lights_are_those_of_the_course() {
     }
 }
 
-/// A closed room with a light, a glowing mesh in its place, and a sphere.
+/// A closed room with a light, an emissive mesh in its place, and a sphere.
 fn room() -> Scene {
     let node = looking(DVec3::new(0.0, 0.97, 0.0), DVec3::new(0.0, 0.0, 0.0));
     let mesh = DAffine3::from_translation(DVec3::Y * 0.98)

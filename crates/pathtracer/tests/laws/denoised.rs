@@ -1,4 +1,4 @@
-//! Images without noise, where Open Image Denoise is there.
+//! Denoised images, if Open Image Denoise is found.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::scenes::{matte, size};
 const OF_THE_COURSE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae/sky/CBspheres_lambertian.dae");
 
-/// The embedded Cornell box, where both spheres are matte.
+/// The embedded Cornell box with two matte spheres.
 fn spheres() -> Scene {
     let mut scene = pathtracer::default_scene();
     for material in &mut scene.materials {
@@ -24,8 +24,8 @@ fn spheres() -> Scene {
     scene
 }
 
-/// 16 samples per pixel of a part of a scene, and the image of so many that little of its noise is
-/// left.
+/// Film of a region of a scene with 16 samples per pixel, and its image with so many that little
+/// noise is left.
 fn films(scene: &Scene, resolution: [u32; 2], region: Region) -> (Film, Vec<[f32; 3]>) {
     let film = |spp, seed| {
         let aovs = NEEDED.to_vec();
@@ -49,7 +49,7 @@ fn takes_to_a_fifth(denoiser: &Denoiser, (noisy, reference): &(Film, Vec<[f32; 3
     assert!(after < before / 5.0, "{before} becomes {after}");
 }
 
-/// The denoiser, or a line that says that something is skipped.
+/// The denoiser; if it is not found, prints that a test is skipped.
 fn denoiser() -> Option<Denoiser> {
     match Denoiser::open(0) {
         Ok(denoiser) => Some(denoiser),
@@ -61,8 +61,9 @@ fn denoiser() -> Option<Denoiser> {
     }
 }
 
-/// Of our box the part below its lamp: along the edges of that, the noise of 16 samples is how much
-/// of it a pixel sees, which is no noise to a denoiser, and far brighter than all else.
+/// The part of our box below its lamp: along the edges of the lamp, the noise of 16 samples is that
+/// of its coverage, which a denoiser does not take for noise, and which is far brighter than the
+/// rest.
 #[test]
 fn denoising_16_samples_of_cornell_boxes_takes_relative_mse_to_a_fifth() {
     let Some(denoiser) = denoiser() else { return };

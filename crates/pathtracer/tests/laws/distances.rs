@@ -1,4 +1,4 @@
-//! What is closely in front of something else is seen in front of it, from however far away.
+//! Of two surfaces close to each other, the nearer one is visible from any distance.
 
 use pathtracer::{Scene, Session, Settings};
 use pt_bvh::Hit;
@@ -9,12 +9,12 @@ use pt_scene::{Mesh, shapes};
 use crate::scenes::{Builder, camera, facing, matte, size};
 
 const DISTANCES: [f64; 6] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
-/// Degrees between the view and the axis of what is seen.
+/// Angles in degrees between the view and the axis of the shapes.
 const TILTS: [f64; 3] = [0.0, 20.0, 50.0];
 const GAP: f64 = 1e-3;
 
-/// Rays of a camera at a distance that sees a square of four units around the origin, each with
-/// what is hit: the number of the object, and the shading normal.
+/// Rays of a camera at a distance, through a square of four units around the origin, each with its
+/// hit: number of the object, and shading normal.
 fn seen(scene: Builder, distance: f64, tilt: f64) -> Vec<(Ray, Option<(u32, DVec3)>)> {
     let (sin, cos) = tilt.to_radians().sin_cos();
     let fov = 2.0 * (2.0 / distance).atan().to_degrees();
@@ -48,9 +48,9 @@ fn flat_shapes_closely_above_a_floor_are_seen() {
             for (ray, found) in seen(scene, distance, tilt) {
                 let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
                 let p = o + d * ((GAP - o.y) / d.y);
-                // From the middle, in the radius of the disk or half of the side.
+                // Distance from the middle, in units of the radius of the disk or half of the side.
                 let off = if shape == "disk" { p.length() } else { p.x.abs().max(p.z.abs()) };
-                // The rim, which is a polygon's, is for others.
+                // The rim, which is that of a polygon, is not tested here.
                 if (off - 1.0).abs() < 0.02 {
                     continue;
                 }
@@ -64,7 +64,7 @@ fn flat_shapes_closely_above_a_floor_are_seen() {
     }
 }
 
-/// Of a shape in a slightly larger copy of it, only the copy is seen.
+/// Only the outer one of a shape and its slightly larger copy is visible.
 #[test]
 fn shapes_hide_what_is_closely_inside() {
     let inner = DAffine3::from_scale(DVec3::splat(1.0 - GAP));

@@ -21,8 +21,8 @@ fn base() -> Settings {
     Settings { max_depth: DEPTH, ..settings(SPP) }
 }
 
-/// Light sampling, two kinds of hemisphere sampling, and both together, with one and with four
-/// samples of each light: every pair agrees, pixel by pixel.
+/// Light sampling, two kinds of hemisphere sampling, and MIS, with one and with four samples of
+/// each light: every pair agrees, pixel by pixel.
 #[test]
 fn estimators_of_direct_light_agree() {
     let mut films: Vec<(String, Film)> = Vec::new();
@@ -37,8 +37,8 @@ fn estimators_of_direct_light_agree() {
     assert_all_agree(&films);
 }
 
-/// Under a sky with a bright and a dark part, of which light sampling leaves the dark one to the
-/// BSDF where it works beside it: every pair of estimators agrees.
+/// Under an environment with a bright and a dark part, of which MIS-compensated light sampling
+/// leaves the dark one to the BSDF: every pair of estimators agrees.
 #[test]
 fn estimators_agree_under_an_image_of_the_sky() {
     let films: Vec<(String, Film)> = ESTIMATORS
@@ -54,7 +54,7 @@ fn estimators_agree_under_an_image_of_the_sky() {
     assert_all_agree(&films);
 }
 
-/// Under the sky by day and a wide sun that the horizon cuts: every pair of estimators agrees.
+/// Under daylight with a wide sun that the horizon cuts: every pair of estimators agrees.
 #[test]
 fn estimators_agree_by_day() {
     let daylight = Daylight {
@@ -80,7 +80,7 @@ fn estimators_agree_by_day() {
     assert_all_agree(&films);
 }
 
-/// A scene that is compiled for the settings of one estimator is refused by another.
+/// A scene that is compiled for the settings of one estimator is rejected by another.
 #[test]
 fn light_sampling_alone_refuses_a_compensated_sky() {
     let mis = Settings::default();
@@ -91,7 +91,7 @@ fn light_sampling_alone_refuses_a_compensated_sky() {
     assert!(accepts(&mis) && !accepts(&light) && !accepts(&course));
 }
 
-/// All kinds of points converge to the same image.
+/// All samplers converge to the same image.
 #[test]
 fn samplers_agree() {
     let kinds = SamplerKind::NAMES.map(|(_, kind)| kind);
@@ -132,7 +132,7 @@ fn fewer_interactions_are_a_part_of_more() {
     assert_agree(&shallow, &part, 1e-4, "--max-depth 2 and the first two of 20");
 }
 
-/// Ending paths early does not change the mean, only the noise.
+/// Russian roulette does not change the mean, only the noise.
 #[test]
 fn roulette_keeps_the_mean() {
     let kinds = [Roulette::Fixed(1.0), Roulette::Throughput, Roulette::Fixed(0.5)];

@@ -1,5 +1,5 @@
-//! When a render ends is known early. The clock counts rays: what is tested is the foresight, not
-//! the machine.
+//! Accuracy of the estimated end of a render. The clock counts rays, so that the estimate is tested
+//! and not the machine.
 
 use std::sync::Mutex;
 
@@ -13,7 +13,7 @@ use crate::scenes::{cornell, size, under_a_sky};
 
 const MILLION: f64 = 1e6;
 
-/// What was foretold, at which time, from a tenth of the samples on.
+/// Observer that records the estimates and their times, from a tenth of the samples on.
 struct Prophet(Mutex<(Eta, Vec<(f64, TimeRemaining)>)>);
 
 impl Observer for Prophet {
@@ -28,8 +28,8 @@ impl Observer for Prophet {
     }
 }
 
-/// How often the end lay in the interval that was told, of how many times; and the mean width of
-/// the intervals as a share of the whole time.
+/// Number of estimates whose interval contains the end, number of all estimates, and mean width of
+/// the intervals as a fraction of the whole time.
 fn foresight(scene: &Scene, settings: &Settings) -> (usize, usize, f64) {
     let options: CompileOptions = size([120, 90]);
     let mut session = Session::new(scene, options, settings.clone()).expect("it makes sense");

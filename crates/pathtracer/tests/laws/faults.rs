@@ -1,4 +1,5 @@
-//! Faults put into lobes and lights: none gets into the film, none ends the render, none is silent.
+//! Faults inserted into lobes and lights: none enters the film, none ends the render, none is
+//! silent.
 
 use std::sync::Arc;
 
@@ -18,13 +19,13 @@ use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
 const FAULTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
 
-/// A small image of what is around the origin.
+/// A small image of the surroundings of the origin.
 fn seen(builder: Builder) -> Scene {
     builder.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO, [40.0; 2]))
 }
 
-/// Renders, and checks that the film has nothing but light, and that what it refused is in the
-/// mask.
+/// Renders, and checks that all values of the film are valid, and that its rejected samples are in
+/// the mask.
 fn rejections(scene: &RenderScene, settings: &Settings) -> InvalidSamples {
     let renderer = Renderer::new(scene, settings, 1, 16, false).expect("the settings make sense");
     let region = pathtracer::Region::full(scene.camera.resolution);
@@ -61,7 +62,7 @@ fn compiled(scene: &Scene) -> Option<RenderScene> {
     Some(compile(scene, options).ok()?.scene)
 }
 
-/// Each number that a lobe has, in turn.
+/// Each parameter of a lobe, in turn.
 #[test]
 fn faults_of_lobes_are_refused_and_told() {
     for surface in surfaces(false) {
@@ -104,7 +105,7 @@ fn texture(color: [f32; 3]) -> Arc<Texture> {
     Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }
 
-/// Scenes lit by lights of each kind, one channel of which has this light.
+/// Scenes with lights of each kind, one channel of which has this value.
 fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
     let light = [1.0, x, 2.0];
     let image = |pixel| Arc::new(Image { width: 2, height: 1, pixels: vec![[1.0; 3], pixel] });
@@ -193,14 +194,14 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
     scenes
 }
 
-/// A scene with a light that is no light is refused, or the samples that it lights are.
+/// A scene with an invalid light is rejected, or the samples that it lights are.
 #[test]
 fn faults_of_lights_are_refused_and_told() {
     for x in FAULTS {
         for (name, scene) in lit_by(x) {
             let options = CompileOptions { compensated: true, ..size([8, 8]) };
             let Ok(compiled) = compile(&scene, options) else { continue };
-            // Of the image of a sky, such values are replaced, and negative ones of emission count
+            // In environment maps, such values are replaced, and negative values of emission count
             // as 0.
             let is_told = |note: &String| {
                 note.contains("image of the sky") || note.contains("negative radiance")
@@ -208,7 +209,7 @@ fn faults_of_lights_are_refused_and_told() {
             let is_noted = compiled.notes.iter().any(is_told);
             for integrator in ["path", "volpath"] {
                 let refused = rejections(&compiled.scene, &settings(integrator));
-                // Among many, one of no power is never asked for light.
+                // Among many lights, one without power is never sampled.
                 let is_told = refused.count() > 0 || is_noted || (name, x) == ("one of many", -1.0);
                 assert!(is_told, "{name}, {x}, {integrator}: {refused}");
             }

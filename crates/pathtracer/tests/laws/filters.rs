@@ -1,5 +1,5 @@
-//! Reconstruction filters: an edge has the profile that they say, and adaptive sampling is not
-//! misled by their weights.
+//! Reconstruction filters: an edge has their profile, and their weights do not mislead adaptive
+//! sampling.
 
 use pathtracer::{Adaptive, Film, Filter, Scene, Settings};
 use pt_math::DVec3;
@@ -8,10 +8,10 @@ use pt_testing::{Estimates, z_test};
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, facing, size};
 
-/// Columns of the image; its left half glows.
+/// Columns of the image; its left half is emissive.
 const WIDTH: u32 = 12;
 
-/// A glowing square whose right edge runs down the middle of the image.
+/// An emissive square whose right edge is in the middle of the image.
 fn edge() -> Scene {
     let side = 4.0;
     Builder::default()
@@ -23,19 +23,19 @@ fn film(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([WIDTH, WIDTH]), settings).film().clone()
 }
 
-/// By the midpoint rule.
+/// Integral by the midpoint rule.
 fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     const STEPS: u32 = 20_000;
     let step = (to - from) / f64::from(STEPS);
     (0..STEPS).map(|i| f(from + (f64::from(i) + 0.5) * step)).sum::<f64>() * step
 }
 
-/// The share of a function on [−radius, radius] that is on the left of `x`.
+/// Fraction of the integral of a function over [−radius, radius] that is on the left of `x`.
 fn share_left_of(f: impl Fn(f64) -> f64, radius: f64, x: f64) -> f64 {
     integral(&f, -radius, x.clamp(-radius, radius)) / integral(&f, -radius, radius)
 }
 
-/// The formulas of the filters, written anew.
+/// Formulas of the filters, implemented independently.
 fn profile(filter: Filter, x: f64) -> f64 {
     use std::f64::consts::PI;
     let sinc = |x: f64| if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
@@ -64,8 +64,8 @@ fn profile(filter: Filter, x: f64) -> f64 {
     }
 }
 
-/// A weight w = ±c has w² = c², so that a pixel whose share P of samples hits the light has the
-/// variance (c² P − μ²)/n. The film's own estimates of it have that mean.
+/// A weight w = ±c has w² = c², so that a pixel with a fraction P of samples that hit the light has
+/// the variance (c² P − μ²)/n. This is the mean of the estimates of the film.
 #[test]
 fn an_edge_has_the_profile_of_the_filter() {
     const SPP: u32 = 1024;
@@ -107,7 +107,7 @@ fn an_edge_has_the_profile_of_the_filter() {
     }
 }
 
-/// The box is a uniform point of the pixel, whatever other filters need.
+/// The box filter is a uniform point of the pixel, whatever other filters need.
 #[test]
 fn the_box_is_the_default() {
     let scene = edge();
@@ -116,7 +116,7 @@ fn the_box_is_the_default() {
     assert!(film(&scene, Settings { filter: Filter::TENT, ..settings(4) }) != boxed);
 }
 
-/// Where all is alike, the variance of a few samples with weights of one sign is 0, although those
+/// In a constant image, the variance of a few samples with weights of one sign is 0, although those
 /// of the other sign are still to come.
 #[test]
 fn weights_do_not_end_adaptive_sampling_too_soon() {
@@ -128,8 +128,9 @@ fn weights_do_not_end_adaptive_sampling_too_soon() {
         let film = film(&scene, Settings { adaptive, filter, ..settings(4096) });
         assert!(film.pixels().all(|p| p.count() >= least && p.count() < 4096), "{filter:?}");
         let mean = film.pixels().map(|p| p.luminance().0).sum::<f64>() / f64::from(WIDTH * WIDTH);
-        // To stop by what was seen favours samples of one sign, by little beside the tolerance.
-        // Four weights of one sign would be 14 % too bright with the mildest of these filters.
+        // Stopping by the samples so far favours samples of one sign, by little compared with the
+        // tolerance. Four weights of one sign would be 14 % too bright with the mildest of these
+        // filters.
         assert!((mean - 1.0).abs() < 0.25 * TOLERANCE, "{filter:?}: {mean}");
     }
 }

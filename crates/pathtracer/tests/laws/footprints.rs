@@ -1,4 +1,4 @@
-//! Images with pyramids: what footprints are, and what they do to pictures.
+//! Mipmapped textures: footprints and their filtering.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use pt_scene::{Geometry, Surface, shapes};
 use crate::measure::{Luminances, render, settings};
 use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
-/// A camera's pixel, by the share of it that a cone has in each direction.
+/// Width of the cone of a camera ray as a fraction of a pixel.
 const SHARE: f32 = 0.5;
 
 /// Squares of one texel, repeated many times over the surface.
@@ -49,8 +49,8 @@ fn tilted() -> [(Scene, CompileOptions); 3] {
     ]
 }
 
-/// Texture coordinates where a ray meets the plane, and how large the footprint of its cone is
-/// there.
+/// Texture coordinates at the intersection of a ray with the plane, and the size of the footprint
+/// of its cone there.
 fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     let scene = session.scene();
     let hit = scene.bvh.intersect(ray)?;
@@ -110,7 +110,7 @@ fn footprints_seen_from_above_are_round() {
     assert!(a.dot(b).abs() < 1e-8);
 }
 
-/// By directions of the hemisphere, whose estimate of the light of an even sky has no noise.
+/// Rendered with hemisphere sampling, whose estimate under a constant environment has no noise.
 fn film(scene: &Scene, spp: u32, seed: u32) -> Film {
     let direct = DirectLight::CosineHemisphere;
     let settings = Settings { direct, seed, max_depth: 3, ..settings(spp) };
@@ -124,8 +124,8 @@ fn far_wall(filter: Filter) -> Scene {
         .seen_by(camera(DVec3::Z * 60.0, DVec3::ZERO, [40.0, 32.0]))
 }
 
-/// Far away, an image is its mean: with pyramids without noise, without them with all that its
-/// texels make.
+/// Far away, a texture is its mean: with mipmaps without noise, without them with all the noise of
+/// its texels.
 #[test]
 fn images_far_away_are_their_mean() {
     let wall = |filter| Luminances::of(&film(&far_wall(filter), 16, 3)).whole();
@@ -136,7 +136,7 @@ fn images_far_away_are_their_mean() {
     assert!((bilinear - want).abs() < 4.0 * noise && noise > 1e-3, "{bilinear} ± {noise}, {want}");
 }
 
-/// Near by, an image is itself, to the bit.
+/// Close by, a texture is unfiltered, to the bit.
 #[test]
 fn images_near_by_are_themselves() {
     let near = |filter| {
@@ -149,7 +149,7 @@ fn images_near_by_are_themselves() {
     assert!(near(Filter::Trilinear) == near(Filter::Bilinear));
 }
 
-/// A flat mirror shows an image far away as it is seen directly; a curved one shows it unfiltered.
+/// A flat mirror shows a distant texture as if seen directly; a curved one shows it unfiltered.
 #[test]
 fn cones_go_on_behind_flat_mirrors() {
     let mirror = || Surface::from(Mirror { reflectance: [1.0; 3].into() });
@@ -178,7 +178,7 @@ pub(crate) fn room(filter: Filter) -> Scene {
         .seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::Y * 0.5, [40.0, 32.0]))
 }
 
-/// Indirect light of a finely textured floor is the same with pyramids, up to noise; with media as
+/// Indirect light of a finely textured floor is the same with mipmaps, up to noise; with media as
 /// well.
 #[test]
 fn pyramids_keep_the_light_of_a_room() {
@@ -193,7 +193,7 @@ fn pyramids_keep_the_light_of_a_room() {
     }
 }
 
-/// A pyramid takes a third more values, which are counted, and shared by all textures of the image.
+/// A mipmap takes a third more values, which are counted, and shared by all textures of the image.
 #[test]
 fn memory_of_pyramids_is_counted_and_shared() {
     let bytes = |scene: &Scene| {

@@ -1,13 +1,12 @@
-//! White furnaces: enclosures whose radiance is known by summing a geometric series, and sets of
-//! things that an even sky makes invisible.
+//! White furnaces: enclosures whose radiance is the sum of a geometric series, and objects that a
+//! constant environment makes invisible.
 
 use std::f64::consts::PI;
 
 use pathtracer::{CompileOptions, DirectLight, Roulette, Settings};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::LightKind;
 use pt_scene::material::{Conductor, Glass, Mirror};
-use pt_scene::{Surface, shapes};
+use pt_scene::{LightKind, Surface, shapes};
 use pt_testing::sidak;
 
 use crate::measure::{assert_uniform, render, settings};
@@ -20,10 +19,11 @@ pub(crate) const ESTIMATORS: [DirectLight; 4] = [
     DirectLight::CosineHemisphere,
 ];
 
-/// A closed room whose walls glow with radiance 1 and reflect ρ: after m interactions
-/// L = 1 + ρ + … + ρᵐ, and in the limit 1/(1 − ρ).
+/// A closed room whose walls emit radiance 1 and reflect ρ: after m interactions L = 1 + ρ + … +
+/// ρᵐ, and in the limit 1/(1 − ρ).
 ///
-/// Light sampling alone is left out: where walls meet, its samples have infinite variance.
+/// Light sampling alone is left out: near the edges between walls, its samples have infinite
+/// variance.
 #[test]
 fn a_closed_room_glows_by_the_geometric_series() {
     const DEPTHS: [u32; 4] = [0, 1, 5, 200];
@@ -49,10 +49,9 @@ fn a_closed_room_glows_by_the_geometric_series() {
     }
 }
 
-/// Light that was scattered inside of a diffuse sphere is the same everywhere in it. A point light
-/// of intensity I in its middle makes L₁ = ρE/π with E = I/r², and each further interaction brings
-/// ρ times as much: L = L₁ (1 − ρᵐ)/(1 − ρ). For the course's program, which knows no fall-off,
-/// E = I.
+/// Light scattered inside of a diffuse sphere is the same everywhere in it. A point light of
+/// intensity I in its centre gives L₁ = ρE/π with E = I/r², and each further interaction ρ times as
+/// much: L = L₁ (1 − ρᵐ)/(1 − ρ). For the course's program, which has no fall-off, E = I.
 #[test]
 fn light_in_a_diffuse_sphere_is_even() {
     const RHO: f32 = 0.75;
@@ -86,9 +85,9 @@ fn light_in_a_diffuse_sphere_is_even() {
     }
 }
 
-/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too: a diffuse convex
-/// shape of albedo 1, mirrors, and glass, into which light is squeezed and out of which it is
-/// spread again.
+/// Under a constant environment of radiance 1, objects without absorption have radiance 1 too: a
+/// diffuse convex shape of albedo 1, mirrors, and glass, whose refraction increases the radiance at
+/// entry and decreases it at exit.
 #[test]
 fn what_absorbs_nothing_is_invisible_under_an_even_sky() {
     let glass = |ior| {

@@ -1,4 +1,4 @@
-//! What glows by textures, and spots that throw pictures.
+//! Textured emission, and spot lights with projected images.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::furnace::ESTIMATORS;
 use crate::measure::{assert_agree, assert_all_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
-/// An image without anything between its texels.
+/// Image without interpolation between its texels.
 fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
     let height = pixels.len() as u32 / width;
     let image = Arc::new(Image { width, height, pixels: pixels.to_vec() });
@@ -21,8 +21,8 @@ fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
     Arc::new(Pattern::Bitmap(bitmap).into())
 }
 
-/// A panel over a floor with a wall, of which the left half is dim and the right half bright; as it
-/// looks down, u grows to the left.
+/// A panel above a floor with a wall; its left half is dim and its right half bright. As it faces
+/// down, u grows to the left.
 fn under_a_panel(textured: bool) -> Scene {
     let (dim, bright) = ([0.5, 1.0, 2.0], [8.0, 6.0, 3.0]);
     let to_world = |x: f64, half: f64| {
@@ -51,8 +51,8 @@ fn resolution() -> CompileOptions {
     size([10, 8])
 }
 
-/// One panel of two colours is two panels of one; chosen one by one or by a tree, and where one
-/// half is black.
+/// One panel of two colours equals two panels of one colour each; with single lights or a light
+/// tree, and with a black half.
 #[test]
 fn a_texture_of_two_colours_is_two_lights() {
     let two = film(&under_a_panel(false), resolution(), 4096, 1);
@@ -63,7 +63,8 @@ fn a_texture_of_two_colours_is_two_lights() {
     }
 }
 
-/// A panel and a ball with pictures, a mesh with colours and a spot with a slide, in a room.
+/// Textured emissive panel and ball, an emissive mesh with vertex colours and a spot light with a
+/// slide, in a room.
 fn shop_window() -> Scene {
     let picture =
         image(3, &[[5.0, 0.0, 0.0], [0.0; 3], [0.0, 4.0, 1.0], [0.0; 3], [2.0; 3], [0.1; 3]]);
@@ -90,7 +91,7 @@ fn shop_window() -> Scene {
         .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
 }
 
-/// All estimators of direct light agree, pixel by pixel, and so do trees of lights.
+/// All estimators of direct light and the light tree agree, pixel by pixel.
 #[test]
 fn estimators_agree_where_lights_have_textures() {
     let of = |direct, most_single_lights, seed| {
@@ -104,7 +105,7 @@ fn estimators_agree_where_lights_have_textures() {
     assert_all_agree(&films);
 }
 
-/// What glows black is black, and gives no light.
+/// A black emission texture is black, and gives no light.
 #[test]
 fn black_textures_give_no_light() {
     let scene = Builder::default()
@@ -116,8 +117,7 @@ fn black_textures_give_no_light() {
     assert!(dark.pixels().all(|p| p.mean() == [0.0; 3]));
 }
 
-/// Light is not less than nothing, and a picture needs a slide that has edges.
-/// A square that emits 1 on its left half and "−1" on its right one.
+/// Negative emission counts as 0: a square that emits 1 on its left half and "−1" on its right one.
 #[test]
 fn negative_emission_is_none_and_has_a_note() {
     let scene = Builder::default()
@@ -198,7 +198,7 @@ fn coats_weaken_what_glows_below_them() {
     }
 }
 
-/// Whatever finds their light, lamps under a coat light alike: squares, balls, by textures, in a
+/// Lamps under a coat give the same light with every estimator: squares, balls, with textures, in a
 /// tree.
 #[test]
 fn lamps_under_a_coat_light_as_they_are_seen() {
@@ -216,7 +216,7 @@ fn lamps_under_a_coat_light_as_they_are_seen() {
     };
     let texture = image(2, &[[1.0, 3.0, 2.0], [2.0, 0.5, 1.0]]);
     for texture in [None, Some(texture)] {
-        // The lamps, whose coats are mirrors, are not seen themselves.
+        // The lamps, whose coats are mirrors, are not in view.
         let (eye, floor) = (DVec3::new(0.0, 2.0, 3.5), DVec3::new(0.0, 0.0, 1.2));
         let scene = lamps(room(), texture).seen_by(camera(eye, floor, [30.0, 24.0]));
         let mut films = Vec::new();

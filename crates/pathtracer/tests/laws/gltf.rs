@@ -1,13 +1,12 @@
-//! Scenes of glTF: the units of their lights, and what surfaces emit.
+//! glTF scenes: units of lights, and emission of surfaces.
 
 use std::f64::consts::PI;
 use std::path::Path;
 
 use pathtracer::{CompileOptions, Session, Settings, Silent};
-use pt_scene::format;
 
-/// A square of albedo ½ that reflects diffusely and glows with 1/4, seen from its front, and lit by
-/// one light 2 units before it.
+/// A diffuse square of albedo ½ that emits radiance 1/4, seen from its front, and lit by one light
+/// 2 units in front of it.
 fn square(light: &str) -> String {
     let float = |x: f32| x.to_le_bytes().map(|byte| format!("%{byte:02X}")).concat();
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0_f32]];
@@ -35,14 +34,14 @@ fn square(light: &str) -> String {
     )
 }
 
-/// The radiance of the square.
+/// Radiance of the square.
 fn seen(light: &str) -> f64 {
     shown(&square(light), Settings { spp: 16, ..Settings::default() })
 }
 
-/// The mean radiance of what a camera shows.
+/// Mean radiance of the image of a camera.
 fn shown(scene: &str, settings: Settings) -> f64 {
-    let scene = format::parse(scene.as_bytes(), Path::new("square.gltf"))
+    let scene = pt_formats::parse(scene.as_bytes(), Path::new("square.gltf"))
         .unwrap_or_else(|error| panic!("{error}"));
     let options = CompileOptions { resolution: Some([4, 4]), ..CompileOptions::default() };
     let mut session = Session::new(&scene, options, settings).expect("it compiles");
@@ -71,8 +70,8 @@ fn candela_lux_and_nits_are_watts() {
     }
 }
 
-/// A square of half side ½ at z = 2, which emits 1 towards +z where all of it is there, and a matte
-/// one of half side 1 and albedo ½ at another z, seen by the camera of a node.
+/// A square of half side ½ at z = 2, which emits 1 towards +z if it is opaque, and a matte one of
+/// half side 1 and albedo ½ at another z, seen by the camera of a node.
 fn lamp(material: &str, [floor_z, camera]: [&str; 2]) -> String {
     let float = |x: f32| x.to_le_bytes().map(|byte| format!("%{byte:02X}")).concat();
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0_f32]];
@@ -102,15 +101,15 @@ fn lamp(material: &str, [floor_z, camera]: [&str; 2]) -> String {
     )
 }
 
-/// A black surface, of which a share is there.
+/// A black surface with an opacity.
 fn black(alpha: &str, rest: &str) -> String {
     format!(
         r#""pbrMetallicRoughness": {{"baseColorFactor": [0, 0, 0, {alpha}], "metallicFactor": 1}}{rest}"#
     )
 }
 
-/// What a surface emits is seen as much as it is there, on the front, and behind where it has two
-/// sides. The matte square is so far away that it shows less than 10⁻⁷.
+/// Visible emission of a surface is proportional to its opacity, on the front, and behind if it has
+/// two sides. The matte square is so far away that it adds less than 10⁻⁷.
 #[test]
 fn what_is_emitted_is_seen_by_coverage_and_side() {
     const BEFORE: &str = r#"{"camera": 0, "translation": [0, 0, 5]}"#;
@@ -136,7 +135,7 @@ fn what_is_emitted_is_seen_by_coverage_and_side() {
 /// "A Catalog of Radiation Heat Transfer Configuration Factors", B-4, four times]
 #[test]
 fn light_is_cast_by_coverage_and_side() {
-    // The camera sees the lower square from beside the lamp, which is between them else.
+    // The camera is beside the lamp, which would otherwise hide the lower square.
     const ASIDE: &str = r#"{"camera": 0, "translation": [4, 0, 4], "rotation": [0, 0.38268343236508984, 0, 0.9238795325112867]}"#;
     let share = 0.5 / 4.25_f64.sqrt();
     let full = 0.5 / PI * 4.0 * share * share.atan();

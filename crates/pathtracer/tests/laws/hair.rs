@@ -1,4 +1,4 @@
-//! Fibres of hair, as tubes of triangles.
+//! Hair fibres as tubes of triangles.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ fn scene(eye: &str, world: &str) -> Scene {
         "{eye} Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 PixelFilter \"box\"
         WorldBegin LightSource \"infinite\" {world}"
     );
-    pt_scene::format::parse(text.as_bytes(), Path::new("hair.pbrt")).expect("a scene")
+    pt_formats::parse(text.as_bytes(), Path::new("hair.pbrt")).expect("a scene")
 }
 
-/// Bent fibres before and behind each other, one of them so thick that single pixels see its edges,
+/// Bent fibres in front of each other, one of them so thick that single pixels resolve its edges,
 /// and a ribbon.
 fn white_tuft(roughness: f32) -> Scene {
     let material = format!(
@@ -44,8 +44,8 @@ fn white_tuft(roughness: f32) -> Scene {
     scene("LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 20", &world)
 }
 
-/// White fibres are invisible under an even sky, however many light meets: on the edges of the
-/// facets of tubes, at their outlines, where normals look away, and behind each other.
+/// White fibres are invisible under a constant environment, with any number of interactions: on the
+/// edges of the facets of tubes, at their outlines, where normals face away, and behind each other.
 #[test]
 fn white_fibres_are_invisible_under_an_even_sky() {
     let cases = [
@@ -64,8 +64,8 @@ fn white_fibres_are_invisible_under_an_even_sky() {
     }
 }
 
-/// The same where paths bring their light to each other, which those from fibres do not; the
-/// samples depend on each other then.
+/// The same with path reuse, in which paths from fibres do not take part; the samples are
+/// correlated then.
 #[test]
 fn paths_from_fibres_share_no_light() {
     let settings = Settings { reuse: 4, max_depth: 1000, ..settings(64) };
@@ -74,9 +74,9 @@ fn paths_from_fibres_share_no_light() {
     assert!((mean - 1.0).abs() < 0.01, "{mean}");
 }
 
-/// Light goes through a tube once, though it has two walls: of an even sky, a fibre shows the share
-/// that one scattering leaves. The tube has six sides, so that its h is up to 1/cos 30° of what it
-/// is across.
+/// Light scatters at a tube once, though it has two walls: under a constant environment, a fibre
+/// has the radiance that one scattering leaves. The tube has six sides, so that its h is up to
+/// 1/cos 30° of the position across it.
 #[test]
 fn light_goes_through_a_fibre_once() {
     let world =

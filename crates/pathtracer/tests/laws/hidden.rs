@@ -1,4 +1,4 @@
-//! Lights that nobody sees.
+//! Lights that are invisible to rays.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::furnace::ESTIMATORS;
 use crate::measure::{assert_all_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, matte, size};
 
-/// A floor and a ball under so many squares and spheres that glow, every other one by a texture;
+/// A floor and a ball under `count` emissive squares and spheres, every other pair with a texture;
 /// none is in view.
 fn lit_by(count: u32) -> Scene {
     let mut builder = Builder::default()
@@ -35,7 +35,7 @@ fn lit_by(count: u32) -> Scene {
     builder.seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::new(0.0, 0.1, 0.0), [30.0, 24.0]))
 }
 
-/// The scene whose lights nobody sees.
+/// Makes the lights of a scene invisible.
 pub(crate) fn hidden(mut scene: Scene) -> Scene {
     let glows = |color: &Color| *color != [0.0; 3].into();
     for material in scene.materials.iter_mut().filter(|material| glows(&material.emission)) {
@@ -48,8 +48,8 @@ fn film(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([10, 8]), settings).film().clone()
 }
 
-/// As long as lights are not in view, nobody can tell: with every estimator, where they are few and
-/// where a tree chooses one.
+/// Asserts that invisible lights outside of the view light like visible ones: with every estimator,
+/// with few lights and with a light tree.
 fn assert_nobody_can_tell(scene: &Scene) {
     let base = Settings { max_depth: 3, ..settings(1024) };
     let volumetric = Settings { integrator: "volpath".into(), ..base.clone() };
@@ -78,7 +78,7 @@ fn many_lights_that_nobody_sees_light_as_those_in_view() {
     assert_nobody_can_tell(&lit_by(20));
 }
 
-/// One moves, the other does not.
+/// One light moves, the other does not.
 #[test]
 fn moving_lights_that_nobody_sees_light_as_those_in_view() {
     let mut scene = lit_by(2);
@@ -89,7 +89,7 @@ fn moving_lights_that_nobody_sees_light_as_those_in_view() {
     assert_nobody_can_tell(&scene);
 }
 
-/// Paths may share what such lights bring.
+/// Path reuse supports invisible lights.
 #[test]
 fn paths_share_the_light_of_what_nobody_sees() {
     let base = Settings { max_depth: 3, ..settings(1024) };
@@ -100,8 +100,8 @@ fn paths_share_the_light_of_what_nobody_sees() {
     assert_all_agree(&films);
 }
 
-/// A mirror under a lamp, and the lamp itself, are black, and what is behind the lamp is seen if
-/// nothing of it is there.
+/// A mirror under an invisible lamp, and the lamp itself, are black; surfaces behind the lamp are
+/// visible if its opacity is 0.
 #[test]
 fn nothing_is_seen_of_hidden_lights() {
     let mirror = || Mirror { reflectance: [1.0; 3].into() }.into();
@@ -133,8 +133,7 @@ fn nothing_is_seen_of_hidden_lights() {
     }
 }
 
-/// A hidden lamp that glows by a texture keeps its light where it is one of many, and where it is
-/// alone.
+/// An invisible lamp with an emission texture keeps its light, as one of many and alone.
 #[test]
 fn a_tree_and_single_lights_agree() {
     let scene = hidden(lit_by(12));

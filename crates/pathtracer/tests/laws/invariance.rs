@@ -1,4 +1,4 @@
-//! Ways to write the same scene.
+//! Equivalent descriptions of the same scene.
 
 use std::sync::Arc;
 
@@ -36,8 +36,8 @@ pub(crate) fn moved(mut scene: Scene, by: DAffine3) -> Scene {
     scene
 }
 
-/// Scene and camera moved, turned and scaled together give the same image; the sky of the scene
-/// is the same in all directions.
+/// Scene and camera translated, rotated and scaled together give the same image; the environment of
+/// the scene is constant.
 #[test]
 fn a_scene_may_stand_anywhere() {
     let turn = DAffine3::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 2.0);
@@ -46,7 +46,7 @@ fn a_scene_may_stand_anywhere() {
     assert_agree(&film(&cornell(), 0), &film(&moved(cornell(), by), 1), 1e-4, "moved");
 }
 
-/// A mesh that is placed mirrored glows on the same side.
+/// A mesh with a mirroring transform emits on the same side.
 #[test]
 fn mirrored_meshes_keep_their_front() {
     let scene = |mesh: Mesh, mirror: f64| {
@@ -64,7 +64,7 @@ fn mirrored_meshes_keep_their_front() {
     assert!(context >= 10, "{context} pixels are lit");
 }
 
-/// A light node in the place of a glowing mesh stands for the same light, which counts once.
+/// A light node in the place of an emissive mesh describes the same light, which counts once.
 #[test]
 fn light_is_not_counted_twice() {
     let middle = DVec3::new(0.0, 1.5, 0.0);
@@ -85,7 +85,7 @@ fn light_is_not_counted_twice() {
     }
 }
 
-/// A sphere and the ellipsoid of triangles that a stretched one becomes.
+/// A sphere, and the ellipsoid of triangles into which a stretched sphere is converted.
 #[test]
 fn a_hardly_stretched_sphere_is_a_sphere() {
     let scene = |stretch: f64| {

@@ -1,4 +1,4 @@
-//! No ray gets through a wall: neither where walls meet at acute angles, nor by hitting again what
+//! No ray passes through a wall: neither at acute angles between walls, nor by hitting the surface
 //! it leaves.
 
 use pathtracer::{Session, Settings};
@@ -14,7 +14,7 @@ use crate::scenes::{Builder, camera, matte, size};
 
 const ANGLES: [f64; 8] = [1.0, 2.0, 5.0, 10.0, 20.0, 45.0, 60.0, 90.0];
 const SCALES: [f64; 5] = [1e-3, 1e-1, 1.0, 1e2, 1e5];
-/// How far from the origin, in sizes of the wedge.
+/// Distances from the origin, in sizes of the wedge.
 const PLACES: [f64; 4] = [0.0, 1.0, 30.0, 1000.0];
 const POINTS: usize = 300;
 
@@ -76,7 +76,7 @@ impl Room {
         shapes.triangles[triangle as usize].map(|v| shapes.positions[v as usize].as_dvec3())
     }
 
-    /// A point of a wall, often closely next to an edge or a corner, as a ray from inside hits it.
+    /// A point of a wall, often close to an edge or a corner, as hit by a ray from inside.
     fn hit(&self, random: &mut Random) -> (Ray, Hit) {
         let primitive = random.below(self.scene().shapes.triangles.len()) as u32;
         let small = |r: &mut Random| 10f32.powf(r.between(-8.0, 0.0)) * 0.5;
@@ -125,9 +125,8 @@ impl Room {
     }
 }
 
-/// A uniform direction on the side of `n`, but for those that are flatter than a sine of 0.02: they
-/// may meet the next wall so closely beside the edge that single precision does not tell the two
-/// walls apart.
+/// A uniform direction on the side of `n`, except those with a sine below 0.02: they may meet the
+/// next wall so close to the edge that single precision does not distinguish the two walls.
 fn inwards(n: DVec3, random: &mut Random) -> Vec3 {
     loop {
         let w = random.direction();
@@ -199,7 +198,7 @@ fn no_ray_that_leaves_a_convex_body_hits_it_again() {
     });
 }
 
-/// Rays that leave a sphere meet it where they should: nowhere, or 2r cos θ away.
+/// Rays that leave a sphere meet it at the right place: nowhere, or at a distance of 2r cos θ.
 #[test]
 fn rays_that_leave_a_sphere_do_not_hit_it_again() {
     let mut random = Random::new(8);
@@ -224,7 +223,7 @@ fn rays_that_leave_a_sphere_do_not_hit_it_again() {
             assert_eq!(scene.bvh.intersect(&at.point.spawn(outwards)), None, "{scale} {place}");
             let inwards = inwards(-n, &mut random);
             let cosine = -n.dot(inwards.as_dvec3());
-            // How much of the way the offset, and rounding of the origin, may take.
+            // Part of the distance that the offset and the rounding of the origin may take.
             let reach = 16.0 * f64::from(EPSILON) * (place + 1.0) * scale;
             if cosine * cosine * scale > 4.0 * reach {
                 let t = scene.bvh.intersect(&at.point.spawn(inwards)).map(|hit| f64::from(hit.t));

@@ -1,4 +1,4 @@
-//! The thin lens: what lies in the plane of focus is sharp, and a point elsewhere becomes a disk.
+//! The thin lens: points in the plane of focus are sharp, and other points become disks.
 //!
 //! The image is measured at distance 1. A lens of radius R in focus at f blurs a point at distance
 //! d to a disk of radius c = R |d − f| / (d f), evenly lit; a small sphere of radius r, without
@@ -16,10 +16,10 @@ const RESOLUTION: u32 = 30;
 const LENS: f64 = 0.2;
 const FOCUS: f64 = 4.0;
 const SPHERE: f64 = 0.05;
-/// What sums over pixels of an image with a sharp rim may be off, as a share.
+/// Relative error of sums over the pixels of an image with a sharp rim.
 const GRID_ERROR: f64 = 1e-3;
 
-/// The image of a glowing sphere, from −`half` to `half` at distance 1.
+/// Image of an emissive sphere, from −`half` to `half` at distance 1.
 fn image(distance: f64, half: f64) -> Film {
     let fov = 2.0 * half.atan().to_degrees();
     let view = camera(DVec3::ZERO, DVec3::NEG_Z, [fov, fov]);
@@ -29,7 +29,7 @@ fn image(distance: f64, half: f64) -> Film {
     render(&scene, size([RESOLUTION; 2]), settings(1024)).film().clone()
 }
 
-/// Light and second moment about the middle of an image, with their variances.
+/// Total light and second moment about the middle of an image, with their variances.
 fn moments(film: &Film, pixel: f64) -> [(f64, f64); 2] {
     let at = |i: u32| (f64::from(i) + 0.5 - 0.5 * f64::from(RESOLUTION)) * pixel;
     let places = (0..RESOLUTION).flat_map(|y| (0..RESOLUTION).map(move |x| (x, y)));
@@ -71,8 +71,8 @@ fn points_out_of_focus_become_disks() {
     }
 }
 
-/// No light falls outside of the disk, to a pixel; the nearest half of the sphere is a little
-/// nearer than its middle.
+/// Asserts that no light is outside of the disk, to a pixel; the nearest half of the sphere is a
+/// little nearer than its centre.
 fn assert_dark_outside(film: &Film, pixel: f64, radius: f64) {
     let middle = 0.5 * f64::from(RESOLUTION);
     for y in 0..RESOLUTION {

@@ -1,4 +1,4 @@
-//! The light of groups of lights: its sum is the light of all, and each part is that of its lights.
+//! Light groups: their sum is the image, and each group has the light of its lights.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -24,7 +24,7 @@ const SIZE: [u32; 2] = [16, 12];
 
 const EACH: LightGroups = LightGroups { named: Vec::new(), each: true };
 
-/// Groups of the lights of these names.
+/// Light groups with the lights of these names.
 fn named(groups: &[(&str, &[&str])]) -> LightGroups {
     let group = |&(name, lights): &(&str, &[&str])| {
         let lights = lights.iter().map(|&light| light.to_owned()).collect();
@@ -39,7 +39,7 @@ fn rendered(scene: &Scene, settings: Settings) -> Session {
     session
 }
 
-/// The light of each group with its name: red, green and blue of all pixels.
+/// Radiance of each group with its name: red, green and blue of all pixels.
 fn parts(film: &Film) -> Vec<(String, Vec<[f32; 3]>)> {
     let channels = groups::channels(film);
     let values = |samples: &Samples| match samples {
@@ -55,7 +55,7 @@ fn parts(film: &Film) -> Vec<(String, Vec<[f32; 3]>)> {
     film.light_groups().iter().zip(channels.chunks(3)).map(|(n, c)| part(n, c)).collect()
 }
 
-/// All parts together are the image, and the image is that without parts.
+/// Asserts that the sum of all groups is the image, and that the image is that without groups.
 fn assert_parts_are_the_whole(scene: &Scene, settings: &Settings, what: &str) {
     let whole = rendered(scene, settings.clone());
     let split = rendered(scene, Settings { light_groups: Some(EACH), ..settings.clone() });
@@ -115,7 +115,7 @@ fn groups_are_together_the_image() {
     }
 }
 
-/// Settings with which pixels have different numbers of samples, or two halves, or both.
+/// Settings with different numbers of samples per pixel, or half buffers, or both.
 fn uneven() -> [Settings; 4] {
     let base = Settings { spp: 60, max_depth: 4, ..Settings::default() };
     let target = Target { error: Some(0.01), white: 30.0, ..Target::NONE };
@@ -143,7 +143,7 @@ fn groups_are_together_the_image_however_many_samples_pixels_have() {
     }
 }
 
-/// Neither threads nor tiles nor batches nor stops change a bit of what films keep of groups.
+/// Neither threads nor tiles nor batches nor stops change a bit of the groups of a film.
 #[test]
 fn groups_are_the_same_to_the_bit_however_work_is_shared_out() {
     let scene = colored();
@@ -171,7 +171,7 @@ fn groups_are_the_same_to_the_bit_however_work_is_shared_out() {
     }
 }
 
-/// Stops a render when it asked so often.
+/// Stops a render after a number of calls.
 struct Stop {
     seen: AtomicU32,
     after: u32,
@@ -183,7 +183,7 @@ impl Observer for Stop {
     }
 }
 
-/// Films of some of the samples and of some of the pixels add up to the whole, groups and all.
+/// Films of parts of the samples and of the pixels merge to the whole, including the groups.
 #[test]
 fn groups_of_parts_add_up_to_those_of_the_whole() {
     let scene = colored();
@@ -209,7 +209,7 @@ fn groups_of_parts_add_up_to_those_of_the_whole() {
     assert!(sum == *whole.film());
 }
 
-/// A clear sky with its sun, and a second one.
+/// A clear sky with its sun, and a second sun.
 fn under_the_sun() -> Scene {
     let sun = LightKind::DistantDisk { irradiance: [0.5, 0.2, 0.0], angular_radius: 9.0 };
     Builder::default()
@@ -228,8 +228,8 @@ fn grey() -> Surface {
     Plastic { diffuse, specular, alpha: 0.3, two_sided: false }.into()
 }
 
-/// A grey room without a ceiling and, in turn red, green and blue, lights of all kinds: glowing
-/// shapes, squares, points, spots, and directions; the sky is white.
+/// A grey room without a ceiling, with lights of all kinds, in turn red, green and blue: emissive
+/// shapes, squares, point lights, spot lights, and directional lights; the environment is white.
 fn colored() -> Scene {
     let place = |i: usize| DVec3::new(i as f64 * 0.3 - 1.2, 1.8, 0.4 * (i % 3) as f64 - 0.5);
     let down = |i: usize| looking(place(i), place(i) - DVec3::Y);
@@ -259,7 +259,7 @@ fn colored() -> Scene {
     scene
 }
 
-/// So many points, glowing squares and balls that trees choose among them.
+/// `count` point lights, emissive squares and balls, enough for a light tree.
 fn many(count: u32) -> Scene {
     let mut builder = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.5; 3]))
@@ -346,7 +346,7 @@ fn each_group_has_the_light_of_its_lights_alone() {
     }
 }
 
-/// Without all lights of a scene but those of this name.
+/// Removes all lights of a scene except those of this name.
 fn without_others(scene: &Scene, name: &str) -> Scene {
     let mut scene = scene.clone();
     scene.lights.retain(|light| light.name == name);
@@ -358,7 +358,7 @@ fn without_others(scene: &Scene, name: &str) -> Scene {
     scene
 }
 
-/// The mean of each pixel and of all of them over many seeds, red, green and blue together, with
+/// Mean of each pixel and of all pixels over many seeds, of the sum of red, green and blue, with
 /// their variances.
 fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
     let mut sums: Vec<[f64; 2]> = Vec::new();
@@ -380,9 +380,9 @@ fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
     ]
 }
 
-/// Of an image that is rendered with many seeds, each pixel of the part of a group has the mean of
-/// that in a render in which there are no other lights; also where an error target, which knows the
-/// light of all, says how many samples pixels have.
+/// Over many seeds, each pixel of a group has the mean of that pixel in a render without the other
+/// lights; also if an error target, which depends on the light of all groups, determines the
+/// numbers of samples.
 #[test]
 fn a_group_is_what_its_lights_would_give_alone() {
     const SEEDS: u32 = 200;

@@ -1,5 +1,5 @@
-//! Laws of whole images: what scenes with a known answer must look like, which estimators must
-//! agree, and which settings must not change a bit.
+//! Tests of whole images: scenes with a known solution, estimators that must agree, and settings
+//! that must not change a bit.
 
 mod adaptive;
 mod alpha;

@@ -1,4 +1,4 @@
-//! Many lights, of which a tree chooses one at a time.
+//! Many lights, of which a light tree chooses one at a time.
 
 use pathtracer::{CompileOptions, DirectLight, Film, Scene, Settings};
 use pt_math::{DAffine3, DVec3};
@@ -10,14 +10,14 @@ use pt_testing::{Random, sidak};
 use crate::measure::{assert_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
-/// What lights there are, and what is between them.
+/// Kinds of lights, and the medium between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     /// Lights without extent.
     Points,
-    /// All that may be in a tree.
+    /// All lights that a light tree supports.
     All,
-    /// The same, in fog.
+    /// All lights that a light tree supports, in fog.
     Fog,
 }
 
@@ -83,9 +83,9 @@ fn film(kind: Kind, most_single_lights: usize, settings: Settings) -> Film {
     render(&scene(kind), options, Settings { integrator, ..settings }).film().clone()
 }
 
-/// A light that a tree chooses brings on average what all of them bring, and what paths find of
-/// them has the weight that is left; also with several samples. Random directions hardly find
-/// lights so small: they are tried with those that only sampling finds.
+/// A light chosen by a tree gives on average the light of all of them, and emission hit by rays has
+/// the complementary weight; also with several samples. Hemisphere sampling hardly finds such small
+/// lights: it is tested with lights that only sampling finds.
 #[test]
 fn a_tree_of_lights_brings_the_light_of_all() {
     use DirectLight::{CosineHemisphere, Light, Mis, UniformHemisphere};

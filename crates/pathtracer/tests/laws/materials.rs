@@ -1,4 +1,4 @@
-//! Materials that vary: textures, holes, mixtures, sides, reliefs.
+//! Materials that vary: textures, opacity, mixtures, two sides, normal maps and bump maps.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ const OTHER: [f32; 3] = [0.3, 0.6, 0.5];
 const GREY: [f32; 3] = [0.3; 3];
 const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 
-/// An image of one row, without anything between its texels.
+/// Image of one row, without interpolation between its texels.
 pub(crate) fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
     let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
     let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::CLAMP, filter };
@@ -49,7 +49,7 @@ fn number(textured: bool) -> Scalar {
     }
 }
 
-/// A sheet of glTF with all that it may have.
+/// A glTF material with all of its parameters.
 fn metallic_roughness(
     color: impl Fn([f32; 3]) -> Color,
     share: impl Fn(f32) -> Scalar,
@@ -161,11 +161,11 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
     ]
 }
 
-/// A lamp and a surface with a picture, on coordinates that the mesh has as values or that a
-/// transform makes of its own.
+/// A lamp and a textured surface, with texture coordinates as vertex values or by a transform of
+/// others.
 #[test]
 fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
-    // (u, v) of the picture are (2u + ¼, ½v + ¼u).
+    // (u, v) of the texture are (2u + ¼, ½v + ¼u).
     let to_pattern = DMat3::from_cols(
         DVec3::new(2.0, 0.25, 0.0),
         DVec3::new(0.0, 0.5, 0.0),
@@ -210,7 +210,7 @@ fn film(scene: &Scene, spp: u32, seed: u32) -> Film {
     render(scene, size([10, 8]), settings).film().clone()
 }
 
-/// Lit from one side, so that all that lobes do is seen.
+/// A ball lit from one side, so that all parameters of lobes have an effect.
 fn ball(surface: Surface) -> Scene {
     Builder::default()
         .sphere(DVec3::ZERO, 1.0, surface)
@@ -219,8 +219,8 @@ fn ball(surface: Surface) -> Scene {
         .seen_by(camera(FAR, DVec3::ZERO, [40.0, 32.0]))
 }
 
-/// A texture of one colour is that colour, to the bit: each texture reaches the parameter that it
-/// is for.
+/// A texture of one colour equals that colour, to the bit: each texture is assigned to the right
+/// parameter.
 #[test]
 fn a_texture_of_one_colour_is_the_colour() {
     for (value, textured) in surfaces(false).into_iter().zip(surfaces(true)) {
@@ -229,7 +229,7 @@ fn a_texture_of_one_colour_is_the_colour() {
     }
 }
 
-/// A wall that fills the view, under a sky of radiance 1.
+/// A wall that fills the view, under an environment of radiance 1.
 fn wall(surface: Surface, normal: DVec3) -> Scene {
     Builder::default().quad(facing(DVec3::ZERO, normal, 1.0), surface).sky(1.0).seen_by(camera(
         FAR,
@@ -242,7 +242,7 @@ fn boxed(reflectance: f32) -> Box<Surface> {
     matte([reflectance; 3]).into()
 }
 
-/// The mean of a mixture is that of its parts, by their shares; also of a mixture of mixtures.
+/// The mean of a mixture is the weighted mean of its parts; also of a mixture of mixtures.
 #[test]
 fn mixtures_scatter_what_their_parts_do() {
     let mix = |first, second, share: f32| Mix { first, second, amount: share.into() };
@@ -258,7 +258,7 @@ fn mixtures_scatter_what_their_parts_do() {
     }
 }
 
-/// Each side is its own, and is lit from its side.
+/// Each side has its own surface, and is lit from its side.
 #[test]
 fn sides_may_differ() {
     let sided = || Surface::from(TwoSided { front: boxed(0.2), back: boxed(0.8) });
@@ -272,8 +272,8 @@ fn with_opacity(mut scene: Scene, material: usize, opacity: Scalar) -> Scene {
     scene
 }
 
-/// Two black sheets before the sky let (1 − a)(1 − b) of it through, and a hole through both in the
-/// pattern of one of them all of the rest.
+/// Two black sheets in front of the environment transmit (1 − a)(1 − b) of it, and a hole in the
+/// opacity texture of one of them all of the rest.
 #[test]
 fn light_goes_on_through_what_is_not_there() {
     let sheets = || {
@@ -290,8 +290,8 @@ fn light_goes_on_through_what_is_not_there() {
     assert_uniform(&film(&scene, 4096, 4), 0.4, 1e-4, "one sheet");
 }
 
-/// A floor that a point lights through a sheet gets the share of its light that the sheet lets
-/// through, with each estimator of direct light.
+/// A floor lit by a point light through a sheet receives the fraction of the light that the sheet
+/// transmits, with each estimator of direct light.
 #[test]
 fn shadows_have_the_holes_of_what_casts_them() {
     let floor = |opacity: f32| {
@@ -342,7 +342,7 @@ fn reliefs_turn_the_surface_to_the_light() {
     }
 }
 
-/// The room of the other laws with all of these in it.
+/// Room of the other tests with all of these materials.
 fn room() -> Scene {
     let chess = |colors| {
         let to_pattern = DMat3::from_diagonal(DVec3::new(2.0, 3.0, 1.0));
@@ -392,7 +392,7 @@ fn estimators_agree_where_materials_vary() {
     assert_all_agree(&films);
 }
 
-/// Anisotropy along shares of ∂p/∂u and ∂p/∂v is turned by their angle on a square whose
+/// Anisotropy along a combination of ∂p/∂u and ∂p/∂v is rotated by their angle on a square whose
 /// coordinates are square, too.
 #[test]
 fn anisotropy_turns_with_its_direction() {

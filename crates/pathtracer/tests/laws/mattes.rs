@@ -1,4 +1,4 @@
-//! How much of each pixel the mattes say that things cover, where it is known.
+//! Cryptomatte coverage in scenes where it is known.
 
 use pathtracer::cryptomatte::{self, id_of};
 use pathtracer::image::Samples;
@@ -12,7 +12,7 @@ use crate::scenes::{Builder, camera, facing, matte, size};
 const SIZE: u32 = 64;
 const RANKS: usize = 6;
 
-/// Of each rank of a pixel, the number of the thing and how much it covers.
+/// Id and coverage of each rank of a pixel.
 type Ranks = [[f32; 2]; RANKS];
 
 fn rendered(scene: &Scene, aovs: &[Aov], spp: u32) -> Session {
@@ -20,7 +20,7 @@ fn rendered(scene: &Scene, aovs: &[Aov], spp: u32) -> Session {
     render(scene, size([SIZE; 2]), settings)
 }
 
-/// What all pixels have in the channels of a layer.
+/// Ranks of all pixels in the channels of a layer.
 fn ranks(session: &Session, layer: &str) -> Vec<Ranks> {
     let channels = session.channels();
     let values = |rank: usize, letter: &str| {
@@ -40,14 +40,14 @@ fn ranks(session: &Session, layer: &str) -> Vec<Ranks> {
     ranks
 }
 
-/// The matte of one thing.
+/// Matte of one object or material.
 fn matte_of(ranks: &[Ranks], name: &str) -> Vec<f64> {
     let share =
         |pixel: &Ranks| pixel.iter().find(|rank| rank[0] == id_of(name)).map(|rank| rank[1]);
     ranks.iter().map(|pixel| f64::from(share(pixel).unwrap_or(0.0))).collect()
 }
 
-/// Names that are easy to say.
+/// Sets the names of objects and materials.
 fn named(mut scene: Scene, objects: &[&str], materials: &[&str]) -> Scene {
     for (object, name) in scene.objects.iter_mut().zip(objects) {
         object.name = (*name).into();
@@ -58,9 +58,9 @@ fn named(mut scene: Scene, objects: &[&str], materials: &[&str]) -> Scene {
     scene
 }
 
-/// A ball of radius r in distance d covers the circle of tangent r/√(d² − r²) in the middle of the
-/// image; each sample of a pixel lies on it with the share of the pixel that does, so that the
-/// variance of all is at most that of independent ones.
+/// A ball of radius r at distance d covers the circle of tangent r/√(d² − r²) in the middle of the
+/// image; the probability of a sample to hit it is the coverage of its pixel, so that the variance
+/// of the sum is at most that of independent samples.
 #[test]
 fn a_ball_covers_a_circle_of_the_image() {
     let (radius, distance, spp) = (0.5, 4.0, 64);
@@ -83,7 +83,7 @@ fn a_ball_covers_a_circle_of_the_image() {
     assert_eq!(mattes[0][0], 0.0, "nothing is in the corner");
 }
 
-/// A sheet of which a quarter is there, before a wall: samples see the one or the other.
+/// A sheet of opacity ¼ in front of a wall: each sample hits one of them.
 #[test]
 fn what_is_partly_there_covers_as_much_as_there_is_of_it() {
     let z = |z: f64| facing(DVec3::new(0.0, 0.0, z), DVec3::Z, 3.0);
@@ -97,12 +97,12 @@ fn what_is_partly_there_covers_as_much_as_there_is_of_it() {
     let [wall, sheet] = ["wall", "sheet"].map(|name| matte_of(&ranks, name));
     assert!(wall.iter().zip(&sheet).all(|(a, b)| a + b == 1.0));
     mean_z_test(&sheet, 0.25, 1e-3).expect("a quarter");
-    // The one of which there is more comes first.
+    // The larger coverage is first.
     assert!(ranks.iter().all(|ranks| ranks[0][1] >= ranks[1][1] && ranks[2] == [0.0; 2]));
 }
 
-/// Ten strips side by side in each pixel, of different widths: the six widest are told, in their
-/// order, and what they cover is what the film counts of them.
+/// Ten strips side by side in each pixel, of different widths: the six widest are listed in this
+/// order, with the coverage that the film has counted.
 #[test]
 fn the_six_things_that_cover_most_are_told() {
     let width = 6.0 / f64::from(SIZE);
@@ -143,8 +143,8 @@ fn the_six_things_that_cover_most_are_told() {
     assert_eq!(manifest.matches("strip").count(), 10);
 }
 
-/// All surfaces look at the camera, so that the mean of their normals over all samples is the share
-/// of those that see one.
+/// All surfaces face the camera, so that the mean of their normals over all samples is the fraction
+/// of the samples that hit one.
 #[test]
 fn things_cover_together_what_samples_see() {
     let mut builder = Builder::default();

@@ -6,34 +6,34 @@ use pt_cpu::Renderer;
 use pt_math::sampler::SamplerKind;
 use pt_testing::{Estimates, ZFailure, sidak, z_test};
 
-/// Independent samples: their variance is what the film says it is, so that tests have all of
-/// their power.
+/// Settings with independent samples: the film estimates their variance without bias, so that tests
+/// have their full power.
 pub(crate) fn settings(spp: u32) -> Settings {
     Settings { spp, sampler: SamplerKind::Independent, ..Settings::default() }
 }
 
-/// Renders all of it, on all cores; no sample may be refused.
+/// Renders a scene on all cores; panics if a sample is invalid.
 pub(crate) fn render(scene: &Scene, options: CompileOptions, settings: Settings) -> Session {
     let mut session = Session::new(scene, options, settings).expect("the scene makes sense");
     finish(&mut session);
     session
 }
 
-/// Takes the samples that are missing.
+/// Takes the missing samples.
 pub(crate) fn finish(session: &mut Session) {
     session.render(0, 16, &Silent).expect("the settings make sense");
     let rejections = session.film().invalid_samples();
     assert_eq!(rejections.count(), 0, "no number: {:?}", rejections.first);
 }
 
-/// Returns true if a scene is not rendered with these settings.
+/// Returns true if rendering a scene with these settings is an error.
 pub(crate) fn refuses(scene: &Scene, settings: &Settings) -> bool {
     let options = CompileOptions::default();
     let session = Session::new(scene, options, Settings::default()).expect("it compiles");
     Renderer::new(session.scene(), settings, 1, 16, false).is_err()
 }
 
-/// The mean square of the standard errors of all pixels.
+/// Mean square of the standard errors of all pixels.
 pub(crate) fn noise(film: &Film) -> f64 {
     let error = |pixel: PixelSums| pixel.luminance().1.powi(2);
     film.pixels().map(error).sum::<f64>() / film.pixels().count() as f64
@@ -47,8 +47,8 @@ pub(crate) struct Luminances {
 }
 
 impl Luminances {
-    /// Those of the pixels of a film, and in the end that of all of them together, which has the
-    /// least noise.
+    /// Luminances of the pixels of a film, followed by that of the whole film, which has the least
+    /// noise.
     pub(crate) fn of(film: &Film) -> Self {
         let pixels: Vec<_> = film.pixels().map(|p| p.luminance()).collect();
         let n = pixels.len() as f64;
@@ -59,7 +59,7 @@ impl Luminances {
         Self { mean, variance }
     }
 
-    /// The same value everywhere, exactly.
+    /// A constant image without noise.
     fn exact(value: f64, len: usize) -> Self {
         Self { mean: vec![value as f32; len], variance: vec![0.0; len] }
     }
@@ -70,7 +70,7 @@ impl Luminances {
         Self { mean: add(&self.mean, &other.mean), variance: add(&self.variance, &other.variance) }
     }
 
-    /// The image times a number.
+    /// Image multiplied by a number.
     pub(crate) fn scaled(&self, factor: f32) -> Self {
         let times = |values: &[f32], factor: f32| values.iter().map(|v| v * factor).collect();
         let variance = times(&self.variance, factor * factor);

@@ -1,4 +1,4 @@
-//! Measured materials: files that are measured of known lobes, and scenes that show them.
+//! Measured materials: files measured from known lobes, and scenes that use them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use pt_core::bsdf::{
     TabulatedLobe,
 };
 use pt_cpu::Tracer;
+use pt_formats::save;
 use pt_math::{Ray, Spectrum, Vec3};
-use pt_scene::format::save;
 use pt_scene::material::{Distribution, Masking, Measured};
 use pt_scene::measured::Measurements;
 use pt_scene::texture::Scalar;
@@ -22,7 +22,7 @@ use crate::scenes::size;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
-/// A blue surface under a gloss of roughness 0.35, the same all around.
+/// A blue surface under an isotropic glossy lobe of roughness 0.35.
 fn glossy() -> Measurements {
     let distribution = MicrofacetDistribution::isotropic(Distribution::Ggx, 0.35);
     let lobe = RoughPlastic {
@@ -40,7 +40,8 @@ fn glossy() -> Measurements {
     instrument.measure(&TabulatedLobe {
         description: "blue gloss",
         lobe: lobe.into(),
-        // Those of the gloss, and as many that look to all sides, for what is diffuse.
+        // Half of the distribution is that of the glossy lobe, the other half constant, for the
+        // diffuse part.
         distribution: &|m| 0.5 * distribution.d(m) + 0.5 * std::f32::consts::FRAC_1_PI,
         is_isotropic: true,
         is_relative: true,
@@ -72,7 +73,7 @@ fn brushed() -> Measurements {
     })
 }
 
-/// The file of what was measured.
+/// File of the measurements.
 fn file_of(measurements: Measurements) -> Vec<u8> {
     let surface = Measured { measurements: Arc::new(measurements), two_sided: true }.into();
     let material = Material {
@@ -90,7 +91,8 @@ fn file_of(measurements: Measurements) -> Vec<u8> {
     std::fs::read(file.path()).expect("a readable file")
 }
 
-/// The files of the scenes are what the instrument measures. `PT_WRITE_GENERATED=1` writes them.
+/// The files of the scenes equal the measurements of the instrument. `PT_WRITE_GENERATED=1` writes
+/// them.
 #[test]
 fn files_of_scenes_are_what_is_measured() {
     for (name, measurements) in [("gloss.bsdf", glossy()), ("brushed.bsdf", brushed())] {
@@ -103,15 +105,15 @@ fn files_of_scenes_are_what_is_measured() {
     }
 }
 
-/// f cos θ, densities and directions that are drawn, as Mitsuba 3.9.1 has them in the variant
-/// scalar_rgb: after the name of the file `wo`, `wi` (half of them drawn), eval, pdf, two numbers,
-/// and the direction that they draw, which may be below the surface.
+/// f cos θ, densities and sampled directions of Mitsuba 3.9.1 in the variant scalar_rgb: after the
+/// name of the file `wo`, `wi` (half of them sampled), eval, pdf, two random numbers, and the
+/// direction sampled with these, which may be below the surface.
 const BY_MITSUBA: &str = include_str!("measured.txt");
-/// The same without drawn directions in the variant scalar_spectral, of the file of pbrt's scene:
+/// The same without sampled directions in the variant scalar_spectral, of the file of pbrt's scene:
 /// its eval at 1000 wavelengths, as a colour of Rec. 709 under D65.
 const SPECTRA_BY_MITSUBA: &str = include_str!("measured_spectra.txt");
 
-/// How far eval, which is relative to its largest channel, and pdf are from those of a row.
+/// Errors of eval, relative to its largest channel, and of pdf, compared with a row.
 fn errors(lobe: &pt_core::bsdf::Measured<'_>, row: &[f32]) -> [f32; 2] {
     let three = |i: usize| Vec3::from_slice(&row[i..]);
     let (wo, wi) = (three(0), three(3));
@@ -155,9 +157,8 @@ fn colors_of_spectra_are_those_of_mitsuba() {
     }
 }
 
-/// The back of a sheet with two sides looks as the front does from where light and viewer are
-/// mirrored by it, though brushed metals of which half a turn was measured are not their own mirror
-/// images.
+/// The back of a two-sided sheet has the reflectance of the front for mirrored directions of light
+/// and viewer, though brushed metals measured over half a turn are not their own mirror images.
 #[test]
 fn backs_look_like_fronts_seen_through_them() {
     let scene = scene_of("mitsuba", "brushed", "{\"type\": \"rectangle\", \"material\": \"m\"}");
@@ -194,7 +195,7 @@ fn scene_of(folder: &str, name: &str, object: &str) -> Scene {
         "{{\"pathtracer\": 1, \"materials\": {{\"m\": {{{material}}}}}, \"objects\": [{object}], \"cameras\": [{{\"type\": \"panorama\"}}]}}"
     );
     let path = Path::new(SCENES).join(folder).join("measured.json");
-    pt_scene::format::parse(text.as_bytes(), &path).expect("a scene")
+    pt_formats::parse(text.as_bytes(), &path).expect("a scene")
 }
 
 /// The tables of a file of the scenes.

@@ -1,4 +1,4 @@
-//! Light in media: closed forms, white furnaces, and ways to describe the same medium.
+//! Media: closed forms, white furnaces, and equivalent descriptions of the same medium.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub(crate) fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) 
     medium(MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] }, phase)
 }
 
-/// The grid in the cube [−1, 1]³.
+/// Medium with a grid in the cube [−1, 1]³.
 pub(crate) fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
     let extinction = PlacedGrid {
         grid: Arc::new(grid),
@@ -50,7 +50,7 @@ pub(crate) fn cloud(scale: f32, albedo: [f32; 3], phase: Phase) -> Medium {
     grid(values, scale, Volume::Constant(albedo), phase)
 }
 
-/// The same with other colours in each place.
+/// A cloud whose colours vary from place to place.
 fn colored_cloud(scale: f32, albedo: [f32; 3], phase: Phase) -> Medium {
     let cell = |i: u32| [7, 13, 29].map(|k| (i * i * k % 23).saturating_sub(9) as f32 / 13.0);
     let values = (0..20 * 18 * 9u32).flat_map(cell).collect();
@@ -68,7 +68,7 @@ fn filled(builder: Builder, medium: Medium) -> Builder {
     Builder(scene)
 }
 
-/// A cube [−1, 1]³ in `place` that is nothing but the boundary of a medium.
+/// Adds the cube [−1, 1]³ transformed by `place`, whose surface is only the boundary of a medium.
 pub(crate) fn block(builder: Builder, place: DAffine3, medium: Medium) -> Builder {
     let Builder(mut scene) = builder.mesh(shapes::cube(), place, Black.into());
     scene.materials.last_mut().expect("it has a material").opacity = 0.0.into();
@@ -92,7 +92,7 @@ fn luminance(rgb: [f64; 3]) -> f64 {
 const FORWARDS: Phase = Phase::HenyeyGreenstein { g: 0.7 };
 const BACKWARDS: Phase = Phase::HenyeyGreenstein { g: -0.4 };
 
-/// The sky through two blocks: each single sample is e^(−σd), up to the rounding of distances.
+/// Environment through two blocks: each single sample is e^(−σd), up to the rounding of distances.
 #[test]
 fn what_only_absorbs_has_no_noise() {
     let sigma = [0.2, 0.9, 3.0];
@@ -135,7 +135,7 @@ fn glass_that_absorbs_follows_beers_law() {
 /// The name of a layer, its extinction, and the medium with a phase function.
 type Layer = (&'static str, [f64; 3], fn(Phase) -> Medium);
 
-/// A phase function where light is turned by an angle of this cosine.
+/// Value of a phase function at an angle with this cosine.
 fn value(phase: &Phase, cos: f64) -> f64 {
     match phase {
         Phase::Isotropic => 1.0 / (4.0 * PI),
@@ -194,8 +194,7 @@ fn single_scattering_follows_its_closed_form() {
         let p = value(phase, -to_light.z);
         for (name, sigma, medium) in &media {
             let light = LightKind::Directional { irradiance: [IRRADIANCE; 3] };
-            // The cube of the grid is all there is of the layer, so light comes in by its front
-            // alone.
+            // The layer is only the cube of the grid, so light enters by its front alone.
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
             let mut scene = block(scene, wide, medium(phase.clone())).seen_by(straight());
@@ -213,7 +212,7 @@ fn single_scattering_follows_its_closed_form() {
     }
 }
 
-/// Microflakes in the cube [−1, 1]³: the same everywhere, or from one kind to the other along x.
+/// Microflakes in the cube [−1, 1]³: homogeneous, or from one kind to the other along x.
 fn flakes(matrices: &[[f32; 6]]) -> Phase {
     let resolution = [matrices.len() as u32, 1, 1];
     let grid = Grid { resolution, channels: 6, values: matrices.concat() };
@@ -283,8 +282,8 @@ fn microflakes_that_make_no_sense_are_refused() {
     }
 }
 
-/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too, whatever scatters in
-/// it.
+/// Under a constant environment of radiance 1, media without absorption have radiance 1 too,
+/// however they scatter.
 #[test]
 fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
     let white = [1.0; 3];
@@ -339,7 +338,7 @@ fn noise(extinction: [f32; 3], albedo: [f32; 3]) -> Medium {
     medium(MediumProperties::Cloud(Box::new(matter)), FORWARDS)
 }
 
-/// The same with light of its own: radiance 1 of what absorbs all.
+/// Sets the emission of a medium to 1, the radiance of an opaque absorber.
 fn glowing(mut medium: Medium) -> Medium {
     match &mut medium.matter {
         MediumProperties::Homogeneous { emission, .. } => *emission = [1.0; 3],
@@ -351,8 +350,8 @@ fn glowing(mut medium: Medium) -> Medium {
     medium
 }
 
-/// Where everything has the same temperature everything has the same radiance, whatever is absorbed
-/// or scattered. [Kirchhoff 1860]
+/// In thermal equilibrium, all points have the same radiance, whatever is absorbed or scattered.
+/// [Kirchhoff 1860]
 #[test]
 fn media_as_bright_as_the_sky_are_invisible() {
     let grey = [0.6; 3];
@@ -372,7 +371,7 @@ fn media_as_bright_as_the_sky_are_invisible() {
         let film = render(&scene, size([7, 7]), with_depth(1024, 5000));
         assert_uniform(film.film(), 1.0, sidak(1e-4, media.len()), name);
     }
-    // A camera within, behind a pane of glass, and a wall as bright as all else.
+    // Camera in the medium, a pane of glass, and a wall of the same radiance.
     let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
     let mut scene = Builder::default()
         .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
@@ -382,8 +381,8 @@ fn media_as_bright_as_the_sky_are_invisible() {
     assert_uniform(film.film(), 1.0, 1e-4, "a camera within");
 }
 
-/// A camera in a medium without an end sees a furnace of its own: what is scattered everywhere, lit
-/// by a wall of radiance 1 all around.
+/// A camera in an unbounded medium is in a furnace, too: the medium scatters everywhere, lit by a
+/// wall of radiance 1 all around.
 #[test]
 fn a_camera_may_be_in_a_medium() {
     let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
@@ -400,13 +399,12 @@ fn a_camera_may_be_in_a_medium() {
     }
 }
 
-/// A foggy room with a cloud that scatters forwards.
+/// A foggy room with a forward-scattering cloud.
 pub(crate) fn fog() -> Scene {
     foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS))
 }
 
-/// A foggy room with a cloud, a ball of clouded glass, and lights of all sorts; what fills the
-/// cloud is given.
+/// A foggy room with the given medium in a cloud, a ball of turbid glass, and lights of all kinds.
 pub(crate) fn foggy(cloud: Medium) -> Scene {
     let turned = DAffine3::from_translation(DVec3::new(-0.1, 0.3, 0.2))
         * DAffine3::from_mat3(DMat3::from_rotation_y(0.5) * 0.5);
@@ -430,7 +428,7 @@ pub(crate) fn foggy(cloud: Medium) -> Scene {
     Builder(room).seen_by(pathtracer::Camera { medium: Some(0), ..view })
 }
 
-/// That room with a cloud of colours.
+/// That room with a coloured cloud.
 pub(crate) fn foggy_room() -> Scene {
     foggy(colored_cloud(5.0, [0.9, 0.7, 0.5], FORWARDS))
 }
@@ -439,7 +437,7 @@ pub(crate) fn film_of(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([12, 10]), settings).film().clone()
 }
 
-/// A grid that has one number, and the medium that is the same everywhere.
+/// A grid with a single value equals a homogeneous medium.
 #[test]
 fn a_uniform_grid_is_homogeneous() {
     for phase in [Phase::Isotropic, FORWARDS] {
@@ -487,8 +485,8 @@ fn a_uniform_coloured_grid_is_homogeneous() {
     assert_all_agree(&films);
 }
 
-/// Light sampling alone, and weighed against phase functions and BSDFs, with one and four samples
-/// of each light, and with paths that end early or not.
+/// Light sampling alone, and MIS with phase functions and BSDFs, with one and four samples of each
+/// light, and with and without Russian roulette.
 #[test]
 fn estimators_agree_in_media() {
     let scene = fog();
@@ -510,8 +508,8 @@ fn estimators_agree_in_media() {
     assert_all_agree(&films);
 }
 
-/// Under a sky of which light sampling leaves the dark part to phase functions and BSDFs where it
-/// works beside them.
+/// Under an environment of which MIS-compensated light sampling leaves the dark part to phase
+/// functions and BSDFs.
 #[test]
 fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
     let mut scene = Builder(under_a_sky());

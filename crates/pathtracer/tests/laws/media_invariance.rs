@@ -1,10 +1,6 @@
-//! Renders with media do not depend on units, batches or places; media that nobody renders are
-//! reported, and invalid ones are refused.
+//! Renders with media do not depend on units, batches or positions; media that the integrator does
+//! not support are reported, and invalid ones are rejected.
 
-use crate::invariance::moved;
-use crate::measure::assert_agree;
-use crate::media::{block, cloud, film_of, fog, foggy, grid, homogeneous, straight, with_depth};
-use crate::scenes::{Builder, cornell, facing, size, under_a_sky};
 use pathtracer::{DirectLight, Film, Outcome, Scene, Session, Settings, Silent};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DVec3};
@@ -13,7 +9,12 @@ use pt_scene::medium::{Grid, MediumProperties, Phase, Volume};
 use pt_scene::{LightKind, Sides};
 use pt_testing::sidak;
 
-/// Without media it is the path tracer, through holes as well.
+use crate::invariance::moved;
+use crate::measure::assert_agree;
+use crate::media::{block, cloud, film_of, fog, foggy, grid, homogeneous, straight, with_depth};
+use crate::scenes::{Builder, cornell, facing, size, under_a_sky};
+
+/// Without media, `volpath` agrees with `path`, also through transparent surfaces.
 #[test]
 fn without_media_it_is_the_path_tracer() {
     let mut holes = cornell();
@@ -53,8 +54,8 @@ fn samples_in_media_are_pure() {
     }
 }
 
-/// Media go with the unit of length, of which a power of two does not even change the rounding; and
-/// a scene with a cloud that is moved and turned gives the same image.
+/// Media scale with the unit of length, of which a power of two does not even change the rounding;
+/// and a scene with a cloud that is translated and rotated gives the same image.
 #[test]
 fn media_may_stand_anywhere_in_any_unit() {
     let mut scene = fog();
@@ -73,7 +74,7 @@ fn media_may_stand_anywhere_in_any_unit() {
     assert_agree(&here, &film(&there, 1), 1e-4, "moved");
 }
 
-/// Who renders a scene with media by an integrator that does not see them is told, once.
+/// An integrator without media adds one note to a scene with media.
 #[test]
 fn media_that_are_not_seen_are_told() {
     let scene = foggy(cloud(8.0, [1.0; 3], Phase::Isotropic));
@@ -87,7 +88,7 @@ fn media_that_are_not_seen_are_told() {
     assert_eq!(notes(&cornell(), "path"), 0);
 }
 
-/// What makes no sense is refused with a reason.
+/// Invalid media are rejected with a reason.
 #[test]
 fn media_that_make_no_sense_are_refused() {
     let grid_of = |values: Vec<f32>, scale| {

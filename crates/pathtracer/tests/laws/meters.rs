@@ -1,4 +1,4 @@
-//! Sensors that measure one number in place of a picture.
+//! Sensors that measure one number instead of an image.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ fn quad() -> Geometry {
     Geometry::Mesh(Arc::new(shapes::rectangle()))
 }
 
-/// E = π L in a sky of radiance L, with any sample: on the outside of a sphere that is there, and
-/// on a square before it that is not.
+/// E = π L in an environment of radiance L, with any sample: on the outside of a sphere that is
+/// part of the scene, and on a square in front of it that is not.
 #[test]
 fn an_even_sky_has_the_irradiance_pi() {
     let center = DVec3::new(1.0, 2.0, -3.0);
@@ -60,8 +60,8 @@ fn a_disk_has_the_irradiance_of_its_cone() {
     }
 }
 
-/// Seen from far away, a sphere of radiance L covers π r² of the area of the target: of a square of
-/// side 4, and of nothing but itself.
+/// Seen from far away, a sphere of radiance L covers π r² of the area of the target, which is a
+/// square of side 4, or the sphere itself.
 #[test]
 fn parallel_rays_measure_the_mean_over_their_target() {
     let sphere = Geometry::Sphere { radius: 0.5 };

@@ -1,4 +1,4 @@
-//! Motion blur: a moving picture is the mean of still ones, and what does not move is what it was.
+//! Motion blur: an image with motion is the mean of static ones, and static objects do not change.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::measure::{Luminances, assert_all_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, gloss, inward_cube, matte, metal, size};
 
 const SIZE: [u32; 2] = [12, 10];
-/// When the shutter opens and closes.
+/// Times at which the shutter opens and closes.
 const SHUTTER: [f64; 2] = [0.25, 1.5];
 
 fn key(time: f64, to_world: DAffine3) -> Key {
@@ -31,8 +31,8 @@ fn motion(keys: &[Key]) -> Motion {
     Motion::new(keys.to_vec()).expect("the keys make sense")
 }
 
-/// A floor under a lamp and a dim sky, with a block that a motion moves, a ball that goes with it,
-/// and one that stands still.
+/// A floor under a lamp and a dim environment, with a block and a ball that share a motion, and a
+/// static ball.
 fn scene(moves: &Motion) -> Scene {
     let block = DAffine3::from_translation(DVec3::new(-0.3, 0.45, 0.0))
         * DAffine3::from_scale(DVec3::new(0.5, 0.35, 0.2));
@@ -52,7 +52,7 @@ fn scene(moves: &Motion) -> Scene {
     scene
 }
 
-/// Flying, turning by more than a right angle, and growing in one direction.
+/// Translation, rotation by more than a right angle, and scaling in one direction.
 fn motions() -> Vec<(&'static str, Motion)> {
     let fly = |x: f64, y: f64| DAffine3::from_translation(DVec3::new(x, y, 0.2 * x));
     let turn = |angle: f64| {
@@ -75,15 +75,14 @@ fn film(scene: &Scene, spp: u32, seed: u32) -> Film {
     render(scene, size(SIZE), settings).film().clone()
 }
 
-/// The scene with the shutter open for no time.
+/// The scene with an exposure time of 0.
 fn at_once(scene: &Scene, time: f64) -> Scene {
     let mut scene = scene.clone();
     scene.cameras[0].shutter = [time; 2];
     scene
 }
 
-/// The mean of still pictures in the middles of equal parts of the time for which the shutter is
-/// open.
+/// Mean of static images at the midpoints of equal parts of the exposure time.
 fn mean_of_stills(scene: &Scene, parts: u32, spp: u32) -> Luminances {
     let [open, close] = scene.cameras[0].shutter;
     let still = |i: u32| {
@@ -109,7 +108,7 @@ fn moving_pictures_are_means_of_still_ones() {
     }
 }
 
-/// A camera that flies and turns, in perspective with a lens, and with parallel rays.
+/// A translating and rotating camera, in perspective with a lens, and orthographic.
 #[test]
 fn pictures_of_a_moving_camera_are_means_of_still_ones() {
     let fly = |x: f64, angle: f64| {
@@ -128,8 +127,8 @@ fn pictures_of_a_moving_camera_are_means_of_still_ones() {
     }
 }
 
-/// A floor and a ball under lamps that fly, turn and are stretched: a quad, another by a texture of
-/// two colours, a ball, and a ball that is stretched where the quads are.
+/// A floor and a ball under lamps that are translated, rotated and stretched: a quad, another with
+/// a texture of two colours, a ball, and a stretched ball where the quads are.
 pub(crate) fn under_flying_lamps() -> Scene {
     let fly = |x: f64, stretch: f64| {
         DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))
@@ -157,14 +156,14 @@ pub(crate) fn under_flying_lamps() -> Scene {
     scene
 }
 
-/// Light that moves is seen, and lights the scene, where it is at the time.
+/// An animated light is visible, and lights the scene, at its position at the time of the sample.
 #[test]
 fn moving_light_is_the_mean_of_still_light() {
     assert_blurred(&under_flying_lamps(), "light");
 }
 
-/// Lights that move are sampled as often as they say: estimators of direct light agree, also for
-/// what no other scene has, a glowing ball that is stretched.
+/// Animated lights are sampled with their densities: estimators of direct light agree, also for a
+/// stretched emissive ball, which no other scene has.
 #[test]
 fn estimators_agree_under_lights_that_move() {
     let mut scene = under_flying_lamps();
@@ -182,7 +181,7 @@ fn estimators_agree_under_lights_that_move() {
     assert_all_agree(&films.chain([volpath]).collect::<Vec<_>>());
 }
 
-/// With holes, textures of all sorts, and media inside of what moves.
+/// Transparency, textures of all kinds, and media inside of animated objects.
 #[test]
 fn moving_glass_with_a_medium_and_a_moving_mask_are_means_of_still_ones() {
     let (_, turning) = motions().swap_remove(1);
@@ -223,8 +222,7 @@ fn moving_glass_with_a_medium_and_a_moving_mask_are_means_of_still_ones() {
     }
 }
 
-/// Where the shutter is open for no time, and where both keys are alike, a scene has the bits of
-/// one without motion.
+/// With an exposure time of 0, and with two equal keys, a scene has the bits of one without motion.
 #[test]
 fn what_does_not_move_keeps_its_bits() {
     for (name, motion) in motions() {
@@ -249,7 +247,7 @@ fn what_does_not_move_keeps_its_bits() {
     }
 }
 
-/// From inside of a closed mesh that glows and tumbles, nothing but its light is seen.
+/// From inside of a closed emissive mesh that tumbles, only its radiance is visible.
 #[test]
 fn a_tumbling_room_is_closed() {
     let turn = |angle: f64, size: f64| {
@@ -303,7 +301,7 @@ fn motion_blur_has_the_same_bits_everywhere() {
     }
 }
 
-/// What moves is told, and what would be seen otherwise than it was meant is refused.
+/// Notes report animated objects; scenes whose motion cannot be represented are rejected.
 #[test]
 fn motions_are_told_and_what_cannot_move_is_refused() {
     let (_, flying) = motions().swap_remove(0);
@@ -334,6 +332,6 @@ fn motions_are_told_and_what_cannot_move_is_refused() {
     cloudy.media.push(Medium { name, matter, phase: Phase::Isotropic, at });
     cloudy.objects[4].media = Some(Sides { interior: Some(0), exterior: None });
     assert!(refused(&cloudy).contains("cannot move with it"), "{}", refused(&cloudy));
-    // What stands still may have it.
+    // A static object may have it.
     assert!(open(&at_once(&cloudy, 0.5)).is_ok());
 }

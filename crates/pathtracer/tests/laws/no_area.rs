@@ -1,4 +1,4 @@
-//! Triangles without area are left out, and harm nothing.
+//! Triangles without area are left out, and have no effect.
 
 use pathtracer::Session;
 use pt_math::{DAffine3, DVec3};
@@ -7,8 +7,9 @@ use pt_scene::{Mesh, shapes};
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, facing, matte, size};
 
-/// A mesh with triangles without area: a corner twice or three times, and corners on a line. They
-/// have corners of their own, so that the other triangles' normals do not depend on them.
+/// Adds triangles without area to a mesh: a corner twice or three times, and collinear corners.
+/// They have corners of their own, so that the normals of the other triangles do not depend on
+/// them.
 fn with_needles(mesh: &Mesh, count: u32) -> Mesh {
     let mut mesh = mesh.clone();
     let first = mesh.positions.len() as u32;
@@ -45,8 +46,8 @@ fn rendered(needles: u32) -> Session {
     render(&scene(needles, 3.0).seen_by(view), size([12, 12]), settings(64))
 }
 
-/// Both images are without a value that is not finite, which `render` asserts, and agree up to
-/// noise: lights of no area take no samples and no part in the choice of lights.
+/// Both images have finite values only, which `render` asserts, and agree up to noise: lights of no
+/// area take no samples and no part in the choice of lights.
 #[test]
 fn they_change_nothing_but_a_count() {
     let [without, with] = [0, 30].map(rendered);

@@ -22,7 +22,7 @@ fn floor() -> Builder {
     Builder::default().quad(facing(DVec3::ZERO, DVec3::Y, 50.0), matte([0.5; 3]))
 }
 
-/// Renders a few pixels of a floor, and compares with what its points should have.
+/// Renders a few pixels of a floor, and compares them with the expected values of its points.
 fn check(scene: Builder, settings: &Settings, tests: usize, want: impl Fn(DVec3) -> f64) {
     let view = camera(DVec3::new(7.0, 6.0, 5.0), DVec3::new(2.0, 0.0, 0.0), [20.0, 20.0]);
     let options = CompileOptions { resolution: Some(RESOLUTION), ..CompileOptions::default() };
@@ -65,8 +65,9 @@ fn a_closed_room_sees_nothing_of_it() {
 }
 
 /// Projected on to the floor, the directions ω of the hemisphere are a unit disk in which the
-/// cosine's density is even. [Nusselt 1928] An infinite wall at distance h is nearer than R for
-/// ω·n > h/R, with n towards it: a segment of the disk, of area acos c − c √(1 − c²) with c = h/R.
+/// density of the cosine is uniform. [Nusselt 1928] An infinite wall at distance h is nearer than R
+/// for ω·n > h/R, with n towards it: a segment of the disk, of area acos c − c √(1 − c²) with c =
+/// h/R.
 #[test]
 fn beside_an_infinite_wall_the_occluded_part_is_a_segment_of_a_disk() {
     const DISTANCES: [f32; 4] = [f32::INFINITY, 20.0, 4.0, 2.0];
@@ -83,7 +84,7 @@ fn beside_an_infinite_wall_the_occluded_part_is_a_segment_of_a_disk() {
     }
 }
 
-/// What a sphere occludes is the irradiance E of a glowing one of radiance 1: E/π.
+/// The occlusion by a sphere is E/π, with the irradiance E of an emissive sphere of radiance 1.
 #[test]
 fn below_a_sphere_its_form_factor_is_occluded() {
     let center = DVec3::new(2.3, 1.5, -0.2);

@@ -1,4 +1,4 @@
-//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes in
+//! Scenes of pbrt-v4, compared with the images rendered by pbrt-v4, and with the same scenes in
 //! other formats.
 
 use std::f64::consts::{PI, TAU};
@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pathtracer::{CompileOptions, DirectLight, Image, Session, Settings, Silent, image};
+use pt_image::SaveOptions;
 use pt_math::{DAffine3, DVec3};
-use pt_scene::image::SaveOptions;
 use pt_scene::material::{Conductor, Glass, Masking};
 use pt_scene::{Light, LightKind, Rows, Scene, Span, Surface};
 
@@ -19,7 +19,7 @@ fn luminance(rgb: [f32; 3]) -> f64 {
     0.2126 * f64::from(rgb[0]) + 0.7152 * f64::from(rgb[1]) + 0.0722 * f64::from(rgb[2])
 }
 
-/// A render as its file wants it, but for the samples and the size.
+/// Renders a scene with the settings of its file, except for the number of samples and the size.
 fn render(scene: &Scene, spp: u32, resolution: [u32; 2], seed: u32) -> Image {
     let file = &scene.settings;
     let mut settings = Settings { spp, seed, ..Settings::default() };
@@ -34,7 +34,7 @@ fn render(scene: &Scene, spp: u32, resolution: [u32; 2], seed: u32) -> Image {
     session.image()
 }
 
-/// The mean luminance of each block of 16 × 16 pixels.
+/// Mean luminance of each block of 16 × 16 pixels.
 fn blocks(image: &Image) -> Vec<f64> {
     let [width, height] = [image.width as usize, image.height as usize];
     let corners =
@@ -55,11 +55,12 @@ fn mean(image: &Image) -> [f64; 3] {
     sum.map(|s| s / image.pixels.len() as f64)
 }
 
-/// Our render of a scene against the picture that pbrt-v4 made of it with `their_spp` samples: the
-/// mean of each channel within 2 %, and the luminance of at least 97 % of the blocks within 5 % and
-/// four standard errors.
+/// Compares our render of a scene with the image that pbrt-v4 rendered with `their_spp` samples:
+/// the mean of each channel within 2 %, and the luminance of at least 97 % of the blocks within 5 %
+/// and four standard errors.
 ///
-/// The noise is that of four renders of ours; theirs has as much for the same number of samples.
+/// The noise is estimated from four renders of ours; theirs has the same for the same number of
+/// samples.
 fn check_picture(name: &str, their_spp: u32) {
     const RENDERS: u32 = 4;
     const SPP: u32 = 16;
@@ -102,8 +103,8 @@ fn five_materials_look_as_in_pbrt() {
     check_picture("spheres", 1024);
 }
 
-/// Gives the rough surfaces of a scene for Mitsuba, whose facets hide each other as if they knew
-/// nothing of each other, those of pbrt-v4.
+/// Replaces the separable masking-shadowing of rough surfaces of a Mitsuba scene by the
+/// height-correlated one of pbrt-v4.
 fn hide_as_in_pbrt(surface: &mut Surface) {
     match surface {
         Surface::Conductor(Conductor { roughness: Some(r), .. })
@@ -118,8 +119,8 @@ fn hide_as_in_pbrt(surface: &mut Surface) {
     }
 }
 
-/// Each of our scenes is there for Mitsuba too, or, where that has nothing like it, in our own
-/// words. Samples are the same, so that there is little noise between the two.
+/// Each of our scenes exists for Mitsuba too or, if that has no equivalent, in our own format.
+/// Samples are the same, so that there is little noise between the two.
 #[test]
 fn scenes_for_pbrt_and_their_twins_are_the_same() {
     let entries = std::fs::read_dir(OURS).expect("the folder exists");
@@ -145,7 +146,7 @@ fn scenes_for_pbrt_and_their_twins_are_the_same() {
     }
 }
 
-/// Under a white sky of radiance 2, a sheet has 2 (ρ + τ) on both sides.
+/// Under a white environment of radiance 2, a sheet has radiance 2 (ρ + τ) on both sides.
 #[test]
 fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
     let sheet = |side: f64| {
@@ -157,7 +158,7 @@ fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
             Shape \"disk\""
         );
         let file = Path::new("sheet.pbrt");
-        let scene = pt_scene::format::parse(text.as_bytes(), file).expect("a scene");
+        let scene = pt_formats::parse(text.as_bytes(), file).expect("a scene");
         mean(&render(&scene, 256, [8; 2], 1))
     };
     for found in [sheet(5.0), sheet(-5.0)] {
@@ -167,9 +168,9 @@ fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
     }
 }
 
-/// What absorbs nothing cannot be seen before a white sky: all that enters leaves again, with an
-/// index and without, and what is still below the surface after the last step is little. In grey,
-/// as all channels are followed by one distance, there is little noise.
+/// Objects without absorption are invisible in front of a white environment: all light that enters
+/// leaves again, with and without refraction, and little is still below the surface after the last
+/// step. In grey, as one distance is sampled for all channels, there is little noise.
 #[test]
 fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_sky() {
     for (eta, g) in [(1.0, 0.0), (1.33, 0.0), (1.33, 0.7)] {
@@ -180,8 +181,7 @@ fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_s
             Material \"subsurface\" \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [4 4 4] \"float eta\" {eta} \"float g\" {g}
             Shape \"sphere\""
         );
-        let scene =
-            pt_scene::format::parse(text.as_bytes(), Path::new("ball.pbrt")).expect("a scene");
+        let scene = pt_formats::parse(text.as_bytes(), Path::new("ball.pbrt")).expect("a scene");
         let image = render(&scene, 64, [8; 2], 1);
         println!("{eta} {g}: {:?}", mean(&image));
         for c in mean(&image) {
@@ -190,15 +190,14 @@ fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_s
     }
 }
 
-/// The mean of what is seen of a world through a narrow camera at z = 5, by each estimator of
-/// direct light.
+/// Mean luminance of a world through a narrow camera at z = 5, by each estimator of direct light.
 fn seen_by_each(world: &str, spp: u32) -> Vec<f64> {
     let text = format!(
         "LookAt 0 0 5  0 0 0  0 1 0
         Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\" \"float fov\" 2 PixelFilter \"box\"
         WorldBegin {world}"
     );
-    let scene = pt_scene::format::parse(text.as_bytes(), Path::new("world.pbrt")).expect("a scene");
+    let scene = pt_formats::parse(text.as_bytes(), Path::new("world.pbrt")).expect("a scene");
     let each = [DirectLight::Mis, DirectLight::Light, DirectLight::CosineHemisphere];
     let seen = |(integrator, direct): (&str, DirectLight)| {
         let settings = Settings {
@@ -218,8 +217,8 @@ fn seen_by_each(world: &str, spp: u32) -> Vec<f64> {
     of_path.into_iter().chain(of_media).collect()
 }
 
-/// A black disk of which 0.3 are there, that emits 2 before a sky of 1, shows 0.3 · 2 + 0.7 · 1:
-/// from its front, and from both sides where both shine.
+/// A black disk of opacity 0.3 that emits 2 in front of an environment of 1 has radiance 0.3 · 2 +
+/// 0.7 · 1: from its front, and from both sides if both emit.
 #[test]
 fn what_emits_is_seen_as_far_as_it_is_there() {
     for (sides, turn) in [("false", 0), ("true", 0), ("true", 180)] {
@@ -234,8 +233,7 @@ fn what_emits_is_seen_as_far_as_it_is_there() {
 }
 
 /// Below the middle of a disk of radius 1 at height 1, the irradiance is L π / 2: Lambert's cosine
-/// law over its cone. The disk is half there, or in squares that are there and squares that are
-/// not.
+/// law over its cone. The disk has opacity ½, or a pattern of opaque and transparent squares.
 #[test]
 fn what_emits_lights_as_far_as_it_is_there() {
     let squares =
@@ -248,7 +246,8 @@ fn what_emits_lights_as_far_as_it_is_there() {
             AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [4 4 4] Translate 0 0 1 Rotate 180 1 0 0
             Shape \"disk\" {alpha} \"float innerradius\" .4 AttributeEnd"
         );
-        // Of the cone of half angle 45°, that through the hole is left out: sin² of its angle.
+        // The cone through the hole is subtracted from the cone of half angle 45°: sin² of its
+        // angle.
         let expected = 0.8 * 0.5 * 4.0 * (0.5 - 0.16 / 1.16);
         for found in seen_by_each(&world, 1024) {
             assert!((found / expected - 1.0).abs() < 0.02, "{alpha}: {found} for {expected}");
@@ -256,14 +255,14 @@ fn what_emits_lights_as_far_as_it_is_there() {
     }
 }
 
-/// What a sky radiates from a direction: all directions differ.
+/// Radiance of an environment from a direction: all directions differ.
 fn sky(d: DVec3) -> [f32; 3] {
     [1.0 + 0.9 * d.x, 1.0 + 0.9 * d.y, 1.0 + 0.9 * d.z].map(|c| c as f32)
 }
 
-/// The direction of a point of a square of equal areas, by the inverse of its formulas: rings
-/// around the middle are polar angles. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere
-/// using SIMD"]
+/// Direction of a point of an equal-area square, by the inverse of its formulas: rings around the
+/// middle are polar angles. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using
+/// SIMD"]
 fn direction(u: f64, v: f64) -> DVec3 {
     let [u, v] = [2.0 * u - 1.0, 2.0 * v - 1.0];
     let distance = 1.0 - (u.abs() + v.abs());
@@ -278,7 +277,7 @@ fn direction(u: f64, v: f64) -> DVec3 {
     )
 }
 
-/// The same sky as a square map for pbrt-v4, turned, and in latitude and longitude.
+/// The same environment as a square map for pbrt-v4, rotated, and in latitude and longitude.
 #[test]
 fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
     const SIDE: u32 = 64;
@@ -323,7 +322,7 @@ fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
     }
 }
 
-/// A turn about an axis by degrees, column after column. [Rodrigues 1840]
+/// Rotation about an axis in degrees, column by column. [Rodrigues 1840]
 fn rotation(degrees: f64, axis: DVec3) -> [f64; 9] {
     let turn = pt_math::DQuat::from_axis_angle(axis.normalize(), degrees.to_radians());
     pt_math::DMat3::from_quat(turn).to_cols_array()

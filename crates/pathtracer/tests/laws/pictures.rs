@@ -1,17 +1,16 @@
-//! Our pictures of the course's scenes against those of its program.
+//! Our images of the course's scenes, compared with those of its program.
 //!
-//! Blocks of 16 × 16 pixels must agree to 3 % and noise, and all of the image to 1 %. Both pictures
-//! are compared after the same transfer: what is brighter than white is cut off, and levels are
-//! those of 8 bits.
+//! Blocks of 16 × 16 pixels must agree to 3 % and noise, and the whole image to 1 %. Both images
+//! are compared after the same transfer: values above white are clipped and quantised to 8 bits.
 //!
-//! The noise of a block is estimated from eight renders with seeds of their own, by Tukey's
-//! jackknife, which sees through the cut at white: pixels are made from seven of the eight renders
-//! in eight ways, and the variance of a pixel is 7/8 of the sum of the squared differences of these
-//! to their mean. That of the mean of a block is the sum over its pixels. The other picture is of
-//! independent samples as ours, so it has the same variance per sample.
+//! The noise of a block is estimated from eight renders with different seeds, by Tukey's jackknife,
+//! which accounts for the clipping at white: pixels are computed from seven of the eight renders in
+//! eight ways, and the variance of a pixel is 7/8 of the sum of the squared deviations of these
+//! from their mean. That of the mean of a block is the sum over its pixels. The other image has
+//! independent samples like ours, so it has the same variance per sample.
 //!
-//! Noise on pixels near white costs them brightness, the more the fewer samples they have; so
-//! blocks that do not agree at first are rendered with as many samples as the other picture.
+//! Noise makes pixels near white darker, the more the fewer samples they have; so blocks that do
+//! not agree at first are rendered with as many samples as the other image.
 
 use std::path::Path;
 
@@ -25,20 +24,20 @@ use crate::course::course;
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
 const BLOCK: u32 = 16;
 const TOLERANCE: f64 = 0.03;
-/// The same for all of the image.
+/// Tolerance of the whole image.
 const WHOLE_TOLERANCE: f64 = 0.01;
 const STANDARD_ERRORS: f64 = 4.0;
-/// A thousandth of white: in dark blocks light comes in rare samples, of which one picture may have
-/// one and the other none, which then knows no variance.
+/// A thousandth of white: in dark blocks, light comes from rare samples, of which one image may
+/// have one and the other none, which then underestimates its variance.
 const UNSEEN: f64 = 1e-3 * std::f64::consts::FRAC_1_SQRT_2;
 const RENDERS: u32 = 8;
 
 struct Picture {
     file: &'static str,
     scene: &'static str,
-    /// Samples per pixel of the picture.
+    /// Samples per pixel of the course's image.
     its_spp: u32,
-    /// Samples per pixel of ours, a multiple of [`RENDERS`].
+    /// Samples per pixel of our image, a multiple of [`RENDERS`].
     our_spp: u32,
     settings: Settings,
 }
@@ -49,7 +48,7 @@ struct Renders {
     films: Vec<Film>,
 }
 
-/// What the 8 bits of the course's file say of a radiance.
+/// Radiance after encoding with the 8 bits of the course's file, and decoding.
 fn through_file(l: f32) -> f32 {
     color::decode_course8(color::encode_course8(l))
 }
@@ -57,7 +56,7 @@ fn through_file(l: f32) -> f32 {
 impl Renders {
     fn new(session: &Session, picture: &Picture, region: Region, spp: u32) -> Self {
         let film = |n: u32| {
-            // Others for the second render of a block than for the first.
+            // The second render of a block has other seeds than the first.
             let seed = if region == session.film().region() { n } else { n + RENDERS };
             let settings = Settings { spp: spp / RENDERS, seed, ..picture.settings.clone() };
             let renderer = pt_cpu::Renderer::new(session.scene(), &settings, 0, BLOCK, false);
@@ -69,7 +68,7 @@ impl Renders {
         Self { region, films: (0..RENDERS).map(film).collect() }
     }
 
-    /// Pixels as the file has them, and the variance of each.
+    /// Pixels after the encoding of the file, and the variance of each.
     fn pixels(&self) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         let n = f64::from(RENDERS);
         let width = self.region.width as usize;
@@ -92,7 +91,7 @@ impl Renders {
         (0..self.region.area()).map(pixel).unzip()
     }
 
-    /// Compares with the picture, which has `noise` times the variance.
+    /// Compares the renders with the course's image, which has `noise` times the variance.
     fn compare(&self, theirs: &Image, noise: f32) -> BlockReport {
         let (ours, variance) = self.pixels();
         let r = self.region;
@@ -106,15 +105,15 @@ impl Renders {
     }
 }
 
-/// Returns true if a block differs by no more than a share of its brightness, what nobody sees, and
-/// noise.
+/// Returns true if a block differs by no more than the given fraction of its brightness,
+/// [`UNSEEN`], and noise.
 fn agrees(block: &Block, share: f64) -> bool {
     let level = block.a.iter().chain(&block.b).sum::<f64>() / 6.0;
     let noise = if block.relative == 0.0 { 0.0 } else { block.relative / block.standard_errors };
     block.relative * level <= share * level + UNSEEN + STANDARD_ERRORS * noise * level
 }
 
-/// The pixels of a block whose corner is counted from that of all of the image.
+/// Pixels of a block, whose corner is relative to that of the whole image.
 fn region([x, y]: [u32; 2], theirs: &Image) -> Region {
     let (width, height) = (BLOCK.min(theirs.width - x), BLOCK.min(theirs.height - y));
     Region { x, y, width, height }

@@ -1,4 +1,4 @@
-//! What is placed in the world, and may move, is found as if it had been copied there.
+//! Instances, which may be animated, are hit like copies of their objects.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use pt_testing::Random;
 use crate::measure::{assert_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, gloss, matte, size};
 
-/// A cube with colours at its corners and normals between those of its faces and its middle, so
-/// that everything that a mesh can have depends on the transform.
+/// A cube with vertex colours, and normals between those of its faces and the directions from its
+/// centre, so that all properties of a mesh depend on the transform.
 fn colored_cube() -> Mesh {
     let cube = shapes::cube();
     let colors = cube.positions.iter().map(|p| p.map(|x| 0.5 + 0.4 * x)).collect();
@@ -30,7 +30,7 @@ fn colored_cube() -> Mesh {
     }
 }
 
-/// Places that turn, stretch, shear and mirror.
+/// Transforms that rotate, stretch, shear and mirror.
 fn places() -> Vec<DAffine3> {
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.0), DVec3::new(0.2, -0.3, 1.0));
     let turn = |angle| DMat3::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), angle);
@@ -90,8 +90,9 @@ fn compiled(scene: &Scene, options: CompileOptions) -> Session {
     Session::new(scene, options, Settings::default()).expect("the scene makes sense")
 }
 
-/// Asserts that rays at a time find in one scene what they find in another without placed objects;
-/// says how many hit what is placed. Numbers of primitives and barycentric coordinates differ.
+/// Asserts that rays at a time have the same hits in a scene with instances and in one without;
+/// returns the number of hits on instances. Numbers of primitives and barycentric coordinates
+/// differ.
 fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) -> u32 {
     const TOLERANCE: f32 = 3e-4;
     assert!(placed.instances.is_some() && flat.instances.is_none());
@@ -171,7 +172,7 @@ fn pictures_of_what_is_kept_once_and_of_copies_agree() {
     assert_agree(&film(kept_once(), 1), &film(size([12, 10]), 2), 1e-4, "once and copied");
 }
 
-/// At any time, what moves is where a scene has it that stands still.
+/// At any time, an animated object has its place in a static scene.
 #[test]
 fn what_moves_is_found_where_it_is_at_the_time() {
     let mut moving = scene();
@@ -189,7 +190,7 @@ fn what_moves_is_found_where_it_is_at_the_time() {
     for object in moving.objects.iter_mut().skip(3) {
         object.motion = Some(Arc::clone(&stretching));
     }
-    // A ball that is stretched is made of triangles where it stands still.
+    // In the static scene, a stretched ball is converted to triangles.
     moving.objects[1].motion = Some(motion(0.0));
     moving.cameras[0].shutter = [2.25, 3.25];
     let blurred = compiled(&moving, size([12, 10]));

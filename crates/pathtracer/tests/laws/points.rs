@@ -1,4 +1,4 @@
-//! Points are spheres, and segments cylinders.
+//! Points are spheres, and segments are cylinders.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ fn with_points(
     scene
 }
 
-/// A wall behind what is seen.
+/// A wall as background.
 fn wall() -> Scene {
     Builder::default().quad(facing(DVec3::NEG_Z, DVec3::Z, 3.0), matte([0.5; 3])).sky(1.0).0
 }
@@ -70,7 +70,7 @@ fn film(scene: &Scene, spp: u32) -> Film {
     render(scene, size([24, 20]), settings).film().clone()
 }
 
-/// The same with a sphere of its own for each point.
+/// The same scene with a separate sphere for each point.
 fn with_spheres(scene: Scene, place: &DAffine3, scale: f64) -> Scene {
     let mut builder = Builder(scene);
     for (position, color) in positions().into_iter().zip(colors()) {
@@ -80,8 +80,8 @@ fn with_spheres(scene: Scene, place: &DAffine3, scale: f64) -> Scene {
     builder.0
 }
 
-/// Spheres of the same numbers, so that the films differ by rounding alone; also where the points
-/// are turned and larger.
+/// The spheres have the same numbers, so that the films differ only by rounding; also for points
+/// that are rotated and enlarged.
 #[test]
 fn points_are_spheres_of_their_colours() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.36, 0.8, 0.48), 0.7);
@@ -100,7 +100,7 @@ fn points_are_spheres_of_their_colours() {
     }
 }
 
-/// Stretched points are spheres still, of the volume that the stretch gives them.
+/// Stretched points are still spheres, of the volume after stretching.
 #[test]
 fn points_stay_round() {
     let stretch = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(2.0, 0.5, 1.0)));
@@ -115,8 +115,7 @@ fn points_stay_round() {
     }
 }
 
-/// Points that are kept once for two places, and behind other points, have the colours that copies
-/// have.
+/// Instanced points, after other points, have the colours of copies.
 #[test]
 fn points_that_are_placed_keep_their_colours() {
     let shared = Arc::new(cloud());
@@ -152,7 +151,7 @@ fn points_that_are_placed_keep_their_colours() {
     assert_agree(placed.film(), copied.film(), 1e-4, "once and copied");
 }
 
-/// A sphere with a texture keeps its axes behind points, which have none.
+/// A textured sphere after points keeps its axes, which points do not have.
 #[test]
 fn spheres_behind_points_keep_their_axes() {
     let checkers = || showing(Pattern::Checkerboard([[0.1; 3], [0.9; 3]]));
@@ -172,8 +171,8 @@ fn spheres_behind_points_keep_their_axes() {
     }
 }
 
-/// Points that emit by their colours show these, spheres as well as cylinders between two of one
-/// colour.
+/// Points that emit their colours have this radiance, spheres as well as cylinders between two
+/// points of one colour.
 #[test]
 fn points_that_emit_show_their_colours() {
     let points =
@@ -189,7 +188,7 @@ fn points_that_emit_show_their_colours() {
     let mut context = 0;
     for pixel in film.pixels() {
         let [r, g, b] = pixel.mean();
-        // Pixels on edges see a share.
+        // Pixels on edges have a fraction.
         assert!((r * 2.0 - g).abs() < 1e-5 && (r * 8.0 - b).abs() < 1e-4, "{r} {g} {b}");
         context += u32::from((r - 0.25).abs() < 1e-5);
     }

@@ -1,4 +1,4 @@
-//! Skies whose light arrives through a rectangle.
+//! Environments with a portal.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ fn portal() -> Portal {
     Portal { corners: corners.map(|[x, y]| [x, y, -1.0]) }
 }
 
-/// A sky with a bright part that shines through the window, the same everywhere, or both.
+/// An environment with a bright part in the direction of the window, a constant one, or both.
 fn infinite_lights(builder: Builder, portal: Option<Portal>, which: &[bool]) -> Builder {
     let pixels = (0..128u16).map(|i| match (i % 16, i / 16) {
         (10..13, 1..4) => [6.0, 5.0, 4.0],
@@ -63,7 +63,7 @@ fn room(portal: Option<Portal>, which: &[bool]) -> Scene {
     infinite_lights(built, portal, which).seen_by(inside())
 }
 
-/// Two skies behind a portal in the window of a room.
+/// Two environments with a portal in the window of a room.
 pub(crate) fn behind_a_window() -> Scene {
     room(Some(portal()), &[false, true])
 }
@@ -76,8 +76,7 @@ fn film(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([12, 10]), settings).film().clone()
 }
 
-/// In a room with a window, nobody can tell whether the sky stands behind a portal that is the
-/// window: with every estimator.
+/// Asserts that a portal in the window of a room does not change the image, with every estimator.
 fn assert_nobody_can_tell(which: &[bool]) {
     let base = Settings { max_depth: 3, ..settings(2048) };
     let mut films = vec![("without".to_owned(), film(&room(None, which), base.clone()))];
@@ -103,8 +102,7 @@ fn portals_in_a_window_change_nothing_under_two_skies() {
     assert_nobody_can_tell(&[false, true]);
 }
 
-/// Without walls, nothing of the sky is seen but through the portal, and from its back nothing at
-/// all.
+/// Without walls, the environment is visible only through the portal, and not at all from its back.
 #[test]
 fn the_sky_is_seen_through_the_front_of_the_portal() {
     let seen = |from: DVec3, to: DVec3| {

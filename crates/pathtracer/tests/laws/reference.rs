@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use pathtracer::{Clamp, DirectLight, Film, Session, Settings, Silent};
-use pt_scene::format;
 
 use crate::scenes::size;
 
@@ -26,7 +25,7 @@ const SCENES: [&str; 12] = [
 
 fn film(name: &str, integrator: &str, settings: &Settings) -> Film {
     let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")).join(name);
-    let scene = format::load(&file).unwrap_or_else(|error| panic!("{error}"));
+    let scene = pt_formats::load(&file).unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings { integrator: integrator.to_owned(), ..settings.clone() };
     let mut session = Session::new(&scene, size([24, 18]), settings).expect("the scene compiles");
     session.render(1, 8, &Silent).expect("it renders");

@@ -1,4 +1,4 @@
-//! Reliefs: how they shadow, how they look from behind, and where their normals look away.
+//! Normal maps and bump maps: shadowing, the back of a surface, and normals that face away.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -15,27 +15,27 @@ use crate::materials::row;
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, looking, matte, size};
 
-/// A white wall in the plane z = 0, of which u grows along x, with a relief.
+/// A white wall in the plane z = 0, with u along x, and with a normal map or bump map.
 fn wall(relief: NormalOrBump) -> SurfaceDetail {
     let white = Diffuse { reflectance: [1.0; 3].into(), two_sided: true };
     SurfaceDetail::new(Surface::from(white), relief)
 }
 
-/// A normal in the frame of the surface.
+/// Normal map of one normal in the frame of the surface.
 fn normals(n: DVec3) -> NormalOrBump {
     let color = n.to_array().map(|x| 0.5 * (x as f32 + 1.0));
     NormalOrBump::Normals(row(&[color], Filter::Nearest))
 }
 
-/// Heights that rise along u by `slope`, and what their normal is. The side of the wall is 2 for 1
-/// of u.
+/// Bump map that rises along u by `slope`, and its normal. The side of the wall is 2 for 1 of u.
 fn ramp(slope: f64) -> (NormalOrBump, DVec3) {
     let s = slope as f32;
     let heights = row(&[[-s; 3], [s; 3]], Filter::Bilinear);
     (NormalOrBump::Heights(heights, 0.5), DVec3::new(-slope, 0.0, 1.0).normalize())
 }
 
-/// The wall seen from far, in light that comes from a unit direction and makes what faces it 1.
+/// The wall seen from far away, lit from a unit direction so that a surface facing the light has
+/// radiance 1.
 fn film(surface: impl Into<Surface>, from: DVec3, light: DVec3) -> Film {
     let scene = Builder::default()
         .mesh(shapes::rectangle(), DAffine3::IDENTITY, surface.into())
@@ -51,8 +51,8 @@ fn assert_is(film: &Film, want: f64, what: &str) {
     }
 }
 
-/// An image that is turned by a quarter has its u along −v or v of the surface, and one that runs
-/// backwards along −u; its normals lean to there. A texture of one colour alone does not.
+/// A texture rotated by a quarter turn has its u along −v or v of the surface, and a reversed one
+/// along −u; its normals lean there. A texture of one colour alone does not.
 #[test]
 fn normals_turn_with_their_image() {
     let lean = DVec3::new(0.6, 0.0, 0.8);
@@ -75,9 +75,9 @@ fn normals_turn_with_their_image() {
     }
 }
 
-/// A coat has the normals of what is below it, of the shape, or its own: a black base with a coat
-/// that has a relief looks like both with it, and one whose base alone has it as if there were
-/// none.
+/// A coat has the normals of its base, of the shape, or its own: a black base under a coat with a
+/// normal map has the same radiance as both with the map, and with the map on the base alone the
+/// radiance of none.
 #[test]
 fn coats_have_normals_of_their_own() {
     let coated = |clearcoat_normals| {
@@ -110,8 +110,8 @@ fn coats_have_normals_of_their_own() {
     }
 }
 
-/// Heights are on the surface, and mirrored with it. The normals of an image have +x along ∂p/∂u,
-/// which is mirrored, and +y along n × ∂p/∂u, which is not.
+/// Bump maps are mirrored with the surface. The normals of a normal map have +x along ∂p/∂u, which
+/// is mirrored, and +y along n × ∂p/∂u, which is not.
 #[test]
 fn mirrored_walls_have_mirrored_heights() {
     let along_v = |relief| {
@@ -142,7 +142,7 @@ fn mirrored_walls_have_mirrored_heights() {
     }
 }
 
-/// Directions that the mesh gives, in ∂p/∂u = 2 x and ∂p/∂v = 2 y of the wall.
+/// Tangents of the mesh, in ∂p/∂u = 2 x and ∂p/∂v = 2 y of the wall.
 #[test]
 fn normals_lie_along_directions_of_the_mesh() {
     let lean = DVec3::new(0.6, 0.0, 0.8);
@@ -169,8 +169,8 @@ fn normals_lie_along_directions_of_the_mesh() {
     }
 }
 
-/// With slope 1/2, α² = (1/2)² / 8; for light at tan θ = 4/3 the share 2 / (1 + √(1 + α² tan² θ))
-/// is left, for light along the normal of the shape all.
+/// With slope 1/2, α² = (1/2)² / 8; for light at tan θ = 4/3 the factor is 2 / (1 + √(1 + α² tan²
+/// θ)), for light along the normal of the shape it is 1.
 #[test]
 fn low_light_is_shadowed() {
     let (low, high) = (DVec3::new(0.0, 0.8, 0.6), DVec3::Z);
@@ -184,8 +184,8 @@ fn low_light_is_shadowed() {
     }
 }
 
-/// From behind, a normal is seen from its other side; mirrored, it leans the way it leans in front.
-/// So it does inside of what has two sides, and in mixtures.
+/// From behind, a normal is reversed; mirrored, it leans the same way as in front. This holds
+/// inside of two-sided surfaces, and in mixtures.
 #[test]
 fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
     let light = DVec3::new(0.6, 0.0, -0.8);
@@ -202,28 +202,28 @@ fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
         assert_is(&film(sided, DVec3::NEG_Z, light), mirror_image, "sided");
         let mix = Mix { first: boxed(), second: boxed(), amount: 0.5.into() };
         assert_is(&film(mix, DVec3::NEG_Z, light), mirror_image, "mixed");
-        // Half of a relief in another is its mirror image, too: about the plane of the shape.
+        // The inner one of two nested normal maps is mirrored, too: about the plane of the shape.
         let outer = SurfaceDetail { surface: boxed(), ..mirrored.clone() };
         let inside = film(outer.clone(), DVec3::Z, front).pixel(5, 4).luminance().0;
         assert_is(&film(outer, DVec3::NEG_Z, light), inside, "nested");
     }
 }
 
-/// Where a normal looks away from the viewer, it is turned by half a turn about that of the shape,
-/// or nothing is seen; in front as behind.
+/// A normal that faces away from the viewer is rotated by half a turn about that of the shape, or
+/// nothing is visible; in front as behind.
 #[test]
 fn averted_normals_are_turned_or_black() {
     let n = DVec3::new(0.6, 0.0, 0.8);
     let (sin, cos) = 80_f64.to_radians().sin_cos();
     for side in [1.0, -1.0] {
-        // n · wo = 0.8 cos 80° − 0.6 sin 80° < 0; from behind, −n is what is seen.
+        // n · wo = 0.8 cos 80° − 0.6 sin 80° < 0; from behind, the normal is −n.
         let from = DVec3::new(-sin, 0.0, cos) * side;
         let light = DVec3::new(-0.6, 0.0, 0.8) * side;
         let turned = DVec3::new(-n.x, 0.0, n.z) * side;
         let of = |averted| SurfaceDetail { averted, ..wall(normals(n)) };
         assert_is(&film(of(Averted::Turned), from, light), turned.dot(light), "turned");
         assert_is(&film(of(Averted::Black), from, light), 0.0, "black");
-        // What is seen is as it is.
+        // A visible normal is unchanged.
         let straight = DVec3::Z * side;
         for averted in [Averted::Turned, Averted::Black, Averted::Bent] {
             assert_is(&film(of(averted), straight, straight), n.z, "seen");

@@ -1,4 +1,4 @@
-//! Samples that are taken once more tell all of their light, and how their paths went.
+//! Replayed samples report all of their contributions and the vertices of their paths.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ use crate::scenes::{Builder, cornell, size, under_a_sky};
 const SIZE: [u32; 2] = [24, 18];
 const SPP: u32 = 20;
 
-/// Two pixels in the midst of things, and one at the border.
+/// Two pixels in the middle of the image, and one at its border.
 const PIXELS: [[u32; 2]; 3] = [[12, 9], [7, 13], [23, 2]];
 
 fn session(scene: &Scene, settings: Settings) -> Session {
@@ -31,7 +31,7 @@ fn renderer(session: &Session) -> Renderer<'_> {
     Renderer::new(session.scene(), session.settings(), 1, 8, false).expect("it starts")
 }
 
-/// The samples of a pixel, and their film.
+/// Replays the samples of a pixel; returns them and their film.
 fn replay(
     session: &Session,
     pixel: [u32; 2],
@@ -42,14 +42,15 @@ fn replay(
     (told, film.expect("its samples can be explained"))
 }
 
-/// The film of a pixel as renders make it.
+/// Film of a pixel by a render.
 fn rendered([x, y]: [u32; 2], session: &Session) -> Film {
     let mut film = Film::new(Region { x, y, width: 1, height: 1 });
     renderer(session).render(&mut film, &Silent);
     film
 }
 
-/// The sum of all contributions is the sample, and all samples are the pixel, bit for bit.
+/// Asserts that the sum of all contributions is the sample, and that all samples give the pixel,
+/// bit for bit.
 fn assert_all_is_told(scene: &Scene, settings: &Settings, what: &str) {
     let session = session(scene, settings.clone());
     for pixel in PIXELS {
@@ -65,7 +66,7 @@ fn assert_all_is_told(scene: &Scene, settings: &Settings, what: &str) {
     }
 }
 
-/// All integrators of which samples can be explained, with all estimators of direct light.
+/// All integrators that support replay, with all estimators of direct light.
 fn all_settings(light_samples: u32) -> impl Iterator<Item = Settings> {
     let base = Settings { spp: SPP, max_depth: 6, light_samples, ..Settings::default() };
     let known = INTEGRATORS.iter().filter(|known| known.new_traced.is_some());
@@ -111,7 +112,7 @@ fn so_they_are_where_they_are_cut_off_or_weighed() {
     }
 }
 
-/// The scene files of the project, by the integrators that they ask for.
+/// The scene files of the project, with the integrators of their settings.
 #[test]
 fn so_they_are_in_every_scene_of_the_project() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
@@ -132,7 +133,7 @@ fn so_they_are_in_every_scene_of_the_project() {
     }
 }
 
-/// A pixel is looked at again after every batch; the samples of a number are the same.
+/// Convergence is checked after every batch; samples with the same number are the same.
 #[test]
 fn samples_of_an_adaptive_render_are_the_first_of_the_others() {
     let adaptive = Some(Adaptive { batch: 8, tolerance: 0.2 });
@@ -145,7 +146,7 @@ fn samples_of_an_adaptive_render_are_the_first_of_the_others() {
     assert!(told == film);
 }
 
-/// Each vertex lies where the one before sent its path, with the throughput that it said.
+/// Each vertex is in the direction sampled at the one before, with its throughput.
 #[test]
 fn vertices_are_where_the_path_went() {
     let scenes = [cornell(), under_a_sky(), everything()];
@@ -177,8 +178,8 @@ fn assert_follows(vertex: &Vertex, next: &Vertex) {
     assert_eq!(want, next.throughput);
 }
 
-/// What is told of a sample of a light makes up its value: β f |cos| L w / (p n), with the lobe in
-/// between.
+/// The recorded factors of a light sample multiply to its value: β f |cos| L w / (p n), with the
+/// lobe in between.
 #[test]
 fn diffuse_surfaces_reflect_what_light_samples_tell() {
     let lamp = LightKind::Point { intensity: [0.3; 3] };
@@ -209,8 +210,8 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
     assert!(seen > 100, "{seen}");
 }
 
-/// Where nothing is in the way of a sample of a light, a ray in its direction meets the light that
-/// was chosen among many, as far away as was told.
+/// If a light sample is not occluded, a ray in its direction hits the light that was chosen among
+/// many, at the recorded distance.
 #[test]
 fn the_light_that_was_chosen_is_where_it_was_told() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/many_lights.xml");

@@ -1,4 +1,4 @@
-//! Light that the paths of neighbouring pixels bring to each other.
+//! Path reuse between neighbouring pixels.
 
 use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Settings};
 use pt_math::{DAffine3, DVec3};
@@ -12,14 +12,14 @@ use crate::measure::{assert_all_agree, noise, refuses, render, settings};
 use crate::motion::under_flying_lamps;
 use crate::scenes::{Builder, camera, cornell, facing, gloss, matte, metal, size, under_a_sky};
 
-/// Not multiples of the side of any square, so that some are cut off.
+/// Not multiples of the side of any tile, so that some are cut off.
 const SIZE: [u32; 2] = [11, 9];
 
 fn film(scene: &Scene, options: CompileOptions, settings: Settings) -> Film {
     render(scene, options, settings).film().clone()
 }
 
-/// Films of independent samples, without light of other paths and with it.
+/// Films of independent samples, without and with path reuse.
 fn films(scene: &Scene, base: &Settings) -> Vec<(String, Film)> {
     let film = |(reuse, seed)| {
         let settings = Settings { reuse, seed, ..base.clone() };
@@ -28,7 +28,7 @@ fn films(scene: &Scene, base: &Settings) -> Vec<(String, Film)> {
     [(1, 1), (2, 2), (4, 3)].into_iter().map(film).collect()
 }
 
-/// In the open box, and under a sky.
+/// In the open box, and under an environment.
 #[test]
 fn light_of_other_paths_is_the_light_of_ones_own_on_average() {
     for (scene, depth) in [(cornell(), 5), (cornell(), 2), (under_a_sky(), 4)] {
@@ -36,7 +36,7 @@ fn light_of_other_paths_is_the_light_of_ones_own_on_average() {
     }
 }
 
-/// However direct light is looked for.
+/// With every estimator of direct light.
 #[test]
 fn all_estimators_of_direct_light_share_it() {
     for direct in ESTIMATORS {
@@ -47,8 +47,8 @@ fn all_estimators_of_direct_light_share_it() {
     }
 }
 
-/// A floor with balls and blocks of all materials that there are, some of which have holes,
-/// interpolated normals, or choose by chance, close to each other and to a wall.
+/// A floor with balls and blocks of all materials, some with transparency, interpolated normals or
+/// stochastic lobes, close to each other and to a wall.
 pub(crate) fn everything() -> Scene {
     let mut all = surfaces(true);
     let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), amount: 0.4.into() };
@@ -91,7 +91,7 @@ fn adaptive_sampling_finds_the_same_image() {
     assert_all_agree(&films(&cornell(), &Settings { adaptive, ..settings(8192) }));
 }
 
-/// What it is for: light that was scattered more than once.
+/// Noise of light scattered more than once, which path reuse reduces.
 #[test]
 fn sixteen_paths_have_a_fraction_of_the_noise_of_one() {
     let settings = |reuse| Settings { reuse, min_bounce: 2, ..settings(256) };
@@ -100,7 +100,8 @@ fn sixteen_paths_have_a_fraction_of_the_noise_of_one() {
     assert!(four < 0.6 * one && sixteen < 0.4 * one, "{one}, {four}, {sixteen}");
 }
 
-/// Squares have sides of 1, 2 or 4, the integrator has to do it, and nothing may move meanwhile.
+/// Tiles have sides of 1, 2 or 4, the integrator must support path reuse, and the scene must be
+/// static.
 #[test]
 fn what_cannot_share_its_light_is_refused() {
     let reuse = |reuse| Settings { reuse, ..Settings::default() };

@@ -37,7 +37,7 @@ pub(crate) fn gloss() -> Surface {
     .into()
 }
 
-/// A node at `from` whose −z looks to `to`, with its +y as far up as that allows.
+/// A node at `from` whose −z points to `to`, with its +y as far up as that allows.
 pub(crate) fn looking(from: DVec3, to: DVec3) -> DAffine3 {
     let back = (from - to).normalize();
     let up = if back.y.abs() > 0.999 { DVec3::NEG_Z } else { DVec3::Y };
@@ -66,17 +66,18 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
     }
 }
 
-/// The square [−1, 1]² turned to look along `normal` and scaled, around `center`.
+/// Transform of the square [−1, 1]² that makes it face along `normal`, scaled by `half`, around
+/// `center`.
 pub(crate) fn facing(center: DVec3, normal: DVec3, half: f64) -> DAffine3 {
     looking(center, center - normal) * DAffine3::from_scale(DVec3::splat(half))
 }
 
-/// Compiles to this size.
+/// Compile options with this resolution.
 pub(crate) fn size(resolution: [u32; 2]) -> CompileOptions {
     CompileOptions { resolution: Some(resolution), ..CompileOptions::default() }
 }
 
-/// A scene in the making.
+/// Builder of scenes.
 #[derive(Default)]
 pub(crate) struct Builder(pub(crate) Scene);
 
@@ -129,7 +130,7 @@ impl Builder {
         self.object(Geometry::Mesh(Arc::new(mesh)), to_world, surface, [emission; 3])
     }
 
-    /// Gives what was added last the emission of a texture.
+    /// Sets the emission of the last object to a texture.
     pub(crate) fn glowing_by(mut self, texture: Arc<Texture>) -> Self {
         if let Some(material) = self.0.materials.last_mut() {
             material.emission = Color::Texture(texture);
@@ -137,12 +138,12 @@ impl Builder {
         self
     }
 
-    /// A black quad that glows.
+    /// Adds a black emissive quad.
     pub(crate) fn glowing_quad(self, to_world: DAffine3, emission: f32) -> Self {
         self.glowing_mesh(shapes::rectangle(), to_world, Black.into(), emission)
     }
 
-    /// A black sphere that glows.
+    /// Adds a black emissive sphere.
     pub(crate) fn glowing_sphere(self, center: DVec3, radius: f64, emission: f32) -> Self {
         let to_world = DAffine3::from_translation(center);
         self.object(Geometry::Sphere { radius }, to_world, Black.into(), [emission; 3])
@@ -167,7 +168,7 @@ impl Builder {
     }
 }
 
-/// The cube [−1, 1]³ with its front inside.
+/// The cube [−1, 1]³ with its front faces inside.
 pub(crate) fn inward_cube() -> Mesh {
     let mut mesh = Mesh { uvs: None, ..shapes::cube() };
     for corners in &mut mesh.triangles {
@@ -176,8 +177,9 @@ pub(crate) fn inward_cube() -> Mesh {
     mesh
 }
 
-/// An open box with coloured walls, lit by a square in the ceiling, a glowing sphere and the sky
-/// through the open side; in it a rough metal block, a glossy block and a diffuse sphere.
+/// An open box with coloured walls, lit by a square in the ceiling, an emissive sphere and the
+/// environment through the open side; in it a rough metal block, a glossy block and a diffuse
+/// sphere.
 pub(crate) fn cornell() -> Scene {
     let white = || matte([0.7, 0.7, 0.7]);
     let wall = |b: Builder, normal: DVec3, s| b.quad(facing(-normal, normal, 1.0), s);
@@ -204,8 +206,8 @@ pub(crate) fn cornell() -> Scene {
         .seen_by(camera(DVec3::new(0.0, 0.0, 3.6), DVec3::ZERO, [40.0, 40.0]))
 }
 
-/// A rough metal block, a glossy one and a diffuse ball on a floor, under a sky with a small bright
-/// part and a dark half.
+/// A rough metal block, a glossy one and a diffuse ball on a floor, under an environment with a
+/// small bright part and a dark half.
 pub(crate) fn under_a_sky() -> Scene {
     let block = |x: f64, angle: f64| {
         DAffine3::from_translation(DVec3::new(x, 0.5, 0.0))

@@ -1,4 +1,4 @@
-//! What divides the front of a mesh with interpolated normals from its back.
+//! Front and back of a mesh with interpolated normals: by the geometric or by the shading normal.
 
 use std::f64::consts::PI;
 
@@ -8,8 +8,8 @@ use pt_scene::{Attribute, LightKind, shapes};
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, looking, matte, size};
 
-/// The mean of a white wall in the plane z = 0 with the unit normal `n`, seen from `eye` in light
-/// from `light`, that makes 1 of what faces it.
+/// Mean radiance of a white wall in the plane z = 0 with the shading normal `n`, seen from `eye`
+/// and lit from `light` so that a surface facing the light has radiance 1.
 fn shown(n: DVec3, eye: DVec3, light: DVec3, sides_by_shading_normal: bool) -> f64 {
     let mut wall = shapes::rectangle();
     wall.normals = Some(Attribute { values: vec![n.as_vec3().to_array(); 4], indices: None });
@@ -22,9 +22,9 @@ fn shown(n: DVec3, eye: DVec3, light: DVec3, sides_by_shading_normal: bool) -> f
     film.pixels().map(|pixel| pixel.luminance().0).sum::<f64>() / 36.0
 }
 
-/// Light from below the wall, but before its normal, is refused, or not where the normal alone
-/// decides, as in Mitsuba 3.9.1; so is a viewer behind the normal, who sees what it faces bent
-/// towards him, or nothing.
+/// Light from below the wall, but in front of its shading normal, is rejected, unless the shading
+/// normal alone decides, as in Mitsuba 3.9.1. For a viewer behind the shading normal, the normal is
+/// bent towards the viewer, or the wall is black.
 #[test]
 fn normals_alone_decide_if_asked_to() {
     let n = DVec3::new(0.8, 0.0, 0.6);

@@ -1,5 +1,5 @@
-//! Textures that lie in space, or are by where surfaces look to: on planes, and as heights, on what
-//! moves, and as light.
+//! Textures of positions in space or of the normals of surfaces: on planes, as bump maps, on
+//! animated objects, and as emission.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
 const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 
-/// A picture of two by two texels that is linear between the middles of these, and no more beyond.
+/// A texture of two by two texels, linear between the centres of these and constant beyond.
 fn linear() -> Pattern {
     let pixels = vec![[0.2, 0.5, 0.9], [0.8, 0.1, 0.4], [0.6, 0.9, 0.1], [0.3, 0.4, 0.7]];
     let image = Arc::new(Image { width: 2, height: 2, pixels });
@@ -52,7 +52,7 @@ fn assert_alike(a: &Film, b: &Film, what: &str) {
     }
 }
 
-/// From the square [−1, 1]² of the plane of x and y to the unit square.
+/// Transform of the square [−1, 1]² of the plane of x and y to the unit square.
 fn onto_square() -> DAffine3 {
     let half = DVec3::new(0.5, 0.5, 1.0);
     DAffine3::from_scale_rotation_translation(
@@ -62,8 +62,9 @@ fn onto_square() -> DAffine3 {
     )
 }
 
-/// On a square whose coordinates are those of a plane, a picture on this plane is one on the
-/// coordinates; with a transform of these, too, and where the unit of the scene is no metre.
+/// On a square whose texture coordinates are those of a plane, a texture on this plane equals one
+/// on the texture coordinates; also with a transform of these, and if the unit of the scene is not
+/// the metre.
 #[test]
 fn pictures_on_planes_are_those_on_coordinates() {
     let to_pattern = DMat3::from_cols(
@@ -83,8 +84,8 @@ fn pictures_on_planes_are_those_on_coordinates() {
     }
 }
 
-/// A texture in space stays where it is, whatever moves through it; and copies of an object show
-/// what is where they are.
+/// A texture in space is fixed while objects move through it, and copies of an object show it at
+/// their own places.
 #[test]
 fn what_moves_shows_what_is_in_space_where_it_is() {
     let texture = in_space(linear(), onto_square());
@@ -110,10 +111,11 @@ fn what_moves_shows_what_is_in_space_where_it_is() {
 }
 
 /// Heights h (a x + b y) over a wall z = 0 have the normal (−h a, −h b, 1), whatever the texture
-/// coordinates of the wall are, and also without any; light from a direction sees its cosine.
+/// coordinates of the wall are, and also without any; the radiance is its cosine with the direction
+/// of the light.
 #[test]
 fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
-    // Between the middles of texels, which are the lines x = ∓4 on the wall, the picture grows from
+    // Between the centres of texels, which are the lines x = ∓4 on the wall, the texture grows from
     // 0.2 to 0.8.
     let pixels = vec![[0.2; 3], [0.8; 3]];
     let image = Arc::new(Image { width: 2, height: 1, pixels });
@@ -149,8 +151,8 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     }
 }
 
-/// Walls that are turned show the magnitude of the cosine between their normal and a direction of
-/// any length: as they are, as one of two copies, and where they get there by motion.
+/// Rotated walls have the magnitude of the cosine between their normal and a direction of any
+/// length: static, as one of two copies, and animated.
 #[test]
 fn what_faces_a_direction_shows_its_cosine() {
     let direction = [0.4, -0.6, 1.4_f32];
@@ -193,7 +195,7 @@ fn what_faces_a_direction_shows_its_cosine() {
     }
 }
 
-/// A panel and a ball that glow by noise and by cubes, and by where they look to.
+/// A panel and a ball that emit textures of noise and cubes, and of their normals.
 fn glowing_by_noise() -> Scene {
     let noise = Pattern::Fbm(Noise { octaves: 3, roughness: 0.5 });
     let noise = in_space(noise, DAffine3::from_scale(DVec3::splat(2.3)));
@@ -221,7 +223,7 @@ fn glowing_by_noise() -> Scene {
         .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
 }
 
-/// Also where noise is below 0, which is black.
+/// Also if noise is below 0, which is black.
 #[test]
 fn estimators_agree_where_light_lies_in_space() {
     let of = |direct, most_single_lights, seed| {
@@ -235,7 +237,7 @@ fn estimators_agree_where_light_lies_in_space() {
     assert_all_agree(&films);
 }
 
-/// What lies in space is no slide, and does not glow on what moves.
+/// Textures in space are rejected as slides, and as emission of animated objects.
 #[test]
 fn light_that_could_not_be_sampled_is_refused() {
     let refused = |scene: &Scene, want: &str| {

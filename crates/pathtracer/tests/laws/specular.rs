@@ -1,4 +1,4 @@
-//! Light seen in mirrors and through glass has the radiance that Fresnel's equations leave of it.
+//! Radiance seen in mirrors and through glass is given by Fresnel's equations.
 
 use pathtracer::{Scene, Settings};
 use pt_math::{DAffine3, DVec3};
@@ -12,7 +12,8 @@ use crate::scenes::{Builder, camera, facing, size};
 
 const RADIANCE: f32 = 2.5;
 
-/// A mirror on the floor, seen at an angle of incidence with tan θ = 2, and in it a glowing wall.
+/// A mirror on the floor, seen at an angle of incidence with tan θ = 2, that reflects an emissive
+/// wall.
 fn wall_in_a(mirror: Surface) -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 1.0), mirror)
@@ -69,7 +70,7 @@ fn a_light_in_a_metal_has_its_radiance_times_fresnel() {
     assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
 }
 
-/// Through a pane comes (1 − R)/(1 + R) of the light: reflections to and fro inside included.
+/// A pane transmits (1 − R)/(1 + R) of the light: including multiple reflections inside.
 #[test]
 fn a_light_behind_a_pane_is_dimmed_by_both_surfaces() {
     for ior in [1.5f32, 2.4] {

@@ -1,4 +1,4 @@
-//! Paths that go on several ways from the first surface.
+//! Path splitting at the first surface.
 
 use pathtracer::{Film, Scene, Settings};
 use pt_math::sampler::SamplerKind;
@@ -13,7 +13,7 @@ use crate::scenes::{cornell, size, under_a_sky};
 
 const SIZE: [u32; 2] = [11, 9];
 
-/// Films of independent samples, of which each has one path, or several ways.
+/// Asserts that films of independent samples agree without and with path splitting.
 fn assert_ways_do_not_matter(scene: &Scene, base: &Settings) {
     let film = |(split, seed)| {
         let settings = Settings { split, seed, spp: base.spp / split, ..base.clone() };
@@ -45,8 +45,8 @@ fn all_estimators_of_direct_light_and_integrators_with_it_split() {
     }
 }
 
-/// The ways of a sample are spread like samples of their own: several ways have less noise than one
-/// has.
+/// The split paths of a sample are stratified like separate samples: several have less noise than
+/// one.
 #[test]
 fn several_ways_have_less_noise_than_one() {
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {

@@ -1,4 +1,4 @@
-//! Light that goes straight on through thin glass, where it is not counted.
+//! Straight transmission through thin glass, which is not counted as an interaction.
 
 use std::f64::consts::PI;
 
@@ -14,8 +14,8 @@ fn pane() -> Surface {
     ThinGlass { reflectance: [1.0; 3].into(), transmittance: [1.0; 3].into(), ior: 1.5 }.into()
 }
 
-/// What a pane lets through along its normal: each face reflects F = (0.5 / 2.5)² = 0.04, and all
-/// that goes on between them makes 2F / (1 + F) of that.
+/// Transmittance of a pane along its normal: each face reflects F = (0.5 / 2.5)² = 0.04, and with
+/// all reflections between them the pane reflects 2F / (1 + F).
 const TRANSMITTANCE: f64 = 1.0 - 2.0 * 0.04 / 1.04;
 
 fn film(scene: &Scene, settings: Settings) -> Film {
@@ -27,9 +27,9 @@ fn with_depth(spp: u32, max_depth: u32, straight_is_free: bool) -> Settings {
     Settings { integrator, max_depth, straight_is_free, ..settings(spp) }
 }
 
-/// Two panes under a sky of 1, seen along their normal: without any interaction that is counted, T²
-/// gets through, and nothing where all are; with one, also R from the first, and T R T from the
-/// second.
+/// Two panes under an environment of radiance 1, seen along their normal: without counted
+/// interactions the radiance is T², and 0 if all are counted; with one, it also has R from the
+/// first pane, and T R T from the second.
 #[test]
 fn panes_are_free_and_reflections_are_not() {
     let scene = Builder::default()
@@ -45,8 +45,7 @@ fn panes_are_free_and_reflections_are_not() {
     assert_uniform(&film(&scene, with_depth(64, u32::MAX, true)), 1.0, 1e-4, "a furnace");
 }
 
-/// A point that shines through a pane lights what is under it by the share that the pane lets
-/// through.
+/// A point light behind a pane lights a surface with the fraction that the pane transmits.
 #[test]
 fn points_shine_through_panes() {
     let scene = Builder::default()
@@ -63,8 +62,8 @@ fn points_shine_through_panes() {
     }
 }
 
-/// Light from a panel behind a pane is found by light samples and by chance, and counted once: as
-/// much as where no light sample goes through.
+/// Light from a panel behind a pane is found by light samples and by hits, and counted once: the
+/// result equals that with counted interactions, where light samples do not pass the pane.
 #[test]
 fn panels_behind_panes_count_once() {
     let scene = Builder::default()

@@ -1,7 +1,6 @@
-//! Renders that end when their image is good enough keep their word, and are not biased by it.
+//! Error targets: renders reach them, and are unbiased.
 
-use pathtracer::{Aov, Samples};
-use pathtracer::{Film, HalfBuffer, Scene, Settings, Target, aov, default_scene};
+use pathtracer::{Aov, Film, HalfBuffer, Samples, Scene, Settings, Target, aov, default_scene};
 use pt_testing::{Estimates, z_test};
 
 use crate::adaptive;
@@ -10,7 +9,7 @@ use crate::scenes::{size, under_a_sky};
 
 const SIZE: [u32; 2] = [32, 24];
 
-/// Noisy, and without ever looking into a lamp.
+/// Settings for a noisy image without a visible lamp.
 fn base() -> Settings {
     Settings { max_depth: 4, ..Settings::default() }
 }
@@ -24,12 +23,12 @@ fn to_target(error: f64, seed: u32) -> Settings {
     Settings { target, spp: 1 << 16, seed, ..base() }
 }
 
-/// What a screen shows of an image.
+/// Displayed values of an image.
 fn shown(film: &Film) -> Vec<f64> {
     film.pixels().flat_map(|pixel| pixel.mean()).map(|v| v.clamp(0.0, 1.0)).collect()
 }
 
-/// The relative root mean square error of what is shown.
+/// Relative root mean square error of the displayed image.
 fn error(film: &Film, truth: &[f64]) -> f64 {
     let squares = shown(film).into_iter().zip(truth).map(|(a, b)| (a - b).powi(2));
     (squares.sum::<f64>() / truth.iter().map(|v| v * v).sum::<f64>()).sqrt()
@@ -72,12 +71,12 @@ fn images_are_as_good_as_was_asked_for() {
     println!("{good} of {all} good, {inside} inside, fewer samples in {fewer}");
     assert!(f64::from(good) >= 0.95 * f64::from(all), "{good} of {all}");
     assert!(f64::from(inside) >= 0.95 * f64::from(all), "{inside} of {all}");
-    // Half of the floor's image is black; with as few pixels and samples as here, little is won
-    // where noise is everywhere.
+    // Half of the image of the floor is black; with so few pixels and samples, adaptive sampling
+    // gains little in images with noise everywhere.
     assert!(fewer >= 1, "{fewer}");
 }
 
-/// In every square, the pixels are off by less than asked for with the confidence asked for.
+/// In every square, the errors of the pixels are below the target with the requested confidence.
 #[test]
 fn pixels_are_as_good_as_was_asked_for() {
     let scene = default_scene();
@@ -92,8 +91,8 @@ fn pixels_are_as_good_as_was_asked_for() {
     }
 }
 
-/// The mean of many images with few samples, which are shared out by what little these tell, is
-/// that of images in which nothing is decided: also where rare bright paths make pixels noisy.
+/// The mean of many images with few samples, whose allocation depends on these samples, is that of
+/// images without adaptive allocation: also with pixels made noisy by rare bright paths.
 #[test]
 fn no_pixel_is_biased() {
     const RENDERS: u32 = 150;
@@ -126,7 +125,7 @@ fn no_pixel_is_biased() {
         .unwrap_or_else(|e| panic!("{spp} spp: {e}"));
 }
 
-/// The image is the mean of its halves, which are not the same.
+/// The image is the mean of its half buffers, which differ.
 #[test]
 fn an_image_is_the_mean_of_its_halves() {
     let aovs = vec![Aov::HalfA, Aov::HalfB, Aov::Samples];

@@ -10,8 +10,8 @@ use pt_testing::Random;
 
 use crate::scenes::{Builder, camera, matte, size};
 
-/// A sphere of 80 triangles: an icosahedron, each side of which is cut in four. Its corners are on
-/// the unit sphere, and so are its normals.
+/// A sphere of 80 triangles: an icosahedron, each face of which is divided into four. Its vertices
+/// are on the unit sphere, and so are its normals.
 fn sphere() -> Mesh {
     let g = f64::midpoint(1.0, 5f64.sqrt());
     let mut corners = Vec::new();
@@ -57,8 +57,8 @@ fn session(smooth_shadows: bool, to_world: DAffine3) -> Session {
     Session::new(&scene, options, Settings::default()).expect("it compiles")
 }
 
-/// What a sphere of albedo ½ shows of distant light of unit irradiance across its direction `l`, as
-/// a ray sees it; and by how much that is not what the sphere itself shows, cos θ / 2π.
+/// Error of the radiance along a ray of a coarse sphere of albedo ½, lit from the direction `l`
+/// with unit normal irradiance, compared with the radiance cos θ / 2π of an exact sphere.
 fn error(scene: &RenderScene, ray: &Ray, l: Vec3) -> Option<f64> {
     let hit = scene.bvh.intersect(ray)?;
     let at = scene.interaction(ray, &hit, 0.0);

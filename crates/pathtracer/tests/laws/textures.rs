@@ -23,7 +23,7 @@ fn showing(pattern: Pattern) -> Surface {
     textured(Arc::new(pattern.into()))
 }
 
-/// What lies before the camera under a sky of radiance 1.
+/// A mesh in front of the camera under an environment of radiance 1.
 fn seen(mesh: Mesh, surface: Surface, to_world: DAffine3) -> Scene {
     Builder::default().mesh(mesh, to_world, surface).sky(1.0).seen_by(camera(
         FAR,
@@ -41,7 +41,7 @@ fn linear(p: [f32; 3]) -> [f32; 3] {
     [0.5 + 0.25 * p[0], 0.4 - 0.1 * p[1], 0.3 + 0.2 * p[0] + 0.05 * p[1]]
 }
 
-/// A square of which each triangle has corners of its own, with the colours of [`linear`].
+/// A square with the colours of [`linear`]; with `own_corners`, its triangles share no vertices.
 fn coloured_square(own_corners: bool) -> Mesh {
     let mut mesh = shapes::rectangle();
     let values = mesh.positions.iter().map(|&p| linear(p)).collect();
@@ -50,7 +50,7 @@ fn coloured_square(own_corners: bool) -> Mesh {
     mesh
 }
 
-/// The same as an image of 2 × 2 texels whose middles are the corners.
+/// The same colours as an image of 2 × 2 texels whose centres are the corners.
 fn as_image() -> Arc<Texture> {
     let corner = |x: f32, y: f32| linear([x, y, 0.0]);
     let pixels = vec![corner(-1.0, 1.0), corner(1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
@@ -62,7 +62,7 @@ fn as_image() -> Arc<Texture> {
     Arc::new(Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern))
 }
 
-/// Pixels of two films of the same numbers differ by no more than rounding.
+/// Asserts that films rendered with the same random numbers differ only by rounding.
 fn assert_alike(a: &Film, b: &Film, what: &str) {
     for (i, (a, b)) in a.pixels().zip(b.pixels()).enumerate() {
         let (a, b) = (a.mean(), b.mean());
@@ -71,8 +71,8 @@ fn assert_alike(a: &Film, b: &Film, what: &str) {
     }
 }
 
-/// Colours of vertices are those of an image that is linear over the surface; also where the mesh
-/// is mirrored, behind another mesh without colours, and where triangles have corners of their own.
+/// Vertex colours equal an image that is linear over the surface; also with a mirrored mesh, after
+/// another mesh without colours, and if triangles share no vertices.
 #[test]
 fn colours_of_vertices_are_linear_over_triangles() {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -118,8 +118,8 @@ fn colours_of_faces_are_those_of_their_triangles() {
     assert!(film(&shown, 16) == film(&halves, 16));
 }
 
-/// A product of textures and numbers is the texture of the products, to the bit; and of textures
-/// that lie differently on the surface, each lies as it did.
+/// A product of textures and numbers is the texture of the products, to the bit; in a product of
+/// textures with different mappings, each keeps its own.
 #[test]
 fn products_multiply_what_their_factors_show() {
     let chess = |scale: f64, colors| {
@@ -133,8 +133,7 @@ fn products_multiply_what_their_factors_show() {
     let Color::Texture(want) = chess(3.0, [half, dark.map(|c| 0.5 * c)]) else { unreachable!() };
     let scaled = product(chess(3.0, [light, dark]), [0.5; 3].into());
     assert!(of(scaled) == of(textured(want)));
-    // A board of twice as many squares, that hides every second one, over one that is the same
-    // within these.
+    // A factor of constant 1 with another mapping has no effect.
     let ones = [[1.0; 3]; 2];
     let nested = product(product_of(chess(1.0, [light, dark]), chess(7.0, ones)), [1.0; 3].into());
     let Color::Texture(plain) = chess(1.0, [light, dark]) else { unreachable!() };
@@ -145,7 +144,7 @@ fn product_of(a: Color, b: Color) -> Color {
     Color::Texture(Arc::new(Pattern::Product(Box::new([a, b])).into()))
 }
 
-/// Values that have names are seen as colours of the same values are, also beside others of the
+/// Named attributes have the same effect as colours of the same values, also beside others of the
 /// mesh.
 #[test]
 fn values_by_names_are_seen_as_colours_are() {
@@ -174,7 +173,7 @@ fn values_by_names_are_seen_as_colours_are() {
     assert!(pixel.iter().all(|c| *c > 0.0), "{pixel:?}");
 }
 
-/// What a material shows of a mesh has to be there.
+/// Attributes that a material uses must exist in the mesh.
 #[test]
 fn colours_that_are_missing_are_an_error() {
     let compiled = |scene: &Scene| {
@@ -215,7 +214,7 @@ fn colours_that_are_missing_are_an_error() {
     }
 }
 
-/// A wall of one colour of vertices has that albedo.
+/// A wall with one vertex colour has that albedo.
 #[test]
 fn a_mesh_of_one_colour_is_a_furnace_of_it() {
     let mut mesh = shapes::rectangle();

@@ -1,4 +1,4 @@
-//! Pixels that see nothing but an even sky are known before any sample is taken.
+//! Detection of pixels that show only a constant background, before any sample is taken.
 
 use std::sync::Arc;
 
@@ -14,16 +14,16 @@ use crate::scenes::{Builder, camera, facing, matte, size, under_a_sky};
 
 const SIZE: [u32; 2] = [70, 50];
 
-/// Rays by which it is asked what is seen in the area of a pixel.
+/// Number of rays that test the area of a pixel.
 const RAYS: f32 = 400.0;
 
-/// Ends with its first look.
+/// Settings whose error target is met at its first evaluation.
 fn settings(filter: Filter) -> Settings {
     let target = Some(Target { error: Some(10.0), ..Target::NONE });
     Settings { target, filter, max_depth: 1, ..Settings::default() }
 }
 
-/// Of each pixel of a region, whether it is vacant; nothing if none is.
+/// Renders a region, and returns true for each vacant pixel; empty if there is none.
 fn vacant(scene: &Scene, filter: Filter, region: Region) -> (Session, Vec<bool>) {
     let mut session = Session::new(scene, size(SIZE), settings(filter)).expect("it makes sense");
     session.restrict(region).expect("it is inside");
@@ -69,7 +69,7 @@ fn view() -> Camera {
     camera(DVec3::new(0.2, 0.9, 6.0), DVec3::new(0.0, 0.9, 0.0), [42.0, 31.0])
 }
 
-/// With a block that flies, which is placed.
+/// The scene with an animated block, which is an instance.
 fn in_motion() -> Scene {
     let key = |time, x| Key { time, to_world: DAffine3::from_translation(DVec3::new(x, 1.5, 0.0)) };
     let motion = Motion::new(vec![key(0.0, -1.0), key(1.0, 0.6)]).expect("the keys make sense");
@@ -89,8 +89,8 @@ fn hits(scene: &RenderScene, [x, y]: [u32; 2], radius: f32, random: &mut Random)
     scene.bvh.occluded(&ray) || placed.is_some_and(|placed| placed.occluded(&ray, time))
 }
 
-/// Rays miss what only a corner of a square sees, or a part of the lens, so that there seem to be
-/// more pixels that see nothing than there are.
+/// Random rays miss objects that are visible only in a corner of a square, or from a part of the
+/// lens, so that they overestimate the number of vacant pixels.
 #[test]
 fn rays_of_vacant_pixels_hit_nothing_and_those_of_most_others_do() {
     let gaussian = Filter::Gaussian { stddev: 0.5, radius: 2.0 };
@@ -152,8 +152,7 @@ fn vacant_pixels_have_four_samples_and_what_the_sky_has() {
     }
 }
 
-/// Where the sky differs, or fog is around the camera, or samples of a filter have signs, or all
-/// pixels are to be alike.
+/// An environment map, fog around the camera, filters with negative weights, and uniform sampling.
 #[test]
 fn no_pixel_is_vacant_where_samples_may_differ() {
     let all = Region::full(SIZE);

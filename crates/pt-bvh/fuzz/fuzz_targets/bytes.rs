@@ -1,4 +1,4 @@
-//! Any bytes, read as a tree.
+//! Fuzz target: arbitrary bytes, read as a tree.
 
 #![no_main]
 

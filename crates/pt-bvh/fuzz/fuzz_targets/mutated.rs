@@ -1,4 +1,4 @@
-//! The bytes of trees, changed, with a checksum that goes with the change.
+//! Fuzz target: modified bytes of trees, with a matching checksum.
 
 #![no_main]
 

@@ -1,5 +1,4 @@
-//! `pathtracer check`: all that is wrong with a scene, and all that is something else than its
-//! author wrote.
+//! `pathtracer check`: errors of a scene, missing files, and approximated features.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -12,25 +11,25 @@ use super::render;
 use crate::commands::Check;
 use crate::{FAILURE, output};
 
-/// Exit status of a scene with notes alone: what is approximated, or good to know.
+/// Exit status of a scene with notes alone, as of approximated features.
 const NOTES: u8 = 1;
-/// Most lines of each list.
+/// Maximum number of lines of each list.
 const MAX_SHOWN: usize = LoadError::MAX_SHOWN;
 
-/// Something to tell of a scene: where, as far as that is known, and what.
+/// Location, as far as it is known, and message of a finding.
 type Finding = (Option<Span>, String);
 
-/// All that there is to tell of a scene.
+/// Findings about a scene.
 struct Findings {
     errors: Vec<Finding>,
     missing: Vec<Finding>,
     notes: Vec<Finding>,
 }
 
-/// Prints what is wrong with a scene.
+/// Prints the findings about a scene.
 ///
 /// # Errors
-/// If it cannot be printed.
+/// If the text cannot be printed.
 pub(crate) fn run(check: &Check) -> Result<ExitCode> {
     let mut reading = pathtracer::read_with(&check.scene, &check.loading.options(false));
     if let (Ok(scene), Some(placement)) = (&mut reading.scene, check.loading.placement()) {
@@ -60,7 +59,7 @@ impl Findings {
         Self { errors, missing: told(reading.missing), notes }
     }
 
-    /// The status says what a render would do: refuse the scene, or show another one.
+    /// Exit status: it indicates if a render would reject the scene or render it with placeholders.
     fn status(&self, strict: bool) -> ExitCode {
         match self {
             Self { errors, .. } if !errors.is_empty() => ExitCode::from(FAILURE),
@@ -78,7 +77,7 @@ impl Findings {
         {
             for (at, message) in list.iter().take(MAX_SHOWN) {
                 let at = at.as_ref().map_or(file.to_owned(), ToString::to_string);
-                // Strings take all.
+                // Writing to a string cannot fail.
                 let _ = writeln!(text, "{name}: {at}: {message}");
             }
             if let Some(more) = list.len().checked_sub(MAX_SHOWN).filter(|more| *more > 0) {
@@ -124,7 +123,7 @@ fn of_error(error: &LoadError) -> Finding {
     }
 }
 
-/// A place and a message, in JSON; numbers that are not known are null.
+/// Formats a location and a message as JSON; unknown numbers are null.
 fn of_finding((at, message): &Finding) -> Value {
     let known = |number: u32| (number > 0).then_some(number);
     json!({

@@ -1,4 +1,4 @@
-//! `pathtracer convert`: a scene in another format.
+//! `pathtracer convert`: writes a scene in another format.
 
 use std::process::ExitCode;
 
@@ -7,11 +7,11 @@ use pathtracer::{load_with, save};
 
 use crate::commands::Convert;
 
-/// Reads a scene, and writes it.
+/// Reads a scene, and writes it in another format.
 ///
 /// # Errors
-/// If the scene cannot be read, or not written in the format that the ending of the other name
-/// says; if that is the same file; or if something exists that is not to be overwritten.
+/// If the scene cannot be read, or cannot be written in the format of the extension of the output;
+/// if both are the same file; or if an existing file is not to be overwritten.
 pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
     let Convert { scene: from, output: to, loading, force, quiet } = convert;
     let is_same =

@@ -1,4 +1,4 @@
-//! `pathtracer info`: how an image or a film was made.
+//! `pathtracer info` of an image or a film: its provenance metadata.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,10 +14,10 @@ use crate::commands::Info;
 use crate::output;
 use crate::resolve::is_film;
 
-/// Prints what an image or a film says about itself, or what a scene is made of.
+/// Prints the provenance metadata of an image or a film, or the contents of a scene.
 ///
 /// # Errors
-/// If it cannot be read, or says nothing.
+/// If the file cannot be read, or has no metadata.
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     if pathtracer::is_scene(&info.file) {
         return info_scene::run(info);
@@ -27,7 +27,7 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     output::print(&text)
 }
 
-/// That of a film, or of an image or else of the film beside it.
+/// Provenance of a film, of an image, or of the film beside an image without metadata.
 fn receipt_of(path: &Path) -> Result<Provenance> {
     if is_film(path) {
         return of_film(path);
@@ -64,7 +64,7 @@ fn of_film(path: &Path) -> Result<Provenance> {
 fn text(receipt: &Provenance) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
-        // Strings take all.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{name:<40}{value}");
     };
     line("version", &receipt.version);
@@ -91,7 +91,7 @@ fn text(receipt: &Provenance) -> String {
         line("threads", &threads);
         line("folder", &run.folder.display().to_string());
         let words = run.command.iter().map(String::as_str);
-        // No argument has a NUL.
+        // Arguments contain no NUL.
         line("command", &format!("pathtracer {}", shlex::try_join(words).unwrap_or_default()));
     }
     for missing in &receipt.missing {

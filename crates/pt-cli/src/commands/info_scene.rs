@@ -1,4 +1,4 @@
-//! `pathtracer info` of a scene: what it is made of.
+//! `pathtracer info` of a scene: its contents.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,10 +12,10 @@ use super::render;
 use crate::commands::Info;
 use crate::output;
 
-/// Most names of each kind that are shown.
+/// Maximum number of names that are listed of each kind.
 const MAX_NAMES: usize = 20;
 
-/// Prints what a scene is made of.
+/// Prints the contents of a scene.
 ///
 /// # Errors
 /// If it cannot be read or rendered.
@@ -35,7 +35,7 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
 fn text(inventory: &SceneStats) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
-        // Strings take all.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{name:<20}{value}");
     };
     line("scene", &inventory.name);
@@ -92,7 +92,7 @@ fn text(inventory: &SceneStats) -> String {
     text
 }
 
-/// The names of each kind.
+/// Groups the names of items by kind.
 fn by_kind(items: &[Item]) -> BTreeMap<&str, Vec<&str>> {
     let mut kinds: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for Item { name, kind } in items {
@@ -101,7 +101,7 @@ fn by_kind(items: &[Item]) -> BTreeMap<&str, Vec<&str>> {
     kinds
 }
 
-/// Names, as far as they are shown.
+/// Joins names, up to [`MAX_NAMES`] of them.
 fn listed(names: &[&str]) -> String {
     let mut shown: Vec<_> =
         names.iter().take(MAX_NAMES).map(|name| format!("\"{name}\"")).collect();

@@ -1,4 +1,4 @@
-//! `pathtracer merge`: the image of the samples of several films.
+//! `pathtracer merge`: merges the samples of several films, and writes their image.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -18,17 +18,17 @@ use crate::lock::Lock;
 use crate::resolve::is_film;
 use crate::{output, seal};
 
-/// A film, its file, and its samples.
+/// A film, its path, and the range of its samples.
 struct Part {
     path: PathBuf,
     file: FilmFile,
     samples: Range<u32>,
 }
 
-/// Adds up films, and writes what comes out.
+/// Merges films, and writes the image or the film of the sum.
 ///
 /// # Errors
-/// If a film cannot be read, or does not belong to the others, or the file cannot be written.
+/// If a film cannot be read or does not match the others, or the output cannot be written.
 pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     let path = &merge.output;
     ensure!(
@@ -71,15 +71,15 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// True of a film that the program made for this user in its place: a film, or that of an image
-/// beside it.
+/// Returns true if the program made the film for this user in its place: as an output, or beside an
+/// image.
 fn is_ours(part: &Part) -> bool {
     let FilmHeader { seal, folder, command, .. } = &part.file.about;
     let outputs = [part.path.clone(), part.path.with_extension("")];
     outputs.iter().any(|output| seal::is_ours(seal, output, folder, command))
 }
 
-/// Reads a film, all pixels of which have to have the same samples.
+/// Reads a film, all pixels of which must have the same samples.
 fn read(path: &Path) -> Result<Part> {
     let file = film_file::read(path)?;
     ensure!(
@@ -101,8 +101,8 @@ fn read(path: &Path) -> Result<Part> {
     Ok(Part { path: path.to_owned(), file, samples: first..first + count })
 }
 
-/// Names what does not belong together: films of other images, samples that are there twice, and
-/// samples that are missing in between or, if `from_first`, before the first.
+/// Returns an error if the films do not match: if they are of different images, if samples are
+/// repeated, or if samples are missing in between or, with `from_first`, before the first.
 fn check(parts: &[Part], from_first: bool) -> Result<()> {
     for pair in parts.windows(2) {
         let [first, second] = [&pair[0], &pair[1]];
@@ -142,7 +142,7 @@ fn check(parts: &[Part], from_first: bool) -> Result<()> {
     Ok(())
 }
 
-/// All of them together, and their files.
+/// Merges the films; returns their paths and the sum.
 fn sum(parts: Vec<Part>) -> (Vec<PathBuf>, FilmFile) {
     let paths = parts.iter().map(|part| part.path.clone()).collect();
     let sum = parts.into_iter().map(|part| part.file).reduce(|mut sum, next| {

@@ -1,5 +1,5 @@
-//! What can be done with images that were rendered, and their samples: go on, add up, look, make
-//! again, explain; and with scenes: write them in another format.
+//! Commands on rendered images and their samples (resume, merge, info, rerender), on pixels
+//! (explain), and on scenes (info, check, convert).
 
 pub(crate) mod check;
 pub(crate) mod convert;
@@ -20,7 +20,7 @@ use crate::args::Cli;
 use crate::loading::{Folders, Loading};
 use crate::{resolve, stop_options};
 
-/// What the help of the program says about them.
+/// Text about the commands in the help of the program.
 pub(crate) const HELP: &str = "\
 Commands:
   pathtracer resume out.exr [-s N]           continue a stopped render, or add samples
@@ -115,7 +115,7 @@ pub(crate) struct Merge {
     #[arg(value_name = "FILM", required = true)]
     pub(crate) films: Vec<PathBuf>,
 
-    /// What is written: an image, .png or .exr, or again a film, .film
+    /// Output: an image, .png or .exr, or a film, .film
     #[arg(short = 'f', long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 
@@ -192,7 +192,7 @@ pub(crate) struct Convert {
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
-    /// What is written, .json or .glb
+    /// Output, .json or .glb
     #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
 
@@ -217,7 +217,7 @@ pub(crate) struct Explain {
     pub(crate) of: OfPixel,
 }
 
-/// Which pixel is explained, and how.
+/// Pixel or sample to explain, and format of the explanation.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct OfPixel {
     /// Column of the pixel, from the left; the first is 0

@@ -1,4 +1,4 @@
-//! The one command: from scene to image.
+//! `pathtracer render`, the default command: renders a scene to an image.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -22,28 +22,27 @@ use crate::summary::{Summary, cpu_seconds};
 use crate::tev::Viewer;
 use crate::{course, limits, output, stop_options};
 
-/// Exit status of a render that Ctrl-C ended, as shells have it.
+/// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
 
-/// Exit status of a render with `--strict` of which samples were refused, or that missed its error
-/// target.
+/// Exit status of a render with `--strict` that had invalid samples, or missed its error target.
 const NOT_AS_ASKED: u8 = 3;
 
-/// Exit status of a render of a scene that names files which could not be used.
+/// Exit status of a render of a scene with missing files.
 pub(crate) const MISSING: u8 = 4;
 
-/// Most files that are named.
+/// Maximum number of missing files that are listed.
 const MAX_NAMED: usize = 100;
 
-/// What came of a render.
+/// Result of a render.
 pub(crate) struct Done {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
-    /// Metadata of the image, if there is one.
+    /// Provenance metadata of the image, if one was written.
     pub(crate) receipt: Option<Provenance>,
 }
 
-/// Renders what the command line asks for, and writes it.
+/// Renders the image of the command line, writes it, and returns the exit status.
 ///
 /// # Errors
 /// As [`render`].
@@ -51,10 +50,10 @@ pub(crate) fn run(request: &RenderJob) -> Result<ExitCode> {
     Ok(render(request)?.status)
 }
 
-/// Renders what the command line asks for, and writes it.
+/// Renders the image of the command line, and writes it.
 ///
 /// # Errors
-/// If a file cannot be read or written, or a scene makes no sense.
+/// If a file cannot be read or written, or a scene is invalid.
 pub(crate) fn render(request: &RenderJob) -> Result<Done> {
     let path = request.output();
     for file in std::iter::once(&path).chain(&request.cli.summary_json) {
@@ -138,7 +137,7 @@ pub(crate) fn render(request: &RenderJob) -> Result<Done> {
     Ok(Done { status, progress, receipt })
 }
 
-/// Tells if an image is not as good as it was asked to be; returns whether.
+/// Prints a warning if the error target was missed, and returns true if it was.
 fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
     let is_missed = stop_options::is_missed(session);
     if is_missed {
@@ -154,14 +153,14 @@ fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
     is_missed
 }
 
-/// The viewer, if one is wanted and there.
+/// Connects to the viewer, if one is requested; prints a warning if that fails.
 fn connect(request: &RenderJob) -> Option<Viewer> {
     let address = request.cli.tev.as_deref()?;
     let connected = Viewer::connect(address, &request.output().display().to_string());
     connected.map_err(|warning| report!("warning: {warning}")).ok()
 }
 
-/// A scene that is about to be rendered.
+/// A scene that is ready to be rendered.
 pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
@@ -171,10 +170,10 @@ pub(crate) struct Prepared {
     load: Duration,
 }
 
-/// Reads and compiles what the command line asks for.
+/// Reads and compiles the scene of the command line.
 ///
 /// # Errors
-/// If a file cannot be read, or a scene makes no sense.
+/// If a file cannot be read, or a scene is invalid.
 pub(crate) fn prepare(request: &RenderJob, limit: &Limit, start: Instant) -> Result<Prepared> {
     let mut sources = Vec::new();
     let environment = load_environment(request, &mut sources)?;
@@ -197,7 +196,7 @@ fn threads(request: &RenderJob) -> usize {
 fn total(session: &Session) -> u64 {
     let film = session.film();
     if session.settings().target.is_some() {
-        return film.samples().max(1); // nobody knows yet
+        return film.samples().max(1); // not known in advance
     }
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
@@ -215,7 +214,7 @@ fn load_scene(request: &RenderJob, sources: &mut Vec<SourceFile>) -> Result<Scen
     Ok(reading.scene?)
 }
 
-/// The environment map, and under `--cs184` the picture of its probabilities.
+/// Reads the environment map; under `--cs184`, also writes the image of its sampling probabilities.
 fn load_environment(
     request: &RenderJob,
     sources: &mut Vec<SourceFile>,
@@ -228,7 +227,7 @@ fn load_environment(
     image::check_readable(path)?;
     let bytes = pathtracer::file::read(path)
         .with_context(|| format!("{}: cannot be read", path.display()))?;
-    sources.push(SourceFile::of(path, &bytes));
+    sources.push(pathtracer::source_file(path, &bytes));
     let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {
         let debug = pathtracer::course::probability_debug(&map);
@@ -264,7 +263,7 @@ fn compile(
     let (mut camera, source) = read.unzip();
     sources.extend(source);
     if let (Some(camera), Some(of_scene)) = (&mut camera, scene.camera()) {
-        // Files of settings know none.
+        // Camera settings files contain neither.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
     if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera_file) {
@@ -278,8 +277,8 @@ fn compile(
         most_copied_triangles: None,
         environment,
         studio: !cli.cs184,
-        compensated: false,         // the session knows
-        texture_coordinates: false, // likewise
+        compensated: false,         // set by the session
+        texture_coordinates: false, // set by the session
         camera,
         placement: cli.loading.placement(),
         lens_radius: cli.lens_radius,
@@ -304,7 +303,7 @@ fn compile(
     Ok(session)
 }
 
-/// Names the files that could not be used, even with `-q`: the picture is another one without them.
+/// Lists the missing files, even with `-q`, since the image differs without them.
 pub(crate) fn warn_missing(missing: &[Warning]) {
     for file in missing.iter().take(MAX_NAMED) {
         report!("missing: {file}");
@@ -314,7 +313,7 @@ pub(crate) fn warn_missing(missing: &[Warning]) {
     }
 }
 
-/// Tells at the end, where it is seen, that the picture is not that of the whole scene.
+/// Prints a warning if files are missing. It follows the summary, where it is noticed.
 fn warn_incomplete(scene: &Scene) {
     let files = match scene.missing.len() {
         0 => return,
@@ -326,7 +325,7 @@ fn warn_incomplete(scene: &Scene) {
     );
 }
 
-/// Tells what the user should know about a scene.
+/// Prints the warnings and notes of a scene.
 pub(crate) fn report_notes(request: &RenderJob, scene: &Scene, session: &Session) {
     if request.cli.quiet {
         return;
@@ -343,7 +342,7 @@ pub(crate) fn report_notes(request: &RenderJob, scene: &Scene, session: &Session
     }
 }
 
-/// Samples that are no light are always reported, since they should not exist.
+/// Reports invalid samples, even with `-q`, since they indicate errors.
 fn report_invalid_samples(request: &RenderJob, session: &Session) {
     let rejections = session.film().invalid_samples();
     let Some(first) = rejections.first.first() else { return };
@@ -357,7 +356,7 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
     let (x, y, sample) = (first.x, first.y, first.sample);
     if can_be_explained(request, session) {
         let words = request.command.iter().map(String::as_str);
-        // No argument has a NUL.
+        // Arguments contain no NUL.
         let again = shlex::try_join(words).unwrap_or_default();
         report!(
             "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
@@ -370,7 +369,7 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
     }
 }
 
-/// Returns true if `pathtracer explain` takes the command line of this render.
+/// Returns true if `pathtracer explain` supports the command line of this render.
 fn can_be_explained(request: &RenderJob, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
     let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();

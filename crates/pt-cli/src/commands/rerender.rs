@@ -1,4 +1,4 @@
-//! `pathtracer rerender`: makes an image again, by its receipt.
+//! `pathtracer rerender`: renders an image again by its provenance metadata.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,13 +12,13 @@ use crate::commands::Rerender;
 use crate::commands::render::Done;
 use crate::trust;
 
-/// Exit status if the image is another one.
+/// Exit status if the images differ.
 const ANOTHER: u8 = 1;
 
 /// Renders an image again, and compares it with the first one.
 ///
 /// # Errors
-/// If it has no receipt, or something has changed since, or as a render.
+/// If the image has no such metadata, if something has changed since, or as a render.
 pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     let first = std::path::absolute(&rerender.image)
         .with_context(|| format!("{}", rerender.image.display()))?;
@@ -78,7 +78,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     Ok(ExitCode::from(ANOTHER))
 }
 
-/// The receipt of an image that can be made again.
+/// Reads the provenance of an image, with the statistics of its run.
 fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
     let shown = path.display();
     let found = Provenance::find(&image::metadata(path)?)
@@ -100,7 +100,7 @@ fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
     Ok((receipt, run))
 }
 
-/// The place of the second image, if none is named.
+/// Default path of the second image.
 fn beside(image: &Path) -> PathBuf {
     let mut name = image.file_stem().unwrap_or_default().to_owned();
     name.push("_again");

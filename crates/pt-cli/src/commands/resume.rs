@@ -1,4 +1,4 @@
-//! `pathtracer resume`: goes on with a render that was stopped.
+//! `pathtracer resume`: continues a stopped render, or adds samples.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,10 +13,10 @@ use crate::commands::Resume;
 use crate::resolve::{RenderJob, is_film};
 use crate::trust;
 
-/// Goes on with a render, as its film says.
+/// Continues a render with the command stored in its film.
 ///
 /// # Errors
-/// If there is no film, or as a render.
+/// If no film is found, or as a render.
 pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     let (film, FilmFile { about, film: samples }) = film_of(&resume.file)?;
     let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.max_samples());
@@ -59,8 +59,8 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     render::run(&request)
 }
 
-/// The words of a command with another number behind one of these options, the first of which is
-/// added if none is there.
+/// Replaces the number behind one of these options in a command; appends the first option if none
+/// is present.
 fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String> {
     let number = number.to_string();
     let mut words = command.to_vec();
@@ -80,7 +80,7 @@ fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String>
     words
 }
 
-/// The place of the film of an image, or of the film itself, and the film.
+/// Reads the film of an image, or the film itself, and returns its path and contents.
 fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     let path = if is_film(file) { file.to_owned() } else { film_of_image(file) };
     match film_file::read_newest(&path)? {
@@ -93,10 +93,10 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     }
 }
 
-/// What the command that made a film or an image asks for.
+/// Parses the command that made a film or an image.
 ///
 /// # Errors
-/// If it is no command of this version.
+/// If this version does not support the command.
 pub(crate) fn request_of(file: &Path, about: &FilmHeader) -> Result<RenderJob> {
     let name = std::iter::once("pathtracer".into());
     let args = name.chain(about.command.iter().map(Into::into));

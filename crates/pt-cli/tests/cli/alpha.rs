@@ -1,11 +1,11 @@
-//! Images with an opacity.
+//! Images with alpha.
 
 use pathtracer::image::{Decoded, load_rgba_raw};
 
 use crate::common::Folder;
 
-/// A ball before nothing, under a sky of radiance 1; `pixel_format` and the integrator's
-/// parameters.
+/// A ball without a background, under an environment of radiance 1; `pixel_format` and the
+/// parameters of the integrator are given.
 fn ball(format: &str, integrator: &str) -> String {
     format!(
         "<scene version=\"3.0.0\"><integrator type=\"path\">{integrator}</integrator>\
@@ -24,14 +24,14 @@ fn stored(folder: &Folder, name: &str) -> Decoded {
     load_rgba_raw(&folder.path(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The corner, and the middle.
+/// Colour and alpha of the corner and of the middle.
 fn ends(decoded: &Decoded) -> [(f32, f32); 2] {
     let alpha = decoded.alpha.as_ref().expect("the image has an opacity");
     [0, 8 * 16 + 8].map(|i| (decoded.image.pixels[i][0], alpha[i]))
 }
 
-/// Under the sky, the light of a ball of albedo ½ is ½; straight in PNG images, at all its edges
-/// too.
+/// Under the environment, the radiance of a ball of albedo ½ is ½; PNG images are straight, at all
+/// of its edges too.
 #[test]
 fn images_are_cut_out_where_that_is_asked_for() {
     let folder = Folder::new();
@@ -50,7 +50,7 @@ fn images_are_cut_out_where_that_is_asked_for() {
     for ([red, ..], alpha) in lit.filter(|(_, alpha)| *alpha > 0.5) {
         assert!((red - 0.5).abs() < 0.15, "{red} where {alpha} is covered");
     }
-    // A background that is seen covers; without --alpha, it is only left out.
+    // A visible background is opaque; without --alpha, only the channel is missing.
     folder.succeed("-s 4 --alpha -f out.exr plain.xml");
     assert_eq!(ends(&stored(&folder, "out.exr"))[0], (1.0, 1.0));
     folder.succeed("-s 4 --hide-background -f out.exr plain.xml");
@@ -58,8 +58,7 @@ fn images_are_cut_out_where_that_is_asked_for() {
     assert!(hidden.alpha.is_none() && hidden.image.pixels[0] == [0.0; 3]);
 }
 
-/// A scene of Mitsuba asks for it, and for what is hidden, unless the command line does not want
-/// it.
+/// A Mitsuba scene requests alpha and hidden emitters, unless the command line overrides that.
 #[test]
 fn scenes_may_ask_for_an_opacity() {
     let folder = Folder::new();
@@ -83,7 +82,7 @@ fn scenes_may_ask_for_an_opacity() {
     assert!(run.code == Some(2) && run.err.contains("half"), "{run:?}");
 }
 
-/// In parts, with other channels, and to be gone on with.
+/// Merged parts, other AOVs, and a resumed render.
 #[test]
 fn an_opacity_survives_parts_and_pauses() {
     let folder = Folder::new();

@@ -1,25 +1,25 @@
-//! A folder to run the program in, and what it did.
+//! Temporary folder in which a test runs the program, and the result of a run.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use pathtracer::image::{self, Image};
 
-/// The scene of ours that all tests can count on.
+/// Scene of this repository.
 pub(crate) const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/cornell.dae");
 
-/// Options that make an image of that scene cost nothing.
+/// Options for a fast render of that scene.
 pub(crate) const TINY: &str = "-r 12 9 -s 2";
 
-/// A lamp of the course's profile, a glass ball, and a slope below a smaller one.
+/// Scene with a lamp of the course's profile, a glass ball, and a slope below a smaller lamp.
 pub(crate) const SMALL: &str = include_str!("small.dae");
 
-/// Scenes of the course, which are no part of the project.
+/// Path of a scene of the course, which is not part of the repository.
 pub(crate) fn course_scene(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae")).join(name)
 }
 
-/// A folder of its own.
+/// A temporary folder.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -31,30 +31,30 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// The program with these arguments, about to run in the folder.
+    /// Returns a command that runs the program with these arguments in the folder.
     pub(crate) fn command<S: AsRef<std::ffi::OsStr>>(&self, args: &[S]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_pathtracer"));
         command.args(args).current_dir(self.0.path());
-        // The configuration of who runs the tests does not count.
+        // The configuration of the user who runs the tests must have no effect.
         command.env("XDG_CONFIG_HOME", self.0.path()).env_remove("PATHTRACER_CONFIG");
         command.env("XDG_DATA_HOME", env!("CARGO_TARGET_TMPDIR"));
         command
     }
 
-    /// Runs it with arguments separated by spaces; `SCENE` stands for [`SCENE`].
+    /// Runs the program with arguments separated by spaces; `SCENE` stands for [`SCENE`].
     pub(crate) fn run(&self, args: &str) -> Run {
         let args: Vec<_> = args.split_whitespace().map(|a| a.replace("SCENE", SCENE)).collect();
         Run::of(&self.command(&args).output().expect("the program can be started"), &args.join(" "))
     }
 
-    /// Runs it as [`Self::run`] does, and it has to succeed.
+    /// Runs the program as [`Self::run`] does; panics if it fails.
     pub(crate) fn succeed(&self, args: &str) -> Run {
         let run = self.run(args);
         assert_eq!(run.code, Some(0), "{run:?}");
         run
     }
 
-    /// Names of all files and folders in it, sorted.
+    /// Returns the names of all files and folders in the folder, sorted.
     pub(crate) fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("the folder is there");
         let name = |e: std::io::Result<std::fs::DirEntry>| e.expect("an entry").file_name();
@@ -76,7 +76,7 @@ impl Folder {
         image::load(&self.path(name)).unwrap_or_else(|e| panic!("{e}"))
     }
 
-    /// The bytes of the EXR file that these arguments render, which does not say how it was made.
+    /// Returns the bytes of the EXR file that these arguments render, without provenance metadata.
     pub(crate) fn exr(&self, args: &str) -> Vec<u8> {
         self.succeed(&format!("{args} --receipt none -f rendered.exr"));
         self.read("rendered.exr")
@@ -86,7 +86,7 @@ impl Folder {
 /// Result of running the program.
 #[derive(Debug)]
 pub(crate) struct Run {
-    /// What it was asked to do, for messages of tests.
+    /// Arguments, for messages of tests.
     #[expect(dead_code, reason = "shown by Debug")]
     args: String,
     /// Exit status; `None` if a signal ended it.

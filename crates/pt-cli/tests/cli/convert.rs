@@ -1,4 +1,4 @@
-//! Scenes in another format.
+//! Conversion of scenes.
 
 use pathtracer::{Aov, INTEGRATORS};
 
@@ -6,7 +6,7 @@ use crate::common::{Folder, SCENE, TINY};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
-/// The two files hold the same image.
+/// Asserts that a scene and its copy render to the same image.
 fn renders_alike(folder: &Folder, scene: &str, copy: &str) {
     let [original, again] = [scene, copy].map(|path| folder.exr(&format!("{path} {TINY}")));
     assert!(original == again, "{scene}");

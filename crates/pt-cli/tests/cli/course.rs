@@ -2,8 +2,8 @@
 
 use crate::common::{Folder, SMALL, TINY};
 
-/// Returns true if a line is as a pattern says: `{i}` is a whole number, `{f}` a number with
-/// `digits` decimals written as `{f4}` or `{f6}`, and `*` anything up to the end.
+/// Returns true if a line matches a pattern: `{i}` is a whole number, `{f}` a number with `digits`
+/// decimals written as `{f4}` or `{f6}`, and `*` anything up to the end.
 fn is_like(line: &str, pattern: &str) -> bool {
     let Some(at) = pattern.find(['{', '*']) else { return line == pattern };
     let (literal, rest) = pattern.split_at(at);
@@ -116,7 +116,7 @@ fn rates_go_beside_the_image_with_four_characters_cut_off() {
     assert_eq!(&folder.read("outx")[1..4], b"PNG");
 }
 
-/// Defaults that differ: a sample, one interaction, adaptive sampling, 800×600.
+/// Defaults that differ: one sample, one interaction, adaptive sampling, 800×600.
 #[test]
 fn defaults_are_those_of_the_course() {
     let folder = Folder::new();
@@ -147,12 +147,13 @@ fn resolution_crops_the_window() {
             differences += usize::from(far);
         }
     }
-    // Samples of pixels at edges of shapes fall elsewhere.
+    // At edges of shapes, pixels have different sample positions.
     assert!(differences < 120, "{differences} of 1200 pixels differ");
 }
 
-/// Depths shown apart add up to all of the light: `-o 0` for 0, 1, 2 and 3 is `-o 1` for 3. The
-/// lamp shines away from the ceiling, which lights the slope with what the slope gives it.
+/// The sum of the images of single depths is the whole image: `-o 0` for 0, 1, 2 and 3 is `-o 1`
+/// for 3. The lamp faces away from the ceiling, which reflects light of the slope back to the
+/// slope.
 #[test]
 fn single_depths_add_up() {
     let folder = Folder::new();

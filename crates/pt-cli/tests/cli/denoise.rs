@@ -1,8 +1,8 @@
-//! Images without noise, where Open Image Denoise is there, and with it where it is not.
+//! Denoising with Open Image Denoise, and behaviour without the library.
 
 use crate::common::{Folder, TINY};
 
-/// Returns true if the library is there; else a line says that something is skipped.
+/// Returns true if the library is found; otherwise prints that a test is skipped.
 fn is_there(folder: &Folder) -> bool {
     let run = folder.succeed(&format!("{TINY} --denoise -f probe.png SCENE"));
     let is_missing = run.err.contains("Open Image Denoise is not found");
@@ -34,7 +34,7 @@ fn without_the_library_the_image_is_written_as_it_was_rendered() {
     }
 }
 
-/// `--strict` refuses before the scene is read: this one does not exist.
+/// `--strict` fails before the scene is read: this scene does not exist.
 #[test]
 fn strict_refuses_a_missing_library() {
     let folder = Folder::new();
@@ -82,7 +82,7 @@ fn what_was_rendered_is_kept_to_the_bit() {
     }
 }
 
-/// Threads, a stop and parts change no bit on one machine.
+/// Number of threads, resuming and merging change no bit on one machine.
 #[test]
 fn denoised_images_are_the_same_however_they_come_about() {
     let folder = Folder::new();
@@ -101,7 +101,7 @@ fn denoised_images_are_the_same_however_they_come_about() {
     assert!(folder.read("later.exr") == wanted, "taken up again");
 }
 
-/// Names and numbers of the real channels of a file.
+/// Names and values of the floating-point channels of a file.
 fn exr_channels(folder: &Folder, name: &str) -> Vec<(String, Vec<f32>)> {
     let file =
         exr::prelude::read_all_flat_layers_from_file(folder.path(name)).expect("an EXR file");

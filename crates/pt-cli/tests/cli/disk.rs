@@ -1,4 +1,4 @@
-//! Disks that are full, and disks that take nothing: no wrong image, no good film lost.
+//! Full and read-only disks: no wrong image, no lost film.
 
 #![cfg(target_os = "linux")]
 
@@ -9,8 +9,8 @@ use crate::common::{Folder, SCENE};
 const RENDER: &str =
     "-q -r 60 45 -s 200 -m 5 -t 1 --receipt stable --checkpoint-every 0.01 -f out.exr";
 
-/// Runs a script in which `disk SIZE` is a small disk of its own as the folder `disk`; what it
-/// prints, or `None` where nobody may make disks.
+/// Runs a script in which `disk SIZE` mounts a small disk at the folder `disk`. Returns its output,
+/// or `None` if mounting is not permitted.
 fn on_a_disk(folder: &Folder, script: &str) -> Option<String> {
     let program = env!("CARGO_BIN_EXE_pathtracer");
     let script = format!(
@@ -32,15 +32,15 @@ fn may_make_disks() -> bool {
     may
 }
 
-/// The image as it should be, in the folder.
+/// Returns a folder with the expected image.
 fn wanted() -> Folder {
     let folder = Folder::new();
     folder.succeed(&format!("{RENDER} SCENE"));
     folder
 }
 
-/// A render finds a disk that has room for nothing, for a part of a film, for a film but not the
-/// next, and so on. Then there is room again.
+/// The disk has room for nothing, for part of a film, for one film but not for the next, and so on.
+/// Then there is enough room again.
 #[test]
 fn a_disk_that_is_full_spoils_nothing() {
     if !may_make_disks() {
@@ -80,7 +80,7 @@ fn a_disk_that_is_full_spoils_nothing() {
     assert!(statuses.contains(&"0".into()), "all disks were full: {statuses:?}");
 }
 
-/// A disk that takes nothing any more while a render is on, or before it goes on.
+/// A disk that becomes read-only between a render and its continuation.
 #[test]
 fn a_disk_that_takes_nothing_loses_no_film() {
     if !may_make_disks() {

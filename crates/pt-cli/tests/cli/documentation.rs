@@ -1,4 +1,4 @@
-//! Every command of the documentation runs, and what it shows is so.
+//! All commands of the documentation run, and have the documented results.
 
 #[cfg(unix)]
 use std::process::Command;
@@ -16,7 +16,7 @@ const PAGES: [&str; 3] = [
 
 const MOTION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/motion.xml");
 
-/// A page whose shell code a shell runs, block by block.
+/// Page whose blocks of shell code are run by a shell.
 #[cfg(unix)]
 const GUARANTEES: &str = include_str!("../../../../docs/guarantees.md");
 
@@ -35,8 +35,8 @@ fn commands() -> Vec<&'static str> {
     found.into_iter().map(|l| l.split('#').next().unwrap_or(l).trim()).collect()
 }
 
-/// The same words with fewer pixels and samples; an image that has the cell or the pixel, if there
-/// is one. What goes on does so with the size of before, and what is looked at stays as it is.
+/// Returns the command with fewer pixels and samples; the image contains the cell or the pixel, if
+/// one is given. Commands that resume, show, check or convert are unchanged.
 fn reduced(command: &str) -> String {
     if ["resume", "info", "check", "convert"].iter().any(|name| command.starts_with(name)) {
         return command.to_owned();
@@ -83,14 +83,15 @@ fn every_command_runs() {
     }
 }
 
-/// The blocks of shell code of a page.
+/// Returns the blocks of shell code of a page.
 #[cfg(unix)]
 fn blocks(page: &str) -> Vec<&str> {
     let after = page.split("```sh\n").skip(1);
     after.map(|rest| rest.split("```").next().unwrap_or(rest)).collect()
 }
 
-/// A line with fewer pixels, if it renders; `; echo $?   # 2` demands that status.
+/// Returns a line with fewer pixels, if it renders; `; echo $?   # 2` becomes a test of that
+/// status.
 #[cfg(unix)]
 fn reduced_line(line: &str) -> String {
     let (code, comment) = line.split_once('#').unwrap_or((line, ""));

@@ -1,4 +1,4 @@
-//! What a pixel is made of.
+//! `pathtracer explain`.
 
 use serde_json::Value;
 
@@ -9,13 +9,13 @@ fn json(folder: &Folder, args: &str) -> Value {
     serde_json::from_str(&run.out).unwrap_or_else(|e| panic!("{e}: {}", run.out))
 }
 
-/// Numbers of single precision.
+/// Converts a list to numbers of single precision.
 fn numbers(value: &Value) -> Vec<f32> {
     let list = value.as_array().expect("a list");
     list.iter().map(|x| x.as_f64().expect("a number") as f32).collect()
 }
 
-/// The sum of what the contributions bring, in their order and in single precision.
+/// Returns the sum of the contributions, in their order and in single precision.
 fn sum(contributions: &Value) -> Vec<f32> {
     let mut sum = vec![0.0; 3];
     for contribution in contributions.as_array().expect("a list") {

@@ -1,4 +1,4 @@
-//! Files that are made to fill memory, take for ever, or never begin.
+//! Hostile files, which would exhaust memory, take unbounded time, or block when they are opened.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -20,7 +20,7 @@ fn chunk(kind: [u8; 4], data: &[u8]) -> Vec<u8> {
     [&length, kind.as_slice(), data, &crc.sum().to_be_bytes()].concat()
 }
 
-/// A black PNG file.
+/// Returns a black PNG file.
 fn png(width: u32, height: u32) -> Vec<u8> {
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
     let row = vec![0; 1 + 3 * width as usize];
@@ -35,7 +35,7 @@ fn png(width: u32, height: u32) -> Vec<u8> {
     [b"\x89PNG\r\n\x1a\n".as_slice(), &chunks].concat()
 }
 
-/// The most memory that a render held, as its summary says.
+/// Peak memory of a render, from its summary.
 fn peak(folder: &Folder, arguments: &str) -> f64 {
     let run = folder.run(&format!("{TINY} --summary-json summary.json {arguments}"));
     assert!(matches!(run.code, Some(0 | 4)), "{run:?}");
@@ -44,7 +44,7 @@ fn peak(folder: &Folder, arguments: &str) -> f64 {
     summary["peak_bytes"].as_f64().expect("a number on Linux")
 }
 
-/// Each picture is 200 kB, and takes 430 MB.
+/// Each image file has 200 kB, and its pixels take 430 MB.
 #[test]
 fn pictures_ask_for_memory_before_they_take_it() {
     let folder = Folder::new();
@@ -105,7 +105,7 @@ fn pipes_and_devices_are_refused_at_once() {
     }
 }
 
-/// Files with holes, which take no room on a disk, are refused in constant memory.
+/// Sparse files, which take no room on a disk, are rejected in constant memory.
 #[test]
 fn files_of_holes_are_not_held_in_memory() {
     let folder = Folder::new();
@@ -127,7 +127,7 @@ fn files_of_holes_are_not_held_in_memory() {
         ("info text.png", "limits are exceeded"),
     ] {
         let command = folder.command::<&str>(&[]);
-        // Kilobytes of addresses, of which the program needs some for its threads.
+        // Kilobytes of address space, which also contains the stacks of the threads.
         let limited = format!("ulimit -v 800000; exec \"$0\" {arguments}");
         let mut shell = std::process::Command::new("sh");
         shell.args(["-c", &limited]).arg(command.get_program()).current_dir(folder.path("."));
@@ -138,7 +138,7 @@ fn files_of_holes_are_not_held_in_memory() {
     }
 }
 
-/// A picture of 1024 × 1024 that is gone through 3,000 times.
+/// Image of 1024 × 1024 pixels that is processed 3,000 times.
 #[test]
 fn pictures_of_many_scans_are_refused() {
     let folder = Folder::new();
@@ -157,7 +157,7 @@ fn pictures_of_many_scans_are_refused() {
     assert!(run.out.contains("expected at most 200 scans"), "{run:?}");
 }
 
-/// 20 kB that would be cut into 40 million triangles.
+/// File of 20 kB that would be tessellated into 40 million triangles.
 #[test]
 fn what_will_be_made_is_counted_before() {
     let folder = Folder::new();
@@ -186,7 +186,7 @@ fn two_programs_do_not_write_one_image() {
     let expected = format!("out.png: another pathtracer (process {}) writes it now", first.id());
     assert!(run.err.contains(&expected), "{run:?}");
     first.kill().and_then(|()| first.wait()).expect("a child");
-    // The lock of a program that was killed is none.
+    // A lock file of a killed process does not lock.
     folder.succeed(&format!("{TINY} -f out.png {SCENE}"));
     assert!(!folder.path("out.png.lock").exists());
 }

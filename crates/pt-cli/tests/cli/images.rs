@@ -1,4 +1,4 @@
-//! Images: where they go, in what form, and what changes them.
+//! Images: their paths and formats, and the options that change them.
 
 use pathtracer::Image;
 use pathtracer::image::{self, BitDepth, SaveOptions, Tone, ToneCurve};
@@ -41,18 +41,19 @@ fn png_files_have_the_bits_asked_for_and_exr_files_the_same_light() {
     let folder = Folder::new();
     for (args, bits) in [("", 8), ("--png-bits 8", 8), ("--png-bits 16", 16)] {
         folder.succeed(&format!("{TINY} {args} -f out.png SCENE"));
-        // The byte behind width and height in the header. [PNG specification, section 11.2.2]
+        // Byte after width and height in the header. [PNG specification, section 11.2.2]
         assert_eq!(folder.read("out.png")[24], bits, "{args}");
     }
     folder.succeed(&format!("{TINY} -f out.exr SCENE"));
     let (png, exr) = (folder.image("out.png"), folder.image("out.exr"));
     for (p, e) in png.pixels.iter().flatten().zip(exr.pixels.iter().flatten()) {
-        // A level of 16 bits is at most 2.3/65535 wide where the curve is steepest in light.
+        // A level of 16 bits is at most 2.3/65535 wide where the slope of the curve is largest in
+        // linear light.
         assert!((p - e.min(1.0)).abs() < 4e-5, "{p} is not {e}");
     }
 }
 
-/// Each curve with its exposure is what the library makes of the light, and nothing else changes.
+/// Each tone curve with its exposure gives the result of the library, and changes nothing else.
 #[test]
 fn exposure_and_tonemap_change_png_images_by_their_laws() {
     let folder = Folder::new();
@@ -81,8 +82,8 @@ fn exposure_and_tonemap_change_png_images_by_their_laws() {
     assert_eq!(folder.read("out.png"), folder.read("plain.png"));
 }
 
-/// --exposure auto is the exposure that the library finds for the light, whatever the threads; what
-/// is nearly all black or white on a screen has a note that names it, and the stops.
+/// --exposure auto is the exposure that the library computes, whatever the number of threads. An
+/// image that is nearly all black or white has a note with the option and the stops.
 #[test]
 fn exposure_fits_the_image_where_it_is_asked_to() {
     let folder = Folder::new();
@@ -120,14 +121,14 @@ fn exposure_fits_the_image_where_it_is_asked_to() {
         assert_eq!(folder.image("out.png"), folder.image("wanted.png"), "{name}");
     }
     assert_eq!(note("dim.json", "-q"), "");
-    // The light is behind what the camera, which is inside, sees.
+    // The camera is inside a shape that hides the light.
     let inside = std::fs::read_to_string(folder.path("black.json")).unwrap();
     let inside = inside.replace("[0, 0, 4]", "[0, 0, 0]");
     std::fs::write(folder.path("black.json"), inside).unwrap();
     assert!(note("black.json", "").contains("the image is black: no light reaches what is seen"));
 }
 
-/// Ids, depth and places keep 32 bits; numbers beyond 65504 are counted.
+/// Ids, depth and positions keep 32 bits; values beyond 65504 are counted.
 #[test]
 fn exr_images_have_the_type_and_compression_asked_for() {
     let folder = Folder::new();
@@ -144,8 +145,8 @@ fn exr_images_have_the_type_and_compression_asked_for() {
     let run = folder.succeed(&format!("{base} --exr-type half -f out.exr"));
     assert!(!run.err.contains("65504"), "{run:?}");
     let text = String::from_utf8_lossy(&folder.read("out.exr")).into_owned();
-    // Names of channels and their types behind them: 0 is whole, 1 half, 2 float. [OpenEXR File
-    // Layout]
+    // Names of channels, followed by their types: 0 is an integer, 1 half, 2 float.
+    // [OpenEXR File Layout]
     for channel in ["albedo.R\0\u{1}", "depth.Z\0\u{2}", "object.id\0\0", "\0B\0\u{1}"] {
         assert!(text.contains(channel), "{channel:?}");
     }
@@ -201,7 +202,7 @@ fn the_builder_of_the_tree_changes_nothing_but_rounding() {
     }
 }
 
-/// Short name, long name, and what another image needs.
+/// Short and long names of options, with the other options that they need to have an effect.
 const PAIRS: &[(&str, &str)] = &[
     ("-s 3", "--spp 3"),
     ("-l 3", "--light-samples 3"),
@@ -252,7 +253,7 @@ fn seeds_and_samplers_are_others() {
     }
 }
 
-/// Means over the image, which have an error of less than a percent at this number of samples.
+/// Means over the image, whose error is less than one percent at this number of samples.
 #[test]
 fn views_of_the_light_add_up() {
     let folder = Folder::new();
@@ -287,7 +288,7 @@ fn filters_change_the_image_and_the_box_is_the_default() {
     }
 }
 
-/// A ball in front of a lamp's light, with what stands in its film.
+/// A lit ball, with the given elements in its film.
 fn small_mitsuba(film: &str) -> String {
     format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"><transform name=\"to_world\">\
@@ -353,7 +354,7 @@ fn cells_are_cut_from_the_image_and_counted_from_below() {
     assert_eq!((cell.width, cell.height), (5, 4));
     for y in 0..4 {
         for x in 0..5 {
-            // Row 0 of the cell is the row 1 + 3 of the image, counted from below.
+            // Row 0 of the cell is row 1 + 3 of the image, counted from the bottom.
             let row = 9 - 1 - (1 + 3 - y);
             assert_eq!(cell.pixels[y * 5 + x], all.pixels[row * 12 + 3 + x], "({x}, {y})");
         }
@@ -370,7 +371,7 @@ fn adaptive_sampling_writes_its_rates() {
     assert!(rates.pixels.iter().any(|p| *p != rates.pixels[0]), "all pixels took the same samples");
 }
 
-/// The colours of an image with more channels are those of the image without.
+/// Additional channels do not change the colours of an image.
 #[test]
 fn more_channels_leave_the_colours_alone() {
     let folder = Folder::new();
@@ -385,8 +386,8 @@ fn more_channels_leave_the_colours_alone() {
     }
 }
 
-/// A scene of Mitsuba may ask for them as well, of those that there are; without room they are left
-/// out and told.
+/// A Mitsuba scene may request the supported AOVs; without room for them, they are left out with a
+/// note.
 #[test]
 fn scenes_may_ask_for_more_channels() {
     let folder = Folder::new();
@@ -429,7 +430,7 @@ fn the_summary_as_json_counts_samples_and_rays() {
     }
 }
 
-/// The program says how much light it cut off, and the image lacks as much.
+/// The reported fraction of clamped light is the difference of the images.
 #[test]
 fn clamping_tells_what_it_costs() {
     let folder = Folder::new();
@@ -448,7 +449,7 @@ fn clamping_tells_what_it_costs() {
     let run = folder.succeed(&format!("{args} -f less.exr --clamp 0.2"));
     assert!(run.err.contains("% of the light was cut off"), "{run:?}");
     assert!((1.0..99.0).contains(&percent()), "{} %", percent());
-    // Channels weigh the same here, and by luminance there.
+    // The channels have equal weights here, and luminance weights in the report.
     let lost = 100.0 * (1.0 - light("less.exr") / light("all.exr"));
     assert!((lost - percent()).abs() < 0.2 * percent(), "{lost} % and {} %", percent());
 }
@@ -472,8 +473,8 @@ fn an_environment_lights_the_scene() {
     assert_eq!(image.pixels[0], MAP, "the corner shows the map itself");
 }
 
-/// What has neither a light nor a camera is seen in grey light before a grey ground, unless light
-/// is given, or the course's program is followed.
+/// A scene without lights and camera is shown with studio lighting, unless an environment or
+/// --cs184 is given.
 #[test]
 fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
     let folder = Folder::new();
@@ -495,7 +496,7 @@ fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
     assert!(folder.image("out.exr").pixels.iter().all(|pixel| *pixel == [0.0; 3]));
 }
 
-/// Radiance of the test's environment.
+/// Radiance of the environment map of the tests.
 const MAP: [f32; 3] = [1.0, 2.0, 0.5];
 
 fn write_map(folder: &Folder) {
@@ -503,7 +504,7 @@ fn write_map(folder: &Folder) {
     image::save(&map, &folder.path("map.exr"), &SaveOptions::default()).unwrap();
 }
 
-/// A camera settings file of the course's program: in front of the room, in its millimetres.
+/// Camera settings file of the course's program: in front of the room, in its millimetres.
 const CAMERA: &str = "40 30 1.333 1 10000\n278 273 -900 278 273 0\n1.57 3.14 900 1 9000\n\
                       -1 0 0 0 1 0 0 0 -1\n800 600 1000\n4.7 0\n";
 
@@ -529,7 +530,7 @@ fn a_camera_file_moves_the_camera() {
     let folder = Folder::new();
     folder.write("camera.txt", CAMERA);
     folder.succeed(&format!("{TINY} --integrator normals -c camera.txt -f out.exr SCENE"));
-    // What is seen in the middle is the back wall, which looks to −z: (n + 1)/2 = (½, ½, 0).
+    // The middle shows the back wall, whose normal is −z: (n + 1)/2 = (½, ½, 0).
     let middle = folder.image("out.exr").pixels[4 * 12 + 6];
     let wanted = [0.5, 0.5, 0.0];
     assert!(middle.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3), "{middle:?}");

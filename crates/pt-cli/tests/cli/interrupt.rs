@@ -1,4 +1,4 @@
-//! Ctrl-C ends a render early, and what is done is kept.
+//! Ctrl-C ends a render early, and its samples are kept.
 
 #![cfg(target_os = "linux")]
 
@@ -18,7 +18,7 @@ fn listens(child: &Child) -> bool {
     mask.is_some_and(|m| m & 0b10 != 0)
 }
 
-/// Waits until something is so of a process that goes on.
+/// Waits until a running process satisfies a condition.
 fn wait_until(child: &mut Child, is_so: impl Fn(&Child) -> bool) {
     let start = Instant::now();
     while !is_so(child) {
@@ -58,7 +58,7 @@ fn an_interrupted_render_leaves_the_image_so_far() {
     assert!(image.pixels.iter().flatten().any(|v| *v > 0.0), "nothing but black");
 }
 
-/// With batches that take long, so that the second one comes before the first has ended the render.
+/// Batches are long, so that the second signal arrives before the first one has ended the render.
 #[test]
 fn a_second_interruption_ends_at_once_and_leaves_the_last_film() {
     let folder = Folder::new();
@@ -68,7 +68,7 @@ fn a_second_interruption_ends_at_once_and_leaves_the_last_film() {
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     wait_until(&mut child, |_| folder.path("out.exr.film").is_file());
     interrupt(&child);
-    // It may have ended by then.
+    // The process may have ended by then.
     let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).output();
     let start = Instant::now();
     assert_eq!(child.wait().unwrap().code(), Some(130));

@@ -1,10 +1,10 @@
-//! The light of groups of lights in image files.
+//! Light groups in image files.
 
 use exr::prelude::FlatSamples;
 
 use crate::common::Folder;
 
-/// A ball under a lamp, a bulb and a sky.
+/// Ball under a lamp, a bulb and a constant environment.
 const LIGHTS: &str = r#"<scene version="3.0.0">
 <sensor type="perspective"><transform name="to_world">
 <lookat origin="0, 1, 4" target="0, 0, 0" up="0, 1, 0"/></transform></sensor>
@@ -15,7 +15,7 @@ const LIGHTS: &str = r#"<scene version="3.0.0">
 <point name="position" x="2" y="2" z="2"/></emitter>
 <emitter type="constant"><rgb name="radiance" value="0, 0, 0.5"/></emitter></scene>"#;
 
-/// The channels of an image that is not made smaller, by their names.
+/// Channels of an image, by their names.
 fn channels(folder: &Folder, name: &str) -> Vec<(String, Vec<f64>)> {
     let file = exr::prelude::read_all_flat_layers_from_file(folder.path(name)).expect("it is one");
     let channels = &file.layer_data[0].channel_data.list;
@@ -60,8 +60,8 @@ fn groups_are_layers_that_add_up_to_the_image() {
     }
 }
 
-/// Names that are long, that are those of other layers, and that are the same but for what layers
-/// cannot have.
+/// Names that are long, that equal names of other layers, or that differ only in characters that
+/// layer names cannot contain.
 #[test]
 fn layers_have_names_of_their_own_whatever_lights_are_called() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! The program as its users run it.
+//! Tests of the program, run as a process.
 
 mod alpha;
 mod common;

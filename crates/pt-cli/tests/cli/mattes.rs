@@ -1,4 +1,4 @@
-//! Mattes in image files.
+//! Cryptomatte channels in image files.
 
 use exr::prelude::{AnyChannels, AttributeValue, FlatSamples, Layer};
 use pathtracer::cryptomatte::id_of;
@@ -13,7 +13,7 @@ fn layer(folder: &Folder, name: &str) -> Layer<AnyChannels<FlatSamples>> {
     file.layer_data.into_iter().next().expect("it has a part")
 }
 
-/// The channels of all mattes of a kind: numbers and shares in turn, which have 32 bits.
+/// Channels of all mattes of a kind: ids and coverages in turn, in 32 bits.
 fn planes(layer: &Layer<AnyChannels<FlatSamples>>, kind: &str) -> Vec<Vec<f32>> {
     let names = (0..3).flat_map(|i| ["R", "G", "B", "A"].map(|c| format!("{kind}{i:02}.{c}")));
     let plane = |name: String| {
@@ -26,7 +26,7 @@ fn planes(layer: &Layer<AnyChannels<FlatSamples>>, kind: &str) -> Vec<Vec<f32>> 
     names.map(plane).collect()
 }
 
-/// Returns the number of pixels that a thing covers.
+/// Returns the number of pixels that an object or material covers.
 fn pixels(planes: &[Vec<f32>], name: &str) -> f64 {
     let ranks = planes.as_chunks().0;
     let share = |[ids, shares]: &[Vec<f32>; 2]| {
@@ -36,7 +36,7 @@ fn pixels(planes: &[Vec<f32>], name: &str) -> f64 {
     ranks.iter().map(share).sum()
 }
 
-/// Numbers by name, as the metadata say, and whether these are of the kind.
+/// Returns the manifest of the metadata, with ids by name, and checks the kind of the layer.
 fn manifest(folder: &Folder, file: &str, key: &str, kind: &str) -> serde_json::Value {
     let metadata = image::metadata(&folder.path(file)).expect("it has metadata");
     let find = |what: &str| {
@@ -50,7 +50,7 @@ fn manifest(folder: &Folder, file: &str, key: &str, kind: &str) -> serde_json::V
     serde_json::from_str(&find("manifest")).expect("it is JSON")
 }
 
-/// With numbers of 16 bits for the rest, and each compression that keeps those of 32.
+/// Other channels have 16 bits; tested with each compression that keeps 32 bits.
 #[test]
 fn mattes_are_in_the_image_with_their_names() {
     let folder = Folder::new();
@@ -66,7 +66,7 @@ fn mattes_are_in_the_image_with_their_names() {
             assert_eq!(half, planes, "{compression}");
         }
     }
-    // The first digits of the hashes of the names of the kinds.
+    // First digits of the hashes of the layer names.
     let objects = manifest(&folder, "wanted.exr", "3ae39a5", "CryptoObject");
     let materials = manifest(&folder, "wanted.exr", "be359d6", "CryptoMaterial");
     for (names, kind) in [(&objects, "CryptoObject"), (&materials, "CryptoMaterial")] {
@@ -78,7 +78,7 @@ fn mattes_are_in_the_image_with_their_names() {
             assert!(pixels(&planes, name) > 0.0, "{name} is seen");
             all += pixels(&planes, name);
         }
-        // The room is as high as the image and as wide as high, but for what the camera sees beside
+        // The room is as high as the image and as wide as it is high, except for the pixels beside
         // its walls.
         assert!(all > 800.0 && all < 900.5, "{kind}: {all}");
     }
@@ -87,7 +87,7 @@ fn mattes_are_in_the_image_with_their_names() {
     assert_eq!(texts.filter(|text| matches!(text, AttributeValue::Text(_))).count(), 10);
 }
 
-/// Also where a scene calls things as JSON would not, or not at all.
+/// Names may contain any characters, also those that JSON escapes.
 #[test]
 fn names_may_be_anything() {
     let folder = Folder::new();
@@ -102,7 +102,7 @@ fn names_may_be_anything() {
     assert!(pixels(&planes(&layer(&folder, "out.exr"), "CryptoObject"), name) > 10.0);
 }
 
-/// Parts in any order, a stop, and a second render.
+/// Parts in any order, a resumed render, and a second render.
 #[test]
 fn mattes_are_the_same_to_the_bit_however_they_come_about() {
     let folder = Folder::new();

@@ -2,7 +2,7 @@
 
 use crate::common::{Folder, TINY};
 
-/// A ball of fog that only absorbs, in front of a sky, and the integrator that the file asks for.
+/// A ball of absorbing fog in front of a constant environment, with the integrator of the file.
 fn fog(integrator: &str) -> String {
     let medium = "<medium type=\"homogeneous\" name=\"interior\"><float name=\"albedo\" value=\"0\"/>\
                   <float name=\"sigma_t\" value=\"9\"/></medium>";
@@ -14,8 +14,8 @@ fn fog(integrator: &str) -> String {
     format!("<scene version=\"3.0.0\">{integrator}{camera}{ball}{sky}</scene>")
 }
 
-/// The file's integrator is taken unless the command line names another; one that leaves media out
-/// says so, and how to see them.
+/// The integrator of the file is used unless the command line names another; an integrator without
+/// media prints a note with the one that supports them.
 #[test]
 fn a_file_chooses_its_integrator() {
     let folder = Folder::new();

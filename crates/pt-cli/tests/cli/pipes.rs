@@ -8,12 +8,12 @@ use std::time::Duration;
 
 use crate::common::{Folder, SCENE, TINY};
 
-/// The fate of the output.
+/// States of standard output and standard error.
 #[derive(Clone, Copy, Debug)]
 enum Way {
-    /// Nobody reads either.
+    /// The readers of both are closed.
     Gone,
-    /// Nobody reads errors, and output goes nowhere.
+    /// The reader of standard error is closed, and standard output is discarded.
     ErrorsGone,
     /// The reader takes the first bytes of both, as `head` does.
     Head,
@@ -21,13 +21,13 @@ enum Way {
     Slow,
     /// Both are on a full disk.
     Full,
-    /// Neither is open.
+    /// Both are closed.
     Closed,
 }
 
 const WAYS: [Way; 6] = [Way::Gone, Way::ErrorsGone, Way::Head, Way::Slow, Way::Full, Way::Closed];
 
-/// Times that each command is run each way: more in `cargo xtask soak pipes`.
+/// Number of runs of each command with each state; more in `cargo xtask soak pipes`.
 fn rounds() -> u32 {
     std::env::var("PT_PIPES").ok().and_then(|n| n.parse().ok()).unwrap_or(1)
 }
@@ -37,7 +37,7 @@ fn full() -> File {
 }
 
 impl Way {
-    /// Starts a command of the program, and reads of it what is to be read.
+    /// Starts a command of the program, and reads its output as this state requires.
     fn start(self, folder: &Folder, args: &[&str]) -> Child {
         let mut command = folder.command(args);
         command.stdin(Stdio::null());
@@ -62,7 +62,7 @@ impl Way {
         command.stdout(out).stderr(errors);
         drop(writer);
         let child = command.spawn().expect("the program can be started");
-        // Its copies of the other end of the pipe.
+        // Closes the copies of the writer in the command.
         drop(command);
         self.read(reader);
         child
@@ -89,7 +89,7 @@ impl Way {
     }
 }
 
-/// The end of a process; `None` if it does not come within half a minute.
+/// Waits for the end of a process; returns `None` if it does not end within half a minute.
 fn end(child: &mut Child) -> Option<ExitStatus> {
     for _ in 0..3000 {
         if let Some(status) = child.try_wait().expect("a child") {
@@ -101,8 +101,8 @@ fn end(child: &mut Child) -> Option<ExitStatus> {
     None
 }
 
-/// All commands end, with the status that they have otherwise, or that of an error where the text
-/// that was asked for cannot be printed.
+/// All commands end, with their usual status, or with that of an error if requested text cannot be
+/// printed.
 #[test]
 fn all_commands_end_whatever_becomes_of_what_they_print() {
     let folder = Folder::new();
@@ -146,7 +146,7 @@ fn all_commands_end_whatever_becomes_of_what_they_print() {
     }
 }
 
-/// A text that could not be printed is an error.
+/// Text that cannot be printed is an error.
 #[test]
 fn a_full_standard_output_is_an_error() {
     let folder = Folder::new();

@@ -1,10 +1,10 @@
-//! Clouds of points and drawings of lines.
+//! Point clouds and lines.
 
 use std::io::Write as _;
 
 use crate::common::{Folder, TINY};
 
-/// A ball of points with colours, of which no two are in one place: a PLY file.
+/// PLY file of a ball of coloured points at distinct positions.
 fn ball(count: u32) -> Vec<u8> {
     let mut file = Vec::new();
     write!(
@@ -13,7 +13,7 @@ fn ball(count: u32) -> Vec<u8> {
          property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
     )
     .expect("there is room");
-    // A spiral from pole to pole, with equal areas.
+    // Spiral from pole to pole, with equal areas.
     for i in 0..count {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
         let (sin, cos) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
@@ -24,7 +24,7 @@ fn ball(count: u32) -> Vec<u8> {
     file
 }
 
-/// The memory of a render of that many points, at its peak.
+/// Peak memory of a render of `count` points.
 fn peak(folder: &Folder, count: u32) -> f64 {
     folder.write("ball.ply", ball(count));
     folder.succeed(&format!("{TINY} -t 2 --summary-json out.json -f out.png ball.ply"));
@@ -34,8 +34,7 @@ fn peak(folder: &Folder, count: u32) -> f64 {
     summary["peak_bytes"].as_f64().expect("a number on Linux")
 }
 
-/// From the file to the picture: what is read, the tables and the tree, and what it takes to make
-/// them.
+/// Memory of the whole render: file, tables and hierarchy, and temporary data.
 #[test]
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn a_million_points_take_a_hundred_bytes_each() {
@@ -70,7 +69,7 @@ fn the_radius_of_points_is_noted_and_may_be_given() {
     assert!(run.code == Some(2) && run.err.contains("no points"), "{run:?}");
 }
 
-/// The commands on scenes know points, and what is written of them is read again.
+/// The commands on scenes support points, and converted scenes can be read again.
 #[test]
 fn points_are_described_converted_and_explained() {
     let folder = Folder::new();
@@ -85,7 +84,7 @@ fn points_are_described_converted_and_explained() {
         folder.image("b.exr")
     };
     assert_eq!(through("b.json"), image);
-    // Materials of glTF have a gloss.
+    // Materials of glTF have a specular lobe.
     let other = through("b.glb");
     let differs =
         |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.15);

@@ -1,4 +1,4 @@
-//! How far a render is, for people and programs.
+//! Progress display, as text and as JSON.
 
 use serde_json::Value;
 

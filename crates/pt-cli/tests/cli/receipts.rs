@@ -1,4 +1,4 @@
-//! Images say how they were made, and can be made again.
+//! Provenance metadata of images, from which they are rendered again.
 
 use crate::common::{Folder, SCENE};
 
@@ -54,7 +54,7 @@ fn receipts_can_be_short() {
     }
 }
 
-/// With all that a command line may ask for, of scenes that are told from another folder.
+/// Renders with many kinds of options are reproduced from their metadata.
 #[test]
 fn images_are_made_again_to_the_bit() {
     let folder = Folder::new();
@@ -94,7 +94,7 @@ fn what_has_changed_is_not_made_again() {
         assert_eq!(run.code, Some(2), "{run:?}");
         assert!(run.err.contains(why), "{run:?}");
     }
-    // Pixels that are not those of the receipt.
+    // Changes the pixels but not the metadata.
     let changed = changed_pixel(&folder.read("a.png"), &folder);
     folder.write("a.png", changed);
     folder.write("a_again.png", "of the user");
@@ -113,7 +113,7 @@ fn what_has_changed_is_not_made_again() {
     assert!(!folder.files().contains(&"b_again.png".into()));
 }
 
-/// The file with the pixels of another image, and its own receipt.
+/// Returns the image file with a changed pixel and its own metadata.
 fn changed_pixel(_: &[u8], folder: &Folder) -> Vec<u8> {
     use pathtracer::image::{self, SaveOptions};
     let mut image = folder.image("a.png");
@@ -124,7 +124,7 @@ fn changed_pixel(_: &[u8], folder: &Folder) -> Vec<u8> {
     folder.read("changed.png")
 }
 
-/// Images of other times are other images, and are made again at their own.
+/// Images at different times differ, and are rendered again at their own times.
 #[test]
 fn the_time_of_animations_is_a_part_of_the_image() {
     let folder = Folder::new();

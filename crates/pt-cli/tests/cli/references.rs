@@ -1,4 +1,4 @@
-//! References that form cycles, chains and doublings, in every format: work and memory stay
+//! References that form cycles, chains and doublings, in every format: time and memory stay
 //! bounded.
 
 use std::fmt::Write;
@@ -6,22 +6,23 @@ use std::process::Command;
 
 use crate::common::Folder;
 
-/// Seconds of processor time, and kilobytes of addresses, of which threads reserve more than they
-/// use.
+/// Seconds of processor time, and kilobytes of address space, of which threads reserve more than
+/// they use.
 const LIMITS: &str = "ulimit -t 5; ulimit -v 1500000";
 
-/// A file, and what a reference to its first item is written as.
+/// Text of a kind of item and its references in a format; `NOW` stands for an item, `PRE` for the
+/// one before.
 struct Kind {
     ending: &'static str,
-    /// What stands before all items.
+    /// Text before all items.
     head: &'static str,
     /// The first item.
     first: &'static str,
-    /// An item that refers to the one before by `PRE`, once.
+    /// Item that refers once to the one before by `PRE`.
     one: &'static str,
-    /// Likewise, twice.
+    /// Item that refers twice to the one before by `PRE`.
     two: &'static str,
-    /// What stands behind, and refers to the last item by `PRE`.
+    /// Text after all items, which refers to the last one by `PRE`.
     tail: &'static str,
 }
 
@@ -156,7 +157,7 @@ const KINDS: &[(&str, Kind)] = &[
 ];
 
 impl Kind {
-    /// A file of so many items, each of which refers to the one before.
+    /// Returns a file with `length` items after the first, each of which refers to the one before.
     fn chain(&self, length: usize, item: &str) -> String {
         let mut text = self.head.to_owned() + self.first;
         for i in 1..=length {
@@ -165,7 +166,7 @@ impl Kind {
         text + &referring(self.tail, 0, length)
     }
 
-    /// Items that refer to themselves, or in a circle of several.
+    /// Returns a file whose items form a cycle of the given length.
     fn cycle(&self, length: usize) -> String {
         let mut text = self.head.to_owned() + self.first;
         for i in 1..=length {
@@ -175,7 +176,7 @@ impl Kind {
     }
 }
 
-/// An item with its own number, and that of the one that it refers to; those of COLLADA and glTF
+/// Inserts the number of an item, and that of the item it refers to; references of COLLADA and glTF
 /// follow a `#`.
 fn referring(item: &str, now: usize, before: usize) -> String {
     let is_list = item.contains("#PRE") && !item.contains("url");
@@ -184,7 +185,7 @@ fn referring(item: &str, now: usize, before: usize) -> String {
     item.replace("NOW", &format!("i{now}")).replace("PRE", &before)
 }
 
-/// Runs the program within limits; it has to end by itself.
+/// Runs the program within limits; panics if it does not exit normally.
 fn bounded(folder: &Folder, what: &str, arguments: &str) {
     let command = folder.command::<&str>(&[]);
     let program = command.get_program();
@@ -207,7 +208,7 @@ fn bounded(folder: &Folder, what: &str, arguments: &str) {
 fn chains_are_read_in_bounded_time_and_memory() {
     let folder = Folder::new();
     for (name, kind) in KINDS {
-        // Short ones are good files, where the format has things of this kind within each other.
+        // Short chains are valid if the format allows nesting of this kind.
         folder.write(&format!("a.{}", kind.ending), kind.chain(3, kind.one));
         let run = folder.run(&format!("check a.{}", kind.ending));
         let is_refused =
@@ -229,7 +230,7 @@ fn doublings_and_cycles_are_read_in_bounded_time_and_memory() {
     let folder = Folder::new();
     for (name, kind) in KINDS {
         let ending = kind.ending;
-        // A film whose scene becomes another one.
+        // The scene of this film is then replaced.
         folder.write(&format!("a.{ending}"), kind.chain(0, kind.one));
         let run = folder.run(&format!("-r 4 4 -s 1 -f film.exr a.{ending} --restart"));
         assert!(matches!(run.code, Some(0 | 1)), "{name}: {run:?}");
@@ -277,7 +278,7 @@ fn inclusions_are_bounded() {
     }
 }
 
-/// Elements within elements: readers that recurse have a limit.
+/// Nested elements: recursive readers have a limit.
 #[test]
 fn nesting_is_bounded() {
     let folder = Folder::new();
@@ -304,7 +305,7 @@ fn nesting_is_bounded() {
     }
 }
 
-/// Few bytes that ask for much: zeros, copies and morph targets without data of their own.
+/// Small files that expand to much data: zeros, copies and morph targets without data of their own.
 #[test]
 fn what_is_repeated_is_bounded() {
     let folder = Folder::new();

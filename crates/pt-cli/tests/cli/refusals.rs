@@ -1,8 +1,8 @@
-//! What makes no sense is refused: exit status 2, one message, and nothing left behind.
+//! Invalid command lines are rejected: exit status 2, one message, and no files left behind.
 
 use crate::common::{Folder, SCENE, TINY};
 
-/// Runs the program, which has to refuse with one message that contains `wanted`.
+/// Asserts that the program fails with one message that contains `wanted`.
 fn refuses(folder: &Folder, args: &str, wanted: &str) {
     let before = folder.files();
     let run = folder.run(args);
@@ -235,7 +235,7 @@ fn places_that_take_no_image() {
     refuses(&folder, &format!("{TINY} --summary-json no/a.json SCENE"), "there is no folder no;");
 }
 
-/// Not even the administrator can make a file in there.
+/// Even the administrator cannot create a file there.
 #[cfg(target_os = "linux")]
 #[test]
 fn folders_that_cannot_be_written() {
@@ -243,7 +243,8 @@ fn folders_that_cannot_be_written() {
     refuses(&folder, &format!("{TINY} -f /proc/out.png SCENE"), "/proc/out.png: no file can be");
 }
 
-/// Before the memory is taken: the film, the tree of a mesh, a file.
+/// The limit is checked before memory is allocated: for the film, for the hierarchy of a mesh, and
+/// for a file.
 #[test]
 fn renders_that_need_too_much_memory() {
     let folder = Folder::new();
@@ -251,14 +252,15 @@ fn renders_that_need_too_much_memory() {
         refuses(&folder, args, want);
         refuses(&folder, args, "more than --max-memory allows");
     };
-    // 125 bytes a pixel; 24 more for each of the three numbers and their count; 96 for each group.
+    // 125 bytes per pixel; 24 more for each of the three numbers and their count; 96 for each
+    // group.
     needs("-r 2000 1000 --max-memory 100MB SCENE", "250.0 MB for the film");
     needs(
         "-r 2000 1000 --aov position --max-memory 250MB -f out.exr SCENE",
         "442.0 MB for the film",
     );
-    // Before the scene is read, there is the group of all lights; then also one for its light and
-    // one for a sky.
+    // Before the scene is read, one group of all lights is counted; then also one for its light and
+    // one for a background.
     let groups = "-r 2000 1000 --light-groups each -f out.exr SCENE --max-memory";
     needs(&format!("{groups} 300MB"), "442.0 MB for the film");
     needs(&format!("{groups} 500MB"), "826.0 MB for the film");

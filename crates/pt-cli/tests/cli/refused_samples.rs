@@ -1,8 +1,9 @@
-//! Samples that are no light are refused and told of.
+//! Invalid samples are rejected and reported.
 
 use crate::common::Folder;
 
-/// A ball before a sky that is brighter than any film takes; only some pixels see it.
+/// A ball in front of an environment that is too bright for a film; only some pixels show the
+/// environment.
 const TOO_BRIGHT: &str = r#"<scene version="3.0.0">
     <default name="sky" value="1e30"/>
     <sensor type="perspective">

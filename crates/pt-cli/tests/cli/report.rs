@@ -1,10 +1,11 @@
-//! The command lines of a report on the university course's program, as they are printed there.
+//! Command lines of a report on the university course's program, as they are printed there.
 
 use pathtracer::image::is_image;
 
 use crate::common::{Folder, course_scene};
 
-/// A scene of ours with the profile of the course, and with its camera at the height of the floor.
+/// Scene of this repository with the profile of the course, whose camera is at the height of the
+/// floor.
 const OURS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/course/matte_balls.dae");
 
 /// Figure, arguments, values of `X`, and the scene.
@@ -37,7 +38,7 @@ const COMMANDS: &[(&str, &str, &[&str], &str)] = &[
     ),
 ];
 
-/// The same words with fewer pixels and samples.
+/// Returns the arguments with fewer pixels and samples.
 fn reduced(args: &str) -> String {
     let mut words: Vec<_> = args.split_whitespace().map(str::to_owned).collect();
     for i in 1..words.len() {
@@ -87,13 +88,13 @@ fn all_run_on_their_scenes() {
     }
 }
 
-/// At any size the box is seen as the course's program shows it at that of the report, where from
-/// the place of the file's camera the lower half of the image is black. A note names the option
-/// that chooses.
+/// At any size, the view of the box is that of the course's program at the size of the report. From
+/// the camera of the file, the lower half of the image is black. A note names the option that
+/// selects the camera.
 #[test]
 fn the_box_is_seen_as_in_the_report() {
     let folder = Folder::new();
-    // How much of the upper and of the lower half shows a surface.
+    // Fractions of the upper and of the lower half that show a surface.
     let covered = |args: &str| {
         let line = format!("-s 4 --integrator normals -f a.png {args} {OURS}");
         let run = folder.succeed(&line);
@@ -107,7 +108,7 @@ fn the_box_is_seen_as_in_the_report() {
     let (wanted, _) = covered("--cs184 -r 480 360");
     for size in ["-r 48 36", "-r 24 18"] {
         let (found, run) = covered(size);
-        // Pixels that an edge of the box crosses count in whole: of 24 x 9, one row and two
+        // Pixels that an edge of the box crosses count completely: of 24 x 9, one row and two
         // columns.
         let most = 1.0 / 9.0 + 2.0 / 24.0;
         let is_near = |i: usize| (found[i] - wanted[i]).abs() <= most;
@@ -118,7 +119,7 @@ fn the_box_is_seen_as_in_the_report() {
     assert!(lower < 0.05 && run.contains("--camera fit"), "{lower}: {run}");
 }
 
-/// In figure 8 `-f` and its value stand apart, on either side of the scene.
+/// In figure 8, `-f` and its value are separated by the scene.
 #[test]
 fn the_name_of_the_image_may_stand_apart() {
     let folder = Folder::new();

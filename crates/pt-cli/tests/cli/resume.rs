@@ -1,4 +1,4 @@
-//! Renders that are stopped, killed, or cut into parts come to the same image as others.
+//! Renders that are stopped, killed, or split into parts give the same image as others.
 
 #![cfg(unix)]
 
@@ -8,32 +8,32 @@ use std::time::Duration;
 
 use crate::common::{Folder, Run, SCENE};
 
-/// Takes about half a second on one thread.
+/// Render of about half a second on one thread.
 const RENDER: &str = "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 --receipt stable --aov cryptomatte_object -f out.exr SCENE";
 
-/// Likewise, in two halves with groups of lights.
+/// A similar render with half buffers and light groups.
 const IN_HALVES: &str = "-r 60 45 -m 5 -t 1 --target-error 8% --light-groups each --checkpoint-every 0.02 --receipt stable -f out.exr SCENE";
 
-/// The bytes of the image of a render that nobody stops.
+/// Returns the bytes of the image of an uninterrupted render.
 fn uninterrupted(args: &str) -> Vec<u8> {
     let folder = Folder::new();
     folder.succeed(args);
     folder.read("out.exr")
 }
 
-/// Starts it, and sends it a signal after a while.
+/// Starts the program, and sends it a signal after a while.
 fn signal(folder: &Folder, args: &str, signal: &str, after: Duration) -> Run {
     let args: Vec<_> = args.split_whitespace().map(|a| a.replace("SCENE", SCENE)).collect();
     let mut command = folder.command(&args);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
     sleep(after);
-    // It may have ended by then.
+    // The process may have ended by then.
     let kill = Command::new("kill").args([signal, &child.id().to_string()]).output();
     kill.expect("there is a program to send signals");
     Run::of(&child.wait_with_output().expect("it ends"), &args.join(" "))
 }
 
-/// Killed at many instants, some of which are in the middle of writing.
+/// The render is killed at many instants, some of them during a write.
 #[test]
 fn a_render_that_is_killed_again_and_again_comes_to_the_same_image() {
     for render in [RENDER, IN_HALVES] {
@@ -50,8 +50,8 @@ fn a_render_that_is_killed_again_and_again_comes_to_the_same_image() {
         assert!(killed >= 3, "it was killed {killed} times only");
         folder.succeed(render);
         assert!(folder.read("out.exr") == want, "{render}");
-        // An image that was being written when its render was killed leaves a file that is in
-        // nobody's way.
+        // A render that is killed while it writes an image leaves a temporary file, which does no
+        // harm.
         let files = folder.files().into_iter().filter(|name| !name.starts_with(".pathtracer-"));
         assert!(files.eq(["out.exr", "out.exr.film", "out.exr.film.old"]));
     }
@@ -72,7 +72,7 @@ fn a_render_that_is_asked_to_stop_says_how_to_go_on() {
     }
 }
 
-/// A film that is torn, changed or lost is told of, and the one before is as good.
+/// A truncated, changed or empty film is reported, and the previous one is used.
 #[test]
 fn damaged_samples_are_told_of_and_not_used() {
     let want = uninterrupted(RENDER);
@@ -94,7 +94,7 @@ fn damaged_samples_are_told_of_and_not_used() {
     assert!(run.err.contains("out.exr.film: is damaged"), "{run:?}");
 }
 
-/// What was changed is listed; a finished film makes way, one that is not is kept.
+/// Differences are listed; a finished film is replaced, an unfinished one is kept.
 #[test]
 fn samples_of_another_image_are_never_mixed_nor_lost() {
     let folder = Folder::new();
@@ -138,7 +138,7 @@ fn more_samples_are_added_to_a_finished_image() {
     }
 }
 
-/// Points that are laid out for a number of samples stay where they are.
+/// Sampler points that depend on the number of samples do not change when samples are added.
 #[test]
 fn more_samples_of_a_layout_leave_those_that_are_there() {
     for sampler in ["zsobol", "stratified"] {
@@ -159,7 +159,7 @@ fn more_samples_of_a_layout_leave_those_that_are_there() {
     }
 }
 
-/// In whatever parts and order.
+/// Parts of any size, in any order.
 #[test]
 fn parts_come_together_to_the_image_of_one_render() {
     let all = "-r 30 20 -s 64 --receipt stable --aov albedo,primitive --path-reuse 2";
@@ -176,8 +176,8 @@ fn parts_come_together_to_the_image_of_one_render() {
         assert!(folder.read("again.exr") == want);
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 64, 34200 in all, 57.0 per pixel"), "{run:?}");
-        // A sum of films of this user's own goes on without further options; one of a moved film
-        // does not.
+        // A sum of films that this user made is resumed without further options; one of a moved
+        // film is not.
         folder.succeed("resume bc.film -s 66");
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 66, 35400 in all"), "{run:?}");
@@ -217,7 +217,7 @@ fn parts_that_do_not_fit_are_named() {
     assert!(folder.succeed("info a.film").out.contains("5 to 8, 324 in all, 3.0 per pixel"));
 }
 
-/// The course's program writes pictures to files of any name, and keeps nothing.
+/// The course's program writes images to files of any name, and keeps no samples.
 #[test]
 fn the_course_s_renders_keep_no_samples() {
     let folder = Folder::new();
@@ -226,12 +226,12 @@ fn the_course_s_renders_keep_no_samples() {
     assert!(folder.files().iter().all(|name| !name.ends_with(".film.film")));
 }
 
-/// A disk that is full does not end a render, nor take away what was kept.
+/// A full disk does not end a render, and keeps earlier samples.
 #[test]
 fn a_film_that_cannot_be_written_is_told_of() {
     let folder = Folder::new();
     let args = RENDER.replace("SCENE", SCENE);
-    // No file may be larger than 64 KiB: the film is, and the image is not.
+    // No file may be larger than 64 KiB: the film is larger, the image is not.
     let limited =
         format!("trap '' XFSZ; ulimit -f 128; exec {} {args}", env!("CARGO_BIN_EXE_pathtracer"));
     let mut shell = Command::new("sh");

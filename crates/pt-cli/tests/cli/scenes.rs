@@ -1,11 +1,10 @@
-//! Scenes with faults: what is told of them, what stands in for what is missing, and the exit
-//! status.
+//! Invalid scenes and missing files: messages, placeholders and exit status.
 
 use serde_json::Value;
 
 use crate::common::{Folder, Run};
 
-/// A box in a lit room with a picture on it, and parts that may be added.
+/// A textured box in a lit room, with optional elements.
 fn scene(more: &str) -> String {
     format!(
         r#"<scene version="3.0.0">
@@ -57,7 +56,7 @@ fn strict_renders_refuse_what_is_missing_before_they_begin() {
     assert_eq!(folder.files(), ["box.xml"]);
 }
 
-/// Samples without a file are none of the image with it.
+/// Samples taken with a placeholder are not used for the image with the file.
 #[test]
 fn a_render_does_not_go_on_when_a_file_has_come() {
     let folder = Folder::new();
@@ -79,7 +78,7 @@ fn a_render_does_not_go_on_when_a_file_has_come() {
     let run = folder.run("box.xml -s 2 -f out.exr --restart --limit texture-side=3");
     assert_eq!(run.code, Some(4), "{run:?}");
     assert!(run.err.contains("4 pixels along a side, more than the limit of 3"), "{run:?}");
-    // The picture was read before as well.
+    // The image was read in the earlier render too.
     let run = folder.succeed("box.xml -s 4 -f out.exr");
     assert!(run.err.contains("missing files: 1 before, 0 now"), "{run:?}");
 }
@@ -141,7 +140,8 @@ fn paths_out_of_the_folder_need_an_option() {
     folder.succeed("inner/box.xml -s 2 -f out.png --allow-outside");
 }
 
-/// By name, with all that is in it; on the command line, or in the configuration file of the user.
+/// A folder is allowed by name, with its subfolders: on the command line, or in the configuration
+/// file of the user.
 #[test]
 fn a_folder_beside_the_scene_may_be_allowed() {
     let folder = Folder::new();

@@ -1,10 +1,10 @@
-//! Films and images of strangers: their commands are data.
+//! Untrusted films and images: their commands are data.
 
 use std::net::TcpListener;
 
 use crate::common::{Folder, TINY};
 
-/// A scene that names a file outside of its own folder.
+/// Scene that references a file outside of its own folder.
 const OUTSIDE: &str = r#"<scene version="3.0.0"><shape type="obj"><string name="filename" value="../outside.obj"/></shape></scene>"#;
 
 #[test]
@@ -44,8 +44,8 @@ fn commands_of_films_allow_no_folders() {
     }
 }
 
-/// A film that is moved is one of a stranger: it reads what lies in its own folder, and nothing
-/// else unless that is allowed.
+/// A moved film is untrusted: its command reads files in its own folder, and others only if they
+/// are allowed.
 #[test]
 fn films_that_are_moved_read_nothing_elsewhere() {
     let folder = Folder::new();
@@ -71,7 +71,7 @@ fn films_that_are_moved_read_nothing_elsewhere() {
         for command in ["resume", "rerender"] {
             let made = format!("{TINY} --receipt full -f home/{name}.exr {inputs}");
             folder.succeed(&made);
-            // Where it was made, it goes on.
+            // In the folder where it was made, it is resumed.
             let more = if command == "resume" { " -s 3" } else { " --force" };
             let run = folder.run(&format!("{command} home/{name}.exr{more}"));
             assert!(matches!(run.code, Some(0 | 1)), "{run:?}");
@@ -90,7 +90,7 @@ fn films_that_are_moved_read_nothing_elsewhere() {
             assert!(matches!(allowed.code, Some(0 | 1)), "{allowed:?}");
         }
     }
-    // Beside its scene it needs nothing else.
+    // Beside its scene it needs no option.
     std::fs::copy(folder.path("home/scene.dae"), folder.path("there/scene.dae")).expect("a scene");
     std::fs::create_dir(folder.path("third")).expect("there is room");
     let mut run = folder.command(&"-r 12 9 -s 2 -f e.exr scene.dae".split(' ').collect::<Vec<_>>());
@@ -129,7 +129,7 @@ fn names_do_not_command_the_terminal() {
     assert!(run.out.contains(r"\u001b]0;owned\u0007"), "{run:?}");
 }
 
-/// Events of the file system in some folders: files that were opened, read, written or made.
+/// Events of the file system in some folders: files that were opened, read, written or created.
 #[cfg(target_os = "linux")]
 struct Watch(rustix::fd::OwnedFd);
 
@@ -155,8 +155,8 @@ impl Watch {
     }
 }
 
-/// A film that was made with every option that names a file, a folder or an address, and was moved:
-/// commands on it open nothing elsewhere, and connect to nobody.
+/// A moved film made with every option that names a file, a folder or an address: commands on it
+/// open no other files, and do not connect.
 #[cfg(target_os = "linux")]
 #[test]
 fn nothing_outside_is_opened_for_films_of_strangers() {
@@ -211,7 +211,7 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
             assert_eq!(watch.seen(), Vec::<String>::new(), "{command}");
             assert!(listener.accept().is_err(), "{command} connects");
         }
-        // Files in allowed folders are read, which the watch sees.
+        // Files in allowed folders are read, and the watch reports that.
         folder.run(&format!("resume there/{name}.exr -s 4 --allow-folder {}", at("home")));
         assert!(watch.seen().iter().any(|event| event.contains("scene.dae")));
         listener.set_nonblocking(false).expect("a socket");

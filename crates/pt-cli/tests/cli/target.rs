@@ -1,10 +1,10 @@
-//! Renders that end when their image is good enough, or when time is up.
+//! Error targets and time limits.
 
 use serde_json::Value;
 
 use crate::common::Folder;
 
-/// Costs a fraction of a second.
+/// Render of a fraction of a second.
 const RENDER: &str = "-r 40 30 -m 4 --target-error 25% --receipt full -f out.exr SCENE";
 
 fn summary(folder: &Folder) -> Value {
@@ -29,12 +29,12 @@ fn a_render_ends_when_its_error_is_small_enough_and_says_so() {
     assert!(told.contains("error 0.25, confidence 0.95, white 1"), "{told}");
     let again = folder.succeed("rerender out.exr -t 3");
     assert!(again.err.contains("is the same to the bit"), "{again:?}");
-    // Nothing is left to do.
+    // The target is met already.
     let run = folder.succeed("resume out.exr");
     assert!(run.err.contains(" 0.00 million samples/s"), "{run:?}");
 }
 
-/// Noise of each pixel; a screen that is twice as bright shows twice as much of the same samples.
+/// Noise of each pixel; with twice the exposure, the same samples have twice the noise.
 #[test]
 fn what_is_asked_of_pixels_is_asked_of_what_the_screen_shows() {
     let folder = Folder::new();
@@ -63,8 +63,7 @@ fn a_target_that_is_missed_is_told() {
     assert_eq!(folder.run(&format!("{args} --strict")).code, Some(3));
 }
 
-/// The samples are kept, and the render goes on from them to the image of one that had all the
-/// time.
+/// The samples are kept, and the resumed render gives the image of a render without time limit.
 #[test]
 fn a_render_whose_time_is_up_can_go_on() {
     for options in ["-s 600", "--target-error 8%"] {
@@ -112,7 +111,7 @@ fn what_makes_no_sense_is_refused() {
     assert!(run.code == Some(2) && run.err.contains("has two halves"), "{run:?}");
 }
 
-/// A sample of the second half is found by its number.
+/// A sample of the second half buffer is selected by its number.
 #[test]
 fn samples_of_both_halves_are_explained() {
     let folder = Folder::new();

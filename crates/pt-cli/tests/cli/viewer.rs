@@ -1,5 +1,5 @@
-//! The image in a viewer, while it is rendered: a socket that reads every packet takes the place of
-//! tev.
+//! Display of the image in a viewer while it is rendered; a socket that reads all packets takes the
+//! place of tev.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use crate::common::{Folder, Run, SCENE, TINY};
 
-/// The image that a viewer shows.
+/// Image that the viewer shows.
 #[derive(Debug, PartialEq)]
 struct Shown {
     name: String,
@@ -18,7 +18,7 @@ struct Shown {
     bits: Vec<u32>,
 }
 
-/// What is left of a packet.
+/// Remaining bytes of a packet.
 struct Packet<'a>(&'a [u8]);
 
 impl Packet<'_> {
@@ -44,7 +44,7 @@ impl Packet<'_> {
     }
 }
 
-/// Follows one packet; `None` where the other side has closed.
+/// Reads and applies one packet; returns `None` if the connection is closed.
 fn follow(stream: &mut TcpStream, shown: &mut Option<Shown>) -> Option<()> {
     let mut length = [0; 4];
     stream.read_exact(&mut length).ok()?;
@@ -80,8 +80,8 @@ fn follow(stream: &mut TcpStream, shown: &mut Option<Shown>) -> Option<()> {
     Some(())
 }
 
-/// Listens like a viewer, and tells of every packet; the image that is shown at the end is the
-/// result.
+/// Accepts a connection like a viewer, and sends a message for every packet. The thread returns the
+/// image shown at the end.
 fn listen() -> (String, Receiver<()>, std::thread::JoinHandle<Shown>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -90,7 +90,7 @@ fn listen() -> (String, Receiver<()>, std::thread::JoinHandle<Shown>) {
         let (mut stream, _) = listener.accept().expect("the program connects");
         let mut shown = None;
         while follow(&mut stream, &mut shown).is_some() {
-            // The test may have heard enough.
+            // The test may have dropped the receiver.
             let _ = told.send(());
         }
         shown.expect("an image was shown")
@@ -106,7 +106,7 @@ fn is_as_written(shown: &Shown, folder: &Folder, name: &str) {
     assert!(shown.bits == wanted, "the viewer shows another image than the file has");
 }
 
-/// 70 rows are two parts of a picture.
+/// 70 rows are sent in two packets.
 #[test]
 fn the_last_picture_is_the_image_to_the_bit() {
     let folder = Folder::new();
@@ -116,7 +116,7 @@ fn the_last_picture_is_the_image_to_the_bit() {
     is_as_written(&viewer.join().expect("all packets are right"), &folder, "out.exr");
 }
 
-/// A render that would take days is stopped when the viewer has seen it go on.
+/// A render that would take days is stopped after the viewer has received updates.
 #[test]
 #[cfg(unix)]
 fn the_image_is_shown_while_it_is_rendered() {
@@ -125,7 +125,7 @@ fn the_image_is_shown_while_it_is_rendered() {
     let args = ["-r", "16", "12", "-s", "100000000", "--tev", &address, "-f", "out.exr", SCENE];
     let child =
         folder.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // The image, how it is at the start, and two times what is there by then.
+    // Creation of the image, its initial state, and two updates.
     for _ in 0..4 {
         packets.recv_timeout(Duration::from_mins(1)).expect("pictures come");
     }
@@ -146,7 +146,7 @@ fn a_viewer_that_is_not_there_or_goes_away_stops_nothing() {
     let run = folder.succeed(&format!("-r 200 150 -s 40 --tev {address} -f big.exr SCENE"));
     gone.join().expect("it came");
     assert_eq!(run.err.matches("warning: the viewer at").count(), 1, "{run:?}");
-    // Nobody listens there any more.
+    // No viewer listens at this address any more.
     let run = folder.succeed(&format!("{TINY} --receipt none --tev {address} -f out.exr SCENE"));
     assert_eq!(run.err.matches("warning: --tev").count(), 1, "{run:?}");
     assert!(run.err.contains("the render goes on without it"), "{run:?}");

@@ -6,63 +6,66 @@ use pt_math::{FloatExt, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected, reflected_pdf};
-use super::fresnel;
 use super::microfacet::MicrofacetDistribution;
 use super::multiscatter::{Beneath, Gloss, mean_reflectance};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// What a metal and its coat are made of.
+/// Parameters of a metal and its dielectric coat.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers {
     /// Index of refraction of the coat over that above it, at least 1.
     pub eta: f32,
-    /// Roughness α > 0 of the coat's facets (GGX).
+    /// Roughness α > 0 of the facets of the coat (GGX).
     pub coat: f32,
-    /// Thickness of the coat in mean free paths of light that it absorbs; 0 is clear.
+    /// Thickness of the coat in mean free paths of absorption; 0 is clear.
     pub thickness: f32,
-    /// Real part of the index of the metal over that above the coat.
+    /// Real part of the index of refraction of the metal over that above the coat.
     pub metal_eta: Spectrum,
-    /// Imaginary part, likewise.
+    /// Imaginary part of the index of refraction of the metal over that above the coat.
     pub metal_k: Spectrum,
-    /// Roughness α > 0 of the metal's facets (GGX).
+    /// Roughness α > 0 of the facets of the metal (GGX).
     pub metal: f32,
 }
 
-/// Facets of the coat reflect; light that gets through them is bent as by a smooth coat, reflected
-/// by the facets of the metal, and thrown back by the coat until it leaves:
+/// A rough metal under a rough dielectric coat.
+///
+/// Light is reflected by the facets of the coat, or is refracted as by a smooth coat, reflected by
+/// the facets of the metal, and reflected back by the coat until it leaves:
 ///
 /// f = f_coat + T(o) T(i) A(o) A(i) f_metal(o', i') / (η² (1 − R A(o) A(i) min(F(o), F(i)))) +
 /// f_rest
 ///
-/// where o' and i' are the bent directions, F = 1 − T is what the coat reflects of them, R what the
-/// metal does, and A what the coat lets through. With smooth coat and metal this is the sum of all
-/// reflections between the two. f_rest is light that meets more than one facet or is held back by
-/// total reflection: it leaves evenly, as much as white metal lacks to white, times what the metal
-/// leaves of it. [Layers by Weidlich & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces"; the
-/// rest as in `compensation.rs`]
+/// where o' and i' are the refracted directions, F = 1 − T is the reflectance of the coat for them,
+/// R that of the metal, and A the transmittance of the coat. With smooth coat and metal this is the
+/// sum of all interreflections between the two. f_rest is light that meets more than one facet or
+/// is totally reflected inside: it leaves diffusely, with the energy that a white metal lacks,
+/// times the fraction that the metal does not absorb. [Layers by Weidlich & Wilkie 2007,
+/// "Arbitrarily Layered Micro-Facet Surfaces"; the rest as in `multiscatter.rs`]
 ///
-/// What a rough coat bends to and fro counts as roughness of the metal, see `seen_through`.
+/// Refraction by a rough coat is accounted for as additional roughness of the metal, see
+/// `seen_through`.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedConductor {
-    /// The indices of the metal over that of the coat.
+    /// Real and imaginary part of the index of refraction of the metal over that of the coat.
     metal_eta: Spectrum,
     metal_k: Spectrum,
-    /// What the metal leaves of light that is reflected to and fro.
+    /// Fraction of the interreflected light that the metal does not absorb.
     again: Spectrum,
     eta: f32,
-    /// Roughness of the coat, and of the metal as it is seen through it.
+    /// Roughness of the coat, and of the metal as seen through the coat.
     coat: f32,
     base: f32,
     thickness: f32,
-    /// The mean of what is neither reflected by the coat nor once by white metal, 2 ∫ cos θ d cos
-    /// θ.
+    /// Mean of `Side::rest` over diffuse illumination, 2 ∫ rest(cos θ) cos θ d cos θ.
     rest: f32,
 }
 
-/// The roughness of a metal seen through a coat: slopes of the coat's facets bend light twice, by
-/// (1 − cos θ / (η cos θ')) / 2 of what the same slopes of the metal would; variances add up.
-/// [After Belcour 2018, "Efficient Rendering of Layered Materials using an Atomic Decomposition
-/// with Statistical Operators", §4; here the mean over evenly spread light]
+/// Roughness of a metal seen through a rough coat.
+///
+/// The slopes of the coat's facets refract light twice, by (1 − cos θ / (η cos θ')) / 2 of the
+/// deflection that the same slopes of the metal would cause; variances add up. [After Belcour 2018,
+/// "Efficient Rendering of Layered Materials using an Atomic Decomposition with Statistical
+/// Operators", §4; here the mean over diffuse illumination]
 fn seen_through(eta: f32, coat: f32, metal: f32) -> f32 {
     const STEPS: u16 = 64;
     let square = |i: u16| {
@@ -74,14 +77,14 @@ fn seen_through(eta: f32, coat: f32, metal: f32) -> f32 {
     (metal * metal + 2.0 * share * coat * coat).sqrt()
 }
 
-/// What a metal that reflects `once` of evenly spread light leaves of light that the coat holds
-/// back.
+/// Fraction that finally escapes, of light that the coat reflects back inside, for a metal of mean
+/// reflectance `once`.
 ///
-/// Facets of roughness 1 send it anywhere: a share 1 − p gets out each time, and r (1 − p) / (1 − p
-/// r) is left, with p what the coat reflects of evenly spread light inside. Those that turn light
-/// little let its angle walk at random around that of total reflection until it is back: by the
-/// generating function of the times of first return, 1 − √(1 − r²) is left. [Feller 1968, "An
-/// Introduction to Probability Theory and Its Applications", vol. 1, §XI.3]
+/// At roughness 1, the metal scatters light in all directions: a fraction 1 − p escapes each time,
+/// and r (1 − p) / (1 − p r) in total, with p the reflectance of the coat for diffuse light from
+/// inside. At low roughness, the angle performs a random walk around the critical angle until it is
+/// below it again: by the generating function of the times of first return, 1 − √(1 − r²) escapes.
+/// [Feller 1968, "An Introduction to Probability Theory and Its Applications", vol. 1, §XI.3]
 fn held_back(eta: f32, alpha: f32, once: Spectrum) -> Spectrum {
     let p = 1.0 - (1.0 - fresnel::mean_dielectric(eta)) / (eta * eta);
     once.map(|r| {
@@ -94,26 +97,26 @@ fn distribution(masking: Masking, alpha: f32) -> MicrofacetDistribution {
     MicrofacetDistribution { distribution: Distribution::Ggx, masking, alpha: [alpha; 2] }
 }
 
-/// What is known of a direction above the surface.
+/// Terms of a direction above the surface.
 struct Side<'a> {
     w: Vec3,
-    /// The direction, bent into the coat.
+    /// The direction refracted into the coat.
     bent: Vec3,
-    /// F of a smooth coat.
+    /// F, the reflectance of a smooth coat.
     reflected: f32,
-    /// A.
+    /// A, the transmittance of the coat.
     kept: f32,
     tables: &'a Tables,
 }
 
-/// The shares of a coat and of what is under it.
+/// Directional albedo tables of the coat and of the metal under it.
 struct Tables {
     gloss: Gloss,
     beneath: Beneath,
 }
 
 impl Side<'_> {
-    /// What is neither reflected by the coat nor once by white metal.
+    /// Fraction that is reflected neither by the coat nor once by white metal.
     #[inline]
     fn rest(&self) -> f32 {
         let seen = (1.0 - self.reflected) * self.tables.beneath.reached(self.w.z);
@@ -122,12 +125,12 @@ impl Side<'_> {
 }
 
 impl CoatedConductor {
-    /// Of a metal and its coat.
+    /// Creates the lobe of a metal and its coat.
     pub fn new(layers: &Layers) -> Self {
         let eta = layers.eta.max(1.0);
         let [metal_eta, metal_k] = [layers.metal_eta, layers.metal_k].map(|x| x * (1.0 / eta));
         let once = mean_reflectance(|cos| fresnel::conductor(cos, metal_eta, metal_k));
-        // Light gets in steeply, and goes up evenly spread, as if the coat was twice as thick.
+        // Light enters steeply and leaves diffusely, as if the coat was twice as thick.
         let once = once * trig::exp(-3.0 * layers.thickness);
         let base = seen_through(eta, layers.coat, layers.metal);
         let again = once * held_back(eta, base, once);
@@ -135,7 +138,7 @@ impl CoatedConductor {
         Self { metal_eta, metal_k, again, eta, coat, base, thickness, rest: 0.0 }.with_mean()
     }
 
-    /// With the mean of what is left.
+    /// Computes the mean of `Side::rest`.
     fn with_mean(mut self) -> Self {
         const STEPS: u16 = 128;
         let tables = self.tables();
@@ -149,14 +152,14 @@ impl CoatedConductor {
         self
     }
 
-    /// The same with both roughnesses alike.
+    /// The same lobe with equal roughness of coat and metal.
     #[cfg(test)]
     pub(super) fn with_alpha(&self, alpha: f32) -> Self {
         let base = seen_through(self.eta, alpha, alpha);
         Self { coat: alpha, base, ..*self }.with_mean()
     }
 
-    /// The probability with which the map that `choice` takes is followed.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let tables = self.tables();
@@ -185,7 +188,7 @@ impl CoatedConductor {
         Side { w, bent, reflected, kept: trig::exp(-self.thickness / bent.z), tables }
     }
 
-    /// The facets of the table of glosses.
+    /// The facets for which the tables of `Gloss` are.
     #[inline]
     fn coat_facets(&self) -> MicrofacetDistribution {
         distribution(Masking::Separable, self.coat)
@@ -201,8 +204,8 @@ impl CoatedConductor {
         fresnel::conductor(cos, self.metal_eta, self.metal_k)
     }
 
-    /// Probabilities of the maps to the coat, the metal and the rest: their shares of what is
-    /// scattered, by luminance.
+    /// Probabilities of sampling the coat, the metal and the rest: their fractions of the scattered
+    /// light, by luminance.
     #[inline]
     fn probabilities(&self, o: &Side<'_>) -> [f32; 3] {
         const MIN: f32 = 0.02;
@@ -210,13 +213,14 @@ impl CoatedConductor {
         let rest = o.rest();
         let metal = self.metal(o.bent.z).luminance() * o.kept * o.kept;
         let shares = [1.0 - left, (left - rest).max(0.0) * metal, rest * self.again.luminance()];
-        // Some is left to each, as the shares are of all directions and not of each.
+        // A minimum is added to each, as the fractions are totals over all directions and not those
+        // of each.
         let shares = shares.map(|x| x + MIN);
         let sum: f32 = shares.iter().sum();
         shares.map(|x| x / sum)
     }
 
-    /// f cos θi of the coat's facets.
+    /// f cos θi of the facets of the coat.
     #[inline]
     fn eval_coat(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(h) = half_vector(wo, wi) else { return 0.0 };
@@ -224,7 +228,7 @@ impl CoatedConductor {
         f * reflected(&self.coat_facets(), wo, wi, h)
     }
 
-    /// dω of a bent direction over that of the direction itself.
+    /// Solid angle of a refracted direction over that of the direction itself, dω'/dω.
     #[inline]
     fn eta_scale(&self, i: &Side<'_>) -> f32 {
         i.w.z / (self.eta * self.eta * i.bent.z)
@@ -242,7 +246,7 @@ impl CoatedConductor {
         all * (through * reflected(&self.metal_facets(), o.bent, i.bent, h))
     }
 
-    /// f cos θi of the rest.
+    /// f cos θi of the light that is scattered more than once.
     #[inline]
     fn eval_rest(&self, o: &Side<'_>, i: &Side<'_>) -> Spectrum {
         if self.rest > 0.0 {
@@ -272,7 +276,7 @@ impl CoatedConductor {
         )
     }
 
-    /// A direction out of the coat; `None` if it is reflected totally.
+    /// Refracts a direction out of the coat; `None` for total internal reflection.
     #[inline]
     fn unbent(&self, w: Vec3) -> Option<Vec3> {
         let [x, y] = [w.x * self.eta, w.y * self.eta];
@@ -287,7 +291,7 @@ impl CoatedConductor {
     }
 }
 
-/// The direction that a facet of these reflects `w` to.
+/// Samples a visible facet and reflects `w` about its normal.
 #[inline]
 fn by_facet(distribution: &MicrofacetDistribution, w: Vec3, u: [f32; 2]) -> Vec3 {
     let h = distribution.sample_visible(w, u);
@@ -393,8 +397,8 @@ mod tests {
         Layers { metal_eta, metal_k, ..CoatedConductor::gold(coat, metal, eta, 0.0) }
     }
 
-    /// What is scattered of light from a direction: all of it, and near the mirrored direction.
-    /// Here a near one has a cosine of at least 0.9 to it.
+    /// Albedos of light from a direction: the total one, and that of scattering near the mirror
+    /// direction, within a cosine of at least 0.9.
     fn albedos(
         wo: Vec3,
         mut sample: impl FnMut(&mut Random) -> Option<(Vec3, Spectrum)>,
@@ -420,8 +424,8 @@ mod tests {
         albedos(wo, |random| lobe.sample(wo, unit_3d(random)).map(|s| (s.wi, s.weight)))
     }
 
-    /// A walk between the two: facets of both that lose nothing, and the way through the coat. Of
-    /// power, which does not know the squeeze of radiance.
+    /// Random walk between the two layers: facets of both that lose nothing, and absorption in the
+    /// coat. Its weight is of power, without the factor by which refraction scales radiance.
     fn walk(layers: &Layers, wo: Vec3, random: &mut Random) -> Option<(Vec3, Spectrum)> {
         const MAX: u8 = 100;
         let ggx = |alpha| MicrofacetDistribution::isotropic(Distribution::Ggx, alpha);
@@ -450,7 +454,7 @@ mod tests {
         None
     }
 
-    /// The sum of all reflections between a smooth coat and a smooth metal: F + T² R / (1 − R F).
+    /// Sum of all interreflections between a smooth coat and a smooth metal: F + T² R / (1 − R F).
     #[test]
     fn smooth_layers_have_their_closed_form() {
         let layers = CoatedConductor::gold(1e-3, 1e-3, 1.5, 0.1);
@@ -483,8 +487,8 @@ mod tests {
         }
     }
 
-    /// Against walks of light between facets of the two: what is scattered in all, and near the
-    /// mirrored direction.
+    /// Total albedo and albedo near the mirror direction agree with random walks of light between
+    /// the facets of the two layers.
     #[test]
     fn light_is_scattered_as_by_walks_between_coat_and_metal() {
         const ROUGHNESSES: [[f32; 2]; 6] =

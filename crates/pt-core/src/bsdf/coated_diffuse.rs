@@ -4,41 +4,39 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// A mirror by Fresnel's equations, and below it light that gets through, is scattered evenly, and
-/// thrown back by the coat from inside until it leaves:
+/// A smooth dielectric coat over a diffuse base: specular reflection by Fresnel's equations, and
+/// transmitted light that the base scatters and the coat reflects internally until it leaves.
 ///
-/// f = (1 − F(θo)) (1 − F(θi)) ρ / (π η² (1 − ρ Fᵢ)), Fᵢ the share of diffuse light that the coat
-/// reflects inside. Nothing is lost: with ρ = 1 all light leaves. [Mitsuba 3's "plastic"; the sum
-/// of inner reflections goes back to Saunderson 1942]
+/// f = (1 − F(θo)) (1 − F(θi)) ρ / (π η² (1 − ρ Fᵢ)), where Fᵢ is the internal reflectance of the
+/// coat for diffuse light. Energy is conserved: with ρ = 1 all light leaves. [Mitsuba 3's
+/// "plastic"; the sum of internal reflections goes back to Saunderson 1942]
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedDiffuse {
     /// Albedo ρ of the base.
     rho: Spectrum,
-    /// Tint of what the coat reflects.
+    /// Tint of the specular reflection.
     specular: Spectrum,
     /// Index of refraction of the coat over that above it.
     eta: f32,
-    /// Fᵢ.
+    /// Fᵢ, the internal reflectance for diffuse light.
     inside: f32,
-    /// True if the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    /// True if the base colours internally reflected light again; otherwise ρ Fᵢ is Fᵢ.
     nonlinear: bool,
 }
 
 impl CoatedDiffuse {
     /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the tint of the coat is.
+    /// Index of the tint of the coat among the packed parameters.
     pub(crate) const SPECULAR: usize = 3;
 
-    /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without
-    /// `nonlinear`, light that the coat throws back is not coloured again by the base: ρ Fᵢ is
-    /// Fᵢ.
+    /// Creates a base of albedo `rho` under a coat with index `eta` and tint `specular`. Without
+    /// `nonlinear`, internally reflected light is not coloured again by the base: ρ Fᵢ is Fᵢ.
     pub fn new(rho: Spectrum, specular: Spectrum, eta: f32, nonlinear: bool) -> Self {
-        // (1 − Fᵢ) η² is what gets in of diffuse light from outside.
+        // (1 − Fᵢ) η² is the transmittance for diffuse light from outside.
         let inside = 1.0 - (1.0 - diffuse_reflectance(eta)) / (eta * eta);
         Self { rho, specular, eta, inside, nonlinear }
     }
@@ -50,7 +48,7 @@ impl CoatedDiffuse {
         Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (self.eta * self.eta)))
     }
 
-    /// 1 − F.
+    /// 1 − F, the transmittance of the coat.
     #[inline]
     fn transmitted(&self, cos: f32) -> f32 {
         1.0 - self.reflected(cos)
@@ -61,13 +59,13 @@ impl CoatedDiffuse {
         fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f)
     }
 
-    /// The probability with which the map of [`Lobe::sample`] to the base is followed.
+    /// Probability with which [`Lobe::sample`] samples the base.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3) -> f32 {
         1.0 - self.mirror_probability(self.reflected(wo.z))
     }
 
-    /// Probability of choosing the mirror: its share of what is scattered, by luminance.
+    /// Probability of choosing the mirror: its fraction of the scattered light, by luminance.
     #[inline]
     fn mirror_probability(&self, f: f32) -> f32 {
         let mirror = f * self.specular.luminance();
@@ -76,8 +74,8 @@ impl CoatedDiffuse {
     }
 }
 
-/// The share of evenly spread light that an interface with index `eta` over this side's reflects:
-/// 2 ∫ F(cos θ) cos θ d cos θ.
+/// Reflectance for diffuse light of an interface with index `eta` over that of this side: 2 ∫ F(cos
+/// θ) cos θ d cos θ.
 fn diffuse_reflectance(eta: f32) -> f32 {
     const STEPS: u32 = 20_000;
     let cos = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -151,8 +149,8 @@ impl Lobe<'_> for CoatedDiffuse {
 mod tests {
     use super::*;
 
-    /// The fit of Egan & Hilgeman as Jensen et al. 2001, "A Practical Model for Subsurface Light
-    /// Transport", §2, give it.
+    /// The fit of Egan & Hilgeman as given by Jensen et al. 2001, "A Practical Model for Subsurface
+    /// Light Transport", §2.
     #[test]
     fn diffuse_reflectance_is_that_of_the_literature() {
         let from_inside = |e: f32| -1.4399 / (e * e) + 0.7099 / e + 0.6681 + 0.0636 * e;
@@ -163,14 +161,15 @@ mod tests {
         }
     }
 
-    /// White furnace: a white base under a clear coat scatters all that arrives, from wherever.
+    /// White furnace: a white base under a clear coat scatters all incident light, from any
+    /// direction.
     #[test]
     fn nothing_is_lost_under_a_clear_coat() {
         const STEPS: u16 = 20_000;
         for eta in [1.2, 1.5, 2.4] {
             let lobe = CoatedDiffuse::new(Spectrum::ONE, Spectrum::ONE, eta, true);
             for wo in [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.8, 0.598, 0.05).normalize()] {
-                // By the cosine; around the normal the base is the same.
+                // Integrated over the cosine only: the base is isotropic.
                 let base = (0..STEPS).map(|i| {
                     let cos = (f32::from(i) + 0.5) / f32::from(STEPS);
                     let wi = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);

@@ -3,29 +3,28 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::fresnel;
 use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// A smooth metal: a mirror with the Fresnel reflectance of η + ik.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothConductor {
     /// Real part of the index of refraction.
     pub eta: Spectrum,
-    /// Imaginary part.
+    /// Imaginary part of the index of refraction.
     pub k: Spectrum,
-    /// Tint.
+    /// Tint of the reflection.
     pub reflectance: Spectrum,
 }
 
-/// A metal of microfacets:  f = F D G / (4 cos θo cos θi).
-/// [Cook & Torrance 1982; Walter et al. 2007, eq. 20]
+/// A metal of microfacets: f = F D G / (4 cos θo cos θi). [Cook & Torrance 1982; Walter et al.
+/// 2007, eq. 20]
 #[derive(Clone, Copy, Debug)]
 pub struct RoughConductor {
     /// The metal of the facets.
     pub metal: SmoothConductor,
-    /// Their distribution.
+    /// Distribution of the facet normals.
     pub distribution: MicrofacetDistribution,
 }
 
@@ -87,14 +86,14 @@ impl Lobe<'_> for SmoothConductor {
     }
 }
 
-/// The facet that mirrors `wo` into `wi`, if both are above the surface.
+/// Normal of the facet that mirrors `wo` into `wi`, or `None` unless both are above the surface.
 #[inline]
 pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
     (wo.z > 0.0 && wi.z > 0.0).then(|| (wo + wi).normalize())
 }
 
-/// Density of the direction in which facets that `wo` sees reflect, at the one of normal `h`:
-/// p(h) / (4 wo·h). [Walter et al. 2007, eq. 14]
+/// Density of the direction into which the visible facets of normal `h` reflect `wo`: p(h) / (4
+/// wo·h). [Walter et al. 2007, eq. 14]
 #[inline]
 pub(super) fn reflected_pdf(
     distribution: &MicrofacetDistribution,
@@ -104,7 +103,7 @@ pub(super) fn reflected_pdf(
     Pdf::new(distribution.d(h) * distribution.g1(wo) / (4.0 * wo.z))
 }
 
-/// D G / (4 cos θo): what facets of normal `h` reflect of light from `wi`, but for Fresnel's
+/// D G / (4 cos θo): reflection of light from `wi` by facets of normal `h`, without the Fresnel
 /// factor. [Walter et al. 2007, eq. 20, times cos θi]
 #[inline]
 pub(super) fn reflected(distribution: &MicrofacetDistribution, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
@@ -112,7 +111,7 @@ pub(super) fn reflected(distribution: &MicrofacetDistribution, wo: Vec3, wi: Vec
 }
 
 impl RoughConductor {
-    /// Where the two roughnesses are packed, behind the metal.
+    /// Index of the two roughnesses among the packed parameters, after those of the metal.
     pub(crate) const ALPHA: usize = 9;
 }
 
@@ -144,7 +143,7 @@ impl Lobe<'_> for RoughConductor {
         half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(&self.distribution, wo, h))
     }
 
-    /// Draws a facet that is seen, and reflects: the weight is F G/G₁.
+    /// Samples a visible facet and reflects about its normal: the weight is F G/G₁.
     #[inline]
     fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
         if wo.z <= 0.0 {

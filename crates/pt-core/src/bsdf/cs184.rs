@@ -1,5 +1,5 @@
-//! The materials of the university course as its program computes them, used under `--cs184`.
-//! Where they differ from physics, the difference is named; `docs/cs184.md` shows the pictures.
+//! Materials of the university course as its program computes them, used under `--cs184`.
+//! Differences from physics are named; `docs/cs184.md` shows images.
 
 use std::f32::consts::PI;
 
@@ -16,9 +16,9 @@ use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 /// multiplied (not divided) by η² on entering.
 #[derive(Clone, Copy, Debug)]
 pub struct Cs184Glass {
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Spectrum,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface.
     pub ior: f32,
@@ -27,14 +27,14 @@ pub struct Cs184Glass {
 /// Refraction with radiance multiplied by η² on entering.
 #[derive(Clone, Copy, Debug)]
 pub struct Cs184Refraction {
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface.
     pub ior: f32,
 }
 
-/// The refracted direction and the factor 1/η² of the course, with η the index of this side over
-/// that of the other. `None` is total reflection.
+/// Refracted direction and the factor 1/η² of the course, with η the index of this side over that
+/// of the other; `None` for total internal reflection.
 #[inline]
 fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
     let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
@@ -100,14 +100,14 @@ impl Lobe<'_> for Cs184Refraction {
     }
 }
 
-/// A Beckmann metal with the formulas that the course's program was given: π instead of √π in
-/// Λ, the simplified Fresnel term of [Lazányi & Szirmay-Kalos 2005], and that at the angle of
-/// `wi` to the surface instead of the facet.
+/// A Beckmann metal with the formulas given in the course: π instead of √π in Λ, and the simplified
+/// Fresnel term of [Lazányi & Szirmay-Kalos 2005], evaluated at the angle of `wi` to the surface
+/// instead of the facet.
 #[derive(Clone, Copy, Debug)]
 pub struct Cs184Microfacet {
     /// Real part of the index of refraction.
     pub eta: Spectrum,
-    /// Imaginary part.
+    /// Imaginary part of the index of refraction.
     pub k: Spectrum,
     /// Roughness of the microfacets.
     pub alpha: f32,
@@ -117,7 +117,7 @@ impl Cs184Microfacet {
     /// Index of the roughness among the packed parameters.
     pub(crate) const ALPHA: usize = 6;
 
-    /// D(h), of the Beckmann distribution.
+    /// D(h) of the Beckmann distribution.
     #[inline]
     fn d(&self, h: Vec3) -> f32 {
         MicrofacetDistribution::isotropic(Distribution::Beckmann, self.alpha).d(h)

@@ -2,32 +2,32 @@
 
 use pt_math::{Spectrum, Vec3};
 
-use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// Fresnel reflection and refraction; reflection is chosen with probability F.
+/// Smooth dielectric: Fresnel reflection and refraction, where reflection is chosen with
+/// probability F.
 #[derive(Clone, Copy, Debug)]
 pub struct Dielectric {
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Spectrum,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface (−z) over that above it.
     pub eta: f32,
 }
 
-/// The direction on the other side into which `w` refracts, given the cosine there and the index
-/// of refraction of the other side over that of the side of `w`. [Snell's law]
+/// Refracts `w` to the other side, given the cosine there and the index of refraction of the other
+/// side over that of the side of `w`. [Snell's law]
 #[inline]
 pub(super) fn refract(w: Vec3, cos_t: f32, eta: f32) -> Vec3 {
     Vec3::new(-w.x / eta, -w.y / eta, -cos_t.copysign(w.z))
 }
 
 impl Dielectric {
-    /// Index of the tint of what is reflected among the packed parameters.
+    /// Index of the tint of reflected light among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 0;
-    /// Where that of what is transmitted is.
+    /// Index of the tint of transmitted light among the packed parameters.
     pub(crate) const TRANSMITTANCE: usize = 3;
 }
 
@@ -45,8 +45,8 @@ impl Lobe<'_> for Dielectric {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 
-    /// Radiance is squeezed by refraction: L/η² is invariant along a ray, so what comes from the
-    /// other side is divided by η². [Veach 1997, §5.2]
+    /// Refraction scales radiance: L/η² is invariant along a ray, so radiance from the other side
+    /// is divided by η². [Veach 1997, §5.2]
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };

@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// f = ρ/π.
+/// Lambertian reflection, f = ρ/π.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse {
     /// Albedo ρ ∈ [0, 1].

@@ -1,4 +1,4 @@
-//! Lambertian reflection and transmission: a thin sheet that scatters what it lets through.
+//! Lambertian reflection and transmission: a thin sheet that scatters the light it transmits.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -6,23 +6,23 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// f = ρ/π on the side of `wo`, and τ/π on the other; the same from both sides.
-/// [Pharr, Jakob & Humphreys 2023, §9.2 and the material "diffusetransmission"]
+/// f = ρ/π on the side of `wo`, and τ/π on the other; equal for both sides of the surface. [Pharr,
+/// Jakob & Humphreys 2023, §9.2 and the material "diffusetransmission"]
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseTransmission {
-    /// Share ρ of light that is reflected, in [0, 1].
+    /// Reflectance ρ, in [0, 1].
     pub rho: Spectrum,
-    /// Share τ of light that goes through, in [0, 1].
+    /// Transmittance τ, in [0, 1].
     pub tau: Spectrum,
 }
 
 impl DiffuseTransmission {
-    /// Index of the share that is reflected among the packed parameters.
+    /// Index of the reflectance among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the share that goes through is.
+    /// Index of the transmittance among the packed parameters.
     pub(crate) const TAU: usize = 3;
 
-    /// The probability with which a direction on the side of `wo` is drawn.
+    /// Probability of sampling a direction on the side of `wo`.
     #[inline]
     pub(crate) fn reflected(&self) -> f32 {
         let (rho, tau) = (self.rho.max_channel(), self.tau.max_channel());
@@ -61,8 +61,8 @@ impl Lobe<'_> for DiffuseTransmission {
         warp::cosine_hemisphere_pdf(wi.z.abs()).scaled_by(chance)
     }
 
-    /// p(ω) = cos θ / π times the chance of the side. The cosine and π cancel: the weight is the
-    /// side's share over its chance.
+    /// p(ω) = cos θ / π times the probability of the side. The cosine and π cancel: the weight is
+    /// the reflectance or transmittance over its probability.
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         if wo.z == 0.0 {

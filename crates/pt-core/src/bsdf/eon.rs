@@ -6,11 +6,10 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, and the light that is
-/// scattered more than once between them. It is flatter than Lambert's law, and brighter towards
-/// the light. With ρ = 1 nothing is lost.
-/// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"; the
-/// albedos are the exact ones, not the paper's approximation]
+/// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, with multiple scattering
+/// between them. Compared to Lambert's law it is flatter, and brighter towards the light. With ρ =
+/// 1 no energy is lost. [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough
+/// Diffuse BRDF"; the albedos are the exact ones, not the paper's approximation]
 #[derive(Clone, Copy, Debug)]
 pub struct Eon {
     /// Albedo ρ ∈ [0, 1] of the walls.
@@ -19,9 +18,9 @@ pub struct Eon {
     pub roughness: f32,
 }
 
-/// 1/A = 1 + this · r.
+/// Coefficient of r in 1/A = 1 + C₁ r.
 const C1: f32 = 0.5 - 2.0 / (3.0 * PI);
-/// The mean of Ê is A (1 + this · r).
+/// Coefficient of r in the mean of Ê, which is A (1 + C₂ r).
 const C2: f32 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
 
 /// G(μ)/π: the albedo Ê(μ) of light scattered once, with ρ = 1, is A (1 + r G/π).
@@ -29,7 +28,7 @@ const C2: f32 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
 fn g_over_pi(cos: f32) -> f32 {
     let cos = cos.min(1.0);
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-    // (1 − sin³) / cos, without the difference of near numbers.
+    // (1 − sin³) / cos, without cancellation.
     let cubes = cos * (1.0 + sin + sin * sin) / (1.0 + sin);
     let g = sin * (trig::acos(cos) - sin * cos) + (2.0 / 3.0) * sin * (cubes - 1.0);
     g * FRAC_1_PI
@@ -38,17 +37,18 @@ fn g_over_pi(cos: f32) -> f32 {
 impl Eon {
     /// Index of the albedo among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the roughness is.
+    /// Index of the roughness among the packed parameters.
     pub(crate) const ROUGHNESS: usize = 3;
 
-    /// Probability of drawing evenly from the hemisphere: light that the other map seldom finds.
+    /// Probability of uniform hemisphere sampling, for directions that the other map seldom
+    /// samples.
     #[inline]
     fn even_probability(&self, mu: f32) -> f32 {
         let at_one = 0.162_925 + mu * (-0.372_058 + mu * (0.538_233 - 0.290_822 * mu));
         trig::powf(self.roughness, 0.1) * at_one
     }
 
-    /// The probability with which the map that `choice` takes is followed.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let even = self.even_probability(wo.z);
@@ -72,9 +72,10 @@ impl Eon {
     }
 }
 
-/// A cosine distribution that the matrix M, with columns (a, 0, d), (0, c, 0) and (b, 0, 1),
-/// transforms, of which only what arrives above the surface is drawn; wo lies over +x.
-/// [Portsmouth et al. 2025, "clipped linearly transformed cosine"]
+/// Clipped linearly transformed cosine: a cosine distribution transformed by the matrix M, with
+/// columns (a, 0, d), (0, c, 0) and (b, 0, 1), of which only directions above the surface are
+/// sampled; `wo` lies in the half-plane of +x. [Portsmouth et al. 2025, "clipped linearly
+/// transformed cosine"]
 struct TransformedCosine {
     a: f32,
     b: f32,
@@ -83,13 +84,14 @@ struct TransformedCosine {
 }
 
 impl TransformedCosine {
-    /// The share of the cosine distribution that arrives above the surface.
+    /// Fraction of the cosine distribution that M maps above the surface.
     #[inline]
     fn above(&self) -> f32 {
         0.5 * (1.0 + 1.0 / (1.0 + self.d * self.d).sqrt())
     }
 
-    /// What arrives above the surface comes from half of the unit disk and half of an ellipse.
+    /// Samples a direction. Directions above the surface are the image of half of the unit disk and
+    /// half of an ellipse.
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Vec3 {
         let [x, y] = warp::concentric_disk(u);
@@ -111,7 +113,7 @@ impl TransformedCosine {
     }
 }
 
-/// The direction across the normal over which `wo` is, and the one that makes a frame with it.
+/// Cosine and sine of the azimuth of `wo`; those of +x at the normal.
 #[inline]
 fn across(wo: Vec3) -> (f32, f32) {
     let sin = (wo.x * wo.x + wo.y * wo.y).sqrt();
@@ -141,7 +143,7 @@ impl Lobe<'_> for Eon {
         let a = 1.0 / (1.0 + C1 * r);
         let s = wo.x * wi.x + wo.y * wi.y;
         let s_over_t = if s > 0.0 { s / wo.z.max(wi.z) } else { s };
-        // Rounding may take it below 0 where the light is opposite and all is along the surface.
+        // Rounding may make this negative for light from the opposite side, at grazing angles.
         let once = self.rho * (a * (1.0 + r * s_over_t).max(0.0));
         // (1 − Ê(o)) (1 − Ê(i)) / (1 − mean): each has the factor A r.
         let lost = |cos: f32| (C1 - g_over_pi(cos)).max(0.0);
@@ -180,7 +182,7 @@ impl Lobe<'_> for Eon {
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
-    /// It changes slowly.
+    /// The lobe varies slowly with direction.
     #[inline]
     fn lobe_width(&self) -> f32 {
         0.5
@@ -203,7 +205,7 @@ mod tests {
         Vec3::new(((1.0 - cos) * (1.0 + cos)).sqrt(), 0.0, cos)
     }
 
-    /// White furnace: nothing is lost, at any roughness and angle.
+    /// White furnace: no energy is lost, at any roughness and angle.
     #[test]
     fn white_walls_scatter_all_that_arrives() {
         const STEPS: u16 = 1000;
@@ -213,7 +215,7 @@ mod tests {
             for cos in [1.0, 0.8, 0.4, 0.1, 0.01] {
                 let mut albedo = 0.0f64;
                 for (u, v) in (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (i, j))) {
-                    // By angles: f has an edge along the surface.
+                    // By angles: f is discontinuous at grazing angles.
                     let (sin, z) = trig::sin_cos(0.5 * PI * middle(u));
                     let (s, c) = trig::sin_cos(PI * middle(v));
                     let f = lobe.eval(at_cosine(cos), Vec3::new(sin * c, sin * s, z));
@@ -225,7 +227,7 @@ mod tests {
         }
     }
 
-    /// Without roughness it is Lambert's law, as is what is drawn.
+    /// Roughness 0 is Lambert's law, for evaluation and sampling.
     #[test]
     fn smooth_walls_are_lambertian() {
         let rho = Spectrum::rgb(0.8, 0.2, 0.5);
@@ -240,8 +242,8 @@ mod tests {
         }
     }
 
-    /// Rough walls that face the light shine back to it: of light scattered once, 1 + r sin²θ / cos
-    /// θ times as much as goes sideways.
+    /// Rough walls reflect light back towards its source: single scattering is 1 + r sin²θ / cos θ
+    /// times as strong backwards as sideways.
     #[test]
     fn light_is_sent_back() {
         let (wo, roughness) = (at_cosine(0.2), 1.0);
@@ -252,7 +254,7 @@ mod tests {
         assert!((back / aside - want).abs() < 0.02 * want, "{} {want}", back / aside);
     }
 
-    /// Importance sampling: what one sample tells varies less than by cosines alone.
+    /// Importance sampling: sample weights have a smaller second moment than with cosine sampling.
     #[test]
     fn weights_vary_less_than_those_of_cosines() {
         for cos in [0.05, 0.3, 0.9] {

@@ -3,11 +3,10 @@
 use pt_math::Spectrum;
 
 /// Reflectance of a smooth dielectric for unpolarised light, and the cosine of the refracted
-/// direction.
+/// direction; `None` for total internal reflection.
 ///
-/// `cos_i` ≥ 0 is the cosine on the side the light comes from, and `eta` the index of refraction
-/// of the other side over that of this side. `None` is total internal reflection.
-/// [Born & Wolf, Principles of Optics, §1.5.2]
+/// `cos_i` ≥ 0 is the cosine on the side of incidence, and `eta` the index of refraction of the
+/// other side over that of this side. [Born & Wolf, Principles of Optics, §1.5.2]
 #[inline]
 pub fn dielectric(cos_i: f32, eta: f32) -> Option<(f32, f32)> {
     let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
@@ -18,8 +17,8 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Option<(f32, f32)> {
     Some((refracted(cos_i, cos_t, eta), cos_t))
 }
 
-/// The reflectance where both cosines are known: that of the refracted direction has few digits
-/// where it is computed from the other one next to total reflection.
+/// Reflectance for two known cosines. Near total reflection, computing the refracted cosine from
+/// the incident one loses precision.
 #[inline]
 pub fn refracted(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
@@ -41,7 +40,7 @@ pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
         let perpendicular = (a2_b2 + cos2 - s) / (a2_b2 + cos2 + s);
         let t = s * sin2;
         let whole = cos2 * a2_b2 + sin2 * sin2 + t;
-        // An index of 0, seen head-on, reflects all light both ways.
+        // An index of 0 at normal incidence reflects all light in both polarizations.
         let ratio = if whole > 0.0 { (whole - 2.0 * t) / whole } else { 1.0 };
         0.5 * (perpendicular * ratio + perpendicular)
     };
@@ -61,15 +60,16 @@ pub fn schlick(cos: f32, f0: Spectrum) -> Spectrum {
     f0 + (Spectrum::ONE - f0) * schlick_weight(cos)
 }
 
-/// The mean of [`schlick`] over evenly spread light: F₀ + (1 − F₀)/21.
+/// Mean of [`schlick`] over diffuse illumination: F₀ + (1 − F₀)/21.
 #[inline]
 pub fn mean_schlick(f0: Spectrum) -> Spectrum {
     f0 + (Spectrum::ONE - f0) * (1.0 / 21.0)
 }
 
-/// The mean of [`dielectric`] over evenly spread light from the side of which the other one has the
-/// index `eta`, to 0.007. From both sides as much light goes through, but for η².
-/// [Fit of Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"]
+/// Mean of [`dielectric`] over diffuse illumination, with `eta` the index of the other side over
+/// that of the side of incidence; accurate to 0.007. The transmittances of the two directions
+/// differ by the factor η². [Fit of Kulla & Conty 2017, "Revisiting Physically Based Shading at
+/// Imageworks"]
 #[inline]
 pub fn mean_dielectric(eta: f32) -> f32 {
     let outside = |eta: f32| (eta - 1.0) / (4.085_67 + 1.000_71 * eta);
@@ -91,7 +91,7 @@ mod tests {
         assert!((f - 0.04).abs() < 1e-6 && cos_t == 1.0);
     }
 
-    /// A metal of no index at all, which a file may ask for, reflects everything.
+    /// A metal with an index of 0, which a file may contain, reflects everything.
     #[test]
     fn an_index_of_0_is_a_mirror() {
         for cos in [0.0, 0.3, 1.0] {
@@ -110,7 +110,7 @@ mod tests {
         }
     }
 
-    /// The means are the integrals 2 ∫ F(cos θ) cos θ d cos θ.
+    /// The means equal the integrals 2 ∫ F(cos θ) cos θ d cos θ.
     #[test]
     fn means_are_integrals() {
         let mean = |f: &dyn Fn(f32) -> f32| {
@@ -128,7 +128,7 @@ mod tests {
         assert!(error.abs().max_element() < 1e-4, "{want:?}");
     }
 
-    /// Light takes the same way back: the reflectance is the same from both sides (Stokes).
+    /// The reflectance is equal from both sides (Stokes).
     #[test]
     fn dielectric_is_the_same_from_both_sides() {
         for cos in [0.05, 0.3, 0.7, 1.0] {

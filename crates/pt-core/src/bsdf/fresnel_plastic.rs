@@ -1,4 +1,4 @@
-//! A diffuse base below facets of a dielectric that light goes through once on each way.
+//! Diffuse base below a rough dielectric interface that light crosses once in each direction.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -6,34 +6,34 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
-use super::fresnel;
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// f = F D G / (4 cos θo cos θi) + (1 − F(θo)) (1 − F(θi)) ρ / π.
+/// A diffuse base below a rough dielectric interface: f = F D G / (4 cos θo cos θi) + (1 − F(θo))
+/// (1 − F(θi)) ρ / π.
 ///
-/// What the base scatters and the surface throws back inside is lost. [Baek et al. 2018,
+/// Light that the base scatters and the interface reflects internally is lost. [Baek et al. 2018,
 /// "Simultaneous Acquisition of Polarimetric SVBRDF and Normals", without polarization, as in
 /// Mitsuba 3's "pplastic"]
 #[derive(Clone, Copy, Debug)]
 pub struct FresnelPlastic {
     /// Albedo ρ of the base.
     pub rho: Spectrum,
-    /// Tint of what the facets reflect.
+    /// Tint of the specular reflection.
     pub specular: Spectrum,
-    /// Index of refraction over that above the surface, at least 1.
+    /// Index of refraction below the surface over that above it, at least 1.
     pub eta: f32,
-    /// The facets.
+    /// Distribution of the facet normals.
     pub distribution: MicrofacetDistribution,
 }
 
 impl FresnelPlastic {
     /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the tint of the facets is.
+    /// Index of the tint of the specular reflection among the packed parameters.
     pub(crate) const SPECULAR: usize = 3;
-    /// Where the two roughnesses are.
+    /// Index of the two roughnesses among the packed parameters.
     pub(crate) const ALPHA: usize = 7;
 
     #[inline]
@@ -41,14 +41,15 @@ impl FresnelPlastic {
         fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f)
     }
 
-    /// The probability with which the map that `choice` takes is followed.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let q = self.gloss_probability(wo);
         if choice < q { q } else { 1.0 - q }
     }
 
-    /// Probability of sampling the facets: about their share of what is scattered, by luminance.
+    /// Probability of sampling the facets: about their fraction of the scattered light, by
+    /// luminance.
     #[inline]
     fn gloss_probability(&self, wo: Vec3) -> f32 {
         const MIN: f32 = 0.02;
@@ -134,8 +135,8 @@ impl Lobe<'_> for FresnelPlastic {
 mod tests {
     use super::*;
 
-    /// As Mitsuba 3.9.1 evaluates its "pplastic" with an index of 1.5, an albedo of 0.6 and no
-    /// gloss, times cos θi.
+    /// Values of Mitsuba 3.9.1 for "pplastic" with an index of 1.5, an albedo of 0.6 and no
+    /// specular reflection, times cos θi.
     #[test]
     fn the_base_is_that_of_mitsuba() {
         let distribution = MicrofacetDistribution::isotropic(Distribution::Beckmann, 0.2);

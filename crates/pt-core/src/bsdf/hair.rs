@@ -1,4 +1,4 @@
-//! Fibres of hair and fur.
+//! Scattering by fibres of hair and fur.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -6,44 +6,46 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// Ways of light through the fibre that are told apart: reflected by it (R), through it (TT),
-/// reflected once inside (TRT), and all that are longer, as one.
+/// Number of path classes p of light in the fibre: reflection (R), transmission (TT), transmission
+/// with one internal reflection (TRT), and all longer paths together.
 const WAYS: usize = 4;
-/// The last of them.
+/// Class of the longer paths.
 const LONGER: usize = WAYS - 1;
-/// The least roughness: of less, single precision knows too little.
+/// Minimum roughness; below it, single precision is not sufficient.
 const MIN_ROUGHNESS: f32 = 0.02;
-/// Of less density are only the ends of the tails of N, of which single precision knows nothing.
+/// Minimum density of a sample. Lower ones occur only in the tails of N, where single precision is
+/// not sufficient.
 const MIN_DENSITY: f32 = 1e-30;
 
-/// S · cos θi = Σ M_p(θo, θi) A_p(ωo) N_p(φ), a round fibre of a dielectric with a coloured inside,
-/// under scales.
+/// S · cos θi = Σ M_p(θo, θi) A_p(ωo) N_p(φ): a round dielectric fibre with an absorbing interior
+/// and tilted scales.
 ///
-/// The fibre is along x. With θ from the plane across it, and φ around it, M spreads light along
-/// cones and N around the fibre; A is what is left of it on the way p. The integral over all
-/// directions is Σ A_p, which is 1 where nothing is absorbed: no light is lost or gained. [Chiang,
-/// Bitterli, Tappan & Burley 2016, "A Practical and Controllable Hair and Fur Model for Production
-/// Path Tracing"; Marschner et al. 2003, "Light Scattering from Human Hair Fibers"; d'Eon et al.
-/// 2011, "An Energy-Conserving Hair Reflectance Model"; Pharr, Jakob & Humphreys 2023, §9.9]
+/// The fibre is along x; θ is the angle from the plane across it, and φ the angle around it. M is
+/// the longitudinal scattering function, N the azimuthal one, and A the attenuation of path class
+/// p. The integral over all directions is Σ A_p, which is 1 without absorption: energy is
+/// conserved. [Chiang, Bitterli, Tappan & Burley 2016, "A Practical and Controllable Hair and Fur
+/// Model for Production Path Tracing"; Marschner et al. 2003, "Light Scattering from Human Hair
+/// Fibers"; d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model"; Pharr, Jakob &
+/// Humphreys 2023, §9.9]
 ///
-/// Where across the fibre light arrives, h = sin γo, is the angle around it from the normal to
-/// `wo`; a viewer below the surface sees its edge. Light leaves to all sides, wherever the surface
-/// is: it stands for all of the fibre.
+/// The offset across the fibre, h = sin γo, follows from the angle around the fibre between the
+/// normal and `wo`; a viewer below the surface sees the edge of the fibre. Light is scattered into
+/// all directions, whatever the surface: it represents the whole fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct Hair {
-    /// What a fibre of radius 1 absorbs, σa.
+    /// Absorption coefficient σa, for a fibre of radius 1.
     pub absorption: Spectrum,
     /// Index of refraction, at least 1.
     pub eta: f32,
-    /// Variance v of θ on the first way.
+    /// Longitudinal variance v of path class R.
     pub variance: f32,
     /// Scale s of the logistic distribution of φ.
     pub scale: f32,
-    /// Sine of the angle α by which scales are raised.
+    /// Sine of the tilt angle α of the scales.
     pub tilt: f32,
 }
 
-/// What depends on the viewer alone.
+/// Terms that depend on the viewer only.
 struct ViewTerms {
     /// Sine and cosine of θo.
     theta: [f32; 2],
@@ -51,9 +53,9 @@ struct ViewTerms {
     phi: [f32; 2],
     /// γo outside, and γt inside of the fibre.
     gamma: [f32; 2],
-    /// A_p.
+    /// Attenuation A_p.
     shares: [Spectrum; WAYS],
-    /// With which probability each way is drawn.
+    /// Probability of sampling each path class.
     chances: [f32; WAYS],
 }
 
@@ -61,8 +63,8 @@ impl Hair {
     /// Index of the absorption among the packed parameters.
     pub(crate) const ABSORPTION: usize = 0;
 
-    /// Of roughnesses β along the fibre and around it, from 0 to 1, which the eye finds even, and
-    /// of the angle of its scales in degrees. [Chiang et al. 2016, §4.1; Pharr, Jakob &
+    /// Creates the lobe from perceptually uniform roughnesses β along the fibre and around it, from
+    /// 0 to 1, and the tilt of its scales in degrees. [Chiang et al. 2016, §4.1; Pharr, Jakob &
     /// Humphreys 2023, §9.9.1]
     pub fn new(absorption: Spectrum, eta: f32, [along, around]: [f32; 2], degrees: f32) -> Self {
         let [along, around] = [along, around].map(|b| f64::from(b.clamp(MIN_ROUGHNESS, 1.0)));
@@ -72,19 +74,21 @@ impl Hair {
             absorption,
             eta: eta.max(1.0),
             variance: (root * root) as f32,
-            // The logistic distribution has √(π/8) of the normal one's width at the same height.
+            // The logistic distribution has √(π/8) of the width of the normal distribution of the
+            // same peak.
             scale: (libm::sqrt(std::f64::consts::PI / 8.0) * turn) as f32,
             tilt: libm::sin(f64::from(degrees).to_radians()) as f32,
         }
     }
 
-    /// v of each way: light that goes through is focused, and what is reflected inside is blurred.
+    /// Longitudinal variance v of each path class: transmission narrows the distribution, and
+    /// internal reflection widens it.
     fn variances(&self) -> [f32; WAYS] {
         let v = self.variance;
         [v, 0.25 * v, 4.0 * v, 4.0 * v]
     }
 
-    /// Sine and cosine of θo for each way, turned by what scales turn the reflected light.
+    /// Sine and cosine of θo for each path class, rotated by the effect of the scales.
     fn tilted(&self, [sin, cos]: [f32; 2]) -> [[f32; 2]; WAYS] {
         let doubled = |[s, c]: [f32; 2]| [2.0 * s * c, (c - s) * (c + s)];
         let once = [self.tilt, ((1.0 - self.tilt) * (1.0 + self.tilt)).max(0.0).sqrt()];
@@ -100,7 +104,7 @@ impl Hair {
         let phi = if cos > ALONG { [wo.y / cos, wo.z / cos] } else { [0.0, 1.0] };
         let [h, cos_gamma] = if phi[1] > 0.0 { phi } else { [1f32.copysign(phi[0]), 0.0] };
         let eta = self.eta;
-        // Seen along the fibre, its index is η′ = √(η² − sin²θo) / cos θo.
+        // Across the fibre, the effective index is η′ = √(η² − sin²θo) / cos θo.
         let sin_inside = h * cos / (eta * eta - sin * sin).max(1e-9).sqrt();
         let sin_inside = sin_inside.clamp(-1.0, 1.0);
         let cos_inside = ((1.0 - sin_inside) * (1.0 + sin_inside)).sqrt();
@@ -143,13 +147,13 @@ impl Hair {
 }
 
 impl ViewTerms {
-    /// Φ(p): by how much a perfectly smooth fibre turns light around itself.
+    /// Φ(p): angle around the fibre by which a perfectly smooth fibre deflects light.
     fn turn(&self, p: usize) -> f32 {
         let (p, [outside, inside]) = (p as f32, self.gamma);
         2.0 * (p * inside - outside) + p * PI
     }
 
-    /// The way that a number chooses, and what is left of it, which is as random.
+    /// Returns the path class that `u` selects, and `u` remapped to [0, 1) within that class.
     fn choose(&self, u: f32) -> (usize, f32) {
         let (mut p, mut first, mut end) = (0, 0.0, 0.0);
         for (way, &chance) in self.chances.iter().enumerate() {
@@ -165,9 +169,9 @@ impl ViewTerms {
     }
 }
 
-/// M: the density of θi per cos θi, around −θo. With a = cos θi cos θo / v and b = sin θi sin θo /
-/// v, it is I₀(a) e⁻ᵇ / (2v sinh 1/v), written without large powers of e. [d'Eon et al. 2011, eq.
-/// 7]
+/// M: longitudinal density of θi per cos θi, around −θo. With a = cos θi cos θo / v and b = sin θi
+/// sin θo / v, it is I₀(a) e⁻ᵇ / (2v sinh 1/v), rearranged to avoid large exponents. [d'Eon et al.
+/// 2011, eq. 7]
 fn longitudinal(v: f32, [sin_i, cos_i]: [f32; 2], [sin_o, cos_o]: [f32; 2]) -> f32 {
     // a − b − 1/v = −(1 − cos (θi + θo)) / v.
     let (s, c) = (sin_i + sin_o, cos_i - cos_o);
@@ -175,8 +179,8 @@ fn longitudinal(v: f32, [sin_i, cos_i]: [f32; 2], [sin_o, cos_o]: [f32; 2]) -> f
     scaled_bessel(cos_i * cos_o / v) * trig::exp(exponent) / (v * (1.0 - trig::exp(-2.0 / v)))
 }
 
-/// The sine of an angle θi drawn from M by two numbers. [d'Eon et al. 2013, "Importance Sampling
-/// for Physically-Based Hair Fiber Models"]
+/// Samples the sine of θi from M. [d'Eon et al. 2013, "Importance Sampling for Physically-Based
+/// Hair Fiber Models"]
 fn sample_longitudinal(v: f32, [sin_o, cos_o]: [f32; 2], [u, w]: [f32; 2]) -> f32 {
     let u = 1.0 - u;
     let fall = (-v * trig::ln(u + (1.0 - u) * trig::exp(-2.0 / v))).clamp(0.0, 2.0);
@@ -185,7 +189,8 @@ fn sample_longitudinal(v: f32, [sin_o, cos_o]: [f32; 2], [u, w]: [f32; 2]) -> f3
     ((fall - 1.0) * sin_o + sin * cos_phi * cos_o).clamp(-1.0, 1.0)
 }
 
-/// e⁻ˣ I₀(x) for x ≥ 0, to 2·10⁻⁷ of itself. [Abramowitz & Stegun 1964, §9.8.1 and §9.8.2]
+/// e⁻ˣ I₀(x) for x ≥ 0, to a relative error of 2·10⁻⁷. [Abramowitz & Stegun 1964, §9.8.1 and
+/// §9.8.2]
 fn scaled_bessel(x: f32) -> f32 {
     const SMALL: [f32; 7] =
         [1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3];
@@ -210,18 +215,18 @@ fn scaled_bessel(x: f32) -> f32 {
     }
 }
 
-/// An angle from −π to π.
+/// Wraps an angle to [−π, π].
 fn wrapped(phi: f32) -> f32 {
     phi - TAU * (phi * (1.0 / TAU)).round()
 }
 
-/// The share of the logistic distribution that is between −π and π, tanh π/2s.
+/// Integral of the logistic distribution over [−π, π], tanh π/2s.
 fn between(scale: f32) -> f32 {
     let e = trig::exp(-PI / scale);
     (1.0 - e) / (1.0 + e)
 }
 
-/// Density of the logistic distribution of this scale, without its tails beyond ±π.
+/// Density of the logistic distribution of this scale, truncated to ±π and normalized.
 fn trimmed_logistic(scale: f32, x: f32) -> f32 {
     let e = trig::exp(-x.abs() / scale);
     e / (scale * (1.0 + e) * (1.0 + e) * between(scale))
@@ -237,7 +242,7 @@ impl Lobe<'_> for Hair {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
     const IS_FIBER: bool = true;
-    /// Scales are turned to the tip, and h is known of `wo` only.
+    /// The scales point to the tip, and h depends on `wo` only.
     const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -264,8 +269,8 @@ impl Lobe<'_> for Hair {
         Pdf::new(sum)
     }
 
-    /// A way by its share, with what is left of its number as another one; then θi from M and φ
-    /// from N. Directions need three numbers, so that `u[2]` moves them as well.
+    /// Samples a path class by `u[2]`, which is remapped and used again; then θi from M and φ from
+    /// N. Directions need three numbers, so that `u[2]` moves them as well.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let viewed = self.viewed(wo);
         let (p, third) = viewed.choose(u[2]);
@@ -315,12 +320,12 @@ mod tests {
         Hair::new(Spectrum::splat(absorption), 1.55, roughnesses, degrees)
     }
 
-    /// The sine of the midpoint of a cell of angles from −π/2 to π/2.
+    /// Sine of the midpoint of cell `i` of `n` of the angles from −π/2 to π/2.
     fn theta(i: u32, n: u32) -> f64 {
         ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * std::f64::consts::PI
     }
 
-    /// A direction by its angle from the plane across the fibre, and its angle around it.
+    /// Direction of an angle from the plane across the fibre and an angle around the fibre.
     fn direction(theta: f64, phi: f64) -> Vec3 {
         let (sin, cos) = libm::sincos(theta);
         let (across, up) = libm::sincos(phi);
@@ -340,7 +345,7 @@ mod tests {
         (0..n[0]).map(ring).sum::<f64>() * cell
     }
 
-    /// A fibre that absorbs nothing sends back all light: the integral of S · cos θi over all
+    /// White furnace: for a fibre without absorption, the integral of S · cos θi over all
     /// directions is 1 for every h, and so is its mean.
     #[test]
     fn a_white_fibre_loses_nothing() {
@@ -357,7 +362,7 @@ mod tests {
         }
     }
 
-    /// The same of the density, whatever is absorbed.
+    /// The density integrates to 1, with any absorption.
     #[test]
     fn the_density_is_one() {
         let mut random = Random::new(2);
@@ -371,8 +376,8 @@ mod tests {
         }
     }
 
-    /// Samples of a white fibre have the weight 1, as they are drawn by all of what it scatters;
-    /// those of others never more.
+    /// Samples of a white fibre have weight 1, as the density is proportional to the lobe; with
+    /// absorption, weights are at most 1.
     #[test]
     fn weights_are_what_is_not_absorbed() {
         let mut random = Random::new(3);
@@ -391,7 +396,7 @@ mod tests {
         }
     }
 
-    /// The mean of a function of directions is the same by samples as by integration.
+    /// The mean of a function of directions agrees between samples and integration.
     #[test]
     fn samples_integrate_as_the_lobe_does() {
         const SAMPLES: u32 = 200_000;
@@ -413,8 +418,7 @@ mod tests {
         }
     }
 
-    /// Seen straight on, a smooth fibre reflects the share of Fresnel's equations, and lets the
-    /// rest through.
+    /// At normal incidence, a smooth fibre reflects and transmits by Fresnel's equations.
     #[test]
     fn a_smooth_fibre_is_glass() {
         let hair = fibre(0.0, [0.05, 0.05], 0.0);
@@ -424,8 +428,8 @@ mod tests {
         for (found, expected) in shares.into_iter().zip([f, t, t * f, t * f * f / (1.0 - f)]) {
             assert!((found - expected).abs() < 1e-6, "{shares:?}");
         }
-        // Off the middle, what is reflected is mirrored by the normal, and what goes through is
-        // bent twice.
+        // Off the centre, reflected light is mirrored about the normal, and transmitted light is
+        // refracted twice.
         let gamma = 0.6f64;
         let wo = direction(0.0, gamma);
         let mirrored = direction(0.0, -gamma);
@@ -442,7 +446,8 @@ mod tests {
         }
     }
 
-    /// Scales turn what they reflect by twice their angle, and what goes through the other way.
+    /// Scales rotate reflected light by twice their angle, and transmitted light in the opposite
+    /// direction.
     #[test]
     fn scales_turn_light_along_the_fibre() {
         let hair = fibre(0.0, [0.1, 0.3], 3.0);

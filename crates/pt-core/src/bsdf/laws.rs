@@ -1,13 +1,14 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
-//! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`gains`]: the energy of layered and principled lobes. [`numbers`]: finite results for all
-//! arguments. [`world`]: the same laws on surfaces in world space. [`spread`]: viewers side by
-//! side.
+//! This module checks that the methods of a lobe agree with one another. [`physics`]: agreement
+//! with physical laws. [`gains`]: energy of layered and principled lobes. [`numbers`]: finite
+//! results for all arguments. [`world`]: the same laws on surfaces in world space. [`spread`]:
+//! reuse of directions by neighbouring viewers.
 
 mod gains;
 mod numbers;
 mod physics;
+mod sampled_mean;
 mod spread;
 mod world;
 
@@ -29,17 +30,17 @@ const ABOVE: [Vec3; 4] = [
     Vec3::new(-0.48, 0.64, 0.6),
     Vec3::new(0.768_374_9, -0.638_749_2, 0.04),
 ];
-/// Cosines to the normal, down to some that only bugs and rounding produce.
+/// Cosines to the normal, down to values that only bugs and rounding produce.
 const COSINES: [f32; 6] = [1.0, 0.5, 1e-3, 1e-6, 1e-12, 0.0];
-/// Extremes of what a sampler returns, and a little inside.
+/// Extremes of sampler values, and some values inside.
 const CORNERS: [f32; 5] = [0.0, 1e-7, 0.5, 0.999_999, 0.999_999_94];
 
-/// A point of the square with a number that goes with it, and looks like a third random one.
-/// Whether part of the lobe is a Dirac delta.
+/// Returns true if part of the lobe is a Dirac delta.
 fn has_mirror(lobe: &AnyLobe) -> bool {
     matches!(lobe, AnyLobe::CoatedDiffuse(_))
 }
 
+/// A point of the square with a third number, which is a hash of the point.
 fn with_third([u, v]: [f32; 2]) -> [f32; 3] {
     let seed = u64::from(u.to_bits()) << 32 | u64::from(v.to_bits());
     [u, v, Random::new(seed).unit()]
@@ -59,7 +60,7 @@ fn at_cosine(cos: f32) -> Vec3 {
     Vec3::new(0.8 * sin, -0.6 * sin, cos)
 }
 
-/// The lobe with another roughness, if it has one.
+/// The lobe with another roughness; `None` if it has no roughness.
 fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
     let with = |distribution| MicrofacetDistribution { alpha: [alpha; 2], ..distribution };
     match *lobe {
@@ -90,7 +91,7 @@ fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
     }
 }
 
-/// The examples, and the rough ones again with the least and the greatest roughness of use.
+/// The examples, and the rough ones again with the minimum and maximum practical roughness.
 fn all_lobes() -> Vec<AnyLobe<'static>> {
     let examples = AnyLobe::examples();
     let extremes = [1e-3, 0.01, 1.0];
@@ -100,7 +101,7 @@ fn all_lobes() -> Vec<AnyLobe<'static>> {
     [examples, rough].concat()
 }
 
-/// Runs a law on all lobes and directions, above and below the surface.
+/// Runs a law on all lobes, from directions above and below the surface.
 fn for_all(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
     for lobe in all_lobes() {
         for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
@@ -109,7 +110,7 @@ fn for_all(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
     }
 }
 
-/// The same, for lobes that are not perfectly specular.
+/// Runs a law on all lobes that are not Dirac deltas.
 fn for_all_smooth(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
     for_all(|lobe, wo, random| {
         if !lobe.is_delta() {
@@ -118,12 +119,12 @@ fn for_all_smooth(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
     });
 }
 
-/// Returns true if two spectra agree to a share of the larger one.
+/// Returns true if two spectra agree to the relative error `share` of the larger one.
 fn close(a: Spectrum, b: Spectrum, share: f32) -> bool {
     (a.0 - b.0).abs().max_element() <= share * a.0.abs().max_element().max(b.0.abs().max_element())
 }
 
-/// The histogram of samples fits the density, and what it lacks to 1 is absorbed.
+/// The histogram of samples agrees with the density; the deficit to 1 is absorption.
 #[test]
 fn samples_follow_their_density() {
     let lobes: Vec<_> = AnyLobe::examples().into_iter().filter(|l| !l.is_delta()).collect();
@@ -143,7 +144,7 @@ fn samples_follow_their_density() {
     }
 }
 
-/// The same for lobes too narrow for the bins of the sphere, seen in a cone around the mirrored
+/// Lobes too narrow for the bins of the sphere agree with their density in a cone around the mirror
 /// direction.
 #[test]
 fn samples_of_narrow_lobes_follow_their_density() {
@@ -151,7 +152,7 @@ fn samples_of_narrow_lobes_follow_their_density() {
     let views = &ABOVE[..3];
     for lobe in &lobes {
         for &wo in views {
-            // Facets within tan θ = 4α, reflected: twice the angle, 1 − cos 8α ≈ 32 α².
+            // Facets within tan θ = 4α reflect within twice the angle, 1 − cos 8α ≈ 32 α².
             let name = format!("{lobe:?} {wo}");
             chi2_cone(
                 |u| lobe.sample(wo, with_third(u)).map(|s| s.wi),
@@ -165,7 +166,7 @@ fn samples_of_narrow_lobes_follow_their_density() {
     }
 }
 
-/// weight · pdf = eval, and the density of the sample is that of its direction: the three methods
+/// weight · pdf = eval, and the density of a sample equals that of its direction: the three methods
 /// describe one function.
 #[test]
 fn weight_times_pdf_is_eval() {
@@ -185,7 +186,7 @@ fn weight_times_pdf_is_eval() {
     });
 }
 
-/// A Dirac delta has no density, and evaluates to nothing anywhere.
+/// A Dirac delta has no density, and evaluates to 0 everywhere.
 #[test]
 fn delta_lobes_are_found_by_sampling_only() {
     for_all(|lobe, wo, random| {
@@ -200,7 +201,7 @@ fn delta_lobes_are_found_by_sampling_only() {
     });
 }
 
-/// Light is never scattered where sampling cannot find it.
+/// The density is positive in all directions into which light is scattered.
 #[test]
 fn density_covers_what_is_evaluated() {
     for_all_smooth(|lobe, wo, random| {
@@ -229,12 +230,12 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
     Some(derivative(1.0, 0.0)?.cross(derivative(0.0, 1.0)?).length() as f32)
 }
 
-/// The sampling map stretches area by 1/pdf:  |∂ω/∂u × ∂ω/∂v| · pdf = 1. No random error, so a
-/// wrong density fails at the first point.
+/// The sampling map stretches area by 1/pdf: |∂ω/∂u × ∂ω/∂v| · pdf = 1. There is no random error,
+/// so a wrong density fails at the first point.
 ///
-/// A lobe that chooses one of several maps reaches a direction by each of them, so there the
-/// density is more than that of one map. The directions of fibres come from three numbers, and no
-/// two of them are such a map.
+/// A lobe that chooses one of several maps may reach a direction by each of them, so the density is
+/// more than that of one map. The directions of hair depend on three numbers, and no two of them
+/// are such a map.
 #[test]
 fn stretch_is_one_over_the_density() {
     let of_two_numbers = |l: &&AnyLobe| !l.is_delta() && !matches!(l, AnyLobe::Hair(_));
@@ -289,7 +290,7 @@ fn stretch_is_one_over_the_density() {
     }
 }
 
-/// What is stored is what was meant.
+/// Packed parameters are read back unchanged.
 #[test]
 fn records_round_trip() {
     for lobe in all_lobes() {
@@ -300,7 +301,7 @@ fn records_round_trip() {
     }
 }
 
-/// The corners of the unit square and directions along the surface give numbers too.
+/// The corners of the unit square and grazing directions give finite results.
 #[test]
 fn extremes_give_numbers() {
     let views = || COSINES.iter().map(|&c| at_cosine(c)).flat_map(|w| [w, below(w)]);

@@ -1,4 +1,4 @@
-//! Reflection as it was measured.
+//! Measured reflection.
 
 mod gonioreflectometer;
 mod planes;
@@ -9,37 +9,37 @@ use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 use std::fmt;
 use std::sync::LazyLock;
 
+pub use gonioreflectometer::{Gonioreflectometer, TabulatedLobe};
+use planes::{Blend, Planes, Warp};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec2, Vec3, trig};
 use pt_scene::measured::{self, Measurements};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, padded};
-pub use gonioreflectometer::{Gonioreflectometer, TabulatedLobe};
-use planes::{Blend, Planes, Warp};
 
-/// Of less density, single precision knows too little for what is reflected over it.
+/// Minimum density of a sample; below it, single precision is not sufficient for the quotient.
 const MIN_DENSITY: f32 = 1e-9;
-/// Of a smaller area, facets are taken for as large.
+/// Minimum of the projected area of facets.
 const MIN_AREA: f32 = 1e-6;
-/// The least of u sin θ: nearer to the normal, single precision does not tell normals apart.
+/// Minimum of u sin θ; closer to the normal, single precision cannot distinguish facet normals.
 const MIN_SINE: f32 = 1e-7;
 
 /// f cos θi = C(s) · D(m) / 4σ(ωo), by the tables of a material. [Dupuy & Jakob 2018, "An Adaptive
 /// Parameterization for Efficient Material Acquisition and Rendering", §4]
 ///
-/// The normal m of facets that mirror `wi` to `wo` is a point u of the unit square, by √(2θ/π) and
-/// φ; the visible normals of `wo`, whose density on the square is a table, map s to u, and C is a
-/// table of s. `wo` is what files call the incident direction: reciprocal is what was measured but
-/// for the errors of measuring, and what is between the numbers of tables is not. Directions are
-/// drawn by the table of the luminance over s, and the same map.
+/// The normal m of the facets that mirror `wi` to `wo` is a point u of the unit square, by √(2θ/π)
+/// and φ; the visible normals of `wo`, whose density on the square is tabulated, map s to u, and C
+/// is a table over s. `wo` is the incident direction in the terms of the files. Measured values are
+/// reciprocal up to measurement errors, interpolated ones are not. Directions are sampled by the
+/// table of the luminance over s, and the same map.
 #[derive(Clone, Copy)]
 pub struct Measured<'t> {
-    /// Its number among the tables of the scene.
+    /// Index among the measured tables of the scene.
     number: u32,
     mirrored: bool,
     tables: &'t MeasuredTables,
 }
 
-/// The tables of a material, as they are asked for.
+/// Tables of a measured material, in the form in which they are evaluated.
 pub struct MeasuredTables {
     description: String,
     theta: Vec<f32>,
@@ -56,7 +56,7 @@ pub struct MeasuredTables {
 }
 
 impl MeasuredTables {
-    /// The tables of what was measured.
+    /// Creates the tables of measurements.
     pub fn new(measurements: &Measurements) -> Self {
         let tables = measurements.tables();
         let measured::Planes { columns, rows, .. } = tables.luminance;
@@ -80,12 +80,12 @@ impl MeasuredTables {
         }
     }
 
-    /// Returns true if it is the same whichever way it is turned around its normal.
+    /// Returns true if the material is isotropic.
     pub fn is_isotropic(&self) -> bool {
         self.is_isotropic
     }
 
-    /// Signs that bring a direction to where the tables are, or from there to it.
+    /// Signs that reflect a direction into the tabulated range, or back from it.
     fn turn(&self, wo: Vec3) -> Vec3 {
         let towards_least = |x: f32| if x > 0.0 { -1.0 } else { 1.0 };
         match self.repeats {
@@ -104,52 +104,54 @@ impl fmt::Debug for MeasuredTables {
     }
 }
 
-/// A direction of view.
+/// Terms of a viewing direction.
 struct Viewed {
-    /// Turned to where the tables are.
+    /// The viewing direction, reflected into the tabulated range.
     wo: Vec3,
     turn: Vec3,
     blend: Blend,
-    /// The φ from which that of normals counts.
+    /// Azimuth that is subtracted from that of the facet normals.
     from_phi: f32,
-    /// What divides D(m).
+    /// Divisor of D(m).
     area: f32,
 }
 
-/// Angles from the normal and around it.
+/// Polar angle and azimuth of a direction.
 fn angles(w: Vec3) -> [f32; 2] {
     [trig::atan2(w.x.hypot(w.y), w.z), trig::atan2(w.y, w.x)]
 }
 
-/// Where the square has an angle from the normal.
+/// Coordinate of a polar angle in the unit square.
 fn column(theta: f32) -> f32 {
     (theta * FRAC_2_PI).sqrt()
 }
 
-/// Where it has an angle around the normal.
+/// Coordinate of an azimuth in the unit square.
 fn row(phi: f32) -> f32 {
     let turns = (phi + PI) / TAU;
     turns - turns.floor()
 }
 
-/// Solid angle of normals per area of the square, 2π² u sin θ: θ is π/2 u², and φ goes around once.
+/// Solid angle of facet normals per area of the unit square, 2π² u sin θ: θ is π/2 u², and φ covers
+/// the full circle.
 fn stretch(column: f32, sin: f32) -> f32 {
     2.0 * PI * PI * (column * sin).max(MIN_SINE)
 }
 
 impl<'t> Measured<'t> {
-    /// A lobe by the tables that have this number in the scene.
+    /// Creates a lobe by the tables of index `number` in the scene.
     pub fn new(number: u32, tables: &'t MeasuredTables) -> Self {
         Self { number, mirrored: false, tables }
     }
 
-    /// Its mirror image, in which y is −y: what a back side is whose frame has its x and the other
-    /// normal, if the surface is to look as if its front were seen through the back.
+    /// The mirror image of the lobe, with y replaced by −y: the lobe of a back side whose frame has
+    /// the same x and the opposite normal, if the surface is to look as if its front was seen from
+    /// behind.
     pub fn mirrored(self) -> Self {
         Self { mirrored: !self.mirrored, ..self }
     }
 
-    /// What does not depend on where light comes from; `None` below the surface.
+    /// Computes the terms of a viewing direction; `None` below the surface.
     fn viewed(&self, wo: Vec3) -> Option<Viewed> {
         if wo.z <= 0.0 {
             return None;
@@ -170,8 +172,8 @@ impl<'t> Measured<'t> {
         Some(Viewed { wo, turn, blend, from_phi, area })
     }
 
-    /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; both are 0 where the
-    /// latter is all but 0, so that all light is found by sampling.
+    /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; `None` if the density is
+    /// nearly 0, so that sampling covers all directions of non-zero f.
     fn look(&self, viewed: &Viewed, wi: Vec3) -> Option<(Spectrum, f32)> {
         if wi.z <= 0.0 {
             return None;
@@ -182,7 +184,7 @@ impl<'t> Measured<'t> {
         let normal = Vec2::new(column(theta), row(phi - from_phi));
         let (point, seen) = self.tables.vndf.invert(blend, normal);
         let context = self.tables.luminance.pdf(blend, point);
-        // Of normals m the mirrored directions are 4 (ωo · m) times as far apart.
+        // Mirrored directions are 4 (ωo · m) times as far apart as the normals m.
         let pdf = seen * context / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
         if !pdf.is_finite() || pdf < MIN_DENSITY {
             return None;
@@ -224,7 +226,7 @@ impl<'t> Lobe<'t> for Measured<'t> {
         found.map_or(Pdf::ZERO, |(_, pdf)| Pdf::new(pdf))
     }
 
-    /// A point by the luminance, from there a visible normal, and what it mirrors.
+    /// Samples a point by luminance, maps it to a visible normal, and reflects `wo` about it.
     fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
         let viewed = self.viewed(wo)?;
         let point = self.tables.luminance.sample(&viewed.blend, Vec2::new(u, v));
@@ -252,7 +254,7 @@ impl<'t> Lobe<'t> for Measured<'t> {
 }
 
 impl LobeTables {
-    /// What the examples of lobes refer to.
+    /// Tables to which the examples of lobes refer.
     pub fn examples() -> &'static Self {
         static EXAMPLES: LazyLock<LobeTables> = LazyLock::new(|| {
             let examples = gonioreflectometer::examples();

@@ -1,6 +1,6 @@
-//! Distributions of microfacets, and the facets that a viewer sees. [Walter et al. 2007,
-//! "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
-//! Masking-Shadowing Function in Microfacet-Based BRDFs"]
+//! Microfacet distributions and the sampling of visible facets. [Walter et al. 2007, "Microfacet
+//! Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing
+//! Function in Microfacet-Based BRDFs"]
 
 use std::f32::consts::PI;
 
@@ -10,34 +10,35 @@ use pt_scene::material::{Distribution, Masking};
 /// Microfacets of a surface, in the frame of its normal, +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetDistribution {
-    /// Their distribution.
+    /// Distribution of the normals.
     pub distribution: Distribution,
-    /// How they hide each other.
+    /// Masking-shadowing function.
     pub masking: Masking,
     /// Roughness α > 0 along x and y (of Beckmann slopes: root mean square slope times √2).
     pub alpha: [f32; 2],
 }
 
 impl MicrofacetDistribution {
-    /// Facets of the same roughness in all directions.
+    /// Creates facets of equal roughness in all directions.
     pub fn isotropic(distribution: Distribution, alpha: f32) -> Self {
         Self { distribution, masking: Masking::Correlated, alpha: [alpha; 2] }
     }
 
-    /// From 0 to 3, by how they are distributed and hide each other.
+    /// Number of the combination of distribution and masking, from 0 to 3.
     #[inline]
     pub(super) fn kind(&self) -> usize {
         (self.distribution == Distribution::Ggx) as usize
             + 2 * (self.masking == Masking::Separable) as usize
     }
 
-    /// See [`Lobe::lobe_width`](super::Lobe::lobe_width): the angle by which facets vary.
+    /// Lobe width, the angle by which facet normals vary; see
+    /// [`Lobe::lobe_width`](super::Lobe::lobe_width).
     #[inline]
     pub(super) fn spread(&self) -> f32 {
         self.alpha[0].min(self.alpha[1])
     }
 
-    /// As three numbers.
+    /// Packs the parameters into three numbers.
     #[inline]
     pub(super) fn pack(&self) -> [f32; 3] {
         [self.alpha[0], self.alpha[1], self.kind() as f32]
@@ -54,8 +55,8 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// D(h): area of facets with normal h, per area of surface and steradian.
-    /// [Walter et al. 2007, eq. 25 and 33; with two roughnesses Heitz 2014, §5]
+    /// D(h): area of facets with normal h, per area of surface and steradian. [Walter et al. 2007,
+    /// eq. 25 and 33; with two roughnesses Heitz 2014, §5]
     #[inline]
     pub fn d(&self, h: Vec3) -> f32 {
         let [ax, ay] = self.alpha;
@@ -65,18 +66,18 @@ impl MicrofacetDistribution {
         let across = (h.x / ax).powi(2) + (h.y / ay).powi(2);
         let cos2 = h.z * h.z;
         let d = match self.distribution {
-            // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
+            // Not by 1 − cos²: near the normal it has lost the digits that a small α needs.
             Distribution::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
             Distribution::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
         };
         if d.is_finite() { d } else { 0.0 }
     }
 
-    /// Λ(w): area of facets hidden from w over that seen. [Heitz 2014, §5]
+    /// Λ(w): area of the facets masked from w over that of the visible ones. [Heitz 2014, §5]
     #[inline]
     pub fn lambda(&self, w: Vec3) -> f32 {
         let [x, y] = [w.x * self.alpha[0], w.y * self.alpha[1]];
-        // 1/a², a the slope of w over the roughness in its direction.
+        // 1/a², where a is the slope of w over the roughness in its direction.
         let inverse2 = (x * x + y * y) / (w.z * w.z).max(f32::MIN_POSITIVE);
         match self.distribution {
             _ if inverse2 == 0.0 => 0.0,
@@ -84,18 +85,18 @@ impl MicrofacetDistribution {
                 let a = 1.0 / inverse2.sqrt();
                 (0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI.sqrt()))).max(0.0)
             }
-            // ½(√(1 + 1/a²) − 1), without the difference of near numbers.
+            // ½(√(1 + 1/a²) − 1), without cancellation.
             Distribution::Ggx => 0.5 * inverse2 / (1.0 + (1.0 + inverse2).sqrt()),
         }
     }
 
-    /// G₁(w) = 1/(1 + Λ(w)): the share of facets that w sees.
+    /// G₁(w) = 1/(1 + Λ(w)): the fraction of facets visible from w.
     #[inline]
     pub fn g1(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(w))
     }
 
-    /// G(wo, wi): the share of facets that both see.
+    /// G(wo, wi): the fraction of facets visible from both directions.
     #[inline]
     pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.masking {
@@ -104,7 +105,7 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// G(wo, wi) / G₁(wo): the weight of facets that were drawn as `wo` sees them.
+    /// G(wo, wi) / G₁(wo): the weight of facets sampled by their visibility from `wo`.
     #[inline]
     pub fn shadowing(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.masking {
@@ -116,11 +117,12 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// A facet that `wo` (above the surface) sees, with the density [`Self::visible_pdf`].
+    /// Samples a facet visible from `wo` (above the surface), with the density
+    /// [`Self::visible_pdf`].
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let [ax, ay] = self.alpha;
-        // Distribution scale: the surface as one of roughness 1, seen from elsewhere.
+        // Transforms the surface to one of roughness 1.
         let w = Vec3::new(wo.x * ax, wo.y * ay, wo.z).normalize();
         let h = match self.distribution {
             Distribution::Beckmann => visible_of_beckmann(w, u),
@@ -136,8 +138,8 @@ impl MicrofacetDistribution {
         self.d(h) * self.g1(wo) * wo.dot(h).max(0.0) / wo.z
     }
 
-    /// The mean of a function of direction and facet over the facets that are seen at a cosine in
-    /// the plane of x and z, by n × n of them.
+    /// Mean of a function of direction and facet over the visible facets, for a direction in the
+    /// plane of x and z with this cosine, by n × n facets.
     pub(super) fn mean_of_visible(&self, cos: f32, n: u16, of: impl Fn(Vec3, Vec3) -> f32) -> f32 {
         let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos.max(1e-6));
         // Midpoints, dense towards the ends, where the map to facets is steep.
@@ -158,17 +160,17 @@ impl MicrofacetDistribution {
     }
 }
 
-/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other;
-/// its own inverse.
+/// Maps a cosine from 1 at the normal to 0, and from 0 at grazing angles to 1, with half of the
+/// range at angles of strong masking; its own inverse.
 #[inline]
 pub(super) fn stretched(cos: f32, alpha: f32) -> f32 {
     let k = 1.5 * alpha * (1.0 + alpha);
     k * (1.0 - cos) / (k + cos)
 }
 
-/// A facet, not of unit length, of a GGX surface of roughness 1 that `w` sees: these are where a
-/// sphere reflects `w` into the cap of directions above −w.z.
-/// [Dupuy & Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"]
+/// Samples a visible facet, not of unit length, of a GGX surface of roughness 1: these are the
+/// normals at which a sphere reflects `w` into the cap of directions above −w.z. [Dupuy & Benyoub
+/// 2023, "Sampling Visible GGX Normals with Spherical Caps"]
 #[inline]
 fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let above = (1.0 - u) * (1.0 + w.z);
@@ -178,10 +180,11 @@ fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     Vec3::new(sin * c + w.x, sin * s + w.y, above.max(f32::MIN_POSITIVE))
 }
 
-/// The same for Beckmann slopes. Across the plane of `w` they are normal; along it, the density of
-/// slope q towards `w` is (cos θ + q sin θ)⁺ exp(−q²).
-/// [Heitz & d'Eon 2014; solved as by Jakob 2014, "An Improved Visible
-/// Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
+/// Samples a visible facet, not of unit length, of a Beckmann surface of roughness 1.
+///
+/// Slopes across the plane of `w` are normally distributed; along it, the density of slope q
+/// towards `w` is (cos θ + q sin θ)⁺ exp(−q²). [Heitz & d'Eon 2014; solved as by Jakob 2014, "An
+/// Improved Visible Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
 #[inline]
 fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let sin = (w.x * w.x + w.y * w.y).sqrt();
@@ -191,10 +194,12 @@ fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     Vec3::new(c * along - s * across, s * along + c * across, 1.0)
 }
 
-/// Where the integral of (cos θ + q sin θ) exp(−q²)/√π over q from −cot θ on is a share `u` of all.
+/// Finds the q for which the integral of (cos θ + q sin θ) exp(−q²)/√π from −cot θ to q is the
+/// fraction `u` of the whole.
 ///
 /// In x = erf q it is ½ cos θ (x − x₀) + sin θ (exp(−cot²θ) − exp(−q²)) / 2√π: convex, with slope
-/// ½(cos θ + q sin θ). So Newton's method goes past the solution once at most, and then towards it.
+/// ½(cos θ + q sin θ). Newton's method therefore overshoots the solution at most once, and then
+/// converges from there.
 #[inline]
 fn slope_towards(cos: f32, sin: f32, u: f32) -> f32 {
     const STEPS: usize = 12;
@@ -205,11 +210,11 @@ fn slope_towards(cos: f32, sin: f32, u: f32) -> f32 {
     let mut x = least + (1.0 - least) * u;
     let mut q = trig::erf_inv(x);
     for _ in 0..STEPS {
-        // Twice the integral, less its goal, and twice its slope.
+        // Twice the difference of the integral and its target, and twice its slope.
         let excess = cos * (x - least) + (first - sin * trig::exp(-q * q)) - u * whole;
         let slope = cos + q * sin * PI.sqrt();
         let next = x - excess / slope;
-        // Past the end: half of the way there.
+        // Beyond the end: bisects.
         let next = if next < 1.0 { next.max(least) } else { 0.5 * (x + 1.0) };
         let step = (next - x).abs();
         x = next;

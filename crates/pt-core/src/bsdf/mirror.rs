@@ -4,14 +4,14 @@ use pt_math::{Spectrum, Vec3};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
-/// Reflects everything about the normal.
+/// A perfect mirror.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror {
-    /// Share of light reflected, in [0, 1].
+    /// Reflectance, in [0, 1].
     pub reflectance: Spectrum,
 }
 
-/// The mirror image of `w` about +z.
+/// Reflects `w` about +z.
 #[inline]
 pub(super) fn reflect(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)

@@ -1,8 +1,8 @@
-//! Surface scattering: the [`Lobe`] contract, the closed set of lobes, and [`Bsdf`], the lobes of
+//! Surface scattering: the [`Lobe`] contract, the closed set of lobes, and [`Bsdf`], the lobe of
 //! one surface point in world coordinates.
 //!
-//! To add a lobe: write `my_lobe.rs`, add one line to `lobes!` below. The laws of `laws.rs` then
-//! hold it to its contract.
+//! To add a lobe: write `my_lobe.rs`, and add one line to `lobes!` below. The laws of `laws.rs`
+//! then check that it fulfils its contract.
 
 mod coated_conductor;
 mod coated_diffuse;
@@ -49,35 +49,34 @@ use crate::light::LightSampleContext;
 pub struct BsdfSample {
     /// Sampled direction, pointing away from the surface.
     pub wi: Vec3,
-    /// f(wo, wi) · |cos θi| / pdf — what the path's throughput is multiplied by.
+    /// f(wo, wi) · |cos θi| / pdf: the factor of the path's throughput.
     pub weight: Spectrum,
-    /// Density of `wi`, or `None` for a Dirac delta, which has none: of a perfectly specular lobe,
-    /// or the part of one that is so.
+    /// Density of `wi`, or `None` for a Dirac delta, which may be the whole lobe or a part of it.
     pub pdf: Option<Pdf<SolidAngle>>,
     /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
-    /// divided; else 1. Since radiance gains it back on the way out, it says nothing about how
-    /// much the path still matters.
+    /// divided; otherwise 1. Radiance regains this factor when the path leaves the medium, so it is
+    /// no measure of the importance of the path.
     pub eta_scale: f32,
 }
 
 impl BsdfSample {
-    /// A direction that was not refracted.
+    /// Creates a sample that was not refracted.
     #[inline(always)]
     pub fn new(wi: Vec3, weight: Spectrum, pdf: Option<Pdf<SolidAngle>>) -> Self {
         Self { wi, weight, pdf, eta_scale: 1.0 }
     }
 
-    /// The same, refracted; see [`Self::eta_scale`].
+    /// Sets the [`Self::eta_scale`] of a refracted direction.
     #[inline(always)]
     pub fn with_eta_scale(self, eta_scale: f32) -> Self {
         Self { eta_scale, ..self }
     }
 }
 
-/// Number of parameters of a stored lobe.
+/// Maximum number of parameters of a stored lobe.
 pub const PARAMETERS: usize = 31;
 
-/// Some numbers, and zeros.
+/// Pads packed parameters with zeros.
 #[inline]
 fn padded<const N: usize>(numbers: [f32; N]) -> [f32; PARAMETERS] {
     let mut p = [0.0; PARAMETERS];
@@ -85,80 +84,79 @@ fn padded<const N: usize>(numbers: [f32; N]) -> [f32; PARAMETERS] {
     p
 }
 
-/// The spectrum that parameters have from `first` on.
+/// The spectrum that begins at parameter `first`.
 #[inline(always)]
 fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
     Spectrum::rgb(p[first], p[first + 1], p[first + 2])
 }
 
-/// Tables that lobes refer to.
+/// Tables to which lobes refer.
 #[derive(Debug, Default)]
 pub struct LobeTables {
-    /// Of measured materials.
+    /// Tables of measured materials.
     pub measured: Vec<MeasuredTables>,
 }
 
 /// One scattering lobe, in the local shading frame (+z is the normal).
 ///
-/// Conventions, for all lobes: `wo` points to the camera side, `wi` to the light side, both away
-/// from the surface; `eval` includes the cosine; `None` means "absorbed". A lobe that reflects
-/// only is zero unless both directions are on the side of +z.
+/// Conventions of all lobes: `wo` points to the camera side, `wi` to the light side, both away from
+/// the surface; `eval` includes the cosine; `None` means "absorbed". A lobe without transmission is
+/// zero unless both directions are on the side of +z.
 pub trait Lobe<'t>: Copy {
-    /// True if [`Self::sample`] draws from Dirac deltas only; then `eval` and `pdf` are zero.
+    /// True if [`Self::sample`] samples Dirac deltas only; then `eval` and `pdf` are zero.
     const DELTA: bool;
-    /// True if its functions are so short and so common that they belong into the loops of
-    /// integrators. The others are called: among what a loop over lights does not change, compilers
-    /// compute parts of all lobes ahead of it, whichever is there.
+    /// True if the functions of the lobe are so short and so common that they are inlined into the
+    /// loops of integrators. The others are called: otherwise, compilers hoist loop-invariant parts
+    /// of all lobes out of a loop over lights, whichever lobe is evaluated.
     const INLINE: bool = false;
-    /// The parameters as numbers, the form that backends read.
+    /// Packs the parameters into numbers, the form that backends read.
     fn pack(&self) -> [f32; PARAMETERS];
-    /// Inverse of [`Self::pack`]; `tables` are those to which it refers, if it refers to some.
+    /// Inverse of [`Self::pack`], for a lobe that refers to `tables`, if to any.
     fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self;
-    /// f(wo, wi) · |cos θi|; without its delta, which leaves nothing of a perfectly specular lobe.
+    /// f(wo, wi) · |cos θi| without Dirac deltas; zero for a perfectly specular lobe.
     #[inline(always)]
     fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Density with which [`Self::sample`] returns `wi`, likewise.
+    /// Density with which [`Self::sample`] returns `wi`, without Dirac deltas.
     #[inline(always)]
     fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses
-    /// the map where there are several and the choice has to wait for the other two. Fibres
-    /// need all three for a direction.
+    /// Samples `wi` by a map from the unit square, `u[0]` and `u[1]`, to directions. `u[2]` selects
+    /// the map if there are several and the choice depends on the other two. Hair needs all three
+    /// numbers for a direction.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
-    /// The angle in radians by which `wo` may be turned, seen from the normal, without much change
-    /// of what is reflected towards it (see [`Bsdf::is_similar_direction`]): infinite if
-    /// nothing changes, 0 if light goes through or some is reflected into single directions.
+    /// Angle in radians, seen from the normal, by which `wo` may change without much change of the
+    /// lobe (see [`Bsdf::is_similar_direction`]): infinite for no change, 0 for lobes with
+    /// transmission or Dirac deltas.
     #[inline(always)]
     fn lobe_width(&self) -> f32 {
         0.0
     }
-    /// Settings worth testing; the laws run on each.
+    /// Example parameters for the laws.
     fn examples() -> Vec<Self>;
-    /// True if f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's
-    /// own models may say no, those of fibres, which do not know where on them light leaves,
-    /// and what was measured.
+    /// True if f(wo, wi) = f(wi, wo), or f(wo, wi)/η² for refraction. It may be false only for the
+    /// models of the course, for hair, which does not determine the offset at which light leaves,
+    /// and for measured materials.
     const RECIPROCAL: bool = true;
-    /// True if it stands for all of something thin and round: light leaves on any side, whichever
-    /// side the surface looks to, and normals that look away from the viewer are beyond its
-    /// edge.
+    /// True if the lobe represents all of a thin fibre: light leaves on any side, regardless of the
+    /// orientation of the surface, and normals that face away from the viewer are beyond its edge.
     const IS_FIBER: bool = false;
-    /// True if light goes through the surface.
+    /// True if the surface transmits light.
     const TRANSMITS: bool = false;
-    /// True if light that goes through leaves as it came, so that what is behind is seen in its
+    /// True if transmitted light is not deflected, so that objects behind the surface are seen in
     /// place.
     const STRAIGHT: bool = false;
-    /// The share of light that goes straight on from `wo`.
+    /// Transmittance of undeflected light from `wo`.
     fn straight(&self, _wo: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// True if it scatters diffusely whatever it does not send into single directions.
+    /// True if all scattering except into Dirac deltas is diffuse.
     const DIFFUSE: bool = false;
 }
 
-/// A lobe as stored in the compiled scene.
+/// A lobe in the compiled scene.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct LobeRecord {
@@ -168,12 +166,12 @@ pub struct LobeRecord {
 const _: () = assert!(size_of::<LobeRecord>() == 128);
 
 impl LobeRecord {
-    /// The parameters, in the order in which the lobe packs them.
+    /// Parameters in the order of [`Lobe::pack`].
     pub(crate) fn parameters_mut(&mut self) -> &mut [f32; PARAMETERS] {
         &mut self.p
     }
 
-    /// What `f` says of this lobe, in place or by a call as the lobe wants it.
+    /// Calls `f` with the lobe, inlined or not according to [`Lobe::INLINE`].
     #[inline(always)]
     fn run<'t, L: Lobe<'t>, T>(&self, tables: &'t LobeTables, f: impl FnOnce(L) -> T) -> T {
         if L::INLINE { f(L::unpack(&self.p, tables)) } else { self.call(tables, f) }
@@ -240,7 +238,7 @@ macro_rules! lobes {
             fn is_diffuse(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
             }
-            /// Name of the lobe, as in `lobes!`.
+            /// Name of the lobe in `lobes!`.
             fn name(&self) -> &'static str {
                 $(if self.kind == Kind::$name as u32 {
                     return stringify!($name);
@@ -274,7 +272,7 @@ macro_rules! lobes {
         }
 
         impl<'t> AnyLobe<'t> {
-            /// The stored form.
+            /// Converts the lobe to its stored form.
             pub fn record(&self) -> LobeRecord {
                 match self {
                     $(Self::$name(l) => LobeRecord { kind: Kind::$name as u32, p: l.pack() }),*
@@ -283,7 +281,7 @@ macro_rules! lobes {
             /// Inverse of [`Self::record`].
             ///
             /// # Panics
-            /// On a kind that no lobe has, which only a bug can produce.
+            /// If no lobe has this kind, which only a bug can cause.
             #[inline(always)]
             pub fn from_record(r: &LobeRecord, tables: &'t LobeTables) -> Self {
                 $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, tables)); })*
@@ -321,7 +319,7 @@ macro_rules! lobes {
             pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 match self { $(Self::$name(l) => l.sample(wo, u)),* }
             }
-            /// Example parameters of all lobes, for the laws; tables are those of
+            /// Example parameters of all lobes, for the laws; they refer to the tables of
             /// [`LobeTables::examples`].
             pub fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
@@ -347,33 +345,33 @@ lobes! {
     ThinDielectric = thin_dielectric::ThinDielectric,
     /// Rough dielectric interface.
     RoughDielectric = rough_dielectric::RoughDielectric,
-    /// Rough dielectric interface that loses nothing between its facets.
+    /// Rough dielectric interface with multiple scattering.
     CompensatedDielectric = multiscatter_dielectric::CompensatedDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
-    /// Rough metal that loses nothing between its facets.
+    /// Rough metal with multiple scattering.
     CompensatedConductor = multiscatter_conductor::CompensatedConductor,
     /// Diffuse base under a smooth coat.
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.
     RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
-    /// Diffuse base below facets that light goes through once on each way.
+    /// Diffuse base below a rough dielectric interface that light crosses once in each direction.
     FresnelPlastic = fresnel_plastic::FresnelPlastic,
     /// Metal under a coat.
     CoatedConductor = coated_conductor::CoatedConductor,
-    /// Diffuse base under a rough gloss.
+    /// Diffuse base under a rough specular layer.
     Glossy = rough_plastic::RoughPlastic,
-    /// Material of many parameters.
+    /// Principled material.
     Principled = principled::Principled,
-    /// The same of a thin sheet.
+    /// Principled material of thin sheets.
     PrincipledThin = principled::PrincipledThin,
-    /// Material of metal and roughness.
+    /// Metallic-roughness material of glTF.
     MetallicRoughness = metallic_roughness::MetallicRoughness,
     /// Lambertian reflection and transmission.
     DiffuseTransmission = diffuse_transmission::DiffuseTransmission,
     /// Fibres of hair and fur.
     Hair = hair::Hair,
-    /// What was measured.
+    /// Measured material.
     Measured = measured::Measured<'t>,
     /// The course's glass.
     CourseGlass = cs184::Cs184Glass,
@@ -383,7 +381,7 @@ lobes! {
     CourseMicrofacet = cs184::Cs184Microfacet,
 }
 
-/// The scattering at one surface point, in world coordinates.
+/// The lobe at one surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'a> {
     frame: Frame,
@@ -399,10 +397,10 @@ pub struct Bsdf<'a> {
 }
 
 impl<'a> Bsdf<'a> {
-    /// The scattering of light towards `wo` (world, unit).
+    /// Creates the BSDF for scattering towards `wo` (world, unit).
     ///
     /// `normal` is the shading normal and `geometric_normal` the true one, both unit and on the
-    /// same side of the surface. With `two_sided` the back side scatters as the front side does.
+    /// same side of the surface. With `two_sided`, the back side scatters as the front side does.
     #[inline(always)]
     pub fn new(
         lobe: &'a LobeRecord,
@@ -416,7 +414,7 @@ impl<'a> Bsdf<'a> {
         Self::oriented(lobe, tables, two_sided, orientation, geometric_normal, wo)
     }
 
-    /// [`Self::new`] with a direction along the surface.
+    /// [`Self::new`] with a tangent along the surface.
     #[inline(always)]
     pub fn oriented(
         lobe: &'a LobeRecord,
@@ -432,14 +430,15 @@ impl<'a> Bsdf<'a> {
         let visible = if is_fiber { normal * flip } else { make_visible(normal * flip, wo) };
         let front = if behind && !two_sided { -visible } else { visible };
         let frame = frame_of(front, tangent);
-        // Round things are not held to the plane of the surface.
+        // Fibres are not bounded by the plane of the surface.
         let geometric_normal = if is_fiber { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
         let wo = frame.to_local(wo);
         Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, tables }
     }
 
-    /// The same with light held to the plane across another unit normal than the true one.
+    /// Replaces the geometric normal, which determines the side of directions, by another unit
+    /// normal. Has no effect on fibres.
     #[inline]
     pub fn held_to(mut self, normal: Vec3) -> Self {
         if !self.lobe.is_fiber() {
@@ -449,7 +448,8 @@ impl<'a> Bsdf<'a> {
         self
     }
 
-    /// Returns true if only [`Self::sample`] finds its directions.
+    /// Returns true if the lobe is a Dirac delta, so that only [`Self::sample`] finds its
+    /// directions.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
@@ -465,7 +465,8 @@ impl<'a> Bsdf<'a> {
         self.lobe.straight(self.tables, self.wo)
     }
 
-    /// Returns true if light that [`Self::sample`] sent to `wi` (world) goes through as it came.
+    /// Returns true if light that [`Self::sample`] scattered to `wi` (world) was transmitted
+    /// undeflected.
     #[inline]
     pub fn lets_through(&self, wi: Vec3) -> bool {
         self.lobe.is_straight() && self.frame.to_local(wi).z * self.wo.z < 0.0
@@ -476,7 +477,7 @@ impl<'a> Bsdf<'a> {
         self.lobe.is_diffuse()
     }
 
-    /// What its lobe is called.
+    /// Name of the lobe.
     pub fn lobe_name(&self) -> &'static str {
         self.lobe.name()
     }
@@ -487,8 +488,8 @@ impl<'a> Bsdf<'a> {
         self.lobe.lobe_width(self.tables)
     }
 
-    /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where
-    /// it might look otherwise, or is not seen.
+    /// The BSDF of the same surface seen from the unit direction `wo` (world) on the same side;
+    /// `None` if the surface may look different from there, or is not visible.
     #[inline(always)]
     pub fn with_wo(&self, wo: Vec3) -> Option<Self> {
         let local = self.frame.to_local(wo);
@@ -496,8 +497,8 @@ impl<'a> Bsdf<'a> {
         is_alike.then_some(Self { wo: local, ..*self })
     }
 
-    /// Returns true if directions that were drawn for this viewer serve another as well, to whom
-    /// the same surface is `other`.
+    /// Returns true if directions sampled for this viewer also serve another, for whom `other` is
+    /// the BSDF of the same surface.
     #[inline(always)]
     pub fn is_similar_direction(&self, other: &Self) -> bool {
         serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
@@ -534,7 +535,7 @@ impl<'a> Bsdf<'a> {
         self.lobe.pdf(self.tables, self.wo, self.frame.to_local(wi))
     }
 
-    /// Draws a direction (world) and its weight.
+    /// Samples a direction (world) and its weight.
     #[inline(always)]
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let s = self.lobe.sample(self.tables, self.wo, u)?;
@@ -543,20 +544,20 @@ impl<'a> Bsdf<'a> {
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })
     }
 
-    /// What lights are told of this point, which is at `p`.
+    /// Context of light samples for this point at `p`.
     #[inline(always)]
     pub fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
         LightSampleContext::on_surface(p, self.frame.n, self.lobe.transmits())
     }
 
-    /// The frame in which the lobe lives.
+    /// Frame of the lobe.
     #[inline(always)]
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
 
-    /// Returns true if the true surface and the shading agree on which side of it `wi` is. They
-    /// differ where shading normals are interpolated; light there would leak through the
+    /// Returns true if `wi` is on the same side of the geometric surface and of the shading frame.
+    /// The sides may differ for interpolated shading normals; light would then leak through the
     /// surface.
     #[inline(always)]
     fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
@@ -564,20 +565,21 @@ impl<'a> Bsdf<'a> {
     }
 }
 
-/// Returns true if the distance of two unit directions above a surface is within its spread.
-/// Towards grazing angles less will do: the normal of the facets that reflect from `wi` to `a`
-/// turns by up to 1 / (2 cos θ) times as much as `a`.
+/// Returns true if the distance of two unit directions above a surface is within the lobe width.
+/// The limit decreases towards grazing angles: the normal of the facets that reflect from `wi` to
+/// `a` turns by up to 1 / (2 cos θ) times as much as `a`.
 #[inline(always)]
 fn serves(lobe_width: f32, a: Vec3, b: Vec3) -> bool {
     let least = lobe_width * a.z.min(b.z);
     (a - b).length_squared() <= least * least
 }
 
-/// The least cosine between the direction from where a surface is seen and its shading normal.
+/// Minimum cosine between the viewing direction and the shading normal.
 const MIN_COSINE: f32 = 1e-3;
 
-/// Turns the unit normal `n` just so far that `wo`, which sees the surface from its side, is not
-/// below it. Where interpolated normals look away from the camera, lobes would otherwise be black.
+/// Turns the unit normal `n` by the minimum angle for which `wo`, which is on its side of the
+/// surface, is not below it. Otherwise, lobes would be black where interpolated normals face away
+/// from the camera.
 #[inline(always)]
 fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
     let cos = n.dot(wo);

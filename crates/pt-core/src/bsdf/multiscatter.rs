@@ -1,10 +1,9 @@
-//! Light that facets scatter more than once, which microfacet lobes lose.
+//! Multiple scattering between facets, which microfacet lobes lose.
 //!
-//! What is lost of light from a direction, 1 − E, leaves in another one as if it were light from
-//! there that was lost: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)). That is reciprocal, and
-//! nothing is lost of what reflects all. [Kulla & Conty 2017, "Revisiting Physically Based Shading
-//! at Imageworks"; the shares lost are tables of the lobes of this program, made when they are
-//! first asked for]
+//! The energy lost by single scattering, 1 − E, is added as f = (1 − E(o)) (1 − E(i)) / (π (1 −
+//! mean of E)). This is reciprocal, and conserves energy for facets that reflect all light. [Kulla
+//! & Conty 2017, "Revisiting Physically Based Shading at Imageworks"; the losses are tabulated for
+//! the lobes of this program, on first use]
 
 mod schlick;
 
@@ -13,60 +12,62 @@ use std::sync::OnceLock;
 
 use pt_math::{FloatExt, Spectrum, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
+pub(super) use schlick::SchlickGloss;
 
 use super::fresnel;
 use super::microfacet::{MicrofacetDistribution, stretched};
 use super::rough_dielectric::refract;
-pub(super) use schlick::SchlickGloss;
 
-/// Ratios of the two roughnesses in the tables of mirrors: even in √, from 0 to 1.
+/// Number of ratios of the two roughnesses in the tables of mirrors: uniform in √, from 0 to 1.
 const RATIOS: usize = 9;
-/// Indices of refraction in the tables of dielectrics: even in (η − 1) / (η + 1), from ⅓ to 3.
+/// Number of indices of refraction in the tables of dielectrics: uniform in (η − 1) / (η + 1), for
+/// η from ⅓ to 3.
 const INDICES: usize = 129;
-/// Roughnesses of a table, the greater of two: even in √α, up to 1. Rougher facets lose more than
-/// it says.
+/// Number of roughnesses of a table, the greater of two: uniform in √α, up to 1. Rougher facets
+/// lose more than tabulated.
 const ALPHAS: usize = 64;
-/// Cosines of a table, by [`place`].
+/// Number of cosines of a table, by [`place`].
 const COSINES: usize = 40;
-/// What is smoother is as the smoothest of a table.
+/// Minimum roughness of a table; smoother facets use it.
 const MIN_ALPHA: f32 = 1e-3;
 
-/// 1 − E of facets of one kind, and its mean over evenly spread light; in rows of which each is
-/// made when it is asked for.
+/// 1 − E of facets of one kind, and its mean over diffuse illumination. Each row is computed on
+/// first use.
 struct EnergyLossTable<const ROWS: usize> {
     distribution: MicrofacetDistribution,
-    /// Makes an entry for facets of a roughness, from where its row is between 0 and 1.
+    /// Computes an entry for facets of a roughness, from the position of its row between 0 and 1.
     make: fn(MicrofacetDistribution, f32) -> Entry,
     rows: [OnceLock<Box<Row>>; ROWS],
 }
 
-/// By the greater roughness.
+/// Entries by the greater roughness.
 type Row = [Entry; ALPHAS];
 
-/// Those of two roughnesses.
+/// Losses of a pair of roughnesses.
 #[derive(Clone, Copy)]
 struct Entry {
-    /// Seen along the greater roughness, and across it; in between, by the square of the cosine.
+    /// 1 − E for directions along the greater roughness, and across it; interpolated by [`across`].
     lost: [[f32; COSINES]; 2],
-    /// The mean; of what grows with the square of the greater roughness, over that.
+    /// Mean of 1 − E; divided by the square of the greater roughness if it grows with that.
     mean: f32,
 }
 
-/// From 0 at the normal to 1 along the surface, denser there, where a roughness matters most.
+/// Position of a cosine in a table: from 0 at the normal to 1 at grazing angles, and denser there,
+/// where the roughness matters most.
 #[inline]
 fn place(cos: f32, alpha: f32) -> f32 {
     1.0 - (1.0 - stretched(cos, alpha)).max(0.0).sqrt()
 }
 
-/// The cosine at a [`place`].
+/// Cosine at a [`place`], its inverse.
 fn cosine(place: f32, alpha: f32) -> f32 {
     stretched(1.0 - (1.0 - place) * (1.0 - place), alpha)
 }
 
-/// How far a direction is across the greater of two roughnesses, from 0 to 1, by the cosine to the
-/// normal and the square of the sine of its azimuth to the greater one: as the masking of Smith's
-/// facets changes between both, or a little less far, as was fitted to integrals for roughnesses of
-/// ratios from 2 to 16 (they differ by at most 0.017).
+/// Interpolation parameter between the losses along and across the greater of two roughnesses, from
+/// 0 to 1, by the cosine to the normal and the squared sine of the azimuth to the greater
+/// roughness. It follows the interpolation of Smith's masking between both, reduced by a fit to
+/// integrals for roughnesses of ratios from 2 to 16 (they differ by at most 0.017).
 #[inline]
 fn across([greater, lesser]: [f32; 2], cos: f32, sin2: f32) -> f32 {
     if greater == lesser {
@@ -82,7 +83,8 @@ fn across([greater, lesser]: [f32; 2], cos: f32, sin2: f32) -> f32 {
     share * 0.55.lerp(1.0, share)
 }
 
-/// Where a number from 0 to 1 is among `n` nodes: the lower one, and how far it is to the next.
+/// Position of a number from 0 to 1 among `n` nodes: index of the lower node, and the fraction of
+/// the way to the next.
 #[inline]
 fn locate(x: f32, n: usize) -> (usize, f32) {
     let scaled = x.clamp(0.0, 1.0) * (n - 1) as f32;
@@ -90,14 +92,15 @@ fn locate(x: f32, n: usize) -> (usize, f32) {
     (lower, scaled - lower as f32)
 }
 
-/// The number of a node.
+/// Number of a node.
 fn node(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
 impl Entry {
-    /// `scattered` says E of facets at a cosine in the plane of x and z, at places by a `stretch`,
-    /// which is their roughness but of what changes with angles by other reasons, too.
+    /// Tabulates 1 − E, where `scattered` is E of facets at a cosine in the plane of x and z.
+    /// `stretch` determines the positions; it is their roughness, unless there are other reasons
+    /// for a change with angles.
     fn new(
         distribution: MicrofacetDistribution,
         stretch: f32,
@@ -117,7 +120,7 @@ impl Entry {
         entry
     }
 
-    /// The same with a mean that grows with the square of the roughness.
+    /// Divides the mean, which grows with the square of the roughness, by that.
     fn growing(self, alpha: f32) -> Self {
         Self { mean: self.mean / (alpha * alpha), ..self }
     }
@@ -139,14 +142,14 @@ impl Entry {
         (0..STEPS).map(|i| lost(middle(i, STEPS))).sum::<f32>() / f32::from(STEPS)
     }
 
-    /// The lesser of the two nearest 1 − E at a [`place`].
+    /// Minimum of the nearest entries of 1 − E at a [`place`].
     fn least_at(&self, x: f32) -> f32 {
         let (j, _) = locate(x, COSINES);
         let [along, across] = &self.lost;
         [along[j], along[j + 1], across[j], across[j + 1]].into_iter().fold(1.0, f32::min)
     }
 
-    /// 1 − E at a [`place`], so far across the greater roughness.
+    /// 1 − E at a [`place`], interpolated by `across` the greater roughness.
     #[inline]
     fn at(&self, x: f32, across: f32) -> f32 {
         let (j, t) = locate(x, COSINES);
@@ -179,17 +182,18 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
         })
     }
 
-    /// The least number of the entries around a roughness and a place between 0 and 1 among the
-    /// rows.
+    /// Minimum of a value of the entries around a roughness and a position between 0 and 1 among
+    /// the rows.
     fn least_around(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
         let ((i, _), (k, s)) = (locate(alpha.sqrt(), ALPHAS), locate(place, ROWS));
-        // Rows at whose place the index is are alone.
+        // At the index of a row, only that row is used.
         let rows = if s < 1e-3 { k..=k } else { k..=k + 1 };
         let entries = rows.flat_map(|k| [i, i + 1].map(|i| &self.row(k)[i]));
         entries.map(of).fold(f32::INFINITY, f32::min)
     }
 
-    /// A number of the entries around a roughness and a place between 0 and 1 among the rows.
+    /// Interpolated value of the entries around a roughness and a position between 0 and 1 among
+    /// the rows.
     #[inline]
     fn between(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
         let (i, t) = locate(alpha.sqrt(), ALPHAS);
@@ -198,12 +202,12 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
             of(&row[i]).lerp(of(&row[i + 1]), t)
         };
         let (k, s) = locate(place, ROWS);
-        // The last row, that of facets without a direction, has no other beside it.
+        // The last row, that of isotropic facets, has no neighbour.
         if s == 1.0 { in_row(k + 1) } else { in_row(k).lerp(in_row(k + 1), s) }
     }
 }
 
-/// The losses of facets that reflect all light, by [`MicrofacetDistribution::kind`].
+/// Losses of facets that reflect all light, by [`MicrofacetDistribution::kind`].
 static MIRRORS: [EnergyLossTable<RATIOS>; 4] = [
     EnergyLossTable::new(Distribution::Beckmann, Masking::Correlated, mirrors),
     EnergyLossTable::new(Distribution::Ggx, Masking::Correlated, mirrors),
@@ -211,7 +215,7 @@ static MIRRORS: [EnergyLossTable<RATIOS>; 4] = [
     EnergyLossTable::new(Distribution::Ggx, Masking::Separable, mirrors),
 ];
 
-/// The losses of facets of dielectrics, likewise.
+/// Losses of facets of dielectrics, by [`MicrofacetDistribution::kind`].
 static DIELECTRICS: [EnergyLossTable<INDICES>; 4] = [
     EnergyLossTable::new(Distribution::Beckmann, Masking::Correlated, dielectrics),
     EnergyLossTable::new(Distribution::Ggx, Masking::Correlated, dielectrics),
@@ -219,15 +223,17 @@ static DIELECTRICS: [EnergyLossTable<INDICES>; 4] = [
     EnergyLossTable::new(Distribution::Ggx, Masking::Separable, dielectrics),
 ];
 
-/// What facets of dielectrics do not reflect at once: separable ones of GGX.
+/// Light that the facets of a dielectric do not reflect by single scattering, for GGX with
+/// separable masking.
 static GLOSSES: EnergyLossTable<INDICES> =
     EnergyLossTable::new(Distribution::Ggx, Masking::Separable, glosses);
 
-/// What facets of white metal lose under a smooth coat.
+/// Losses of the facets of white metal under a smooth coat.
 static BENEATH: EnergyLossTable<INDICES> =
     EnergyLossTable::new(Distribution::Ggx, Masking::Correlated, beneath);
 
-/// Facets that reflect all light, of which the lesser roughness is less by the square of `place`.
+/// Facets that reflect all light, whose lesser roughness is the greater one times the square of
+/// `place`.
 fn mirrors(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let [greater, _] = distribution.alpha;
     let lesser = (greater * place * place).max(MIN_ALPHA);
@@ -244,18 +250,18 @@ fn mirrors(distribution: MicrofacetDistribution, place: f32) -> Entry {
     .growing(greater)
 }
 
-/// The index at a place among the rows of dielectrics, and the other way round.
+/// Index of refraction at a position among the rows of dielectrics; inverse of [`place_of_index`].
 fn index_at(place: f32) -> f32 {
     (0.5 + place) / (1.5 - place)
 }
 
-/// See [`index_at`].
+/// Inverse of [`index_at`].
 #[inline]
 fn place_of_index(eta: f32) -> f32 {
     0.5 + (eta - 1.0) / (eta + 1.0)
 }
 
-/// Facets of a dielectric, of which the index is at a `place`.
+/// Facets of a dielectric, whose index is at a `place`.
 fn dielectrics(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let eta = index_at(place);
     Entry::new(distribution, distribution.alpha[0], |distribution, cos| {
@@ -272,15 +278,15 @@ fn dielectrics(distribution: MicrofacetDistribution, place: f32) -> Entry {
     .growing(distribution.alpha[0])
 }
 
-/// By which stretch places are, of what a gloss leaves: even smooth ones reflect more along the
-/// surface.
+/// Stretch of positions in the tables of [`Gloss`]: even smooth dielectrics reflect more at grazing
+/// angles.
 #[inline]
 fn stretch_of_gloss(alpha: f32) -> f32 {
     alpha.max(0.12)
 }
 
-/// Facets of a dielectric of which the index is at a `place`: light that they reflect is not lost,
-/// all other is.
+/// Facets of a dielectric, whose index is at a `place`: all light that they do not reflect counts
+/// as loss.
 fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let eta = index_at(place);
     Entry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
@@ -293,10 +299,10 @@ fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
     })
 }
 
-/// Facets of white metal under a smooth coat, of which the index is at a `place`: of light that
-/// gets through the coat, seen from outside, all is lost that does not leave after it was reflected
-/// by one facet, by it and the coat again and again as [`CoatedConductor`](super::CoatedConductor)
-/// has it.
+/// Facets of white metal under a smooth coat, whose index is at a `place`. Of the light that is
+/// transmitted into the coat, seen from outside, all is lost that does not leave after reflection
+/// by a single facet, or by repeated reflection between it and the coat as in
+/// [`CoatedConductor`](super::CoatedConductor).
 fn beneath(distribution: MicrofacetDistribution, place: f32) -> Entry {
     let eta = index_at(place);
     let reflected = |cos: f32| fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
@@ -315,16 +321,16 @@ fn beneath(distribution: MicrofacetDistribution, place: f32) -> Entry {
     })
 }
 
-/// What facets that reflect all light scatter more than once.
+/// Multiple scattering between facets that reflect all light.
 #[derive(Clone, Copy)]
 pub(super) struct Reflected {
     losses: &'static EnergyLossTable<RATIOS>,
     greater: f32,
     /// √ of the lesser roughness over the greater one.
     place: f32,
-    /// True if the greater one is along y.
+    /// True if the greater roughness is along y.
     along_y: bool,
-    /// The mean of 1 − E.
+    /// Mean of 1 − E.
     mean: f32,
 }
 
@@ -361,15 +367,15 @@ impl Reflected {
         }
     }
 
-    /// How much of [`Self::eval`] there is where facets reflect `f` of evenly spread light: F² Ē /
-    /// (1 − F (1 − Ē)), the sum over numbers of facets. [Kulla & Conty 2017]
+    /// Factor of [`Self::eval`] for facets of mean reflectance `f`: F² Ē / (1 − F (1 − Ē)), the sum
+    /// over numbers of facets. [Kulla & Conty 2017]
     #[inline]
     pub(super) fn colored(&self, f: Spectrum) -> Spectrum {
         f.map(|f| f * f * (1.0 - self.mean) / (1.0 - f * self.mean))
     }
 }
 
-/// What a gloss of facets leaves to what lies under it.
+/// Fraction of light that the facets of a dielectric do not reflect.
 #[derive(Clone, Copy)]
 pub(super) struct Gloss {
     alpha: f32,
@@ -377,8 +383,8 @@ pub(super) struct Gloss {
 }
 
 impl Gloss {
-    /// Of facets of GGX, whose roughness is taken as the same in all directions, with the index
-    /// `eta` of the other side over that of this one.
+    /// Creates the terms for GGX facets, with the geometric mean of the two roughnesses, and the
+    /// index `eta` of the other side over that of this one.
     #[inline]
     pub(super) fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         let [ax, ay] = distribution.alpha;
@@ -392,8 +398,8 @@ impl Gloss {
     pub(super) fn left(self, w: Vec3) -> f32 {
         let x = place(w.z, stretch_of_gloss(self.alpha));
         let left = if self.place < place_of_index(1.0) {
-            // Beyond the critical angle nothing is left, and between nodes on both sides of it no
-            // more than on one.
+            // Beyond the critical angle all light is reflected; between nodes on both sides of it,
+            // the minimum is used.
             GLOSSES.least_around(self.alpha, self.place, |entry| entry.least_at(x))
         } else {
             GLOSSES.between(self.alpha, self.place, |entry| entry.at(x, 0.5))
@@ -402,7 +408,7 @@ impl Gloss {
     }
 }
 
-/// What facets of white metal reflect at once under a smooth coat.
+/// Single scattering by the facets of white metal under a smooth coat.
 #[derive(Clone, Copy)]
 pub(super) struct Beneath {
     alpha: f32,
@@ -410,14 +416,14 @@ pub(super) struct Beneath {
 }
 
 impl Beneath {
-    /// Of facets of GGX whose roughness is the same in all directions, under a coat with the index
-    /// `eta` over that above it.
+    /// Creates the terms for GGX facets of equal roughness in all directions, under a coat with the
+    /// index `eta` over that above it.
     #[inline]
     pub(super) fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         Self { alpha: distribution.alpha[0].clamp(MIN_ALPHA, 1.0), place: place_of_index(eta) }
     }
 
-    /// The share that leaves of light that gets through the coat from a cosine above it.
+    /// Fraction that leaves, of light transmitted through the coat from a cosine above it.
     #[inline]
     pub(super) fn reached(self, cos: f32) -> f32 {
         let x = place(cos, stretch_of_gloss(self.alpha));
@@ -425,37 +431,39 @@ impl Beneath {
     }
 }
 
-/// What facets of a dielectric scatter more than once, as seen from one of its sides. Their
-/// roughness is the same in all directions.
+/// Multiple scattering between the facets of a dielectric, for light from one of its sides. The
+/// roughness is equal in all directions.
 #[derive(Clone, Copy)]
 pub(super) struct Interface {
     losses: &'static EnergyLossTable<INDICES>,
     alpha: f32,
-    /// Where the index of the other side over that of this one is among the rows, and its inverse.
+    /// Position among the rows of the index of the other side over that of this one, and of its
+    /// inverse.
     places: [f32; 2],
-    /// The mean of 1 − E on this side, and on the other.
+    /// Mean of 1 − E on this side, and on the other.
     means: [f32; 2],
-    /// Share of what is lost that leaves on this side.
+    /// Fraction of the loss that leaves on this side.
     pub(super) reflected: f32,
 }
 
 impl Interface {
-    /// `eta` is the index of the other side over that of this one.
+    /// Creates the terms for light from one side; `eta` is the index of the other side over that of
+    /// this one.
     #[inline]
     pub(super) fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         let losses = &DIELECTRICS[distribution.kind()];
         let alpha = distribution.alpha[0].clamp(MIN_ALPHA, 1.0);
         let places = [eta, 1.0 / eta].map(place_of_index);
         let means = places.map(|place| losses.between(alpha, place, |e| e.mean) * alpha * alpha);
-        // What goes through is as much as smooth surfaces let through, or less, so that it is
-        // reciprocal: its shares of both sides, times means of losses, are as 1 to η².
+        // The transmitted fraction is that of smooth surfaces, or less, for reciprocity: the
+        // fractions of both sides, times the means of the losses, have the ratio 1 to η².
         let [here, there] = means;
         let less = if here > there { there / here } else { 1.0 };
         let through = (1.0 - fresnel::mean_dielectric(eta)) * less;
         Self { losses, alpha, places, means, reflected: 1.0 - through }
     }
 
-    /// 1 − E at a cosine on this side, or on the other.
+    /// 1 − E at a cosine on this side (0), or on the other (1).
     #[inline]
     fn lost_on(&self, side: usize, cos: f32) -> f32 {
         let x = place(cos, self.alpha);
@@ -468,8 +476,8 @@ impl Interface {
         self.lost_on(0, cos)
     }
 
-    /// f cos θi of power, from this side with the cosine of `cos_o` to where wi.z is `z`: the side
-    /// of its sign.
+    /// f cos θi of power, from the cosine `cos_o` on this side to a direction with wi.z = `z`,
+    /// whose sign is that of the side.
     #[inline]
     pub(super) fn eval(&self, cos_o: f32, z: f32) -> f32 {
         let (side, share) = if z > 0.0 { (0, self.reflected) } else { (1, 1.0 - self.reflected) };
@@ -483,7 +491,7 @@ impl Interface {
     }
 }
 
-/// The mean of a reflectance over evenly spread light: 2 ∫ F(cos θ) cos θ d cos θ, by midpoints.
+/// Mean of a reflectance over diffuse illumination: 2 ∫ F(cos θ) cos θ d cos θ, by midpoints.
 pub(super) fn mean_reflectance(at: impl Fn(f32) -> Spectrum) -> Spectrum {
     const STEPS: u16 = 128;
     let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(STEPS);

@@ -1,30 +1,28 @@
-//! Rough metals that lose nothing between their facets.
+//! Rough metals with multiple scattering.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::conductor::RoughConductor;
-use super::fresnel;
 use super::multiscatter::{Reflected, mean_reflectance};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel};
 
-/// A rough metal, and the light that is reflected between its facets before it leaves; see
-/// `compensation.rs`.
+/// A rough metal with multiple scattering between its facets; see `multiscatter.rs`.
 #[derive(Clone, Copy, Debug)]
 pub struct CompensatedConductor {
     once: RoughConductor,
-    /// What the metal reflects of evenly spread light, without its tint.
+    /// Mean reflectance of the metal for diffuse illumination, without its tint.
     mean: Spectrum,
 }
 
 impl CompensatedConductor {
-    /// With what `once` loses.
+    /// Adds multiple scattering to `once`.
     pub fn new(once: RoughConductor) -> Self {
         let metal = &once.metal;
         let mean = mean_reflectance(|cos| fresnel::conductor(cos, metal.eta, metal.k));
         Self { once, mean }
     }
 
-    /// The same with another roughness.
+    /// The same lobe with another roughness.
     #[cfg(test)]
     pub(super) fn with_alpha(&self, alpha: f32) -> Self {
         let mut lobe = *self;
@@ -32,18 +30,18 @@ impl CompensatedConductor {
         lobe
     }
 
-    /// The probability with which the map that `choice` takes is followed.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let again = self.again_probability(wo);
         if choice < again { again } else { 1.0 - again }
     }
 
-    /// Probability of drawing by the cosine.
+    /// Probability of cosine sampling.
     #[inline]
     fn again_probability(&self, wo: Vec3) -> f32 {
         let again = Reflected::new(&self.once.distribution);
-        // Light that is lost from elsewhere comes back here too.
+        // Includes the multiply scattered light from other directions.
         0.9 * again.lost(wo) + 0.02
     }
 }
@@ -96,12 +94,12 @@ impl Lobe<'_> for CompensatedConductor {
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
-    /// Almost perfect at most: tables err by some thousandths, which else could count as gain.
     #[inline]
     fn lobe_width(&self) -> f32 {
         self.once.lobe_width()
     }
 
+    /// Not perfectly reflecting: errors of some thousandths in the tables could count as gain.
     fn examples() -> Vec<Self> {
         RoughConductor::examples().into_iter().skip(1).step_by(2).map(Self::new).collect()
     }
@@ -109,15 +107,16 @@ impl Lobe<'_> for CompensatedConductor {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::TAU;
+
     use pt_math::trig;
     use pt_scene::material::{Distribution, Masking};
-    use std::f32::consts::TAU;
 
     use super::*;
     use crate::bsdf::SmoothConductor;
     use crate::bsdf::microfacet::MicrofacetDistribution;
 
-    /// Points of the unit square, dense towards its edges, and their shares.
+    /// Points of the unit square, dense towards its edges, and their weights.
     fn square() -> impl Iterator<Item = ([f32; 2], f32)> {
         const STEPS: u16 = 256;
         let dense = |i: u16| {
@@ -129,8 +128,7 @@ mod tests {
             .map(|((u, du), (v, dv))| ([u, v], du * dv))
     }
 
-    /// Albedos without and with what is scattered more than once, where the metal reflects all
-    /// light.
+    /// Albedos without and with multiple scattering, for a metal that reflects all light.
     fn albedos(distribution: MicrofacetDistribution, wo: Vec3) -> [f32; 2] {
         let (eta, k, reflectance) = (Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE);
         let once = RoughConductor { metal: SmoothConductor { eta, k, reflectance }, distribution };
@@ -139,7 +137,7 @@ mod tests {
         for ([u, v], share) in square() {
             let sample = once.sample(wo, [u, v, 0.0]);
             sum += f64::from(sample.map_or(0.0, |s| s.weight.0.x) * share);
-            // The rest by angles, dense along the surface.
+            // Multiple scattering by angles, dense at grazing angles.
             let cos = u * u;
             let ((s, c), sin) = (trig::sin_cos_tau(v), ((1.0 - cos) * (1.0 + cos)).sqrt());
             let wi = Vec3::new(sin * c, sin * s, cos);
@@ -149,7 +147,7 @@ mod tests {
         [sum as f32, (sum + again) as f32]
     }
 
-    /// Runs a law on facets of all kinds, seen from the normal to grazing along x and across.
+    /// Runs a law on facets of all kinds, from normal to grazing incidence along x and y.
     fn for_all_facets(alphas: &[[f32; 2]], law: impl Fn(MicrofacetDistribution, Vec3, [f32; 2])) {
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             for masking in [Masking::Correlated, Masking::Separable] {
@@ -167,7 +165,7 @@ mod tests {
     }
 
     /// White furnace: a rough metal that reflects all light loses less than 1 % of it, and gains
-    /// less than ½ %, which is what the tables err by.
+    /// less than ½ %, the error of the tables.
     #[test]
     fn rough_metals_lose_nothing() {
         let alphas = [0.001, 0.004, 0.02, 0.07, 0.15, 0.25, 0.4, 0.6, 0.85, 1.0].map(|a| [a, a]);
@@ -176,8 +174,8 @@ mod tests {
         });
     }
 
-    /// Brushed metals lose less than 3 % at any angle, and gain less than 1.5 %; without, they lose
-    /// up to half.
+    /// Anisotropic metals lose less than 3 % at any angle, and gain less than 1.5 %; without
+    /// multiple scattering, they lose up to half.
     #[test]
     fn brushed_metals_lose_little() {
         for_all_facets(
@@ -188,8 +186,8 @@ mod tests {
         );
     }
 
-    /// Light is coloured again by each facet: rough gold is more saturated than smooth gold, and so
-    /// is what is scattered more than once by itself.
+    /// Each facet colours light again: multiple scattering is more saturated than single
+    /// scattering.
     #[test]
     fn more_facets_colour_light_more() {
         let distribution = MicrofacetDistribution::isotropic(Distribution::Ggx, 0.8);

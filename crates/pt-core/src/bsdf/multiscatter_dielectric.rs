@@ -1,4 +1,4 @@
-//! Rough interfaces of dielectrics that lose nothing between their facets.
+//! Rough dielectric interfaces with multiple scattering.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
@@ -6,16 +6,16 @@ use super::multiscatter::Interface;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS};
 
-/// A rough interface, and the light that goes from one of its facets to others before it leaves on
-/// either side; see `compensation.rs`. Its roughness is the same in all directions.
+/// A rough interface with multiple scattering between its facets to either side; see
+/// `multiscatter.rs`. Its roughness is equal in all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct CompensatedDielectric {
-    /// What is scattered once.
+    /// Single scattering.
     pub once: RoughDielectric,
 }
 
 impl CompensatedDielectric {
-    /// The probability with which the map that `choice` takes leads from `wo` to `wi`.
+    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let again = self.again(wo);
@@ -33,10 +33,10 @@ impl CompensatedDielectric {
     }
 }
 
-/// Probability of drawing by the cosine.
+/// Probability of cosine sampling.
 #[inline]
 fn probability(again: &Interface, wo: Vec3) -> f32 {
-    // Light that is lost from elsewhere comes back here too.
+    // Includes the multiply scattered light from other directions.
     0.9 * again.lost(wo.z.abs()) + 0.02
 }
 
@@ -100,7 +100,7 @@ impl Lobe<'_> for CompensatedDielectric {
             .then(|| BsdfSample::new(wi, weight(), Some(pdf)).with_eta_scale(eta_scale))
     }
 
-    /// Almost perfect: tables err by some thousandths, which else could count as gain.
+    /// Not perfect: errors of some thousandths in the tables could count as gain.
     fn examples() -> Vec<Self> {
         let with = |mut once: RoughDielectric, alpha: f32| {
             once.distribution.alpha = [alpha; 2];
@@ -113,14 +113,15 @@ impl Lobe<'_> for CompensatedDielectric {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::PI;
+
     use pt_math::trig;
     use pt_scene::material::{Distribution, Masking};
-    use std::f32::consts::PI;
 
     use super::*;
     use crate::bsdf::microfacet::MicrofacetDistribution;
 
-    /// Albedos of power without and with what is scattered more than once.
+    /// Albedos of power without and with multiple scattering.
     fn albedos(lobe: &CompensatedDielectric, wo: Vec3) -> [f32; 2] {
         const STEPS: u16 = 128;
         const CHOICES: u16 = 5;
@@ -129,7 +130,7 @@ mod tests {
         let (mut sum, mut again) = (0.0f64, 0.0f64);
         for (i, j) in (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (i, j))) {
             let (u, v) = (middle(i, STEPS), middle(j, STEPS));
-            // Spread differently at each point.
+            // Shifted differently at each point.
             let shift = (u * 31.7 + v * 17.3).fract();
             for k in 0..CHOICES {
                 let choice = (middle(k, CHOICES) + shift).fract();
@@ -147,9 +148,9 @@ mod tests {
         [sum / n, (sum + again) / n].map(|x| x as f32)
     }
 
-    /// White furnace: rough glass that absorbs nothing loses less than 1 % of the power from either
-    /// side, and gains less than 1 %, which is what the tables err by. Without, it loses up to
-    /// nine tenths.
+    /// White furnace: rough glass without absorption loses less than 1 % of the power from either
+    /// side, and gains less than 1 %, the error of the tables. Without multiple scattering, it
+    /// loses up to nine tenths.
     #[test]
     fn rough_glass_loses_nothing() {
         let settings = [0.05, 0.2, 0.5, 1.0].into_iter();

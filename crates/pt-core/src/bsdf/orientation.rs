@@ -1,32 +1,31 @@
-//! How a lobe is turned in the world.
+//! Orientation of a lobe in the world.
 
 use pt_math::{Frame, Vec3};
 
 use super::Shadowing;
 
-/// Which way a surface looks to its lobe.
+/// Orientation of a surface for its lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct Orientation {
     /// Unit normal.
     pub normal: Vec3,
-    /// Direction that becomes +x, as far as it is in the plane across the normal; `None` where any
-    /// will do.
+    /// Direction whose projection onto the plane of the surface becomes +x; `None` for isotropic
+    /// lobes.
     pub tangent: Option<Vec3>,
-    /// What a relief hides of the light.
+    /// Shadowing by the relief.
     pub shadowing: Shadowing,
-    /// True if the normal was chosen for the viewer, so that others may see another.
+    /// True if the normal was chosen for the viewer, so that others may see another normal.
     pub is_for_viewer: bool,
 }
 
 impl Orientation {
-    /// That of a surface without relief.
+    /// Orientation of a surface without relief.
     pub fn plain(normal: Vec3, tangent: Option<Vec3>) -> Self {
         Self { normal, tangent, shadowing: Shadowing::default(), is_for_viewer: false }
     }
 
-    /// The x and y of a unit vector that is near the normal, in the frame of the lobe, of which it
-    /// is above the surface; of the back of a surface that is the same from both sides with
-    /// `is_back`.
+    /// The x and y in the lobe's frame of a unit vector near the normal, clamped to above the
+    /// surface; with `is_back`, those for the back of a two-sided surface.
     pub(crate) fn place_of(&self, v: Vec3, is_back: bool) -> [f32; 2] {
         const MIN_COSINE: f32 = 0.05;
         let sign = if is_back { -1.0 } else { 1.0 };
@@ -36,7 +35,7 @@ impl Orientation {
     }
 }
 
-/// The frame of a lobe with a normal and perhaps a direction along the surface.
+/// Frame of a lobe with a normal and an optional tangent.
 #[inline(always)]
 pub(super) fn frame_of(normal: Vec3, tangent: Option<Vec3>) -> Frame {
     match tangent {

@@ -1,19 +1,19 @@
-//! Directions of facets over a diffuse base.
+//! Direction sampling of facets over a diffuse base.
 
 use pt_math::{Pdf, SolidAngle, Vec3, warp};
 
 use super::conductor::{half_vector, reflected_pdf};
 use super::microfacet::MicrofacetDistribution;
 
-/// Facets with a probability, else the cosine of the base.
+/// Samples the facets with probability `q`, otherwise the cosine distribution of the base.
 pub(super) struct OverBase<'a> {
     pub(super) distribution: &'a MicrofacetDistribution,
-    /// Probability of the facets.
+    /// Probability of sampling the facets.
     pub(super) q: f32,
 }
 
 impl OverBase<'_> {
-    /// The density of a direction.
+    /// Density of a direction.
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
@@ -22,7 +22,7 @@ impl OverBase<'_> {
         Pdf::new(self.q * gloss + (1.0 - self.q) * base)
     }
 
-    /// The direction of a point of the unit square, of the facets if `is_gloss`.
+    /// Samples a direction by a point of the unit square, from the facets if `is_gloss`.
     #[inline]
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 2], is_gloss: bool) -> Vec3 {
         if !is_gloss {

@@ -3,13 +3,12 @@
 use pt_math::{Spectrum, Vec3};
 
 use super::dielectric::refract;
-use super::fresnel;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// Refracts all light and reflects none; total reflection is black.
+/// Refracts all light and reflects none; total internal reflection is black.
 #[derive(Clone, Copy, Debug)]
 pub struct Refraction {
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface (−z) over that above it.
     pub eta: f32,

@@ -1,4 +1,4 @@
-//! A diffuse base under a rough coat of a dielectric.
+//! A diffuse base under a rough dielectric coat.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -6,28 +6,27 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
-use super::fresnel;
 use super::microfacet::{MicrofacetDistribution, stretched};
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
 ///
-/// T(θ) is what facets let through of light from outside, and Fᵢ what they reflect of diffuse light
+/// T(θ) is the transmittance of the facets from outside, and Fᵢ their reflectance for diffuse light
 /// from inside. Light that meets a second facet is lost, so that rough coats are darker than smooth
-/// ones. Facets hide each other by G = G₁(θo) G₁(θi).
-/// [Mitsuba 3's "roughplastic"; facets: Walter et al. 2007]
+/// ones. Masking is separable: G = G₁(θo) G₁(θi). [Mitsuba 3's "roughplastic"; facets: Walter et
+/// al. 2007]
 #[derive(Clone, Copy, Debug)]
 pub struct RoughCoatedDiffuse {
     /// Albedo ρ of the base.
     rho: Spectrum,
-    /// Tint of what the coat reflects.
+    /// Tint of the specular reflection.
     specular: Spectrum,
-    /// The facets of the coat, of one roughness.
+    /// Isotropic facets of the coat.
     distribution: MicrofacetDistribution,
-    /// Fᵢ.
+    /// Fᵢ, the internal reflectance for diffuse light.
     inside: f32,
-    /// True if the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    /// True if the base colours internally reflected light again; otherwise ρ Fᵢ is Fᵢ.
     nonlinear: bool,
     through: Transmittance,
 }
@@ -35,11 +34,11 @@ pub struct RoughCoatedDiffuse {
 impl RoughCoatedDiffuse {
     /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the tint of the coat is.
+    /// Index of the tint of the coat among the packed parameters.
     pub(crate) const SPECULAR: usize = 3;
 
-    /// A base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and roughness
-    /// `alpha`. Without `nonlinear`, light that the coat throws back is not coloured again by
+    /// Creates a base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and
+    /// roughness `alpha`. Without `nonlinear`, internally reflected light is not coloured again by
     /// the base.
     pub fn new(
         rho: Spectrum,
@@ -55,14 +54,14 @@ impl RoughCoatedDiffuse {
         Self { rho, specular, distribution, inside, nonlinear, through }
     }
 
-    /// The same with another roughness.
+    /// The same lobe with another roughness.
     #[cfg(test)]
     pub(super) fn with_alpha(&self, alpha: f32) -> Self {
         let distribution = self.distribution.distribution;
         Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.nonlinear)
     }
 
-    /// The probability with which the map that `choice` takes is followed.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let q = self.coat_probability(wo);
@@ -77,8 +76,8 @@ impl RoughCoatedDiffuse {
         Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (eta * eta)))
     }
 
-    /// Probability of sampling the coat: its share of what is scattered, by luminance. Some is left
-    /// to both, as the share is of all directions and not of each.
+    /// Probability of sampling the coat: its fraction of the scattered light, by luminance. Neither
+    /// probability is 0, as the fraction is a total over all directions and not that of each.
     #[inline]
     fn coat_probability(&self, wo: Vec3) -> f32 {
         const MIN: f32 = 0.02;
@@ -93,16 +92,17 @@ fn isotropic_distribution(distribution: Distribution, alpha: f32) -> MicrofacetD
     MicrofacetDistribution { distribution, masking: Masking::Separable, alpha: [alpha; 2] }
 }
 
-/// T(θ), fitted: that of a smooth coat at a cosine that is raised by the roughness, times a
-/// polynomial of degree 4.
+/// T(θ), fitted: transmittance of a smooth coat at a cosine that is raised by the roughness, times
+/// a polynomial of degree 4.
 ///
-/// For roughnesses from 0.01 to 1 and indices from 1.1 to 2.4 the fit errs by less than 0.3 %.
+/// For roughnesses from 0.01 to 1 and indices from 1.1 to 2.4 the relative error of the fit is less
+/// than 0.3 %.
 #[derive(Clone, Copy, Debug)]
 struct Transmittance {
     /// Index of refraction of the coat over that above it.
     eta: f32,
     alpha: f32,
-    /// Coefficients of the polynomial, by those of Chebyshev.
+    /// Coefficients of the polynomial, in the Chebyshev basis.
     series: [f32; Transmittance::TERMS],
 }
 
@@ -110,11 +110,11 @@ impl Transmittance {
     const TERMS: usize = 5;
 
     fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
-        /// Points of the fit.
+        /// Number of points of the fit.
         const POINTS: usize = 12;
         let alpha = distribution.alpha[0];
         let mut series = [0.0f64; Self::TERMS];
-        // Chebyshev's polynomials are orthogonal over cosines of evenly spaced angles.
+        // Chebyshev polynomials are orthogonal over cosines of equidistant angles.
         for i in 0..POINTS {
             let x = libm::cos(std::f64::consts::PI * (i as f64 + 0.5) / POINTS as f64);
             let cos = stretched(0.5 + 0.5 * x as f32, alpha);
@@ -144,7 +144,7 @@ impl Transmittance {
     }
 }
 
-/// 1 − F at a cosine that the roughness raises.
+/// 1 − F of a smooth coat at a cosine that is raised by the roughness.
 #[inline]
 fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
     let spread = 2.0 * alpha * alpha;
@@ -152,7 +152,7 @@ fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
     fresnel::dielectric(raised, eta).map_or(0.0, |(f, _)| 1.0 - f)
 }
 
-/// What facets with index `eta` let through of light from a direction of this cosine.
+/// Transmittance of facets with index `eta` for light from a direction of this cosine.
 fn transmitted(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32 {
     distribution.mean_of_visible(cos, 32, |wo, h| {
         let cos = wo.dot(h);
@@ -172,10 +172,10 @@ fn reflectance(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32
     })
 }
 
-/// What they reflect of evenly spread light: 2 ∫ R(cos θ) cos θ d cos θ.
+/// Reflectance of the facets for diffuse light: 2 ∫ R(cos θ) cos θ d cos θ.
 ///
-/// As Mitsuba has it, by the mean over 64 cosines of which the first is 0 and the last is 1. That
-/// is less than the integral by about 1/64 of it, and so errs to the side of loss.
+/// As in Mitsuba, it is a mean over 64 cosines of which the first is 0 and the last is 1. This is
+/// less than the integral by about 1/64 of it, and so loses energy rather than gaining it.
 fn diffuse_reflectance(distribution: &MicrofacetDistribution, eta: f32) -> f32 {
     const COSINES: u16 = 64;
     let cos = |i: u16| f32::from(i) / f32::from(COSINES - 1);
@@ -258,7 +258,7 @@ mod tests {
 
     const DISTRIBUTIONS: [Distribution; 2] = [Distribution::Beckmann, Distribution::Ggx];
 
-    /// At cosines that the fit has not seen.
+    /// The error is measured at cosines between the points of the fit.
     #[test]
     fn fitted_transmittance_errs_by_less_than_3_in_1000() {
         let mut worst = (0.0, String::new());
@@ -282,8 +282,8 @@ mod tests {
         assert!(worst.0 < 3e-3, "{worst:?}");
     }
 
-    /// The base alone, as Mitsuba 3.9.1 evaluates it: ρ = 0.5, seen at these cosines, lit from the
-    /// normal.
+    /// Values of Mitsuba 3.9.1 for the base alone: ρ = 0.5, at these viewing cosines, illuminated
+    /// from the normal.
     #[test]
     fn the_base_is_that_of_mitsuba() {
         let [beckmann, ggx] = DISTRIBUTIONS;

@@ -3,57 +3,57 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::fresnel;
 use super::microfacet::MicrofacetDistribution;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Spectrum,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface (−z) over that above it; not 1.
     pub eta: f32,
-    /// The facets.
+    /// Distribution of the facet normals.
     pub distribution: MicrofacetDistribution,
 }
 
-/// A pair of directions, seen from the side of `wo`: that is up.
+/// A pair of directions, with the side of `wo` up.
 pub(super) struct Pair {
     pub(super) wo: Vec3,
     pub(super) wi: Vec3,
     /// Index of refraction of the other side over that of the side of `wo`.
     pub(super) eta: f32,
-    /// The facet that reflects or refracts one into the other.
+    /// Normal of the facet that reflects or refracts one into the other.
     pub(super) h: Vec3,
-    /// Its Fresnel reflectance.
+    /// Fresnel reflectance of the facet.
     pub(super) f: f32,
     pub(super) is_reflected: bool,
 }
 
-/// The direction as seen from the side of `wo`.
+/// Flips a direction so that the side of `wo` is up.
 #[inline]
 pub(super) fn upright(w: Vec3, wo: Vec3) -> Vec3 {
     if wo.z > 0.0 { w } else { Vec3::new(w.x, w.y, -w.z) }
 }
 
-/// An index of refraction below over that above, as the other side's over that of the side of `wo`.
+/// Index of the other side over that of the side of `wo`, given the index below over that above.
 #[inline]
 pub(super) fn eta_from(wo: Vec3, eta: f32) -> f32 {
     if wo.z > 0.0 { eta } else { 1.0 / eta }
 }
 
-/// Where a facet of normal `h` that `wo` sees under the cosine `cos` refracts it, if the refracted
-/// cosine is `cos_t`. [Snell's law about h: across, the sine over η]
+/// Direction into which a facet of normal `h`, seen from `wo` at the cosine `cos`, refracts;
+/// `cos_t` is the cosine of the refracted direction. [Snell's law about h: across, the sine over η]
 #[inline]
 pub(super) fn refract(wo: Vec3, h: Vec3, [cos, cos_t]: [f32; 2], eta: f32) -> Vec3 {
     (h * (cos / eta - cos_t) - wo / eta).normalize()
 }
 
 impl Pair {
-    /// `eta` is the index below the surface (−z) over that above it. `None` if no facet does it.
+    /// Creates the pair; `None` if no facet connects the directions. `eta` is the index below the
+    /// surface (−z) over that above it.
     #[inline]
     pub(super) fn new(eta: f32, wo: Vec3, wi: Vec3) -> Option<Self> {
         let eta = eta_from(wo, eta);
@@ -62,7 +62,7 @@ impl Pair {
         // [Walter et al. 2007, eq. 13 and 16]
         let h = if is_reflected { wo + wi } else { wo + wi * eta };
         let h = (h * h.z.signum()).try_normalize()?;
-        // Facets are seen from their front, and refract to their back.
+        // Facets are visible from their front, and refract to their back.
         let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
         let exists = wo.z > 0.0 && wi.z != 0.0 && cos_o > 0.0 && (cos_i > 0.0) == is_reflected;
         let f = if is_reflected {
@@ -84,29 +84,29 @@ impl Pair {
         self.eta * self.eta * cos_i.abs() / (s * s)
     }
 
-    /// Density of `wi` if facets are drawn as they are seen, and this one sends light there with
-    /// the probability `chosen`.
+    /// Density of `wi` if visible facets are sampled, and this one scatters into `wi` with the
+    /// probability `chosen`.
     #[inline]
     pub(super) fn density(&self, chosen: f32, distribution: &MicrofacetDistribution) -> f32 {
         let pdf = chosen * distribution.visible_pdf(self.wo, self.h) * self.jacobian();
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// G/G₁: the share of the facets seen that the other direction sees too.
+    /// G/G₁: the fraction of the visible facets that is also visible from the other direction.
     #[inline]
     pub(super) fn shadowing(&self, distribution: &MicrofacetDistribution) -> f32 {
-        // Λ is the same on both sides.
+        // Λ is equal on both sides.
         distribution.shadowing(self.wo, Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs()))
     }
 
-    /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's
+    /// Density of `wi` if visible facets are sampled, and reflect or refract by Fresnel's
     /// equations.
     #[inline]
     fn pdf(&self, distribution: &MicrofacetDistribution) -> f32 {
         self.density(if self.is_reflected { self.f } else { 1.0 - self.f }, distribution)
     }
 
-    /// Scattered radiance over that density.
+    /// f cos θi over [`Self::pdf`].
     #[inline]
     fn weight(&self, lobe: &RoughDielectric) -> Spectrum {
         let shadowing = self.shadowing(&lobe.distribution);
@@ -122,8 +122,8 @@ impl RoughDielectric {
     /// Index of the two roughnesses among the packed parameters.
     pub(crate) const ALPHA: usize = 7;
 
-    /// The probability with which the facet that takes `wo` to `wi` does so: the map of
-    /// [`Lobe::sample`] is followed so often.
+    /// Probability of the reflection or refraction that connects `wo` and `wi`, by which
+    /// [`Lobe::sample`] chooses it for a facet.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3) -> f32 {
         let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
@@ -162,8 +162,8 @@ impl Lobe<'_> for RoughDielectric {
         Pair::new(self.eta, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.distribution)))
     }
 
-    /// Draws a facet that is seen, and whether it reflects or refracts: the weight is G/G₁, over η²
-    /// where it refracts.
+    /// Samples a visible facet, and reflection or refraction: the weight is G/G₁, over η² for
+    /// refraction.
     #[inline]
     fn sample(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<BsdfSample> {
         if wo.z == 0.0 {
@@ -179,7 +179,7 @@ impl Lobe<'_> for RoughDielectric {
             None => h * (2.0 * cos) - up,
         };
         let wi = upright(wi, wo);
-        // Facets that send light to the wrong side absorb it.
+        // Light that a facet scatters to the wrong side is absorbed.
         let pair = Pair::new(self.eta, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
         let pdf = Pdf::new(pair.pdf(&self.distribution));
         let eta_scale = if is_reflected { 1.0 } else { eta * eta };

@@ -1,4 +1,4 @@
-//! A diffuse base under a rough gloss.
+//! A diffuse base under a rough specular layer.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -6,33 +6,32 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::Distribution;
 
 use super::conductor::{half_vector, reflected};
-use super::fresnel;
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
 ///
-/// What the gloss reflects does not reach the base, on the way in as on the way out, so that no
-/// energy is made.
+/// Light reflected by the specular layer does not reach the base, on entering and on leaving, so
+/// that no energy is gained.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic {
     /// Albedo ρ of the base.
     pub rho: Spectrum,
-    /// Reflectance F₀ of the gloss at normal incidence.
+    /// Reflectance F₀ of the specular layer at normal incidence.
     pub f0: Spectrum,
-    /// Microfacets of the gloss.
+    /// Distribution of the facet normals.
     pub distribution: MicrofacetDistribution,
 }
 
 impl RoughPlastic {
     /// Index of the albedo of the base among the packed parameters.
     pub(crate) const RHO: usize = 0;
-    /// Where the reflectance of the gloss is.
+    /// Index of the reflectance F₀ among the packed parameters.
     pub(crate) const F0: usize = 3;
 
-    /// Probability of sampling the gloss: its share of the albedos at normal incidence, kept
-    /// away from 0 and 1 because the gloss grows towards grazing angles.
+    /// Probability of sampling the specular layer: its fraction of the albedos at normal incidence,
+    /// kept away from 0 and 1 because specular reflection increases towards grazing angles.
     #[inline]
     fn gloss_probability(&self) -> f32 {
         let (base, gloss) = (self.rho.luminance(), self.f0.luminance());

@@ -1,33 +1,32 @@
-//! A pane of a dielectric, so thin that light leaves it where it came in.
+//! A dielectric pane so thin that light leaves it where it entered.
 
 use pt_math::{Spectrum, Vec3};
 
-use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
-/// Both interfaces at once, with all that light does between them: of reflectance F each, they
-/// reflect F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and let the rest through as it came.
+/// Both interfaces of a pane with all interreflections. With reflectance F of each, they reflect
+/// F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and transmit the rest undeflected.
 #[derive(Clone, Copy, Debug)]
 pub struct ThinDielectric {
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Spectrum,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction of the pane over that around it.
     pub eta: f32,
 }
 
 impl ThinDielectric {
-    /// Index of the tint of what is reflected among the packed parameters.
+    /// Index of the tint of reflected light among the packed parameters.
     pub(crate) const REFLECTANCE: usize = 0;
-    /// Where that of what is transmitted is.
+    /// Index of the tint of transmitted light among the packed parameters.
     pub(crate) const TRANSMITTANCE: usize = 3;
 
-    /// The share of light that is reflected.
+    /// Reflectance of the pane.
     #[inline]
     fn reflected(&self, cos: f32) -> f32 {
-        // A ray that is reflected totally from outside does not enter at all.
+        // A totally reflected ray does not enter.
         fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| 2.0 * f / (1.0 + f))
     }
 }

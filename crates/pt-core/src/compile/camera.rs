@@ -1,41 +1,43 @@
-//! From the author's camera, or none, to the one that is looked through.
+//! Compiles the author's camera, or a default one.
 
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3, Vec3};
-use pt_scene::framing::{self, Extent};
-use pt_scene::{Fit, Key, Placement, Projection as View, Scene, Span};
+use pt_scene::extent::Extent;
+use pt_scene::{Fit, Key, Placement, Projection as View, Scene, framing};
 
 use super::{CompileError, CompileOptions, meter, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
+use crate::compile::refuse;
 use crate::meter::Meter;
 
-/// What a scene without a camera is seen through: 50 degrees at 4 : 3.
+/// View of a scene without a camera: 50 degrees at 4 : 3.
 const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
-/// Width and height of a panorama, by which its size is chosen: 360 × 180 degrees.
+/// Width and height of a panorama, which determine its image size: 360 × 180 degrees.
 const PANORAMA: [f64; 2] = [2.0, 1.0];
-/// Distance from the middle of the scene, in diagonals of the box around its surfaces, from which
-/// one without a camera is seen.
+/// Distance of the default camera from the centre of the scene, in diagonals of the bounding box of
+/// its surfaces.
 const DISTANCE: f64 = 1.5;
-/// The same in a studio, where the sphere around the box is seen in full: 1 / (2 sin 19.28°), and 6
-/// % more.
+/// Distance of the default camera in a studio, in the same unit. It shows the bounding sphere of
+/// the box in full: 1 / (2 sin 19.28°), plus 6 %.
 const STUDIO_DISTANCE: f64 = 1.6;
-/// What is said of a scene without a camera.
+/// Note on a scene without a camera.
 const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
-/// The same in a studio.
+/// Note on a scene without a camera in a studio.
 const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
-/// What is said where the course decides on the camera's place.
+/// Note on a camera that is placed as in the course.
 const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera stands where the course's program puts it, \
                              and sees what it shows at -r 480 360; --camera file takes the camera in the file";
-/// What is said of a panorama that is to fit.
+/// Note on a panorama with the placement `fit`.
 const FITS_ANYWHERE: &str = "a panorama shows all directions: --camera fit leaves it where it is";
-/// The course's window, to which it fits the field of view before the size is known.
+/// Window size of the course's program, to which it fits the field of view before the image size is
+/// known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
-/// The size of the course's pictures. Elsewhere than in its own mode, images of any size show what
-/// these do.
+/// Image size of the course's program. Outside of the course's mode, images of any size show the
+/// same view as these.
 const COURSE_IMAGE: [u32; 2] = [480, 360];
 
-/// The camera where it is when the shutter opens, and how it moves, if it does.
+/// Compiles the camera at the opening of the shutter, and its motion; `None` if it does not move.
 pub(super) fn compile(
     scene: &Scene,
     metres: f64,
@@ -93,7 +95,8 @@ pub(super) fn compile(
     Ok((camera, motion))
 }
 
-/// The measurement in place of the camera's picture; all directions are no measurement.
+/// Compiles the measurement that replaces the camera's image; `None` for a panorama, or if the
+/// camera has no meter.
 pub(super) fn meter(
     scene: &Scene,
     metres: f64,
@@ -107,16 +110,15 @@ pub(super) fn meter(
     meter::compile(author, surfaces, metres)
 }
 
-/// Where the camera stands: where it is asked to, where the course puts that of a scene, or where
-/// its author says.
+/// Placement of the camera: that of the options, that of the course in its mode, or the author's.
 pub(super) fn placement(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> Placement {
     let of_author = author.map_or(Placement::Node, |camera| camera.placement);
     let of_course = options.course && options.camera.is_none();
     options.placement.unwrap_or(if of_course { Placement::Course } else { of_author })
 }
 
-/// Notes that the camera is not where its node is, if nobody asked for that, and that it cannot be
-/// where it is asked to.
+/// Notes that the camera is placed as in the course without a request for that, and that a panorama
+/// has no placement `fit`.
 fn tell_placement(
     camera: &pt_scene::Camera,
     placement: Placement,
@@ -133,7 +135,8 @@ fn tell_placement(
     }
 }
 
-/// Puts a camera to where its placement says; the course keeps what is near and far of its node.
+/// Places a camera by its placement, and returns half of the extent of its view. In the mode of the
+/// course, it keeps the near and far planes of its node.
 fn place(
     camera: &mut pt_scene::Camera,
     view: View,
@@ -154,7 +157,7 @@ fn place(
     half
 }
 
-/// What a scene without a camera is seen through.
+/// Camera of a scene without one.
 fn default_camera(
     surfaces: Option<Extent>,
     options: &CompileOptions,
@@ -187,7 +190,7 @@ fn default_camera(
     }
 }
 
-/// Half of the width and height that the image shows, at distance 1 of a perspective.
+/// Half of the width and height of the image, at distance 1 for a perspective.
 fn half_extent(
     (scene, view, keep): (&Scene, View, Fit),
     placement: Placement,
@@ -214,12 +217,12 @@ fn half_extent(
     [x, y / pixel]
 }
 
-/// A node with its place in metres.
+/// Transform of a node with its translation in metres.
 fn node(to_world: DAffine3, metres: f64) -> DAffine3 {
     DAffine3::from_mat3_translation(to_world.matrix3, to_world.translation * metres)
 }
 
-/// The camera that is used of those of the scene; the course's program knows perspective alone.
+/// Camera of the scene that is used; the course's program supports only perspective.
 fn of_scene<'a>(
     scene: &'a Scene,
     course: bool,
@@ -234,7 +237,7 @@ fn of_scene<'a>(
     scene.camera().filter(is_known).or_else(|| scene.cameras.iter().rfind(is_known))
 }
 
-/// Half width and height of what is seen: at distance 1 in perspective.
+/// Half width and height of the view: at distance 1 for a perspective.
 fn extent(view: View) -> [f64; 2] {
     match view {
         View::Perspective { x_fov, y_fov } => [x_fov, y_fov].map(half_tan),
@@ -243,8 +246,8 @@ fn extent(view: View) -> [f64; 2] {
     }
 }
 
-/// Width over height of what a pixel shows: parallel rays may be closer to each other in one
-/// direction, by their extent and the size that their file gives the image.
+/// Aspect ratio of a pixel. Parallel rays may be denser in one direction, by their extent and the
+/// image size in their file.
 fn pixel_aspect(view: View, file: Option<[u32; 2]>) -> f64 {
     match (view, file) {
         (View::Orthographic { half_width, half_height }, Some([w, h])) => {
@@ -254,8 +257,8 @@ fn pixel_aspect(view: View, file: Option<[u32; 2]>) -> f64 {
     }
 }
 
-/// Sets the projection, and what depends on it: the author's unit is one of parallel rays' extent
-/// too, and a panorama has no axis along which distances could be measured.
+/// Sets the projection and its dependent parameters: the extent of parallel rays is converted to
+/// metres, and a panorama measures clip distances along rays, as it has no axis.
 fn project(camera: &mut Camera, view: View, author: Option<&pt_scene::Camera>, metres: f64) {
     camera.projection = match view {
         View::Perspective { .. } => Projection::Perspective,
@@ -272,13 +275,13 @@ fn project(camera: &mut Camera, view: View, author: Option<&pt_scene::Camera>, m
     }
 }
 
-/// The lengths of +x and +y of a camera's node in the world.
+/// Lengths of +x and +y of a camera's node in the world.
 fn node_scale(camera: &pt_scene::Camera) -> [f64; 2] {
     let axes = camera.to_world.matrix3;
     [axes.x_axis.length(), axes.y_axis.length()]
 }
 
-/// Sets what is asked for of the lens, which perspective cameras alone have.
+/// Applies the lens options; only perspective cameras have a lens.
 fn set_lens(
     camera: &mut Camera,
     metres: f32,
@@ -304,7 +307,7 @@ fn set_lens(
 
 fn compile_aperture(aperture: &pt_scene::Aperture) -> Aperture {
     let turns = aperture.rotation / 360.0;
-    // A turn just below a whole one may round to it.
+    // A fraction just below 1 may round to 1.
     let turn = ((turns - turns.floor()) as f32).min(1.0f32.next_down());
     Aperture { blades: aperture.blades, turn }
 }
@@ -313,7 +316,8 @@ fn half_tan(degrees: f64) -> f64 {
     libm::tan(0.5 * degrees.to_radians())
 }
 
-/// The size asked for, or the file's, or 600 rows and as many columns as the camera is wide.
+/// Resolution by the options or the file; by default, 600 rows, and columns by the aspect ratio of
+/// the camera.
 fn resolution(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32; 2] {
     if options.course {
         return options.resolution.unwrap_or([800, 600]);
@@ -322,7 +326,7 @@ fn resolution(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32
     options.resolution.or(scene.settings.resolution).unwrap_or_else(suitable)
 }
 
-/// The author's view with one side changed to the shape of the image.
+/// Adjusts one side of the author's view to the aspect ratio of the image.
 fn fit([x, y]: [f64; 2], aspect: f64, keep: Fit) -> [f64; 2] {
     let keeps_height = match keep {
         Fit::Whole => x / y < aspect,
@@ -332,15 +336,15 @@ fn fit([x, y]: [f64; 2], aspect: f64, keep: Fit) -> [f64; 2] {
     if keeps_height { [y * aspect, y] } else { [x, x / aspect] }
 }
 
-/// The course fits the view to its window, then keeps the size of a pixel: another resolution
-/// shows more or less.
+/// View of the course's program, which fits the view to its window, then keeps the size of a pixel:
+/// other resolutions show more or less.
 fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f64; 2] {
     let [_, y] = fit(extent, COURSE_WINDOW[0] / COURSE_WINDOW[1], Fit::Whole);
     let screen_distance = COURSE_WINDOW[1] / (2.0 * y);
     [w, h].map(|n| f64::from(n) / (2.0 * screen_distance))
 }
 
-/// A camera where its author put it.
+/// Camera as placed by its author.
 fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
     let metric = |v: f64| (v * metres) as f32;
     let somewhere = Camera {
@@ -409,16 +413,11 @@ fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
     }
 }
 
-pub(super) fn refuse(element: &str, message: &str) -> CompileError {
-    let at = Span { element: element.into(), ..Span::default() };
-    CompileError::Value { at, message: message.into() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The example of a Cornell box: 875 pixels from eye to screen.
+    /// Example of a Cornell box: 875 pixels from eye to screen.
     #[test]
     fn course_framing_keeps_the_size_of_pixels() {
         let extent = [half_tan(49.134_34), half_tan(49.134_34) / 1.333_333];

@@ -25,7 +25,8 @@ pub(super) fn check_attribute<T>(
     check_values(object, what, mesh, attribute.values.len(), attribute.indices.as_deref())
 }
 
-/// Checks that each corner has one of `count` values, by indices or else by those of the positions.
+/// Checks that each corner has one of `count` values, by `indices`, or by those of the positions if
+/// `None`.
 pub(super) fn check_values(
     object: &Object,
     what: &'static str,

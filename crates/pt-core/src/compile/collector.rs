@@ -1,266 +1,61 @@
-//! From placed shapes to triangles and spheres in the world.
+//! Converts the shapes of objects to triangles and spheres.
 
 use std::collections::HashMap;
-use std::mem::swap;
 
 use pt_bvh::{MotionKey, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::texture::Pattern;
-use pt_scene::{Geometry, LightKind, Mesh, Object, Scene, Sides, Span, Submesh};
+use pt_scene::{Geometry, Mesh, Object, Scene, Submesh};
 
 use super::checks::{check_attribute, check_indices, check_values};
 use super::ellipsoid::unit_sphere_mesh;
-use super::instances::{InstancedShapes, Tracks, choose_instances};
+use super::instance_choice::choose_instances;
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
 use super::surface::CompiledSurface;
-use super::textures::{Lowering, ShownValues};
-use super::{CompileError, CompileOptions, motion, normals};
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, LobeTables};
-use crate::id::{Id, Table};
-use crate::material::Materials;
-use crate::scene::{EmissiveSides, SurfaceRecord};
-use crate::shapes::{FLAT, ShapeTables};
-use crate::texture::{MeshColors, TextureRecord};
-
-/// All shapes in the world.
-#[derive(Default)]
-pub(super) struct Shapes {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) normals: Vec<Vec3>,
-    /// As many as triangles, or none.
-    pub(super) triangle_normals: Vec<[u32; 3]>,
-    pub(super) uvs: Vec<Vec2>,
-    /// As many as triangles, or fewer.
-    pub(super) triangle_uvs: Vec<[u32; 3]>,
-    pub(super) spheres: Vec<Sphere>,
-    pub(super) sphere_axes: Vec<Mat3>,
-    pub(super) triangle_surface: Vec<Id<SurfaceRecord>>,
-    pub(super) sphere_surface: Vec<Id<SurfaceRecord>>,
-    /// See [`crate::RenderScene::object_ends`].
-    pub(super) object_ends: Vec<[u32; 2]>,
-    pub(super) surfaces: Table<SurfaceRecord>,
-    /// See [`crate::RenderScene::surface_materials`].
-    pub(super) surface_materials: Vec<Option<u32>>,
-    pub(super) lobes: Table<LobeRecord>,
-    pub(super) lobe_tables: LobeTables,
-    pub(super) materials: Materials,
-    /// Runs of primitives that glow.
-    pub(super) emitters: Vec<Emitter>,
-    /// Surfaces between media, and the object of each.
-    pub(super) sides: Vec<(Id<SurfaceRecord>, Sides, Span)>,
-    /// The texture of each light node that has one.
-    pub(super) slides: Vec<Option<Id<TextureRecord>>>,
-    /// What is not in these tables.
-    pub(super) placed: InstancedShapes,
-    /// The numbers that the first triangle and the first sphere have among those with colours.
-    pub(super) first_colored: [usize; 2],
-}
-
-/// Primitives that glow together.
-pub(super) struct Emitter {
-    pub(super) surface: Id<SurfaceRecord>,
-    pub(super) emission: SurfaceEmission,
-    pub(super) primitives: Primitives,
-}
-
-/// Emission of a surface.
-#[derive(Clone, Copy)]
-pub(super) struct SurfaceEmission {
-    /// See [`SurfaceRecord::emission`].
-    pub(super) radiance: Spectrum,
-    pub(super) texture: Option<Id<TextureRecord>>,
-    /// True if rays find nothing of it, so that the surface says nothing of it either.
-    pub(super) is_invisible: bool,
-    /// See [`SurfaceRecord::emission_coat`].
-    pub(super) coat: f32,
-}
-
-/// A run of triangles, or one sphere.
-pub(super) enum Primitives {
-    Triangles(Vec<std::ops::Range<usize>>),
-    Sphere(usize),
-}
-
-impl Shapes {
-    /// Exchanges the shapes, and which of them glow, with those of another.
-    pub(super) fn exchange(&mut self, other: &mut Self) {
-        swap(&mut self.positions, &mut other.positions);
-        swap(&mut self.triangles, &mut other.triangles);
-        swap(&mut self.normals, &mut other.normals);
-        swap(&mut self.triangle_normals, &mut other.triangle_normals);
-        swap(&mut self.uvs, &mut other.uvs);
-        swap(&mut self.triangle_uvs, &mut other.triangle_uvs);
-        swap(&mut self.spheres, &mut other.spheres);
-        swap(&mut self.sphere_axes, &mut other.sphere_axes);
-        swap(&mut self.triangle_surface, &mut other.triangle_surface);
-        swap(&mut self.sphere_surface, &mut other.sphere_surface);
-        swap(&mut self.emitters, &mut other.emitters);
-        swap(&mut self.first_colored, &mut other.first_colored);
-    }
-
-    /// The tables that renderers read.
-    pub(super) fn into_tables(self) -> ShapeTables {
-        let mut primitive_surface = self.triangle_surface;
-        primitive_surface.extend(self.sphere_surface);
-        ShapeTables {
-            positions: self.positions,
-            triangles: self.triangles,
-            normals: self.normals,
-            triangle_normals: self.triangle_normals,
-            uvs: self.uvs,
-            triangle_uvs: self.triangle_uvs,
-            spheres: self.spheres,
-            sphere_axes: self.sphere_axes,
-            primitive_surface,
-        }
-    }
-
-    /// The unit normal of the front side of a triangle, turned to the side of its shading normals
-    /// as [`crate::RenderScene::interaction`] does.
-    pub(super) fn front(&self, triangle: usize) -> Vec3 {
-        let [a, b, c] = self.corners(triangle);
-        let flat = (b - a).cross(c - a).normalize_or_zero();
-        let corners = self.triangle_normals.get(triangle).copied().unwrap_or(FLAT);
-        if corners == FLAT {
-            return flat;
-        }
-        let sum: Vec3 = corners.iter().map(|&i| self.normals[i as usize]).sum();
-        if flat.dot(sum) < 0.0 { -flat } else { flat }
-    }
-
-    /// The corners of a triangle.
-    pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
-        self.triangles[triangle].map(|i| self.positions[i as usize])
-    }
-
-    /// Adds a surface, and the number of its material in the scene.
-    fn add_surface(&mut self, record: SurfaceRecord, material: Option<u32>) -> Id<SurfaceRecord> {
-        self.surface_materials.push(material);
-        self.surfaces.push(record)
-    }
-
-    /// Adds a black parallelogram that glows on the side of e1 × e2.
-    pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
-        let black = Diffuse { rho: Spectrum::ZERO };
-        let lobe = self.lobes.push(AnyLobe::from(black).record());
-        let record = SurfaceRecord {
-            lobe,
-            two_sided: false,
-            material: None,
-            opacity: None,
-            cull_backfaces: false,
-            emissive_sides: EmissiveSides::Front,
-            emission,
-            emission_texture: None,
-            emission_coat: 0.0,
-            light: None,
-        };
-        let surface = self.add_surface(record, None);
-        let first = self.triangles.len();
-        let base = self.positions.len() as u32;
-        self.positions.extend([origin, origin + e1, origin + e1 + e2, origin + e2]);
-        self.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
-        self.triangle_surface.extend([surface; 2]);
-        if !self.triangle_normals.is_empty() {
-            self.triangle_normals.extend([FLAT; 2]);
-        }
-        let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
-        let emission =
-            SurfaceEmission { radiance: emission, texture: None, is_invisible: false, coat: 0.0 };
-        self.emitters.push(Emitter { surface, emission, primitives });
-    }
-}
-
-/// Collects the shapes of a scene, in metres.
-pub(super) fn collect(
-    scene: &Scene,
-    metres: f64,
-    shutter: [f64; 2],
-    options: &CompileOptions,
-    notes: &mut Vec<String>,
-) -> Result<Shapes, CompileError> {
-    let course = options.course;
-    let mut lowering = Lowering::new(course, metres as f32);
-    let looks = scene.materials.iter().map(|m| CompiledSurface::of(m, &mut lowering)).collect();
-    let mut collector = Collector {
-        scene,
-        course,
-        shapes: Shapes::default(),
-        plain: vec![None; scene.materials.len() + 1],
-        looks,
-        default: CompiledSurface::default_one(&mut lowering),
-        uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
-        mesh_colors: Vec::new(),
-        mesh_values: lowering.mesh_values.clone(),
-        radii: HashMap::new(),
-    };
-    collector.note_points(notes);
-    let track = |object| motion::track(object, metres, shutter);
-    let tracks: Vec<_> = scene.objects.iter().map(track).collect();
-    let shared = collector.shared(&tracks, options.most_copied_triangles);
-    let mut placed = Tracks::new();
-    for (number, (object, track)) in scene.objects.iter().zip(tracks).enumerate() {
-        match track.as_slice() {
-            [place] if !shared[number] => collector.add(object, place.to_world, notes)?,
-            _ => {
-                if track.len() > 1 {
-                    motion::check_media(scene, object)?;
-                }
-                placed.push((number, track));
-            }
-        }
-        let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
-        object_ends.push([triangles.len() as u32, spheres.len() as u32]);
-    }
-    collector.shapes.placed = InstancedShapes::collect(&mut collector, placed, options.bvh, notes)?;
-    let Collector { shapes, mesh_colors, .. } = collector;
-    let slide = |light: &pt_scene::Light| match &light.kind {
-        LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
-        LightKind::Projector { texture, .. } => Some(lowering.texture(texture)),
-        _ => None,
-    };
-    let slides = scene.lights.iter().map(slide).collect();
-    let (lobes, lobe_tables, materials) = lowering.finish(mesh_colors);
-    Ok(Shapes { lobes, lobe_tables, materials, slides, ..shapes })
-}
+use super::textures::ShownValues;
+use super::{CompileError, normals};
+use crate::compile::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
+use crate::id::SurfaceId;
+use crate::shapes::FLAT;
+use crate::surface::{EmissiveSides, SurfaceRecord};
+use crate::texture::MeshColors;
 
 pub(super) struct Collector<'a> {
     pub(super) scene: &'a Scene,
-    course: bool,
+    pub(super) course: bool,
     pub(super) shapes: Shapes,
-    /// Surface of each material that does not glow; the default material last.
-    plain: Vec<Option<Id<SurfaceRecord>>>,
-    looks: Vec<CompiledSurface>,
-    /// What shapes without a material look like.
-    default: CompiledSurface,
-    /// True if any material asks for texture coordinates.
-    uses_coordinates: bool,
+    /// Surface of each material without emission; the default material is last.
+    pub(super) plain: Vec<Option<SurfaceId>>,
+    pub(super) looks: Vec<CompiledSurface>,
+    /// Surface of shapes without a material.
+    pub(super) default: CompiledSurface,
+    /// True if any material uses texture coordinates.
+    pub(super) uses_coordinates: bool,
     pub(super) mesh_colors: Vec<MeshColors>,
     /// See [`Lowering::mesh_values`].
     pub(super) mesh_values: Vec<Pattern>,
-    /// The radii that were chosen for points, by their addresses.
+    /// Default radii of points, by the addresses of these.
     pub(super) radii: HashMap<usize, f64>,
 }
 
 impl Collector<'_> {
-    /// Which objects that stand still are kept once, however often they are placed; the course's
-    /// program has no such ones.
-    fn shared(&self, tracks: &[Vec<MotionKey>], most: Option<usize>) -> Vec<bool> {
+    /// Returns, for each object, true if it becomes a static instance. The course's program has no
+    /// instances.
+    pub(super) fn shared(&self, tracks: &[Vec<MotionKey>], most: Option<usize>) -> Vec<bool> {
         if self.course {
             return vec![false; self.scene.objects.len()];
         }
         choose_instances(self.scene, most, |number, object| {
             let mut looks =
                 object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
-            // Where they are placed, spheres of points would be stretched.
+            // Instancing would stretch the spheres of points.
             let is_stretched = matches!(object.geometry, Geometry::Points { .. })
                 && !is_similarity(object.to_world.matrix3);
             tracks[number].len() == 1 && !is_stretched && looks.all(|look| look.emission.is_black())
         })
     }
 
-    /// Adds an object at a place.
+    /// Adds an object with a transform.
     pub(super) fn add(
         &mut self,
         object: &Object,
@@ -282,14 +77,13 @@ impl Collector<'_> {
         }
     }
 
-    /// The surface of a material slot, and what it emits, if it glows. Glowing surfaces are made
-    /// anew for each object, because each is a light of its own, and so are those between
-    /// media.
+    /// Returns the surface of a material slot, and its emission, if any. Each object gets its own
+    /// emissive surfaces, because each is a separate light, and its own surfaces between media.
     pub(super) fn surface(
         &mut self,
         object: &Object,
         slot: u32,
-    ) -> (Id<SurfaceRecord>, Option<SurfaceEmission>) {
+    ) -> (SurfaceId, Option<SurfaceEmission>) {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
@@ -338,7 +132,7 @@ impl Collector<'_> {
         to_world: DAffine3,
     ) -> Result<(), CompileError> {
         check_indices(object, "vertex", &mesh.triangles, mesh.positions.len())?;
-        // A mirrored mesh keeps its front; the course's program turns it inside out.
+        // A mirrored mesh keeps its front side; the course's program turns it inside out.
         let mirrored = to_world.matrix3.determinant() < 0.0 && !self.course;
         let first = self.shapes.triangles.len();
         let base = self.shapes.positions.len() as u32;
@@ -351,7 +145,7 @@ impl Collector<'_> {
         Ok(())
     }
 
-    /// Surfaces of the triangles of a mesh, of which the first is number `first`.
+    /// Sets the surfaces of the triangles of a mesh, of which the first has the index `first`.
     fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
         let whole = [Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
         let parts = if mesh.submeshes.is_empty() { &whole[..] } else { &mesh.submeshes };
@@ -363,7 +157,7 @@ impl Collector<'_> {
             let end = (first + part.triangles.end as usize).min(self.shapes.triangles.len());
             self.shapes.triangle_surface.resize(end.max(start), surface);
             if let Some(emission) = emission {
-                self.shapes.glow(surface, emission, start..end.max(start));
+                self.shapes.add_emitter(surface, emission, start..end.max(start));
             }
         }
         let fallback = self.surface(object, u32::MAX).0;
@@ -409,7 +203,7 @@ impl Collector<'_> {
         Ok(())
     }
 
-    /// Texture coordinates, if some material asks for them.
+    /// Adds texture coordinates, if any material uses them.
     fn add_coordinates(
         &mut self,
         object: &Object,
@@ -427,13 +221,13 @@ impl Collector<'_> {
         Ok(())
     }
 
-    /// What the materials of an object show of meshes.
+    /// Mesh values that the materials of an object use.
     pub(super) fn shown_values(&self, object: &Object) -> ShownValues {
         let looks = object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
         looks.flat_map(|look| &look.shown).copied().collect()
     }
 
-    /// Colours and other values, if some material of the object shows them.
+    /// Adds colours and other values, if any material of the object uses them.
     fn add_values(
         &mut self,
         object: &Object,
@@ -524,30 +318,12 @@ impl Collector<'_> {
     }
 }
 
-impl Shapes {
-    /// Notes that triangles glow.
-    fn glow(
-        &mut self,
-        surface: Id<SurfaceRecord>,
-        emission: SurfaceEmission,
-        run: std::ops::Range<usize>,
-    ) {
-        let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);
-        if let Some(Primitives::Triangles(runs)) = known.map(|e| &mut e.primitives) {
-            runs.push(run);
-        } else {
-            let primitives = Primitives::Triangles(vec![run]);
-            self.emitters.push(Emitter { surface, emission, primitives });
-        }
-    }
-}
-
-/// Fills up with flat triangles.
+/// Pads to `len` with triangles without values.
 fn pad(corners: &mut Vec<[u32; 3]>, len: usize) {
     corners.resize(len, FLAT);
 }
 
-/// Indices into a table to which `base` entries belong before; mirrored ones turn around.
+/// Adds `base` to the indices of a triangle, and reverses its orientation if mirrored.
 fn place([a, b, c]: [u32; 3], base: u32, mirrored: bool) -> [u32; 3] {
     let [b, c] = if mirrored { [c, b] } else { [b, c] };
     [a, b, c].map(|i| i.wrapping_add(base))
@@ -561,7 +337,7 @@ fn world_normal(to_normal: DMat3, n: [f32; 3]) -> Vec3 {
     (to_normal * Vec3::from_array(n).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
-/// Returns true if a matrix scales all directions alike (to one part in ten thousand).
+/// Returns true if a matrix scales all directions equally (to one part in ten thousand).
 pub(super) fn is_similarity(m: DMat3) -> bool {
     let gram = m.transpose() * m;
     let scale = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;

@@ -1,4 +1,4 @@
-//! Skies by day and their suns.
+//! Compiles daylight: skies and their suns.
 
 use std::sync::Arc;
 
@@ -12,11 +12,12 @@ use crate::light::{
     hosek_wilkie, mean_daylight,
 };
 
-/// Most means of daylight over days, each of which takes a fifth of a second.
+/// Maximum number of means of daylight over days, each of which takes a fifth of a second.
 const MAX_MEANS: usize = 8;
 
 impl Lights {
-    /// The sun and the sky, in axes where +y is up; or what there is to say about them.
+    /// Adds the sun and the sky, in axes with +y up. Returns a note if the sun is below the
+    /// horizon.
     pub(super) fn add_daylight(
         &mut self,
         light: &Daylight,
@@ -55,14 +56,15 @@ impl Lights {
         Ok(None)
     }
 
-    /// The table by which the sun is darker at its rim, if it is.
+    /// Adds the table of limb darkening of the sun, and returns its index; `None` without limb
+    /// darkening.
     fn limb(&mut self, light: &Daylight) -> Option<u32> {
         let limb = light.limb_darkening.then_some(self.tables.limbs.len() as u32);
         self.tables.limbs.extend(limb.map(|_| LimbDarkening::new(light.turbidity)));
         limb
     }
 
-    /// The mean of the sky over a time, and that of the sun.
+    /// Adds the means of the sky and of the sun over a time span.
     fn add_mean_daylight(&mut self, light: &Daylight, span: &TimeRange, turn: Mat3) {
         let add = |lights: &mut Self, image: Image| {
             let map = EnvironmentMap::of_image(Arc::new(image), Rows::PixelCenters);
@@ -79,8 +81,8 @@ impl Lights {
     }
 }
 
-/// The sun in a unit direction, in axes where +y is up. The irradiance is that of the sun as it is,
-/// however wide it is.
+/// The sun in a unit direction, in axes with +y up. Its irradiance is that of the real sun for any
+/// angular diameter.
 fn sun_of(light: &Daylight, limb: Option<u32>, to_sun: DVec3) -> Sun {
     let radius = 0.5 * light.aperture.to_radians();
     let half_sines = [hosek_wilkie::SUN_RADIUS, radius].map(|r| libm::sin(0.5 * r));

@@ -1,4 +1,4 @@
-//! Spheres of triangles, for those that are stretched.
+//! Triangulated spheres, for those that are stretched.
 
 use pt_math::DVec3;
 use pt_scene::{Attribute, Mesh};

@@ -1,4 +1,4 @@
-//! What glows by a texture: how each part of it lies on the texture, and how much light it has.
+//! Textured emission: texture coordinates and mean radiance of emitters.
 
 use std::collections::HashSet;
 use std::f32::consts::PI;
@@ -10,24 +10,25 @@ use pt_scene::texture::{Bitmap, Pattern, Texture};
 use pt_scene::{Light, LightKind, Scene};
 
 use super::CompileError;
-use super::geometry::Shapes;
+use super::shapes::Shapes;
 use crate::id::Id;
 use crate::light::{EmitterTriangle, ProjectedImage, SphereLight, SphereMap, TexturedTriangle};
 use crate::shapes::FLAT;
-use crate::texture::{TextureRecord, Textures};
+use crate::texture::Textures;
+use crate::texture_record::TextureRecord;
 
-/// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a
-/// slide.
+/// Maximum number of texture lookups for the mean radiances of the triangles of a mesh.
 const LOOKUPS: usize = 1 << 20;
-/// Most parts along an edge of a triangle.
+/// Maximum number of subdivisions of an edge of a triangle.
 const MAX_PARTS: usize = 64;
-/// Parts along each side of a sphere, or a slide.
+/// Number of lookups along each side of the domain of a sphere or slide.
 const PARTS: u16 = 64;
-/// Where lookups find less than this share of the mean, they may have missed some light.
+/// Lower bound of a mean radiance, relative to that of the mesh or to 1, since lookups may miss
+/// bright parts.
 const MIN_SHARE: f32 = 0.01;
 
-/// Refuses images that are no light where textures give off some. Negative numbers count as 0, with
-/// a note.
+/// Returns an error for emission textures that cannot be sampled, or whose images are not radiance.
+/// Negative values count as 0, with a note.
 pub(super) fn check(scene: &Scene, notes: &mut Vec<String>) -> Result<(), CompileError> {
     let mut seen = HashSet::new();
     let mut check_texture = |texture: &Texture| {
@@ -83,7 +84,7 @@ fn check_images(texture: &Texture, each: &mut impl FnMut(&Image)) -> Result<(), 
     }
 }
 
-/// How the triangles of an emitter lie on its texture, with their light.
+/// Texture coordinates and mean radiance of the triangles of an emitter.
 pub(super) fn textured_triangles(
     shapes: &Shapes,
     runs: &[Range<usize>],
@@ -111,8 +112,8 @@ pub(super) fn textured_triangles(
     all
 }
 
-/// The coordinates at the corners of a triangle, as [`crate::RenderScene::texture_eval_context`]
-/// has them.
+/// Texture coordinates of the corners of a triangle, as in
+/// [`crate::RenderScene::texture_eval_context`].
 fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
     match shapes.triangle_uvs.get(triangle) {
         Some(corners) if *corners != FLAT => corners.map(|i| shapes.uvs[i as usize]),
@@ -120,7 +121,7 @@ fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
     }
 }
 
-/// The mean luminance over a triangle, by the middles of n² equal parts.
+/// Mean luminance over a triangle, by the centres of n² equal parts.
 fn mean_of_triangle(
     textures: &Textures,
     laid: &TexturedTriangle,
@@ -143,7 +144,7 @@ fn mean_of_triangle(
     (sum / (n * n) as f64) as f32
 }
 
-/// How a glowing sphere lies on its texture, with its light.
+/// Texture mapping and mean radiance of an emissive sphere.
 pub(super) fn sphere_map(
     textures: &Textures,
     axes: Mat3,
@@ -160,7 +161,7 @@ pub(super) fn sphere_map(
     SphereMap { mean: mean.max(MIN_SHARE), ..map }
 }
 
-/// A slide before a light with these axes and this cone, in radians.
+/// Image projected by a light with these axes, and the tangents of half of its angles of view.
 pub(super) fn slide(
     textures: &Textures,
     axes: Mat3,
@@ -176,7 +177,7 @@ pub(super) fn slide(
     ProjectedImage { mean: mean.max(MIN_SHARE), ..slide }
 }
 
-/// The mean luminance over the unit square.
+/// Mean luminance over the unit square.
 fn mean_over_square(value: impl Fn(f32, f32) -> Spectrum) -> f32 {
     let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(PARTS);
     let cells = (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (middle(i), middle(j))));

@@ -1,109 +1,30 @@
-//! Objects that stay in coordinates of their own: those that move, and large meshes that are placed
-//! more than once.
+//! Objects that keep their own coordinates: those that move, and large meshes with several
+//! instances.
 
-use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_bvh::{AnimatedBvh, AnimatedInstance, BuildOptions, Bvh, MotionKey};
+use pt_bvh::{AnimatedBvh, AnimatedInstance, BuildOptions, MotionKey};
 use pt_math::DAffine3;
-use pt_scene::{Geometry, Object, Scene, Sides};
+use pt_scene::Object;
 
-use super::geometry::{Collector, Emitter, Shapes};
+use super::collector::Collector;
+use super::shapes::{Emitter, Shapes};
 use super::{CompileError, build_bvh};
-use crate::id::Id;
+use crate::compile::instance_choice::{InstanceKey, instance_key};
+use crate::compile::shapes::{InstancedShapes, ObjectShapes};
 use crate::instances::{Instance, InstanceTable, InstancedObject};
 use crate::light::{AnimatedLight, AnyLight};
-use crate::scene::SurfaceRecord;
 
-/// The default of [`super::CompileOptions::most_copied_triangles`].
-pub const MAX_FLATTENED_TRIANGLES: usize = 1 << 21;
-
-/// Lights on what moves are sampled one by one; if they are more, paths find them by chance.
+/// Maximum number of lights on instances that are sampled, one by one; of more, paths find the
+/// visible ones by chance.
 pub(super) const MAX_MOVING_LIGHTS: usize = 16;
 
-/// Objects with the numbers that they have in the scene, and where they are.
+/// Objects by their number in the scene, with their transforms over time.
 pub(super) type Tracks = Vec<(usize, Vec<MotionKey>)>;
 
-/// The identity of an object but for its place: the mesh or the points, by their address, the
-/// radius of these, the materials, and the media.
-type InstanceKey = (usize, Option<u64>, Vec<Option<u32>>, Option<Sides>);
-
-fn instance_key(object: &Object) -> Option<InstanceKey> {
-    let (address, radius) = match &object.geometry {
-        Geometry::Mesh(mesh) => (Arc::as_ptr(mesh).addr(), None),
-        Geometry::Points { points, radius } => (Arc::as_ptr(points).addr(), *radius),
-        Geometry::Sphere { .. } => return None,
-    };
-    let radius = radius.map(f64::to_bits);
-    Some((address, radius, object.materials.clone(), object.media))
-}
-
-/// The number of its triangles and spheres.
-fn primitives(object: &Object) -> usize {
-    match &object.geometry {
-        Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Points { points, .. } => points.positions.len() + points.triangles(),
-        Geometry::Sphere { .. } => 1,
-    }
-}
-
-/// Which objects are worth keeping once: those of the meshes with the most triangles of copies,
-/// until the copies of all others together have no more than `most`. `may` says which may be.
-pub(super) fn choose_instances(
-    scene: &Scene,
-    most: Option<usize>,
-    may: impl Fn(usize, &Object) -> bool,
-) -> Vec<bool> {
-    let mut places: HashMap<InstanceKey, Vec<usize>> = HashMap::new();
-    for (number, object) in scene.objects.iter().enumerate() {
-        if let Some(key) = instance_key(object).filter(|_| may(number, object)) {
-            places.entry(key).or_default().push(number);
-        }
-    }
-    // Triangles of all copies but the first, and where they are.
-    let extra = |numbers: Vec<usize>| {
-        (primitives(&scene.objects[numbers[0]]) * (numbers.len() - 1), numbers)
-    };
-    let mut meshes: Vec<_> = places.into_values().map(extra).collect();
-    meshes.sort_by_key(|(extra, numbers)| (Reverse(*extra), numbers[0]));
-    let mut left: usize = meshes.iter().map(|(extra, _)| extra).sum();
-    let mut shared = vec![false; scene.objects.len()];
-    for (extra, numbers) in meshes {
-        if left <= most.unwrap_or(MAX_FLATTENED_TRIANGLES) {
-            break;
-        }
-        left -= extra;
-        for number in numbers {
-            shared[number] = true;
-        }
-    }
-    shared
-}
-
-/// An object on its way.
-struct ObjectShapes {
-    shapes: Shapes,
-    bvh: Arc<Bvh>,
-    /// Emitters of the object.
-    lights: Vec<(Id<SurfaceRecord>, AnyLight)>,
-}
-
-/// Placed objects on their way.
-#[derive(Default)]
-pub(super) struct InstancedShapes {
-    objects: Vec<ObjectShapes>,
-    instances: Vec<Instance>,
-    moving: Vec<AnimatedInstance>,
-    lights: Vec<AnimatedLight>,
-    /// Shapes that no ray can hit.
-    pub(super) skipped: u32,
-    /// Those of them that are out of the range of coordinates.
-    pub(super) out_of_range: u32,
-}
-
 impl InstancedShapes {
-    /// Collects the shapes of objects behind all others.
+    /// Collects instanced objects, whose primitives follow all others.
     pub(super) fn collect(
         collector: &mut Collector,
         tracks: Tracks,
@@ -148,7 +69,7 @@ impl InstancedShapes {
         Ok(instances)
     }
 
-    /// The shapes of one object, in its own coordinates.
+    /// Collects the shapes of one object, in its own coordinates.
     fn add(
         &mut self,
         collector: &mut Collector,
@@ -173,13 +94,14 @@ impl InstancedShapes {
         self.moving.iter().filter(|instance| instance.moves()).count()
     }
 
-    /// Returns true if some of what moves glows.
-    pub(super) fn glow(&self) -> bool {
+    /// Returns true if any instanced object emits light.
+    pub(super) fn emits(&self) -> bool {
         self.objects.iter().any(|own| !own.shapes.emitters.is_empty())
     }
 
-    /// Makes lights of what glows, which are sampled if they are few; says how many they are.
-    /// `light` makes one of an emitter of the shapes that it is given.
+    /// Creates lights for the emitters of instances, and returns their number. If there are more
+    /// than [`MAX_MOVING_LIGHTS`], only invisible ones are sampled. `light` creates the light of an
+    /// emitter of the given shapes.
     pub(super) fn add_lights(
         &mut self,
         shapes: &mut Shapes,
@@ -198,13 +120,14 @@ impl InstancedShapes {
         }
         let count = self.lights.len();
         if count > MAX_MOVING_LIGHTS {
-            // Nothing finds those that nobody sees by chance.
+            // Paths cannot find invisible lights by chance.
             self.lights.retain(|moving| moving.light.is_invisible());
         }
         count
     }
 
-    /// Ready for queries, behind `first` primitives that are not placed; `None` if there are none.
+    /// Builds the table for queries, whose primitives follow the `first` others; `None` without
+    /// instances.
     pub(super) fn finish(self, first: usize) -> Result<Option<Box<InstanceTable>>, CompileError> {
         if self.instances.is_empty() {
             return Ok(None);

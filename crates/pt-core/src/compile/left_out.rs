@@ -3,11 +3,11 @@
 use pt_bvh::{LARGEST_COORDINATE, Sphere};
 use pt_math::Vec3;
 
-use super::geometry::Shapes;
+use super::shapes::Shapes;
 
 impl Shapes {
-    /// Returns the number that have coordinates that are not finite, or beyond the largest that
-    /// trees have.
+    /// Returns the number of shapes with coordinates that are not finite, or beyond the largest
+    /// that hierarchies support.
     pub(super) fn out_of_range(&self) -> u32 {
         let is_in = |p: Vec3| p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all();
         let is_triangle_in =
@@ -18,7 +18,7 @@ impl Shapes {
     }
 }
 
-/// Notes shapes that are left out, of which some are out of range and the others are flat.
+/// Notes the number of skipped shapes: those out of range, and flat ones.
 pub(super) fn note(left_out: u32, out_of_range: u32, notes: &mut Vec<String>) {
     let words = |count: u32| if count == 1 { ("", "has", "is") } else { ("s", "have", "are") };
     if out_of_range > 0 {

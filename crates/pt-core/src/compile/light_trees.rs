@@ -1,19 +1,17 @@
 //! Trees for many lights.
 
-use pt_bvh::Sphere;
-use pt_math::Spectrum;
-
-use super::geometry::{Emitter, Primitives, Shapes};
-use super::lights::{Lights, emitter_triangles};
+use super::emitters::emitter_triangles;
+use super::lights::Lights;
+use super::shapes::{Emitter, Primitives, Shapes};
 use crate::id::{Id, Table};
 use crate::light::tree::{LightTree, TreeLight, is_bounded};
-use crate::light::{AnyLight, InvisibleLight, ManyLights, ManyPoints, SphereLight};
+use crate::light::{AnyLight, InvisibleLight, ManyLights, ManyPoints};
 
-/// Beyond how many triangles of lights, for each that lights may be single, a tree chooses among
+/// Number of emissive triangles per individually sampled light, above which a tree chooses among
 /// them.
 const TRIANGLES_PER_LIGHT: usize = 8;
 
-/// What becomes of the lights.
+/// Lights that move into trees, each with its primitive.
 struct Plan {
     extended: Vec<(TreeLight, Option<u32>)>,
     hidden: Vec<(TreeLight, Option<u32>)>,
@@ -21,9 +19,9 @@ struct Plan {
 }
 
 impl Lights {
-    /// Where lights in the scene are more than `most`, or the triangles of one of them are many,
-    /// puts them into trees, from which one is chosen at a time: one tree of those that have an
-    /// extent, one of those of them that nobody sees, and one of those that have none.
+    /// Moves lights into trees if there are more than `most`, or if they have many triangles. A
+    /// tree selects one light per sample: there is one tree of lights with an extent, one of
+    /// invisible lights, and one of lights without extent.
     pub(super) fn plant_trees(&mut self, shapes: &mut Shapes, most: usize) {
         let Plan { extended, hidden, points } = self.plan(shapes, most);
         if extended.is_empty() && hidden.is_empty() && points.is_empty() {
@@ -69,8 +67,8 @@ impl Lights {
         self.table = table;
     }
 
-    /// Keeps what lights were made of, where they moved to in a table of `count`, or, if points
-    /// went into a tree, there.
+    /// Updates the nodes from which lights come: moves each to the new place of its light in a
+    /// table of `count`, or to the points if its light went into their tree.
     fn follow_origins(
         &mut self,
         moved: &[Option<Id<AnyLight>>],
@@ -88,7 +86,7 @@ impl Lights {
         }
     }
 
-    /// Which lights go into trees.
+    /// Selects the lights that go into trees.
     fn plan(&self, shapes: &Shapes, most: usize) -> Plan {
         let of = |is_invisible: bool| {
             let emitters =
@@ -110,14 +108,14 @@ impl Lights {
         Plan { extended, hidden, points }
     }
 
-    /// The number of a new tree.
+    /// Adds a tree, and returns its index.
     fn plant(&mut self, lights: Vec<(TreeLight, Option<u32>)>) -> u32 {
         let tree = LightTree::new(lights, &self.tables);
         self.tables.trees.push(tree);
         self.tables.trees.len() as u32 - 1
     }
 
-    /// The lights of an emitter and the primitives that they are.
+    /// Lights of an emitter, and their primitives.
     fn tree_lights(&self, shapes: &Shapes, emitter: &Emitter) -> Vec<(TreeLight, Option<u32>)> {
         let light = shapes.surfaces[emitter.surface].light;
         let Some(light) = light.map(|id| self.table[id].shown()) else { return Vec::new() };
@@ -144,15 +142,4 @@ impl Lights {
 
 fn is_point(light: &AnyLight) -> bool {
     light.is_delta() && is_bounded(light)
-}
-
-/// The light of a glowing sphere.
-pub(super) fn sphere_light(
-    shapes: &Shapes,
-    sphere: usize,
-    radiance: Spectrum,
-    coat: f32,
-) -> SphereLight {
-    let Sphere { center, radius } = shapes.spheres[sphere];
-    SphereLight { center, radius: radius.abs(), radiance, inward: radius < 0.0, coat }
 }

@@ -1,4 +1,4 @@
-//! From light nodes and glowing shapes to lights that can be sampled.
+//! Compiles light nodes and emissive shapes to lights that can be sampled.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -7,25 +7,27 @@ use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, point_mesh, trig};
 use pt_scene::image::Image;
 use pt_scene::{Light as Node, LightKind, Scene, Span};
 
-use super::geometry::{Emitter, Primitives, Shapes, SurfaceEmission, is_similarity};
+use super::collector::is_similarity;
+use super::emitters::sphere_light;
 use super::instances::MAX_MOVING_LIGHTS;
-use super::light_trees::sphere_light;
+use super::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
 use super::{CompileError, emission};
+use crate::compile::emitters::emitter_triangles;
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
     Hemisphere, Ies, InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, Point,
     Portal, PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
-use crate::texture::TextureRecord;
+use crate::texture_record::TextureRecord;
 
-/// All lights.
+/// All lights during compilation.
 #[derive(Default)]
 pub(super) struct Lights {
     pub(super) table: Table<AnyLight>,
     pub(super) infinite: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
-    /// Number of lights beyond those of the table, because they are in trees.
+    /// Number of lights that are not in the table: those in trees, and those on instances.
     pub(super) hidden: usize,
     pub(super) origins: LightSourceIds,
     /// Number of lights that are means of daylight over days.
@@ -38,7 +40,7 @@ impl Lights {
         self.infinite.push(id);
     }
 
-    /// Adds a sky whose light arrives through a portal, if it has one.
+    /// Adds a sky, restricted to a portal if it has one.
     fn add_sky_behind(
         &mut self,
         portal: Option<pt_scene::Portal>,
@@ -163,7 +165,7 @@ impl Lights {
             }
             LightKind::Area { radiance } => {
                 let (origin, e1, e2) = area_square(to_world);
-                // e2 × e1 looks along −z unless the node mirrors.
+                // e2 × e1 faces −z unless the node mirrors.
                 let flip = to_world.matrix3.determinant() < 0.0;
                 let (e1, e2) = if flip { (e1, e2) } else { (e2, e1) };
                 shapes.add_glowing(origin, e1, e2, radiance.into());
@@ -172,7 +174,7 @@ impl Lights {
         Ok(())
     }
 
-    /// A light of no extent that shines into a cone.
+    /// Adds a spot light or a projector.
     fn add_spot(
         &mut self,
         kind: &LightKind,
@@ -207,7 +209,7 @@ impl Lights {
             }
             LightKind::Projector { intensity, x_fov, y_fov, .. } => {
                 let tangents = [x_fov, y_fov].map(|fov| libm::tan(0.5 * fov.to_radians()));
-                // Beyond the corners, by more than rounding.
+                // Beyond the corners, by more than rounding errors.
                 let cutoff = libm::atan(tangents[0].hypot(tangents[1]) * (1.0 + 1e-5)) as f32;
                 let falloff = Falloff::Flat { cutoff };
                 let spot = Spot { position, axis, intensity: intensity.into(), falloff };
@@ -228,7 +230,7 @@ impl Lights {
         Ok(())
     }
 
-    /// A light of no extent with a picture.
+    /// Adds a spot light with a projected image.
     fn add_projector(
         &mut self,
         spot: Spot,
@@ -241,8 +243,8 @@ impl Lights {
         self.table.push(Projector { spot, slide }.into());
     }
 
-    /// The lights as the course's program sees them; what is strange about their brightness is in
-    /// the integrator of that name.
+    /// Adds a light node as the course's program interprets it; the deviations of its brightness
+    /// are in the integrator `cs184`.
     fn add_course_node(&mut self, node: &Node, to_world: DAffine3, notes: &mut Vec<String>) {
         let position = to_world.translation.as_vec3();
         let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
@@ -275,7 +277,7 @@ impl Lights {
         }
     }
 
-    /// A square that is sampled, but has no surface.
+    /// Adds a square light that is sampled, but has no surface.
     fn add_course_area(&mut self, to_world: DAffine3, radiance: Spectrum) {
         let (origin, e1, e2) = area_square(to_world);
         let axis = (to_world.transform_vector3(DVec3::NEG_Z)).normalize_or_zero().as_vec3();
@@ -287,8 +289,8 @@ impl Lights {
         }
     }
 
-    /// Makes a light of each glowing shape. The course's program does not: there, what glows is
-    /// only seen.
+    /// Adds a light for each emissive shape; none in the mode of the course, in which emissive
+    /// shapes are only visible.
     pub(super) fn add_emissive(&mut self, shapes: &mut Shapes, course: bool) {
         if course {
             return;
@@ -300,11 +302,11 @@ impl Lights {
         }
     }
 
-    /// Makes lights of glowing shapes that move.
+    /// Adds lights for emissive instances.
     pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Vec<String>) {
         let mut placed = std::mem::take(&mut shapes.placed);
-        // Coats weaken light by its angle in the world, which the coordinates of what moves do not
-        // have.
+        // Coats attenuate light by its angle in world space, which instances in their own
+        // coordinates do not have.
         let count = placed.add_lights(shapes, |shapes, emitter| {
             let is_plain = emitter.emission.coat == 0.0;
             is_plain.then(|| self.emissive(shapes, emitter))?
@@ -319,7 +321,7 @@ impl Lights {
         }
     }
 
-    /// The light of a glowing shape; `None` if it has no area.
+    /// Creates the light of an emissive shape; `None` if it has no area.
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
         let SurfaceEmission { radiance, texture, is_invisible, coat } = emitter.emission;
         let light = match (&emitter.primitives, texture) {
@@ -362,14 +364,14 @@ impl Lights {
         TexturedSphere { sphere, map }.into()
     }
 
-    /// Adds a map that is no light of the scene.
+    /// Adds an environment map that is not part of the scene.
     pub(super) fn add_environment(&mut self, map: Option<EnvironmentMap>) {
         if let Some(map) = map {
             self.add_map(map, Spectrum::ONE, Mat3::IDENTITY);
         }
     }
 
-    /// Enters a map, whose number this is.
+    /// Adds a map to the tables, and returns its index.
     fn push_map(&mut self, map: EnvironmentMap) -> u32 {
         self.tables.environments.push(map);
         self.tables.environments.len() as u32 - 1
@@ -380,20 +382,20 @@ impl Lights {
         self.add_sky(Environment { radiance, map: Some(PlacedMap { index, to_world }) });
     }
 
-    /// Prepares the maps for light samples beside BSDF samples.
+    /// Prepares environment maps for light samples that are combined with BSDF samples.
     pub(super) fn compensate(&mut self) {
         self.tables.environments.iter_mut().for_each(EnvironmentMap::compensate);
         self.tables.compensated = !self.tables.environments.is_empty();
     }
 
-    /// Returns true if nothing gives light.
+    /// Returns true if the scene has no light.
     pub(super) fn are_out(&self, shapes: &Shapes) -> bool {
-        let glows = !shapes.emitters.is_empty() || shapes.placed.glow();
+        let glows = !shapes.emitters.is_empty() || shapes.placed.emits();
         self.table.as_slice().is_empty() && !glows
     }
 }
 
-/// The orthogonal part of a transformation that turns, mirrors and scales; `None` for others.
+/// Orthogonal part of a transform that rotates, mirrors and scales uniformly; `None` for others.
 fn orthogonal(linear: DMat3) -> Option<Mat3> {
     (linear.x_axis != DVec3::ZERO && is_similarity(linear)).then(|| {
         let x = linear.x_axis.normalize();
@@ -403,8 +405,10 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
     })
 }
 
-/// The axes of a picture that a spot throws along −z of a node, and that grows with its x and y; if
-/// it may throw one.
+/// Axes of an image that a spot light projects along −z of a node, with x and y of the node.
+///
+/// # Errors
+/// If the transform is not a similarity, or the cutoff angle is 90° or more.
 fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
     let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
         let message = "the transformation of a light with a slide may only turn, mirror and scale";
@@ -423,21 +427,8 @@ fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
     (origin, to_world.matrix3.x_axis.as_vec3(), to_world.matrix3.y_axis.as_vec3())
 }
 
-pub(super) fn emitter_triangles(
-    shapes: &Shapes,
-    runs: &[std::ops::Range<usize>],
-    coat: f32,
-) -> Vec<EmitterTriangle> {
-    let all = runs.iter().flat_map(Clone::clone);
-    all.map(|i| {
-        let [p0, p1, p2] = shapes.corners(i);
-        EmitterTriangle { p0, e1: p1 - p0, e2: p2 - p0, normal: shapes.front(i), coat }
-    })
-    .collect()
-}
-
-/// Returns true if a light node lies on a glowing mesh, and so stands for the same light: then the
-/// mesh, which is what one sees, is what lights the scene, once.
+/// Returns true if a light node lies on an emissive mesh, and so represents the same light: then
+/// only the visible mesh lights the scene.
 ///
 /// "On" is within a thousandth of the size of the mesh.
 fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
@@ -462,7 +453,7 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
         })
 }
 
-/// The image of a sky without values that are no light, with a note where there are some.
+/// Image of a sky in which invalid radiance is replaced, with notes on it.
 fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Vec<String>) -> Arc<Image> {
     let mut note = |message: String| notes.push(format!("{at}: the image of the sky: {message}"));
     image.doubt_as_sky().into_iter().for_each(&mut note);
@@ -492,7 +483,7 @@ mod tests {
         LightKind::Daylight(Daylight { to_sun, turbidity, ..Daylight::default() })
     }
 
-    /// In the node, +y is up: here that is +z of the world.
+    /// In the node, +y is up: here this is +z of the world.
     #[test]
     fn daylight_is_a_sky_and_a_disk_turned_with_their_node() {
         let up = DAffine3::from_mat3(DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
@@ -511,7 +502,7 @@ mod tests {
         assert!(lights.is_empty());
     }
 
-    /// What arrives of a sun does not depend on its size.
+    /// The irradiance of the sun does not depend on its size.
     #[test]
     fn wide_suns_are_darker() {
         let of = |aperture| {
@@ -534,7 +525,8 @@ mod tests {
         }
     }
 
-    /// What is no light is black or the largest number, and a note counts and locates it.
+    /// Values that are not radiance become black or the largest number, with a note on their number
+    /// and place.
     #[test]
     fn values_of_skies_that_are_no_light_are_replaced_and_noted() {
         let values = [(f32::NAN, 0.0), (-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)];

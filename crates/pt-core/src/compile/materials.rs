@@ -1,7 +1,7 @@
-//! From the author's materials to lobes.
+//! Converts the author's materials to lobes.
 //!
 //! To add a material: its struct goes into `pt_scene::material` with its name in `surfaces!`, and
-//! its [`Lower`] here; the compiler asks for the second when the first is there.
+//! its [`Lower`] here; the compiler reports a missing implementation.
 
 use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
@@ -22,10 +22,10 @@ use crate::bsdf::{
 use crate::id::Id;
 use crate::material::{CoatRecord, Material, NormalOrBumpRecord};
 
-/// Indices of refraction that differ by less from each other are the same.
+/// Minimum difference of an index of refraction from 1.
 const MIN_CONTRAST: f32 = 1e-3;
 
-/// How a material becomes lobes.
+/// Conversion of a material to lobes.
 trait Lower {
     fn lower(&self, cx: &mut Lowering) -> Material;
 }
@@ -39,18 +39,18 @@ macro_rules! lower_surface {
 }
 pt_scene::surfaces!(lower_surface);
 
-/// What a shape without a material is made of.
+/// Material of a shape without one.
 pub(super) fn default_material(cx: &mut Lowering) -> Material {
     Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.lower(cx)
 }
 
-/// A part of a material.
+/// Adds a part of a material to the table.
 fn part(surface: &Surface, cx: &mut Lowering) -> Id<Material> {
     let material = lower(surface, cx);
     cx.materials.table.push(material)
 }
 
-/// Microfacets, of which the two roughnesses are packed from `first` on.
+/// Facet distribution, whose two roughnesses are packed as parameters `first` and `first + 1`.
 fn microfacets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> MicrofacetDistribution {
     let Roughness { alpha: [u, v], distribution, masking, .. } = roughness;
     let alpha = [cx.alpha(u, first), cx.alpha(v, first + 1)];
@@ -60,8 +60,9 @@ fn microfacets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Microf
     MicrofacetDistribution { distribution: *distribution, masking: *masking, alpha }
 }
 
-/// The course's program does not know sides: a surface seen from behind is lit from its front.
-/// No closed scene shows it; a back side is black here, as light from below the front is there.
+/// The course's program does not distinguish sides: a surface seen from behind is lit from its
+/// front. This is not visible in closed scenes; here, a back side is black, as is light from below
+/// the front in that program.
 impl Lower for Diffuse {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
@@ -87,14 +88,14 @@ impl Lower for Mirror {
 
 impl Lower for Glass {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        // All dielectrics keep them at the same place.
+        // All dielectrics have these parameters at the same indices.
         let reflectance = cx.share(&self.reflectance, Dielectric::REFLECTANCE);
         let transmittance = cx.share(&self.transmittance, Dielectric::TRANSMITTANCE);
         let eta = self.ior;
         if cx.course {
             return cx.lobe(bsdf::Cs184Glass { reflectance, transmittance, ior: eta }, false);
         }
-        // Without a difference of indices, facets bend nothing, and half vectors do not exist.
+        // With equal indices, facets do not refract, and half vectors do not exist.
         match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > MIN_CONTRAST) {
             Some(roughness) => {
                 let distribution = microfacets(roughness, RoughDielectric::ALPHA, cx);
@@ -233,8 +234,7 @@ impl Lower for Principled {
             clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
             clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
             base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
-            // Without a difference of indices, there are no half vectors of light that goes
-            // through.
+            // With equal indices, transmission has no half vectors.
             eta: if self.transmits() && (ior - 1.0).abs() < MIN_CONTRAST {
                 1.0 + MIN_CONTRAST.copysign(ior - 1.0)
             } else {
@@ -296,8 +296,7 @@ impl Lower for MetallicRoughness {
             sheen_color: cx.share(&self.sheen_color, Lobe::SHEEN_COLOR),
             rotation: self.anisotropy_rotation,
             film_ior: self.film_ior,
-            // Without a difference of indices, there are no half vectors of light that goes
-            // through.
+            // With equal indices, transmission has no half vectors.
             eta: if self.thin { self.ior } else { self.ior.max(1.0 + MIN_CONTRAST) },
             coat_normal: [0.0; 2],
             thin: self.thin,
@@ -367,7 +366,7 @@ impl Lower for Mix {
     }
 }
 
-/// The back is seen as a surface that is turned around, with its front to the viewer.
+/// The back is a surface that is turned around, with its front to the viewer.
 impl Lower for TwoSided {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let (front, back) = (part(&self.front, cx), part(&self.back, cx));
@@ -376,8 +375,8 @@ impl Lower for TwoSided {
     }
 }
 
-/// In which direction of (u, v) of a surface u of an image grows while its v stays; that of u where
-/// a transform to the image flattens it.
+/// Direction in (u, v) of a surface in which u of an image increases at constant v; that of u if
+/// the transform to the image is singular.
 fn growth_of_u(to_pattern: DMat3) -> Vec2 {
     let [x, y] = [to_pattern.x_axis, to_pattern.y_axis].map(DVec3::truncate);
     let along = DVec2::new(y.y, -x.y) * x.perp_dot(y).signum();

@@ -1,4 +1,4 @@
-//! From the author's media to those that renderers read, in metres.
+//! Converts the author's media to those that renderers read, in metres.
 
 use pt_math::{DAffine3, DVec3, Spectrum};
 use pt_scene::medium::{
@@ -8,26 +8,25 @@ use pt_scene::medium::{
 use pt_scene::{Medium, Placement, Scene, Sides, Span};
 
 use super::{CompileError, CompileOptions, camera};
-use crate::id::Id;
+use crate::id::SurfaceId;
 use crate::medium::{
     Albedo, BlackbodyEmission, Boundary, Cloud, Density, Field, Flakes, GridMedium, Homogeneous,
     Media, MediumEmission, MediumProperties, MediumRecord, Phase as PhaseRecord,
 };
 use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Microflakes, Rayleigh, Table};
-use crate::scene::SurfaceRecord;
 
-/// Most collisions that a ray through a grid may need on average where all of it is as dense as its
-/// densest place: rays through more would take seconds.
+/// Maximum expected number of collisions along a ray through a grid of the maximum density
+/// throughout; rays through more would take seconds.
 const MAX_DEPTH: f64 = 1e5;
-/// Most of any number that clouds are told by: with it, their noise still has places.
+/// Maximum of the parameters of clouds, for which their noise still has sufficient precision.
 const MAX_OF_CLOUD: f32 = 1e3;
-/// The highest temperature, in kelvins.
+/// Maximum temperature, in kelvins.
 const HOTTEST: f32 = 1e9;
 
-/// The media of a scene; the course's program knows none.
+/// Compiles the media of a scene; the course's program has none.
 pub(super) fn compile(
     scene: &Scene,
-    sides: &[(Id<SurfaceRecord>, Sides, Span)],
+    sides: &[(SurfaceId, Sides, Span)],
     metres: f64,
     options: &CompileOptions,
 ) -> Result<Media, CompileError> {
@@ -57,7 +56,7 @@ pub(super) fn compile(
     Ok(media)
 }
 
-/// A medium in metres.
+/// Converts a medium to metres.
 fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
     let refuse = |message| CompileError::Value { at: medium.at.clone(), message };
     let is_even = matches!(medium.matter, Written::Homogeneous { .. });
@@ -130,7 +129,7 @@ fn phase_record(of: &Phase, is_even: bool, metres: f64) -> Result<PhaseRecord, S
     Ok(PhaseRecord::Flakes(Box::new(flakes)))
 }
 
-/// A phase function that is the same everywhere.
+/// Homogeneous phase function.
 fn phase(phase: &Phase) -> Result<AnyPhase, String> {
     Ok(match phase {
         Phase::Isotropic => Isotropic.into(),
@@ -155,7 +154,7 @@ fn henyey_greenstein(g: f32) -> Result<HenyeyGreenstein, String> {
     Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))
 }
 
-/// The shares of which a phase function is made, and their functions, none of which is a blend.
+/// Adds the parts of a phase function with their weights, resolving blends.
 fn add_parts(of: &Phase, share: f32, parts: &mut Vec<(f32, AnyPhase)>) -> Result<(), String> {
     let Phase::Blend(blend) = of else {
         parts.push((share, phase(of)?));
@@ -179,8 +178,8 @@ fn field(placed: &PlacedGrid, metres: f64) -> Field {
     }
 }
 
-/// Clouds, and their extinction per metre where they are densest; `area` is that of what they are
-/// made of.
+/// Clouds, and their maximum extinction per metre; `area` is the maximum projected area of their
+/// particles.
 fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32), String> {
     let &WrittenCloud { extinction, density, wispiness, frequency, low, high, to_world, .. } =
         written;
@@ -221,7 +220,7 @@ fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32),
     Ok((cloud, (f64::from(greatest) / metres) as f32))
 }
 
-/// What matter that is not the same everywhere emits, if it does.
+/// Emission of a heterogeneous medium; `None` without.
 fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<MediumEmission>, String> {
     Ok(match written {
         WrittenEmission::Constant(radiance) => {
@@ -283,13 +282,14 @@ fn check_grid(placed: &PlacedGrid, channels: &[u32]) -> Result<(), String> {
     is_placed.then_some(()).ok_or_else(|| "the transform of the grid cannot be undone".to_owned())
 }
 
-/// Refuses grids through which a ray would go in too many steps.
+/// Returns an error for grids through which a ray would take too many steps.
 fn check_depth(placed: &PlacedGrid, scale: f32) -> Result<(), String> {
     let most = placed.grid.values.iter().fold(0.0_f32, |most, &x| most.max(x));
     check_size(most * scale, &placed.to_world)
 }
 
-/// Likewise, by the greatest extinction and what becomes of the unit cube.
+/// Returns an error if the greatest extinction `most` times the size of the transformed unit cube
+/// is too large.
 fn check_size(most: f32, to_world: &DAffine3) -> Result<(), String> {
     let diagonal = to_world.matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>();
     let depth = f64::from(most) * diagonal.sqrt();

@@ -1,12 +1,12 @@
-//! What patterns show of meshes: colours, and values that have names.
+//! Mesh values that patterns use: colours, and named values.
 
 use pt_scene::Mesh;
 use pt_scene::texture::Pattern;
 
-/// Values at corners, and their indices where these are not those of the positions.
+/// Values at corners, and their indices unless they are those of the positions.
 type OfVertices<'m> = (&'m [[f32; 3]], Option<&'m [[u32; 3]]>);
 
-/// The values at corners that a pattern shows.
+/// Values at corners that a pattern uses; `None` if the mesh has none.
 pub(super) fn values_of_vertices<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<OfVertices<'m>> {
     match pattern {
         Pattern::VertexColors => {
@@ -18,7 +18,7 @@ pub(super) fn values_of_vertices<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Optio
     }
 }
 
-/// The values of triangles that a pattern shows.
+/// Values of triangles that a pattern uses; `None` if the mesh has none.
 pub(super) fn values_of_faces<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<&'m [[f32; 3]]> {
     match pattern {
         Pattern::FaceColors => mesh.face_colors.as_deref(),
@@ -27,7 +27,7 @@ pub(super) fn values_of_faces<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<&
     }
 }
 
-/// The message about a mesh that lacks what a pattern shows.
+/// Message about a mesh without the values that a pattern uses.
 pub(super) fn missing_values(pattern: &Pattern) -> String {
     let what = match pattern {
         Pattern::VertexAttribute(name) => format!("the values {name:?} of vertices"),

@@ -1,22 +1,24 @@
-//! From the author's meter to its rays.
+//! Compiles the author's meter.
 
 use pt_math::{DAffine3, DVec3, Vec3};
-use pt_scene::framing::Extent;
+use pt_scene::extent::Extent;
 use pt_scene::{Camera, Geometry, Mesh, Quantity};
 
-use super::geometry::is_similarity;
-use super::{CompileError, camera};
+use super::CompileError;
+use super::collector::is_similarity;
+use crate::compile::refuse;
 use crate::light::EmitterTriangle;
 use crate::meter::{Meter, Rays, Surface};
 
-/// The meter of a camera, if it has one. `surfaces` is the box around all that it may see.
+/// Compiles the meter of a camera; `None` if it has none. `surfaces` returns the bounding box of
+/// the surfaces of the scene.
 pub(super) fn compile(
     camera: &Camera,
     surfaces: impl FnOnce() -> Option<Extent>,
     metres: f64,
 ) -> Result<Option<Meter>, CompileError> {
     let Some(meter) = &camera.meter else { return Ok(None) };
-    let refuse = |message| camera::refuse(&format!("camera \"{}\"", camera.name), message);
+    let refuse = |message| refuse(&format!("camera \"{}\"", camera.name), message);
     let to_world = DAffine3::from_mat3_translation(
         meter.to_world.matrix3 * metres,
         meter.to_world.translation * metres,
@@ -49,7 +51,7 @@ pub(super) fn compile(
             let Some(direction) = axis.try_normalize() else {
                 return Err(refuse("its node flattens the viewing axis"));
             };
-            // A little more than half of the diagonal: what is on the sphere is seen.
+            // Slightly more than half of the diagonal, to include surfaces on the bounding sphere.
             let radius = 0.501 * (high - low).length() + f64::from(f32::MIN_POSITIVE);
             Rays::Parallel {
                 direction: direction.as_vec3(),
@@ -61,7 +63,7 @@ pub(super) fn compile(
     Ok(Some(Meter { surface, rays }))
 }
 
-/// The triangles of a mesh in the world; `None` if a number is out of range or they have no area.
+/// Triangles of a mesh in world space; `None` if an index is out of range or they have no area.
 fn triangles(mesh: &Mesh, to_world: DAffine3) -> Option<Surface> {
     let point = |i: u32| {
         let p = mesh.positions.get(i as usize)?;

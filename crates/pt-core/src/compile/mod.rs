@@ -1,11 +1,14 @@
-//! From the author's scene to the tables that renderers read: a pure function.
+//! Compilation of the author's scene to the tables that renderers read: a pure function.
 
 mod camera;
 mod checks;
+mod collector;
 mod daylight;
 mod ellipsoid;
 mod emission;
+mod emitters;
 mod geometry;
+mod instance_choice;
 mod instances;
 mod left_out;
 mod light_trees;
@@ -17,6 +20,7 @@ mod meter;
 mod motion;
 mod normals;
 mod points;
+mod shapes;
 mod studio;
 mod surface;
 mod textures;
@@ -25,6 +29,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_scene::{Scene, Span};
 
@@ -33,115 +38,113 @@ use crate::light::EnvironmentMap;
 use crate::medium::Media;
 use crate::scene::RenderScene;
 
-pub use instances::MAX_FLATTENED_TRIANGLES;
-
-/// How to compile.
+/// Options of [`compile()`].
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
 pub struct CompileOptions {
-    /// Width and height of the image; `None` takes the file's, or a size that suits the camera.
+    /// Width and height of the image; `None` is that of the file, or a size that suits the camera.
     pub resolution: Option<[u32; 2]>,
-    /// Read the scene as the university course's program does: its framing, lights, materials
-    /// and normals.
+    /// True if the scene is interpreted as the university course's program does: its framing,
+    /// lights, materials and normals.
     pub course: bool,
-    /// How to build the hierarchy of boxes.
+    /// Build options of the bounding volume hierarchy.
     pub bvh: BuildOptions,
-    /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up
-    /// to as many, each is sampled. `None` is a small number.
+    /// Maximum number of lights that are sampled individually; of more, each sample chooses one by
+    /// its estimated contribution. `None` is a small number.
     pub most_single_lights: Option<usize>,
-    /// Most triangles of copies of meshes that are placed more than once, without the first of
-    /// each. Of more, those with the most are kept once and referred to, unless they glow.
-    /// Copies are found faster, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
+    /// Maximum number of triangles in copies of meshes, excluding the first copy of each. Beyond
+    /// it, the meshes with the most triangles in copies become instances, unless they emit light.
+    /// Copies are faster to intersect, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
     pub most_copied_triangles: Option<usize>,
-    /// Light from all around, besides the scene's own.
+    /// Environment light in addition to the scene's own lights.
     pub environment: Option<EnvironmentMap>,
-    /// True if a scene without any light gets soft light from three sides, and one without a
-    /// camera is looked at from the front, the right and above; else the one is black, and the
-    /// other looked at from +z.
+    /// True if a scene without light gets soft light from three sides, and one without a camera is
+    /// seen from the front, the right and above; otherwise the one is black, and the other is seen
+    /// from +z.
     pub studio: bool,
-    /// True if maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator
-    /// that weighs one sample of each light against one of the BSDF, which finds all of the
-    /// sky as well.
+    /// True if environment maps are sampled with [`EnvironmentMap::compensate`], for estimators
+    /// that combine one sample of each light with one of the BSDF, which finds the whole sky as
+    /// well.
     pub compensated: bool,
-    /// True if texture coordinates are kept where no texture asks for them.
+    /// True if texture coordinates are kept even if no texture uses them.
     pub texture_coordinates: bool,
-    /// A camera in place of the scene's.
+    /// Camera that replaces the scene's.
     pub camera: Option<pt_scene::Camera>,
-    /// Where the camera stands, in place of where its author says.
+    /// Placement of the camera that replaces the author's.
     pub placement: Option<pt_scene::Placement>,
-    /// Radius of the lens, in the scene's unit, in place of the camera's.
+    /// Radius of the lens in units of the scene, which replaces the camera's.
     pub lens_radius: Option<f32>,
-    /// Opening of the lens in place of the camera's.
+    /// Aperture of the lens, which replaces the camera's.
     pub aperture: Option<pt_scene::Aperture>,
-    /// Distance of the plane in focus, in the scene's unit, in place of the camera's.
+    /// Distance of the plane in focus in units of the scene, which replaces the camera's.
     pub focal_distance: Option<f32>,
-    /// Show all directions around the camera in place of what it shows.
+    /// True if a panorama of all directions replaces the camera's view.
     pub panorama: bool,
-    /// Light meshes with normals at their corners as the round shapes that these belong to: see
-    /// [`RenderScene::smooth_shadows`]. Not in scenes with media, nor on what moves or is kept
-    /// once.
+    /// True if meshes with normals at their corners are shaded as the round shapes that these
+    /// belong to: see [`RenderScene::smooth_shadows`]. Has no effect in scenes with media, or on
+    /// instances.
     pub smooth_shadows: bool,
 }
 
-/// See [`CompileOptions::most_single_lights`].
+/// Default of [`CompileOptions::most_single_lights`].
 const MAX_SINGLE_LIGHTS: usize = 8;
 
-/// What is said of a scene without light that gets some.
+/// Note on a scene without light that gets studio light.
 const STUDIO_LIGHT: &str =
     "the scene has no light: it is shown in the light of a studio. -e FILE.exr gives it another";
-/// What is said of a scene without light.
+/// Note on a scene without light.
 const DARK: &str = "the scene has no light: the image will be black. Give it an environment with -e \
                     FILE.exr, or look at its shape with --integrator normals";
 
-/// A compiled scene, and what there is to say about it.
+/// A compiled scene, with notes.
 pub struct Compiled {
     /// Tables that renderers read.
     pub scene: RenderScene,
     /// Notes for the user.
     pub notes: Vec<String>,
-    /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the
-    /// hierarchies of those that are placed there.
+    /// Wall-clock time of converting shapes to triangles and spheres in world space, including the
+    /// hierarchies of instanced objects.
     pub geometry_time: Duration,
-    /// Wall-clock time of building the hierarchy.
+    /// Wall-clock time of building the top-level hierarchy.
     pub bvh_time: Duration,
 }
 
-/// Why a scene cannot be rendered.
+/// Error that prevents a scene from being compiled.
 #[derive(Debug, thiserror::Error)]
 pub enum CompileError {
-    /// A mesh names a vertex that it does not have.
+    /// A mesh or object refers to an index that does not exist.
     #[error("{at}: {what} {index} is out of range: there are {count}")]
     Index {
-        /// Where.
+        /// Location in the file.
         at: Span,
-        /// What is indexed.
+        /// Name of the indexed element.
         what: &'static str,
         /// The index.
         index: u32,
-        /// Count.
+        /// Number of elements.
         count: usize,
     },
-    /// A number that must be finite is not, or one that must be positive is not.
+    /// A value of the scene is invalid, such as a number that must be finite or positive.
     #[error("{at}: {message}")]
     Value {
-        /// Where.
+        /// Location in the file.
         at: Span,
-        /// What is wrong and what was expected.
+        /// Message that contains the found and the expected value.
         message: String,
     },
-    /// The pixels asked for are not all in the image.
+    /// The requested region is not inside of the image.
     #[error(
         "the region of {}x{} pixels at column {}, row {} (from the top) does not lie in the image \
          of {}x{} pixels", region.width, region.height, region.x, region.y, resolution[0],
         resolution[1]
     )]
     Region {
-        /// The pixels asked for.
+        /// The requested region.
         region: crate::Region,
         /// Width and height of the image.
         resolution: [u32; 2],
     },
-    /// The groups of lights that are asked for make no sense.
+    /// The requested light groups are invalid.
     #[error("--light-groups: {0}")]
     LightGroups(String),
     /// The hierarchy cannot be built.
@@ -152,7 +155,7 @@ pub enum CompileError {
 /// Compiles a scene.
 ///
 /// # Errors
-/// If the scene refers to something that it does not contain, or is too large.
+/// If the scene refers to something that it does not contain, has invalid values, or is too large.
 pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, CompileError> {
     let start = Instant::now();
     let mut notes = Vec::new();
@@ -204,9 +207,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
 
-/// Tells the user that something moves.
+/// Notes the number of shapes that move.
 fn tell_what_moves(
-    placed: &instances::InstancedShapes,
+    placed: &shapes::InstancedShapes,
     [open, close]: [f64; 2],
     notes: &mut Vec<String>,
 ) {
@@ -219,8 +222,8 @@ fn tell_what_moves(
 }
 
 /// Builds the hierarchy over all triangles and spheres.
-fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
-    // Spheres whose front looks inwards have a radius below 0; without them, no copy is made.
+fn build_bvh(shapes: &shapes::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
+    // Spheres that face inwards have a negative radius; without them, no copy is made.
     let mut spheres = Cow::from(&shapes.spheres);
     if spheres.iter().any(|s| s.radius < 0.0) {
         spheres.to_mut().iter_mut().for_each(|s| s.radius = s.radius.abs());
@@ -231,7 +234,7 @@ fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, Bu
 }
 
 fn assemble(
-    mut shapes: geometry::Shapes,
+    mut shapes: shapes::Shapes,
     lights: lights::Lights,
     media: Media,
     (camera, camera_motion): (crate::Camera, Option<CameraMotion>),
@@ -264,4 +267,9 @@ fn assemble(
         meter: None,
         bvh,
     }
+}
+
+pub(super) fn refuse(element: &str, message: &str) -> CompileError {
+    let at = Span { element: element.into(), ..Span::default() };
+    CompileError::Value { at, message: message.into() }
 }

@@ -1,4 +1,4 @@
-//! What moves while the shutter is open, and how.
+//! Motion while the shutter is open.
 
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
@@ -7,11 +7,11 @@ use pt_scene::{Key, Motion, Object, Scene, Span};
 
 use super::{CompileError, CompileOptions};
 
-/// When the shutter opens and closes, in seconds; the course's program knows no time but that at
-/// which it opens.
+/// Opening and closing times of the shutter, in seconds; in the course's program, both are that of
+/// opening.
 ///
 /// # Errors
-/// If these are no finite times, or not in this order.
+/// If these are not finite, or not in this order.
 pub(super) fn shutter(
     scene: &Scene,
     options: &CompileOptions,
@@ -38,7 +38,7 @@ pub(super) fn shutter(
     Ok([open, if options.course { open } else { close }])
 }
 
-/// Refuses media that would have to move: a grid stays where it is.
+/// Returns an error for media that would have to move: a grid does not move with its shape.
 pub(super) fn check_media(scene: &Scene, object: &Object) -> Result<(), CompileError> {
     let interior = object.media.and_then(|sides| sides.interior);
     let medium = interior.and_then(|medium| scene.media.get(medium as usize));
@@ -53,8 +53,8 @@ pub(super) fn check_media(scene: &Scene, object: &Object) -> Result<(), CompileE
     }
 }
 
-/// Where a node is while the shutter is open, in the author's unit: at shares of that time, between
-/// which it moves in straight lines. One place if it does not move.
+/// Transforms of a node while the shutter is open, in the author's unit. Times are fractions of
+/// that interval, between which the motion is linear. A single key if the node does not move.
 pub(super) fn places(motion: Option<&Motion>, to_world: DAffine3, shutter: [f64; 2]) -> Vec<Key> {
     let Some(motion) = motion else { return vec![Key { time: 0.0, to_world }] };
     let mut keys = motion.knots(shutter);
@@ -64,7 +64,7 @@ pub(super) fn places(motion: Option<&Motion>, to_world: DAffine3, shutter: [f64;
     keys
 }
 
-/// Those of an object, in metres.
+/// Transforms of an object, in metres; see [`places`].
 pub(super) fn track(object: &Object, metres: f64, shutter: [f64; 2]) -> Vec<MotionKey> {
     let scale = DAffine3::from_scale(DVec3::splat(metres));
     let places = places(object.motion.as_deref(), object.to_world, shutter).into_iter();

@@ -1,14 +1,13 @@
-//! Vertex normals as the university course's program makes them, which does not use those of
-//! files.
+//! Vertex normals as in the university course's program, which does not use those of files.
 
 use pt_math::Vec3;
 
-/// Unit normals at vertices: the sum of the cross products of the triangles around each, which
-/// weighs them by area. Vertices without area get zero.
+/// Unit normals at vertices: the sum of the cross products of the adjacent triangles, which are
+/// thus weighted by area. Vertices without area get zero.
 ///
-/// At the rim of an open mesh the course's program walks around the wrong vertex: the normal at p
-/// is the sum of (a − p) × (n − p) over the neighbours n of a, where a is the vertex before p
-/// along the rim. Flat pieces get the opposite normal from it. The Cornell boxes of the course
+/// At the boundary of an open mesh the course's program walks around the wrong vertex: the normal
+/// at p is the sum of (a − p) × (n − p) over the neighbours n of a, where a is the vertex before p
+/// along the boundary. This inverts the normals of flat meshes. The Cornell boxes of the course
 /// rely on that: their walls are wound to face outwards, and lit on the inside.
 pub(super) fn course(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![Vec3::ZERO; positions.len()];
@@ -32,7 +31,7 @@ pub(super) fn course(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     sums.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// The directed edges of triangles, for look-ups by either end.
+/// Directed edges of triangles, for look-ups by either end.
 struct Edges {
     by_start: Vec<[u32; 2]>,
     by_end: Vec<[u32; 2]>,
@@ -48,12 +47,12 @@ impl Edges {
         Self { by_start, by_end }
     }
 
-    /// Where the edges from a vertex lead.
+    /// End vertices of the edges from a vertex.
     fn from(&self, v: u32) -> impl Iterator<Item = u32> {
         Self::of(&self.by_start, v)
     }
 
-    /// Where the edges to a vertex come from.
+    /// Start vertices of the edges to a vertex.
     fn to(&self, v: u32) -> impl Iterator<Item = u32> {
         Self::of(&self.by_end, v)
     }
@@ -63,7 +62,7 @@ impl Edges {
         sorted[start..].iter().take_while(move |e| e[0] == v).map(|e| e[1])
     }
 
-    /// The edges with a triangle on one side only, in the direction of that triangle.
+    /// Edges with a triangle on one side only, in the direction of that triangle.
     fn rim(&self) -> impl Iterator<Item = [u32; 2]> {
         let alone = |&[a, b]: &[u32; 2]| self.by_start.binary_search(&[b, a]).is_err();
         self.by_start.iter().copied().filter(alone)

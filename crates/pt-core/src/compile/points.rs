@@ -1,4 +1,4 @@
-//! Points as spheres, and segments between them as cylinders.
+//! Compiles points to spheres, and segments between them to cylinders.
 
 use std::sync::Arc;
 
@@ -9,16 +9,15 @@ use pt_scene::texture::Pattern;
 use pt_scene::{Geometry, Object, Points, framing};
 
 use super::CompileError;
-use super::geometry::Collector;
+use super::collector::Collector;
 use crate::texture::MeshColors;
 
-/// Diagonals of the scene to the radius of points that are all in one place.
+/// Radius of points that are all in one place, in diagonals of the scene.
 const ALONE: f64 = 1.0 / 20.0;
 
 impl Collector<'_> {
-    /// Adds points and segments. Their spheres stay round, whatever the transform does to space.
-    /// What emits of them is not sampled as lights, but for the cylinders: paths find spheres
-    /// by chance.
+    /// Adds points and segments. The spheres stay round under any transform. Emission is sampled as
+    /// lights only for the cylinders; paths find emissive spheres by chance.
     pub(super) fn add_points(
         &mut self,
         object: &Object,
@@ -56,7 +55,7 @@ impl Collector<'_> {
         if points.segments.is_empty() {
             return Ok(());
         }
-        // Cylinders are made where they do not bend: in the world.
+        // Cylinders are created in world space, where they are not deformed.
         let place = |p: &[f32; 3]| {
             to_world.transform_point3(Vec3::from_array(*p).as_dvec3()).as_vec3().to_array()
         };
@@ -78,7 +77,7 @@ impl Collector<'_> {
         self.shapes.sphere_surface.resize(self.shapes.spheres.len(), surface);
     }
 
-    /// The radius of points that have none, in their own coordinates, which grow by `scale`.
+    /// Default radius of points in their own coordinates, which the transform scales by `scale`.
     fn radius_of(&mut self, points: &Arc<Points>, scale: f64) -> f64 {
         let radii = &mut self.radii;
         let radius = *radii.entry(Arc::as_ptr(points).addr()).or_insert_with(|| points.radius());
@@ -90,7 +89,7 @@ impl Collector<'_> {
         ALONE * if diagonal > 0.0 { diagonal / scale } else { 1.0 }
     }
 
-    /// Notes what points are shown as whose radius was chosen, in units of the scene.
+    /// Notes the number and the default radii of points, in units of the scene.
     pub(super) fn note_points(&mut self, notes: &mut Vec<String>) {
         let (mut points, mut segments) = (0, 0);
         let mut radii = [f64::INFINITY, 0.0_f64];
@@ -119,7 +118,7 @@ impl Collector<'_> {
     }
 }
 
-/// A number above 0 with three digits that count.
+/// Formats a positive number with three significant digits.
 fn three_digits(number: f64) -> String {
     let digits = (2.0 - number.log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{number:.digits$}")

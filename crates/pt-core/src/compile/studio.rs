@@ -1,9 +1,9 @@
-//! A studio for scenes that have no light of their own: soft light from three sides before a grey
-//! ground.
+//! Studio light for scenes without light: soft light from three sides, and a grey ground.
 //!
-//! The key stands to the left of the camera and above it, the fill lower to its right, and the rim
-//! behind what is looked at, high above. All are discs with soft edges on the sky, outside of what
-//! the studio's camera sees, so the light is as good for a ring as for a house. There is no floor.
+//! The key light is to the left of the camera and above it, the fill light lower to its right, and
+//! the rim light behind the object, high above. All are discs with soft edges on the sky, outside
+//! of the view of the studio's camera, so that the light does not depend on the scale of the scene.
+//! There is no floor.
 
 use std::f32::consts::PI;
 
@@ -11,19 +11,19 @@ use pt_math::{Vec3, trig};
 
 use crate::light::EnvironmentMap;
 
-/// Where the camera of the studio stands, seen from the middle of the scene: azimuth from +z
-/// towards +x, and height above the horizon, in degrees.
+/// Direction to the studio's camera from the centre of the scene: azimuth from +z towards +x, and
+/// elevation, in degrees.
 const CAMERA: [f32; 2] = [35.0, 20.0];
-/// Columns and rows of the map: its edges are soft, so 1.4 degrees are enough.
+/// Columns and rows of the map: its edges are soft, so 1.4 degrees suffice.
 const SIZE: [u32; 2] = [256, 128];
-/// Radiance at the horizon, above and below: the ground that is seen.
+/// Radiance at the horizon, above and below: the visible background.
 const GROUND: [f32; 3] = [0.20, 0.30, 0.10];
 
 /// A disc on the sky.
 struct Lamp {
-    /// Azimuth and height of its middle, in degrees.
+    /// Azimuth and elevation of the centre, in degrees.
     at: [f32; 2],
-    /// Angles from the middle where it begins to fade, and where it has, in degrees.
+    /// Angles from the centre at which the fade to black begins and ends, in degrees.
     edge: [f32; 2],
     /// Radiance.
     color: [f32; 3],
@@ -36,12 +36,12 @@ const LAMPS: [Lamp; 3] = [
     Lamp { at: [-115.0, 60.0], edge: [10.0, 24.0], color: [3.6, 3.7, 3.9] },
 ];
 
-/// The direction from the middle of the scene to the camera of the studio.
+/// Direction from the centre of the scene to the studio's camera.
 pub(super) fn camera() -> Vec3 {
     direction(CAMERA)
 }
 
-/// The light of the studio.
+/// Environment map of the studio.
 pub(super) fn environment() -> EnvironmentMap {
     let [w, h] = SIZE;
     let lamps = LAMPS.map(|lamp| {
@@ -61,7 +61,7 @@ pub(super) fn environment() -> EnvironmentMap {
     EnvironmentMap::new(w, h, (0..w * h).map(texel).collect())
 }
 
-/// The direction in which the middle of a texel lies: see [`EnvironmentMap`].
+/// Direction of a position on the map in texels: see [`EnvironmentMap`].
 fn texel_direction(column: f32, row: f32) -> Vec3 {
     let [w, h] = SIZE.map(|n| n as f32);
     let (sin_phi, cos_phi) = trig::sin_cos(2.0 * PI * column / w);
@@ -69,7 +69,7 @@ fn texel_direction(column: f32, row: f32) -> Vec3 {
     Vec3::new(-sin_theta * cos_phi, cos_theta, sin_theta * sin_phi)
 }
 
-/// Azimuth from +z towards +x, and height above the horizon, in degrees.
+/// Direction of an azimuth from +z towards +x, and an elevation, in degrees.
 fn direction([azimuth, height]: [f32; 2]) -> Vec3 {
     let (sin_a, cos_a) = trig::sin_cos(azimuth.to_radians());
     let (sin_h, cos_h) = trig::sin_cos(height.to_radians());
@@ -98,7 +98,7 @@ mod tests {
         })
     }
 
-    /// E = ∫ L cos θ dω: a matte surface of albedo 0.5 has a radiance of E / 2π.
+    /// E = ∫ L cos θ dω: a diffuse surface of albedo 0.5 has a radiance of E / 2π.
     fn irradiance(normal: Vec3) -> f32 {
         texels().map(|(d, radiance, area)| radiance[1] * d.dot(normal).max(0.0) * area).sum()
     }
@@ -111,7 +111,7 @@ mod tests {
         assert!((0.05..0.5 * front).contains(&below), "{below}");
     }
 
-    /// The view is 50 by 39 degrees, so its corners are 30 degrees from its middle.
+    /// The view is 50 by 39 degrees, so its corners are 30 degrees from its centre.
     #[test]
     fn the_camera_sees_the_ground_alone() {
         let cone = 30_f32.to_radians().cos();

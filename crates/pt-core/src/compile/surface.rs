@@ -1,4 +1,4 @@
-//! What materials become, before they are on a surface.
+//! Compiled materials, from which surfaces are made.
 
 use pt_math::Spectrum;
 use pt_scene::{Color, Scalar, Surface};
@@ -8,25 +8,25 @@ use super::textures::{Lowering, ShownValues};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::Id;
 use crate::material::Material;
-use crate::texture::{FloatTexture, TextureRecord};
+use crate::texture_record::{FloatTexture, TextureRecord};
 
-/// What a material becomes.
+/// A compiled material.
 #[derive(Clone)]
 pub(super) struct CompiledSurface {
     pub(super) lobe: Id<LobeRecord>,
     pub(super) two_sided: bool,
     pub(super) material: Option<Id<Material>>,
     pub(super) opacity: Option<FloatTexture>,
-    /// See [`SurfaceRecord::cull_backfaces`](crate::scene::SurfaceRecord::cull_backfaces).
+    /// See [`SurfaceRecord::cull_backfaces`](crate::surface::SurfaceRecord::cull_backfaces).
     pub(super) has_no_back: bool,
-    /// See [`SurfaceRecord::emission`](crate::scene::SurfaceRecord::emission).
+    /// See [`SurfaceRecord::emission`](crate::surface::SurfaceRecord::emission).
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
-    /// See [`SurfaceRecord::emission_coat`](crate::scene::SurfaceRecord::emission_coat).
+    /// See [`SurfaceRecord::emission_coat`](crate::surface::SurfaceRecord::emission_coat).
     pub(super) emission_coat: f32,
-    /// True if rays find nothing of it.
+    /// True if rays do not see the emission.
     pub(super) hidden_emission: bool,
-    /// What its textures show of meshes.
+    /// Mesh values that its textures use.
     pub(super) shown: ShownValues,
 }
 
@@ -59,7 +59,7 @@ impl CompiledSurface {
         Self::opaque(surface, cx)
     }
 
-    /// What does not glow.
+    /// Creates an opaque surface without emission.
     fn opaque(surface: Material, cx: &mut Lowering) -> Self {
         let (lobe, two_sided, material) = match surface {
             Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
@@ -84,8 +84,8 @@ impl CompiledSurface {
     }
 }
 
-/// The share of a surface that is under a clear coat through which it emits: of the material of
-/// glTF, whose texts say so. A coat that differs from point to point leaves all.
+/// Amount of the clear coat through which a surface emits, as specified for the material of glTF; 0
+/// for others, and for a coat that varies.
 fn coat_of(surface: &Surface) -> f32 {
     match surface {
         Surface::MetallicRoughness(layers) => match &layers.clearcoat {

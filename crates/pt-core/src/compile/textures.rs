@@ -1,4 +1,4 @@
-//! From the author's textures to those that renderers read, and to the parameters of lobes.
+//! Converts the author's textures to those that renderers read, and to the parameters of lobes.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -18,38 +18,41 @@ use crate::image_texture::Texels;
 use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotKind};
 use crate::medium::Field;
 use crate::procedural::Procedural;
-use crate::texture::{Factor, FloatTexture, MeshColors, PatternRecord, TextureRecord, Textures};
-use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMappingRecord};
+use crate::texture::{MeshColors, Textures};
+use crate::texture_record::{
+    Factor, FloatTexture, MappedPattern, MappedTexture, PatternRecord, TextureMappingRecord,
+    TextureRecord,
+};
 
-/// Surfaces with less roughness are as smooth to the eye, but not to single precision.
+/// Minimum roughness; below it, surfaces look smooth, but single precision is not sufficient.
 pub(super) const MIN_ALPHA: f32 = 1e-3;
-/// Of more, microfacets are no model.
+/// Maximum roughness; above it, the microfacet model is not valid.
 const MAX_ALPHA: f32 = 10.0;
 
-/// Which values of meshes textures show, as numbers of [`Lowering::mesh_values`].
+/// Mesh values that textures use, as indices of [`Lowering::mesh_values`].
 pub(super) type ShownValues = BTreeSet<u32>;
 
-/// What materials are lowered to, and what is known of the material under way.
+/// Lobes, materials and textures compiled so far, and the state of the current material.
 pub(super) struct Lowering {
-    /// True if the lobes of the university course's program are asked for.
+    /// True if the lobes are those of the university course's program.
     pub(super) course: bool,
     /// Metres per unit of the scene.
     pub(super) metres: f32,
     pub(super) lobes: Table<LobeRecord>,
     pub(super) lobe_tables: LobeTables,
-    /// Without their textures.
+    /// Materials; their textures are in `textures`.
     pub(super) materials: Materials,
     textures: Textures,
-    /// Which textures there are already.
+    /// Compiled textures.
     known: HashMap<*const Texture, Id<TextureRecord>>,
     images: HashMap<*const Image, Id<Texels>>,
-    /// Numbers of the tables of what was measured.
+    /// Indices of the tables of measured materials.
     measured: HashMap<*const Measurements, u32>,
-    /// What the textures that were asked for since [`Self::take_shown`] show of meshes.
+    /// Mesh values that textures used since [`Self::take_shown`].
     shown: ShownValues,
-    /// The patterns that show values of meshes, each once.
+    /// Patterns of mesh values, without duplicates.
     pub(super) mesh_values: Vec<Pattern>,
-    /// Of the lobe that is made next.
+    /// Slots of the next lobe.
     slots: Vec<Slot>,
     oriented: bool,
     /// See [`LobeMaterial::along`].
@@ -79,12 +82,12 @@ impl Lowering {
         }
     }
 
-    /// What meshes have to have for the textures that were asked for since this was.
+    /// Takes the mesh values that textures used since the last call.
     pub(super) fn take_shown(&mut self) -> ShownValues {
         std::mem::take(&mut self.shown)
     }
 
-    /// All that was lowered, with the colours of meshes.
+    /// Returns all lobes, tables and materials, with the colours of meshes.
     pub(super) fn finish(
         self,
         mut mesh_colors: Vec<MeshColors>,
@@ -94,20 +97,20 @@ impl Lowering {
         (self.lobes, self.lobe_tables, Materials { textures, ..self.materials })
     }
 
-    /// Returns true if anything asks for texture coordinates.
+    /// Returns true if any texture or material uses texture coordinates.
     pub(super) fn uses_coordinates(&self) -> bool {
         let materials = self.materials.table.as_slice();
         let oriented = |m: &Material| matches!(m, Material::Lobe(l) if l.oriented);
         !self.known.is_empty() || materials.iter().any(oriented)
     }
 
-    /// A lobe that takes the parameters that were asked for since the last one.
+    /// Adds a lobe, with the textured parameters added since the last one.
     pub(super) fn lobe<'t>(&mut self, lobe: impl Into<AnyLobe<'t>>, two_sided: bool) -> Material {
         self.stored(lobe.into().record(), two_sided)
     }
 
-    /// A lobe by tables, which are made once for all that share them. A back that reflects has the
-    /// same x and y as the front, as in Mitsuba and pbrt-v4.
+    /// Adds a measured lobe, whose tables are created once. A reflecting back side has the same x
+    /// and y as the front, as in Mitsuba and pbrt-v4.
     pub(super) fn measured(&mut self, of: &Arc<Measurements>, two_sided: bool) -> Material {
         let tables = &mut self.lobe_tables.measured;
         let number = *self.measured.entry(Arc::as_ptr(of)).or_insert_with(|| {
@@ -142,22 +145,22 @@ impl Lowering {
         })
     }
 
-    /// Says which normals the clear coat of the next lobe has.
+    /// Sets the normals of the clear coat of the next lobe.
     pub(super) fn coat(&mut self, normals: CoatRecord) {
         self.coat = Some(normals);
     }
 
-    /// Says that the next lobe is not the same in all directions along the surface.
+    /// Marks the next lobe as anisotropic.
     pub(super) fn orient(&mut self) {
         self.oriented = true;
     }
 
-    /// Says that the next lobe is turned to another direction than u.
+    /// Sets the direction of the next lobe to another one than u.
     pub(super) fn orient_along(&mut self, along: &Arc<Texture>) {
         self.along = Some(self.texture(along));
     }
 
-    /// A share of light, which the next lobe packs from `first` on.
+    /// A reflectance or transmittance, which the next lobe packs from `first` on.
     pub(super) fn share(&mut self, color: &Color, first: usize) -> Spectrum {
         match color {
             Color::Value(value) => (*value).into(),
@@ -168,7 +171,7 @@ impl Lowering {
         }
     }
 
-    /// A colour, not negative, which the next lobe packs from `first` on.
+    /// A non-negative colour, which the next lobe packs from `first` on.
     pub(super) fn color(&mut self, color: &Color, first: usize) -> Spectrum {
         match color {
             Color::Value(value) => (*value).into(),
@@ -179,8 +182,8 @@ impl Lowering {
         }
     }
 
-    /// What fibres absorb that have a colour together, which the next lobe packs from `first` on;
-    /// see [`hair::slope`].
+    /// Absorption coefficient of fibres that together have a colour, which the next lobe packs from
+    /// `first` on; see [`hair::slope`].
     pub(super) fn absorption(&mut self, color: &Color, first: usize, slope: f32) -> Spectrum {
         match color {
             Color::Value(value) => hair::absorption(*value, slope).into(),
@@ -191,7 +194,7 @@ impl Lowering {
         }
     }
 
-    /// A roughness, which the next lobe packs as number `first`.
+    /// A roughness, which the next lobe packs as parameter `first`.
     pub(super) fn alpha(&mut self, alpha: &Scalar, first: usize) -> f32 {
         match alpha {
             Scalar::Value(alpha) => alpha.max(MIN_ALPHA),
@@ -199,7 +202,7 @@ impl Lowering {
         }
     }
 
-    /// A number within bounds, which the next lobe packs as number `first`.
+    /// A number within bounds, which the next lobe packs as parameter `first`.
     pub(super) fn number(&mut self, number: &Scalar, first: usize, [least, most]: [f32; 2]) -> f32 {
         match number {
             Scalar::Value(value) => value.clamp(least, most),
@@ -215,7 +218,7 @@ impl Lowering {
         self.slots.push(Slot { texture, first: first as u32, kind });
     }
 
-    /// A number that no lobe keeps.
+    /// A number that is not a parameter of a lobe.
     pub(super) fn varying(&mut self, scalar: &Scalar) -> FloatTexture {
         match scalar {
             Scalar::Value(value) => FloatTexture::Value(*value),
@@ -223,7 +226,7 @@ impl Lowering {
         }
     }
 
-    /// A texture, made once for all that share it.
+    /// Compiles a texture, once for all its uses.
     pub(super) fn texture(&mut self, texture: &Arc<Texture>) -> Id<TextureRecord> {
         if let Some(known) = self.known.get(&Arc::as_ptr(texture)) {
             let known = *known;
@@ -301,7 +304,7 @@ impl Lowering {
         id
     }
 
-    /// Procedural pattern.
+    /// Adds a procedural pattern.
     fn laid(&mut self, texture: &Texture, pattern: Procedural) -> PatternRecord {
         self.textures.uses_footprints |= pattern.has_octaves();
         let layout = self.layout(texture);
@@ -310,7 +313,7 @@ impl Lowering {
         PatternRecord::Laid(self.textures.laid.push(MappedTexture { layout, to_pattern, pattern }))
     }
 
-    /// What gives points in metres their coordinates.
+    /// Mapping of a texture from points in metres.
     fn layout(&mut self, texture: &Texture) -> TextureMappingRecord {
         let to_units = DAffine3::from_scale(DVec3::splat(1.0 / f64::from(self.metres)));
         match texture.layout {
@@ -338,7 +341,7 @@ impl Lowering {
         }
     }
 
-    /// The number of what a pattern shows of meshes.
+    /// Index of a pattern in [`Self::mesh_values`].
     fn mesh_value(&mut self, pattern: &Pattern) -> u32 {
         let known = self.mesh_values.iter().position(|known| known == pattern);
         known.unwrap_or_else(|| {
@@ -347,7 +350,7 @@ impl Lowering {
         }) as u32
     }
 
-    /// Notes what a texture shows of meshes.
+    /// Records the mesh values that a texture uses.
     fn show(&mut self, id: Id<TextureRecord>) {
         match self.textures.records[id].pattern {
             PatternRecord::VertexColors(value) | PatternRecord::FaceColors(value) => {
@@ -380,7 +383,7 @@ impl Lowering {
         }
     }
 
-    /// An image, made once for all that share it, with its pyramid if that is asked for.
+    /// Compiles an image, once for all its uses, with its mipmap if the filter needs it.
     fn image(&mut self, image: &Arc<Image>, filter: Filter) -> Id<Texels> {
         let Image { width, height, pixels } = &**image;
         let texels = &mut self.textures.texels;
@@ -393,7 +396,7 @@ impl Lowering {
         id
     }
 
-    /// Makes all lobes of a material show on both sides.
+    /// Makes all lobes of a material two-sided.
     pub(super) fn show_both_sides(&mut self, id: Id<Material>) {
         match &mut self.materials.table[id] {
             Material::Lobe(lobe) => lobe.two_sided = true,
@@ -411,7 +414,7 @@ fn octaves(noise: Noise) -> Octaves {
     Octaves::new(noise.octaves.min(Noise::MAX_OCTAVES), noise.roughness.clamp(0.0, 2.0))
 }
 
-/// The part of a matrix that acts on (u, v).
+/// Part of a matrix that acts on (u, v).
 fn affine(m: Mat3) -> Affine2 {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec2::new(c.x, c.y));
     Affine2::from_cols(x, y, z)

@@ -1,18 +1,21 @@
-//! How much of each pixel something covers.
+//! Coverage (alpha) of pixels.
 
 use super::{Aov, Film, aov};
 
 impl Film {
-    /// The coverage of each pixel, in rows from the top: the mean over its samples of 1 where light
-    /// is scattered or stopped, or the background is seen, and 0 where nothing is behind what
-    /// lets light through as it came. It is weighed as light is, by the filter and by halves,
-    /// so that the image is multiplied with it already; filters with negative parts leave [0,
-    /// 1]. `None` if the film does not keep it.
+    /// Returns the coverage of each pixel, in rows from the top, or `None` if the film does not
+    /// keep it.
+    ///
+    /// A sample has coverage 1 where its path is scattered or absorbed, or reaches a visible
+    /// background, and 0 where it leaves the scene undeflected through transparent surfaces and
+    /// there is no background. Samples are weighted by the filter and half buffers are averaged as
+    /// for radiance, so the image is premultiplied by the coverage. With filters that have negative
+    /// lobes, the coverage may leave [0, 1].
     pub fn alpha(&self) -> Option<Vec<f32>> {
         Some(self.coverage()?.map(|pixel| pixel.mean() as f32).collect())
     }
 
-    /// The coverage of each pixel.
+    /// Returns the mean coverage of each pixel, or `None` if the film does not keep it.
     pub(super) fn coverage(&self) -> Option<impl Iterator<Item = Coverage>> {
         let place = aov::sum_index(&self.aovs, Aov::Alpha)?;
         let per_pixel = aov::sums_per_pixel(&self.aovs);
@@ -25,12 +28,12 @@ impl Film {
     }
 }
 
-/// The mean coverage of a pixel in each half that has samples.
+/// Mean coverage of a pixel in each half buffer; `None` for a half without samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coverage([Option<f64>; 2]);
 
 impl Coverage {
-    /// That of both, as [`super::PixelSums::mean`] takes it of light.
+    /// Mean over the half buffers, as in [`super::PixelSums::mean`].
     pub(super) fn mean(self) -> f64 {
         match self.0 {
             [Some(a), Some(b)] => 0.5 * (a + b),
@@ -39,7 +42,7 @@ impl Coverage {
         }
     }
 
-    /// The square of the difference between a half and the mean; 0 where one has no samples.
+    /// Square of the difference between a half and the mean; 0 if a half has no samples.
     pub(super) fn square_error(self) -> f64 {
         match self.0 {
             [Some(a), Some(b)] => (0.5 * (a - b)).powi(2),
@@ -50,11 +53,12 @@ impl Coverage {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::film::{HalfBuffer, Region};
     use pt_math::Spectrum;
 
-    /// Adds samples of a pixel of a film of one row, by what is seen through each.
+    use super::*;
+    use crate::film::{HalfBuffer, Region};
+
+    /// Adds samples with these transparencies to a pixel of a film of one row.
     fn add(film: &mut Film, x: u32, transparencies: &[f32], weights: Option<&[f32]>) {
         for tile in &mut film.tiles(9, [0; 2]) {
             let black = vec![Spectrum::ZERO; transparencies.len()];
@@ -78,7 +82,8 @@ mod tests {
         assert_eq!(channels, ["depth.Z"], "coverage is a channel of the colours");
     }
 
-    /// Of pixel 0, the halves have ½ and 1 whatever their numbers of samples; pixel 1 has one half.
+    /// Pixel 0 has coverage ½ and 1 in its halves, with different numbers of samples; pixel 1 has
+    /// one half.
     #[test]
     fn halves_count_the_same_as_in_the_light() {
         let mut film = empty().with_half_buffers();
@@ -88,7 +93,7 @@ mod tests {
         assert_eq!(film.alpha(), Some(vec![0.75, 0.25, 0.0]));
     }
 
-    /// Of 8 samples of which 2 are covered: σ²/n = 8/7 · ¼ · ¾ / 8.
+    /// With 8 samples, 2 of which are covered: σ²/n = 8/7 · ¼ · ¾ / 8.
     #[test]
     fn its_error_is_that_of_samples_that_are_covered_or_not() {
         let mut film = empty();

@@ -1,4 +1,4 @@
-//! What a film keeps of surfaces, besides light ("arbitrary output variables").
+//! Arbitrary output variables (AOVs) that a film keeps besides radiance.
 
 use std::borrow::Cow;
 
@@ -8,91 +8,94 @@ use pt_scene::image::{Channel, Samples};
 use super::id_coverage::THINGS_BYTES;
 use super::{ExactSum, Film, HalfBuffer, PixelSums};
 
-/// A quantity of which an image is written beside that of the light.
+/// A quantity that is written as an image besides radiance.
 ///
-/// Those of surfaces are means over the samples of the pixel that see one, at the first surface,
-/// and 0 where none does; numbers of things are those of what sample 0 sees, from 1 on, and 0 for
-/// nothing.
+/// Surface quantities are means over the samples of the pixel that hit a surface, taken at the
+/// first surface, and 0 if no sample hits one. Ids are those at the first surface of sample 0, from
+/// 1 on, and 0 for none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
-    /// Share of the light from all around that is scattered towards the camera.
+    /// Directional albedo: fraction of uniform incident light that is scattered towards the camera.
     Albedo,
     /// Shading normal.
     Normal,
-    /// Normal of the true surface, on the side of the shading normal.
+    /// Geometric normal, on the side of the shading normal.
     GeometricNormal,
-    /// Distance in metres from where the ray starts.
+    /// Distance in metres from the origin of the ray.
     Depth,
-    /// Place in the world, in metres.
+    /// World-space position in metres.
     Position,
-    /// Texture coordinates; where a mesh has none, the place on each of its triangles.
+    /// Texture coordinates; barycentric coordinates on each triangle if a mesh has none.
     Uv,
-    /// Number of the triangle or sphere.
+    /// Id of the triangle or sphere.
     Primitive,
-    /// Number of the object in the scene; what lights bring with them is the last one.
+    /// Id of the object in the scene; the geometry of light nodes has the last id.
     Object,
-    /// Number of the material among those of the compiled scene.
+    /// Id of the material among those of the compiled scene.
     Material,
-    /// Samples that were taken.
+    /// Number of samples.
     Samples,
     /// Square of the standard error of the luminance; infinite below two samples.
     Variance,
-    /// Samples that were refused: see [`super::InvalidReason`].
+    /// Number of rejected samples: see [`super::InvalidReason`].
     Refused,
-    /// Light of the first half of the samples …
+    /// Radiance of the first half buffer.
     HalfA,
-    /// … and of the second, which knows nothing of it: the image is the mean of both.
+    /// Radiance of the second half buffer, which is independent of the first: the image is the mean
+    /// of both.
     HalfB,
-    /// Which objects the samples see, and how many see each: see [`super::IdCoverage`].
+    /// Ids of the objects that the samples of a pixel hit, with the number of samples of each: see
+    /// [`super::IdCoverage`].
     CryptomatteObject,
-    /// Likewise which materials of the scene.
+    /// Ids of the materials of the scene that the samples of a pixel hit, with the number of
+    /// samples of each.
     CryptomatteMaterial,
     /// Coverage: see [`Film::alpha`].
     Alpha,
 }
 
-/// The first surface that a sample sees.
+/// First surface that a sample hits.
 #[derive(Clone, Copy, Debug)]
 pub struct FirstHit {
     /// See [`Aov::Albedo`].
     pub albedo: Spectrum,
     /// Shading normal.
     pub normal: Vec3,
-    /// Normal of the true surface.
+    /// Geometric normal.
     pub geometric_normal: Vec3,
     /// Distance along the ray.
     pub depth: f32,
-    /// Place in the world.
+    /// World-space position.
     pub position: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
-    /// Number of the primitive, from 0 on.
+    /// Index of the primitive.
     pub primitive: u32,
-    /// Number of the object, from 0 on.
+    /// Index of the object.
     pub object: u32,
-    /// Number of the material, from 0 on.
+    /// Index of the material in the compiled scene.
     pub material: u32,
-    /// Number of the material in the scene, from 0 on; `None` is the one of objects without any.
+    /// Index of the material in the source scene; `None` for objects without a material.
     pub scene_material: Option<u32>,
 }
 
-/// How an image gets its values.
+/// Source of the values of a channel.
 enum ChannelSource {
-    /// Means of numbers, the first ones of which are the channels.
+    /// Means over samples; the channels are the first elements.
     Mean(fn(&FirstHit) -> [f32; 3]),
-    /// A number of sample 0.
+    /// Id at the first surface of sample 0.
     Id(fn(&FirstHit) -> u32),
-    /// From what the film knows in any case.
+    /// Real number computed from the sums that every film has.
     Film(fn(PixelSums) -> f32),
-    /// The mean light of one of its halves.
+    /// Mean radiance of one half buffer.
     Half(HalfBuffer),
-    /// Likewise, a whole number.
+    /// Integer computed from the sums that every film has.
     Count(fn(PixelSums) -> u32),
-    /// The number of samples that were refused.
+    /// Number of rejected samples.
     Refused,
-    /// Numbers of all samples, which [`super::IdCoverage`] counts.
+    /// Ids of all samples, counted by [`super::IdCoverage`].
     Thing(fn(&FirstHit) -> u32),
-    /// The coverage of all samples.
+    /// Coverage of all samples.
     Coverage,
 }
 
@@ -100,7 +103,7 @@ const RGB: &[&str] = &["R", "G", "B"];
 const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
-    /// Each with its name for users.
+    /// Names of all quantities, in the order of the variants.
     pub const NAMES: [(&'static str, Self); 17] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
@@ -121,17 +124,18 @@ impl Aov {
         ("alpha", Self::Alpha),
     ];
 
-    /// The one of this name.
+    /// Returns the quantity with this name, or `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, aov)| aov)
     }
 
-    /// Its name for users; its channels are called so, with a dot and a letter or word behind.
+    /// Returns the name of the quantity. Its channels are named `NAME.SUFFIX`, with a letter or a
+    /// word as the suffix.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].0
     }
 
-    /// The names of its channels behind the dot, and where their values come from.
+    /// Returns the suffixes of its channels and the source of their values.
     fn source(self) -> (&'static [&'static str], ChannelSource) {
         match self {
             Self::Albedo => (RGB, ChannelSource::Mean(|hit| hit.albedo.to_array())),
@@ -160,17 +164,17 @@ impl Aov {
         }
     }
 
-    /// Returns true if 16 bits hold its values well: those of colours and directions.
+    /// Returns true if half precision suffices for its values: for colours and directions.
     fn half_suffices(self) -> bool {
         matches!(self, Self::Albedo | Self::Normal | Self::GeometricNormal)
     }
 
-    /// Returns true if a film needs two halves for it.
+    /// Returns true if it requires a film with half buffers.
     pub fn is_of_half(self) -> bool {
         matches!(self.source().1, ChannelSource::Half(_))
     }
 
-    /// Sums that a film keeps of it per pixel.
+    /// Returns the number of sums per pixel that a film keeps for it.
     fn sums(self) -> usize {
         match self.source() {
             (channels, ChannelSource::Mean(_)) => channels.len(),
@@ -185,7 +189,7 @@ impl Aov {
         }
     }
 
-    /// Which thing it counts, if it counts things.
+    /// Returns the id that it counts, or `None` if it counts no ids.
     fn id(self) -> Option<fn(&FirstHit) -> u32> {
         match self.source().1 {
             ChannelSource::Thing(number) => Some(number),
@@ -194,14 +198,14 @@ impl Aov {
     }
 }
 
-/// Returns the number of sums that a film keeps per pixel: if any, one more for the number of
-/// samples that see a surface.
+/// Returns the number of sums per pixel that a film keeps for these quantities. If there are any,
+/// one more sum holds the number of samples that hit a surface.
 pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
     let sums: usize = aovs.iter().map(|aov| aov.sums()).sum();
     if sums == 0 { 0 } else { sums + 1 }
 }
 
-/// Returns true if some are of surfaces, and not all of samples.
+/// Returns true if one of the quantities is sampled at surfaces.
 pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
     let of_surfaces = |aov: &Aov| {
         matches!(
@@ -212,37 +216,38 @@ pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
     aovs.iter().any(of_surfaces)
 }
 
-/// For each of them that counts things, which one it counts where a surface is seen.
+/// Returns, for each of the quantities that count ids, the id of a hit.
 pub(super) fn ids(aovs: &[Aov]) -> impl Iterator<Item = fn(&FirstHit) -> u32> {
     aovs.iter().filter_map(|aov| aov.id())
 }
 
-/// The place of one among those that count things, if it is one of them.
+/// Returns the index of `aov` among the quantities that count ids, or `None` if it is none of them.
 pub(super) fn id_index(aovs: &[Aov], aov: Aov) -> Option<usize> {
     aovs.iter().filter(|aov| aov.id().is_some()).position(|other| *other == aov)
 }
 
-/// The place of the first sum of one among those of a pixel, if it is kept.
+/// Returns the index of the first sum of `aov` among the sums of a pixel, or `None` if it is not
+/// kept.
 pub(super) fn sum_index(aovs: &[Aov], aov: Aov) -> Option<usize> {
     let before = &aovs[..aovs.iter().position(|other| *other == aov)?];
     Some(1 + before.iter().map(|aov| aov.sums()).sum::<usize>())
 }
 
-/// Counts a sample that is refused.
+/// Counts a rejected sample, if [`Aov::Refused`] is kept.
 pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
     if let Some(place) = sum_index(aovs, Aov::Refused) {
         sums[place].add(1.0);
     }
 }
 
-/// Bytes that a film needs per pixel for these, and their images while they are written where those
-/// are large.
+/// Returns the number of bytes per pixel that a film needs for these quantities, including images
+/// that are large while they are written.
 pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
     sums_per_pixel(aovs) * size_of::<ExactSum>() + ids(aovs).count() * THINGS_BYTES
 }
 
-/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0;
-/// returns whether all are numbers.
+/// Adds the first surface of a sample to the sums of its pixel. Returns true if all values are
+/// finite and within [`ExactSum::LIMIT`]; others count as 0.
 pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstHit) -> bool {
     let Some((hits, mut rest)) = sums.split_first_mut() else { return true };
     hits.add(1.0);
@@ -267,7 +272,7 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
     are_numbers
 }
 
-/// The sums of a film, or those of its two halves together.
+/// Returns the sums of a film, added over its half buffers.
 fn sums_of_halves(film: &Film) -> Cow<'_, [ExactSum]> {
     let Some(second) = &film.second else { return Cow::Borrowed(&film.aov_sums) };
     let both = film.aov_sums.iter().zip(&second.aov_sums).map(|(&a, &b)| {
@@ -278,11 +283,11 @@ fn sums_of_halves(film: &Film) -> Cow<'_, [ExactSum]> {
     Cow::Owned(both.collect())
 }
 
-/// The images of a film's quantities, in its order, without those that count things and without
-/// [`Aov::Alpha`], which belongs to the colours.
+/// Returns the channels of a film's quantities, in their order, except those that count ids and
+/// [`Aov::Alpha`], which belongs to the colour channels.
 pub fn channels(film: &Film) -> Vec<Channel> {
     let per_pixel = sums_per_pixel(&film.aovs);
-    // Where nothing is kept, there is nothing to find.
+    // Without quantities there are no sums.
     let all_sums = sums_of_halves(film);
     let sums = |i: usize| all_sums.get(i * per_pixel..).unwrap_or_default();
     let pixels = || film.pixels().enumerate();
@@ -306,8 +311,8 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 ChannelSource::Half(half) => Samples::Real(
                     film.moments(half).map(|moments| moments.mean()[channel] as f32).collect(),
                 ),
-                // Their images are of names, which a film does not know,
-                // and coverage belongs to the colours.
+                // Cryptomatte channels need the names of objects, which a film does not have;
+                // coverage belongs to the colour channels.
                 ChannelSource::Thing(_) | ChannelSource::Coverage => continue,
             };
             let name = format!("{}.{name}", aov.name());
@@ -318,9 +323,9 @@ pub fn channels(film: &Film) -> Vec<Channel> {
     channels
 }
 
-/// Means of a quantity with three real channels over all samples of each pixel, in which those that
-/// see no surface are 0, as is their light: at the edge of a shape, what is seen of it. `None` if
-/// the film does not keep it.
+/// Returns means of a quantity with three real channels over all samples of each pixel, or `None`
+/// if the film does not keep it. Samples that hit no surface count as 0, so pixels at the edge of a
+/// shape are antialiased.
 pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
     let first = sum_index(&film.aovs, aov)?;
     let (channels, ChannelSource::Mean(_)) = aov.source() else { return None };
@@ -373,8 +378,8 @@ mod tests {
         assert_eq!(Aov::from_name("shadow"), None);
     }
 
-    /// Pixel 0 sees three surfaces in four samples, pixel 1 none in the first of two, pixel 2
-    /// nothing.
+    /// Pixel 0 has three surface hits in four samples, pixel 1 none in the first of two, pixel 2
+    /// none at all.
     #[test]
     fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
         let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());
@@ -402,7 +407,7 @@ mod tests {
         real("albedo.R", [0.25, 0.25, 0.0]);
         let of_all = |aov| means_of_all_samples(&film, aov);
         let albedo = of_all(Aov::Albedo).expect("it is kept");
-        // Three samples see a surface of the two that bring light; then one of two, and none.
+        // Three hits over two counted samples; then one over two, and none.
         assert_eq!(albedo, [[0.375, 0.75, 2.0], [0.125, 0.25, 0.5], [0.0; 3]]);
         assert_eq!(of_all(Aov::Normal).map(|n| n[1]), Some([-0.5; 3]));
         assert_eq!([of_all(Aov::Depth), of_all(Aov::Samples)], [None, None]);
@@ -423,7 +428,7 @@ mod tests {
         // 3 and 1: the variance of each is 2, that of the mean 1.
         let Samples::Real(variance) = channel(&film, "variance.Y") else { panic!("no numbers") };
         assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
-        // Without halves, all is the first.
+        // Without half buffers, all samples are in the first half.
         real("half_a.R", [2.0; 3]);
         assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2 + 1 + 6);
         assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());

@@ -1,20 +1,28 @@
-//! Films as bytes: all that is needed to go on, or to add films up.
+//! Serialisation of films: all data needed to resume a render or to merge films.
 //!
-//! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32
-//! each); how many quantities are kept besides light (u32), and of each the length of its name
-//! (u32) and the name; counts (u32) pixel by pixel; the four sums of each pixel; those of the other
-//! quantities; of each pixel for each quantity that counts things, how many things there are (u32),
-//! and of each its number and how many samples see it (u32 each), in the order of the numbers; of
-//! each pixel the three sums of each group of lights, which are quantities too, behind the others,
-//! called `light group` and their name; the luminance that was cut off (a sum); how many
-//! samples were refused for each reason (u64 each, in the order of [`InvalidReason::ALL`]), how
-//! many of them are named (u32), and of each its row, column and number, and the number of the
-//! reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
-//! else 0 (u32). Sums are of three words of 64 bits in units of 2⁻⁶⁴, those of squares of four in
-//! units of 2⁻¹²⁷. Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is
-//! expected (three u64), the error (f64, NaN for none), 0, or 1 and the densities of the pixels
-//! (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for each other
-//! (u8). Nothing else.
+//! Integers are little endian. In order:
+//!
+//! * column, row, width, height and the first sample (u32 each);
+//! * the number of quantities besides radiance (u32), and for each the length of its name (u32) and
+//!   the name. Light groups are quantities too, after all others, with the name `light group NAME`;
+//! * the sample count (u32) of each pixel;
+//! * the four sums of each pixel;
+//! * the sums of the other quantities, pixel by pixel;
+//! * for each pixel and each quantity that counts ids: the number of ids (u32), and for each id, in
+//!   ascending order, the id and its number of samples (u32 each);
+//! * for each pixel and each light group: three sums;
+//! * the luminance removed by clamping (a sum);
+//! * the number of rejected samples for each reason (u64 each, in the order of
+//!   [`InvalidReason::ALL`]), the number of those that are listed (u32), and for each of these its
+//!   row, column, sample index and the number of the reason (u32 each).
+//!
+//! Then 1 if there is a second half buffer, followed by all of the above for it, or else 0 (u32).
+//! Sums are three words of 64 bits in units of 2⁻⁶⁴, sums of squares four words in units of 2⁻¹²⁷.
+//!
+//! Then 0, or 1 and the plan: its goal, rounds and least (u32 each), the expected totals (three
+//! u64), the error (f64, NaN for none); 0, or 1 and the densities of the pixels (f32), or 2 if
+//! these are equal; and 0, or 1 and a byte for each pixel, 1 if it is vacant and 0 if not. Nothing
+//! follows.
 
 use std::io::{self, Write};
 
@@ -27,40 +35,40 @@ use super::{
     SamplePlan, Sums, aov,
 };
 
-/// Why bytes are no film.
+/// Reason why bytes are not a valid film.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FilmError {
-    /// They end too early.
+    /// The bytes end too early. Contains their number.
     #[error("{0} bytes are too few for what they say they hold")]
     Short(usize),
-    /// Something comes behind the film.
+    /// The film is followed by this number of bytes.
     #[error("behind the film there are {0} more bytes")]
     Long(usize),
-    /// A quantity is not known.
+    /// A quantity with this name is not supported.
     #[error("it keeps \"{0}\", which this version does not know")]
     Quantity(String),
-    /// The things that a pixel sees are not in the order of their numbers, each once.
+    /// The ids of a pixel are not in strictly ascending order.
     #[error("what a pixel sees is not in order")]
     Things,
-    /// A pixel has more samples than there are numbers of samples.
+    /// The sample indices of a pixel exceed 32 bits.
     #[error("a pixel has samples beyond number 4294967295")]
     Samples,
-    /// A sum is greater than that of so many samples can be.
+    /// A sum is larger than the number of samples permits.
     #[error("a sum is greater than that of as many samples as there are can be")]
     Sums,
-    /// The pixels lie beyond those that an image can have.
+    /// Columns or rows of the region exceed 32 bits.
     #[error("its pixels lie beyond column or row 4294967295")]
     Region,
-    /// A second half does not fit.
+    /// The second half buffer does not match the first.
     #[error("its halves are not of the same pixels, or keep not the same")]
     Halves,
 }
 
 impl Film {
-    /// Writes it as bytes.
+    /// Writes the film as bytes.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Returns the errors of the writer.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         self.write_half(out)?;
         match &self.second {
@@ -86,7 +94,7 @@ impl Film {
         put(out, vacant, |vacant| [u8::from(vacant)])
     }
 
-    /// Writes all but what ties it to another half.
+    /// Writes one half buffer, without the data common to both.
     fn write_half(&self, out: &mut impl Write) -> io::Result<()> {
         let Self {
             region,
@@ -127,10 +135,10 @@ impl Film {
         put(out, &words, u32::to_le_bytes)
     }
 
-    /// Reads what [`Self::write`] wrote.
+    /// Reads a film written by [`Self::write`].
     ///
     /// # Errors
-    /// If the bytes are something else. No more memory is taken than they have.
+    /// If the bytes are not a valid film. No more memory is allocated than the bytes can fill.
     pub fn read(bytes: &[u8]) -> Result<Self, FilmError> {
         let mut rest = bytes;
         let short = || FilmError::Short(bytes.len());
@@ -151,7 +159,7 @@ impl Film {
     }
 }
 
-/// Writes all items, many at a time.
+/// Writes all items, in blocks of [`AT_ONCE`].
 fn put<T: Copy, const N: usize>(
     out: &mut impl Write,
     items: &[T],
@@ -168,9 +176,9 @@ fn put<T: Copy, const N: usize>(
     Ok(())
 }
 
-/// Bytes of a sum.
+/// Bytes of an [`ExactSum`].
 const SUM: usize = size_of::<ExactSum>();
-/// Those of what every pixel has.
+/// Bytes of the sums that every pixel has.
 const PIXEL: usize = size_of::<Sums>();
 
 fn bytes_of_sum(sum: ExactSum) -> [u8; SUM] {
@@ -196,8 +204,8 @@ fn pixel_of_bytes(bytes: [u8; PIXEL]) -> Sums {
     Sums { light, squares: SquareSum::from_words(squares) }
 }
 
-/// What is wrong with the sums of pixels that have so many samples each, if something is. Sums of
-/// more than samples can have could not be added up any more.
+/// Returns the error of a film whose sums exceed what its samples permit, or `None` if there is
+/// none. Adding to such sums could overflow.
 fn fault_of_sums(film: &Film) -> Option<FilmError> {
     let Film { first, counts, sums, aov_sums, group_sums, .. } = film;
     let (per_pixel, groups) = (aov::sums_per_pixel(&film.aovs), film.light_groups.len());
@@ -219,16 +227,16 @@ fn fault_of_sums(film: &Film) -> Option<FilmError> {
     None
 }
 
-/// What is written of the things that a pixel sees.
+/// Returns the words written for the ids of a pixel.
 fn words_of(ids: &IdCoverage) -> impl Iterator<Item = u32> {
     let count = ids.iter().len() as u32;
     std::iter::once(count).chain(ids.iter().flat_map(|seen| [seen.number, seen.samples]))
 }
 
-/// Items that are written at a time: enough to be fast, few enough for the cache.
+/// Number of items that are written at a time: enough to be fast, few enough for the cache.
 const AT_ONCE: usize = 4096;
 
-/// Takes `count` items from the front of what is left; `None` if there are not so many.
+/// Takes `count` items from the front of the remaining bytes; `None` if there are too few.
 fn take<T, const N: usize>(rest: &mut &[u8], count: u64, item: fn([u8; N]) -> T) -> Option<Vec<T>> {
     let count = usize::try_from(count).ok()?;
     let bytes = rest.split_off(..count.checked_mul(N)?)?;
@@ -239,7 +247,7 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
     take(rest, 1, u32::from_le_bytes)?.pop()
 }
 
-/// A plan for these pixels; `None` if there are too few bytes.
+/// Takes a plan for the pixels of `region`; `None` if there are too few bytes.
 fn take_plan(rest: &mut &[u8], region: Region) -> Option<SamplePlan> {
     let [goal, rounds, least] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
     let expected = take(rest, 3, u64::from_le_bytes)?.try_into().ok()?;
@@ -256,7 +264,7 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<SamplePlan> {
     Some(SamplePlan { goal, rounds, least, densities, vacant, error, expected })
 }
 
-/// The things of a pixel; `None` if there are too few bytes.
+/// Takes the ids of a pixel; `None` if there are too few bytes.
 fn take_things(rest: &mut &[u8]) -> Option<Result<IdCoverage, FilmError>> {
     let count = take_word(rest)?;
     let seen = |bytes: [u8; 8]| {
@@ -274,7 +282,7 @@ fn take_things(rest: &mut &[u8]) -> Option<Result<IdCoverage, FilmError>> {
     Some(Ok(ids))
 }
 
-/// A half, or what is wrong with it; `None` if there are too few bytes.
+/// Takes a half buffer; `None` if there are too few bytes.
 fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
     let [x, y, width, height, first, quantities] =
         take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
@@ -339,12 +347,12 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::{Spectrum, Vec2, Vec3};
 
+    use super::*;
     use crate::film::{FirstHit, HalfBuffer};
 
-    /// A film with all that a film may have.
+    /// A film with all optional parts, except half buffers and a plan.
     fn film() -> Film {
         let region = Region { x: 3, y: 1, width: 5, height: 4 };
         let aovs =
@@ -381,7 +389,7 @@ mod tests {
         film
     }
 
-    /// One of two halves, of which samples were decided.
+    /// A film with half buffers and a plan.
     fn planned(densities: Option<Vec<f32>>) -> Film {
         let region = Region::full([3, 2]);
         let groups = ["sky".into(), "rest".into()];
@@ -424,8 +432,7 @@ mod tests {
         }
     }
 
-    /// Else the samples of a thing that is there twice would be added up, beyond what a count
-    /// holds.
+    /// Otherwise the samples of a repeated id would be added, and their count could overflow.
     #[test]
     fn things_of_a_pixel_are_in_order_and_each_once() {
         let mut film = Film::with_aovs(Region::full([1, 1]), &[Aov::CryptomatteObject]);
@@ -446,8 +453,8 @@ mod tests {
         }
     }
 
-    /// A pixel of one sample, with sums at their limit and beyond, and one whose samples have no
-    /// numbers.
+    /// A pixel of one sample with sums at their limit and beyond it, and one whose sample indices
+    /// overflow.
     #[test]
     fn sums_and_counts_are_those_of_samples_that_can_be() {
         let mut film = Film::new(Region::full([1, 1]));
@@ -479,7 +486,7 @@ mod tests {
         }
     }
 
-    /// A film that claims more pixels than memory has, and one that keeps what nobody knows.
+    /// A film that claims more pixels than memory can hold, and one with an unknown quantity.
     #[test]
     fn claims_are_not_believed() {
         let mut huge = bytes(&film());

@@ -1,47 +1,42 @@
-//! How far a film of two halves is from the image of infinitely many samples, as it is displayed.
+//! Error of the displayed image, estimated from the difference of two half buffers.
 //!
-//! A screen shows light between 0 and a white W: f(x) = min(max(x/W, 0), 1). With the means A and B
-//! of the halves of a pixel and the image M = (A + B)/2, the square of (A − B)/2 has the variance
-//! of M as its mean, whatever points the samples of a half are, since the halves know nothing of
-//! each other. Where light is beyond the screen's range, the larger one of (f(A) − f(M))² and (f(B)
-//! − f(M))² takes its place, which is the same within the range: a pixel of which one half
-//! is far too bright, and so the image, is not told to be half as far away as it is.
+//! The display clamps radiance at a white level W: f(x) = min(max(x/W, 0), 1). With the means A and
+//! B of the halves of a pixel and the image M = (A + B)/2, the expected value of ((A − B)/2)² is
+//! the variance of M for any sampler, since the halves are independent. Outside of the displayed
+//! range, the larger of (f(A) − f(M))² and (f(B) − f(M))² replaces it, which is the same value
+//! within the range: otherwise a pixel of which one half, and so the image, is far too bright would
+//! be reported with half of its error.
 //!
-//! Where a film keeps coverage, its error counts as well: with ((αA − αB)/2)² of each pixel times
-//! S/Sα, where S and Sα are the sums of squares of what is displayed and of the coverage, the
-//! square of the relative error is the sum of those of light and of coverage, so that both are at
-//! least as good as they were to be. Where all is black, it is that of coverage.
+//! If the film keeps coverage, the error of the coverage is included: ((αA − αB)/2)² of each pixel
+//! is added, times S/Sα, where S and Sα are the sums of squares of the displayed values and of the
+//! coverage. The square of the relative error is then the sum of those of radiance and coverage, so
+//! both meet the target. If the whole image is black, it is that of the coverage.
 
 use super::Film;
 use super::missing_mass::{ErrorBudget, MissingMass, deviations};
+use crate::film::display::displayed;
 
-/// The root mean square error of a displayed image, as a share of the root of its mean square:
-/// √(Σ(f(M) − f(μ))² / Σf(μ)²) over all pixels and channels, with the image M and that of
-/// infinitely many samples, μ.
+/// Relative root mean square error of a displayed image: √(Σ(f(M) − f(μ))² / Σf(μ)²) over all
+/// pixels and channels, where M is the image and μ the image of infinitely many samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorEstimate {
-    /// The best guess.
+    /// Best estimate.
     pub error: f64,
-    /// The error of this image is hardly less,
+    /// Lower bound of the confidence interval.
     pub lower: f64,
-    /// and hardly more.
+    /// Upper bound of the confidence interval.
     pub upper: f64,
 }
 
 impl ErrorEstimate {
-    /// The best guess, hardly less, hardly more.
+    /// Returns the best estimate, the lower bound and the upper bound.
     pub fn to_array(self) -> [f64; 3] {
         [self.error, self.lower, self.upper]
     }
 }
 
-/// What the screen shows of light, if this is its white.
-pub(super) fn displayed(light: f64, white: f64) -> f64 {
-    (light / white).clamp(0.0, 1.0)
-}
-
-/// The squares of the differences of pixels between halves and image, and the squares of what is
-/// displayed: each summed up over the channels.
+/// Returns the square of the difference between the halves and the image of a pixel, and the square
+/// of the displayed value, each summed over the channels.
 fn squares([a, b]: [[f64; 3]; 2], white: f64) -> (f64, f64) {
     let of_channel = |c: usize| {
         let mean = displayed(0.5 * (a[c] + b[c]), white);
@@ -51,49 +46,51 @@ fn squares([a, b]: [[f64; 3]; 2], white: f64) -> (f64, f64) {
     (0..3).map(of_channel).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 
-/// What the error of an image is made of: sums over pixels and channels of squares of what is
-/// displayed.
+/// Components of the error of an image: sums of squares of displayed values over pixels and
+/// channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SquaredErrors {
-    /// Of the error: the best guess.
+    /// Best estimate of the squared error.
     noise: f64,
-    /// Its standard deviation.
+    /// Standard deviation of `noise`.
     deviation: f64,
-    /// What is displayed.
+    /// Sum of the squared displayed values.
     signal: f64,
     /// Bound on the error due to features that no sample has hit.
     missing_mass: MissingMass,
-    /// The fewest samples of a pixel that may hide something, in both halves.
+    /// Smallest number of samples, in both halves together, of the pixels that show more than
+    /// background.
     pub(crate) fewest: u32,
-    /// With which probabilities the error may be more than is told.
+    /// Probabilities with which the error may exceed its upper bound.
     budget: ErrorBudget,
 }
 
 impl SquaredErrors {
-    /// The greatest sum of squares for which the relative error is this: the mean square of a mean
-    /// with an error is greater by the error's.
+    /// Returns the largest sum of squared errors at which the relative error is at most `error`.
+    /// The measured signal includes the squared error itself, hence the divisor 1 + `error`².
     pub(crate) fn allowed(&self, error: f64) -> f64 {
         let square = error * error;
         self.signal * square / (1.0 + square)
     }
 
-    /// What the sum of squares of errors hardly exceeds, if the noise is `share` of what it is, and
-    /// each pixel has at least so many samples.
+    /// Returns an upper bound on the sum of squared errors if the noise is multiplied by `share`
+    /// and each pixel has at least `fewest` samples.
     pub(crate) fn upper_bound(&self, share: f64, fewest: u32) -> f64 {
         share * self.noise + self.missing_mass.margin(share * self.deviation, fewest, self.budget)
     }
 
-    /// The same if the error may be more with other probabilities.
+    /// Replaces the probabilities with which the error may exceed its upper bound.
     pub(crate) fn with_budget(self, budget: ErrorBudget) -> Self {
         Self { budget, ..self }
     }
 
-    /// With how many samples of each pixel no more than this is hardly ever missed.
+    /// Returns the number of samples per pixel at which the squared error due to missing mass
+    /// exceeds `square` with no more than the probability of the budget.
     pub(crate) fn samples_for_missing_mass(&self, square: f64) -> f64 {
         self.missing_mass.samples(-libm::log(self.budget.missing_mass), square)
     }
 
-    /// As an error.
+    /// Returns the relative error with its confidence interval.
     pub(crate) fn estimate(&self) -> ErrorEstimate {
         let relative = |sum: f64| match sum.max(0.0) {
             0.0 => 0.0,
@@ -106,10 +103,13 @@ impl SquaredErrors {
     }
 }
 
-/// The variance of the sum of terms of pixels, row by row, or more: the squares of terms have the
-/// squares of their means in them, and the products of terms that know nothing of each other,
-/// `apart` columns apart, have no more of these (2ab ≤ a² + b²). Of halves that differ as normal
-/// variables do it is a third, and never taken for more.
+/// Returns an upper bound on the variance of a sum over pixels, whose terms are given row by row.
+///
+/// The sum of the squared terms overestimates the variance by the squared means of the terms. The
+/// products of terms that are `apart` columns apart, and so independent, are subtracted; their
+/// expected value does not exceed that of the squared means (2ab ≤ a² + b²). If the halves differ
+/// by normal variables, the squared means are a third of the squares; no more than this is
+/// subtracted.
 fn variance_of_sum(terms: &[f64], width: usize, apart: usize) -> f64 {
     let squares: f64 = terms.iter().map(|term| term * term).sum();
     let products =
@@ -119,14 +119,14 @@ fn variance_of_sum(terms: &[f64], width: usize, apart: usize) -> f64 {
 }
 
 impl Film {
-    /// What the error of the image of a film in halves is made of, if light of `white` is the
-    /// brightest that the screen shows, errors of squares of `reuse`² pixels are the same, and
-    /// it may be more than is told with the probabilities of `budget`. The interval is that in
-    /// which the error of this image lies, and not only that of images like it: both are sums
-    /// over pixels whose halves differ by chance, the one of (M − μ)², the other of (A − B)²/4,
-    /// so that their difference has twice the variance of the latter (`variance_of_sum`).
+    /// Returns the components of the error of a film with half buffers, or `None` if a pixel lacks
+    /// samples.
     ///
-    /// `None` if a pixel lacks samples.
+    /// Radiance is displayed up to `white`, pixels in squares of `reuse`² have the same error, and
+    /// the upper bound may be exceeded with the probabilities of `budget`. The interval is that of
+    /// the error of this image, and not of the expected error of such images: both (M − μ)² and
+    /// (A − B)²/4 are random, so the difference of their sums has twice the variance of the latter
+    /// (`variance_of_sum`).
     pub(crate) fn squared_errors(
         &self,
         white: f64,
@@ -159,9 +159,10 @@ impl Film {
         Some(SquaredErrors { noise, deviation, signal, missing_mass, fewest, budget })
     }
 
-    /// The square error of each displayed pixel, as [`Self::squared_errors`] sums it up: summed up
-    /// over the channels, as a share of the square of white, and with that of coverage as a
-    /// share of that of 1. `None` if a pixel lacks samples.
+    /// Returns the squared error of each displayed pixel, relative to the square of white and
+    /// summed over the channels, plus that of its coverage. `None` if a pixel lacks samples.
+    ///
+    /// These are the terms of [`Self::squared_errors`], without the scale of the coverage.
     pub(crate) fn square_errors(&self, white: f64) -> Option<Vec<f64>> {
         let errors = self.pixels().map(|pixel| Some(squares(pixel.half_means()?, white).0));
         let mut errors: Vec<f64> = errors.collect::<Option<_>>()?;

@@ -1,18 +1,18 @@
-//! Exact sums.
+//! Exact sums of floating-point numbers in fixed point.
 
-/// A sum of floating-point numbers as a fixed-point number of `WORDS` words of 64 bits, the least
-/// significant first, in two's complement, whose last bit is 2^−`FRACTION`: exact, hence
+/// Sum of floating-point numbers as a fixed-point number of `WORDS` words of 64 bits, least
+/// significant first, in two's complement, with the unit 2^−`FRACTION`. It is exact, and so
 /// associative and commutative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Zeroable)]
 pub struct FixedPoint<const WORDS: usize, const FRACTION: i32>([u64; WORDS]);
 
-/// A sum of `f32` values of at most 2⁴⁸, in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do
-/// not fill it. A pixel has fewer than 2³² samples, and an image of all pixels that memory holds
-/// fewer than 2⁷⁹.
+/// Sum of `f32` values of magnitude up to 2⁴⁸, in units of 2⁻⁶⁴, in [−2¹²⁷, 2¹²⁷): fewer than 2⁷⁹
+/// values cannot overflow it. A pixel has fewer than 2³² samples, and an image that fits in memory
+/// has fewer than 2⁷⁹.
 pub type ExactSum = FixedPoint<3, 64>;
 
-/// A sum of squares of such values, in steps of 2⁻¹²⁷, below 2¹²⁸: as many as a pixel has samples
-/// do not fill it.
+/// Sum of squares of such values, in units of 2⁻¹²⁷, below 2¹²⁸: the samples of a pixel cannot
+/// overflow it.
 pub(super) type SquareSum = FixedPoint<4, 127>;
 
 impl ExactSum {
@@ -27,13 +27,13 @@ impl<const WORDS: usize, const FRACTION: i32> Default for FixedPoint<WORDS, FRAC
 }
 
 impl<const WORDS: usize, const FRACTION: i32> FixedPoint<WORDS, FRACTION> {
-    /// Adds a finite value; digits below the last bit are cut off.
+    /// Adds a finite value; bits below the unit are truncated.
     #[inline]
     pub fn add(&mut self, value: f32) {
         self.add_f64(f64::from(value));
     }
 
-    /// Likewise.
+    /// Adds a finite `f64` value; bits below the unit are truncated.
     #[inline]
     pub(super) fn add_f64(&mut self, value: f64) {
         let bits = value.to_bits();
@@ -55,7 +55,7 @@ impl<const WORDS: usize, const FRACTION: i32> FixedPoint<WORDS, FRACTION> {
         );
     }
 
-    /// Adds two words from number `first` on, or subtracts them.
+    /// Adds two words at word index `first`, or subtracts them.
     #[inline]
     fn add_words(&mut self, first: usize, words: [u64; 2], is_negative: bool) {
         let mut carry = false;
@@ -82,17 +82,15 @@ impl<const WORDS: usize, const FRACTION: i32> FixedPoint<WORDS, FRACTION> {
         }
     }
 
-    /// Its words.
     pub(super) fn words(self) -> [u64; WORDS] {
         self.0
     }
 
-    /// From its words.
     pub(super) fn from_words(words: [u64; WORDS]) -> Self {
         Self(words)
     }
 
-    /// The sum, rounded once.
+    /// Returns the sum, rounded once.
     #[inline]
     pub fn value(self) -> f64 {
         let is_negative = self.0[WORDS - 1] >> 63 != 0;
@@ -109,7 +107,7 @@ impl<const WORDS: usize, const FRACTION: i32> FixedPoint<WORDS, FRACTION> {
         let zeros = magnitude.0[top].leading_zeros();
         let below = if top > 0 { magnitude.0[top - 1] } else { 0 };
         let two = u128::from(magnitude.0[top]) << 64 | u128::from(below);
-        // 64 binary digits from the first on, of which the last stands for all that follow, too.
+        // The leading 64 bits; the last one is sticky and represents all bits that follow.
         let digits = two << zeros;
         let rest =
             (digits as u64) != 0 || magnitude.0[..top.saturating_sub(1)].iter().any(|w| *w != 0);
@@ -139,7 +137,7 @@ mod tests {
         assert!((forward.value() - want).abs() < 1e-18, "{} {want}", forward.value());
     }
 
-    /// 2^`doublings` times the same, by adding a sum to itself.
+    /// Returns 2^`doublings` times `value`, by adding a sum to itself.
     fn doubled<const W: usize, const F: i32>(value: f32, doublings: u32) -> FixedPoint<W, F> {
         let mut sum = FixedPoint::default();
         sum.add(value);
@@ -149,8 +147,8 @@ mod tests {
         sum
     }
 
-    /// All powers of two that samples may have, of both signs, as often as all samples of a pixel
-    /// (2³²) and of the largest image (2⁷⁹ − 1 at most; here 2⁷⁸): the sum is the product.
+    /// For all powers of two that samples can have, of both signs, and for the number of samples of
+    /// a pixel (2³²) and of the largest image (2⁷⁹ − 1 at most; here 2⁷⁸): the sum is the product.
     #[test]
     fn no_magnitude_sign_or_count_wraps_a_sum() {
         for power in -64..=48 {
@@ -186,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Of numbers below 2¹²⁷ the sums are those of `i128`, whose conversion to `f64` rounds once.
+    /// For numbers below 2¹²⁷ the sums are those of `i128`, whose conversion to `f64` rounds once.
     #[test]
     fn values_are_rounded_once_to_the_nearest() {
         let mut random = pt_testing::Random::new(5);

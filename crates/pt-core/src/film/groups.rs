@@ -1,23 +1,23 @@
-//! Light in parts: that of each group of lights.
+//! Radiance of each light group.
 
 use pt_math::Spectrum;
 use pt_scene::image::{Channel, Samples};
 
 use super::{ExactSum, Film, InvalidReason, Moments, PixelSums, Sums};
 
-/// Red, green and blue of a group.
+/// Red, green and blue of a light group.
 pub(super) type GroupSums = [ExactSum; 3];
 
-/// Bytes per pixel that are reckoned for each group: the sums, and its channels once apart and once
-/// in the file.
+/// Bytes per pixel that are estimated for each light group: its sums, and its channels, once in
+/// memory and once in the file.
 pub const BYTES_PER_PIXEL: usize = size_of::<GroupSums>() + 2 * size_of::<[f32; 3]>();
 
-/// Before its name, a group is called so among what a film keeps.
+/// Prefix of the name of a light group among the quantities of a film.
 pub(super) const PREFIX: &str = "light group ";
 
-/// Adds samples of a pixel, of which `parts` has that of each group, one sample behind the other,
-/// each times what it counts by the filter if that is given. What the film refuses as a whole it
-/// refuses in parts.
+/// Adds samples of a pixel. `parts` contains the radiance of each group, sample by sample;
+/// `weights` are the filter weights, 1 if `None`. Samples that the film rejects are rejected in all
+/// groups.
 pub(super) fn add(
     sums: &mut [GroupSums],
     samples: &[Spectrum],
@@ -39,8 +39,8 @@ pub(super) fn add(
 }
 
 impl Film {
-    /// What is known of the light of a group in each pixel, in rows from the top: its mean is taken
-    /// as that of the whole.
+    /// Returns the sums of a light group in each pixel, in rows from the top. Their mean is that of
+    /// [`PixelSums`], as for the image.
     fn pixels_of_group(&self, group: usize) -> impl Iterator<Item = PixelSums> {
         let moments = move |film: &Self, i: usize| {
             let light = film.group_sums[i * film.light_groups.len() + group];
@@ -53,7 +53,7 @@ impl Film {
     }
 }
 
-/// The light of each group as channels, which together are the image but for rounding.
+/// Returns the radiance of each light group as channels, whose sum is the image up to rounding.
 pub fn channels(film: &Film) -> Vec<Channel> {
     let channel = |group: usize, name: &str, (c, letter): (usize, &str)| {
         let means = film.pixels_of_group(group).map(|pixel| pixel.mean()[c] as f32);
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::film::{HalfBuffer, Region};
 
-    /// Adds samples of the light of two groups to a pixel of a film of one row.
+    /// Adds samples with the radiance of two groups to a pixel of a film of one row.
     fn add(film: &mut Film, x: u32, parts: &[[f32; 2]]) {
         let parts = parts.iter().flatten().map(|&v| Spectrum::rgb(v, 2.0 * v, 0.0));
         let parts: Vec<_> = parts.collect();
@@ -90,8 +90,8 @@ mod tests {
     }
 
     /// Pixel 0 has two samples in the first half and three in the second, pixel 1 some in one half
-    /// alone, pixel 2 none. Each group counts as the image does: of two halves, the mean of
-    /// their means.
+    /// only, pixel 2 none. Groups are averaged like the image: over two halves, the mean of their
+    /// means.
     #[test]
     fn groups_of_halves_are_together_the_mean_of_the_halves() {
         let film = Film::new(Region::full([3, 1]));
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(image, [5.5, 6.0, 0.0]);
     }
 
-    /// What is no light as a whole is none in its parts, and a weight counts for the whole and for
+    /// An invalid sample is rejected in all its parts, and a weight applies to the sample and to
     /// its parts.
     #[test]
     fn parts_are_refused_and_weighed_as_their_whole_is() {

@@ -1,52 +1,52 @@
-//! Films of two halves, whose samples know nothing of each other: how much they differ is how large
-//! the error is.
+//! Films with two independently sampled half buffers; their difference estimates the error.
 
 use pt_math::sampler::HALF_B_OFFSET;
 
 use super::{Film, Moments};
 
-/// One of the halves of a film.
+/// One of the two half buffers of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HalfBuffer {
-    /// Samples from number 0 on.
+    /// Samples with indices from 0 on.
     First,
-    /// Samples from number [`HALF_B_OFFSET`] on.
+    /// Samples with indices from [`HALF_B_OFFSET`] on.
     Second,
 }
 
 impl HalfBuffer {
-    /// Both.
+    /// Both half buffers, in order.
     pub const BOTH: [Self; 2] = [Self::First, Self::Second];
 }
 
 /// Target number of samples of each pixel of a film with half buffers, until the next evaluation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SamplePlan {
-    /// Samples of a pixel in each half: of all pixels on average, or of each as long as nothing is
-    /// known of how they differ.
+    /// Samples per pixel in each half: the average over all pixels, or the number for every pixel
+    /// as long as no densities are known.
     pub goal: u32,
-    /// How often it was decided that more are needed, since pixels are told apart or before.
+    /// Number of rounds of additional samples since densities are known, or so far if they are not.
     pub rounds: u32,
-    /// Samples that each pixel is to have in each half at least.
+    /// Minimum number of samples of each pixel in each half.
     pub least: u32,
-    /// Once pixels are told apart, how many each is to have for each of the goal; empty if all are
-    /// to have the same.
+    /// Number of samples of each pixel relative to the goal. `None` before densities are known;
+    /// empty if all pixels are to have the same number.
     pub densities: Option<Vec<f32>>,
-    /// Pixels of which all samples are known to be the same, since they see nothing but an even
-    /// sky; empty if there are none.
+    /// True for each pixel whose samples are known to be equal, since it shows only a constant
+    /// background; empty if there are none.
     pub vacant: Vec<bool>,
-    /// The error when this was decided.
+    /// Error of the image when the plan was made.
     pub error: Option<f64>,
     /// Estimated total number of samples at that time: lower bound, expected value, upper bound.
     pub expected: [u64; 3],
 }
 
 impl SamplePlan {
-    /// Returns the target number of samples of pixel number `pixel` in each half. Where pixels
-    /// differ these are powers of two, of which the points of a sequence are best: in two
-    /// scenes, variance times samples was 6 to 15 % above what powers of two around them had at
-    /// 1¼ to 1¾ times a power, and counts that are off by up to √2 take 2 % more samples for
-    /// the same.
+    /// Returns the target number of samples of pixel number `pixel` in each half.
+    ///
+    /// If densities vary, it is a power of two, for which the points of a sequence are distributed
+    /// best: in two scenes, variance times samples was 6 to 15 % higher at 1¼ to 1¾ times a power
+    /// of two than at the adjacent powers. Counts that are off by up to √2 cost 2 % more samples
+    /// for the same variance.
     #[inline]
     pub fn wanted(&self, pixel: usize) -> u32 {
         if self.is_background_only(pixel) {
@@ -62,17 +62,18 @@ impl SamplePlan {
         }
     }
 
-    /// Returns true if all samples of pixel number `pixel` are known to be the same.
+    /// Returns true if all samples of pixel number `pixel` are known to be equal.
     #[inline]
     pub fn is_background_only(&self, pixel: usize) -> bool {
         self.vacant.get(pixel).is_some_and(|&vacant| vacant)
     }
 }
 
-/// Samples of a pixel of which all are the same, in each half: the variance of two is a number.
+/// Samples of a background-only pixel in each half: two, the fewest for which the variance is
+/// defined.
 const BACKGROUND_SAMPLES: u32 = 2;
 
-/// The power of two that is nearest to a number by their ratio, from 1 to 2³¹.
+/// Returns the power of two nearest to a number by ratio, from 1 to 2³¹.
 fn nearest_power_of_two(number: f64) -> u32 {
     let below = 1 << (number as u32).max(1).ilog2();
     let is_nearer = number < std::f64::consts::SQRT_2 * f64::from(below);
@@ -80,11 +81,10 @@ fn nearest_power_of_two(number: f64) -> u32 {
 }
 
 impl Film {
-    /// The same with a second half beside the samples that it takes: those of each have scramblings
-    /// of their own.
+    /// Adds a second half buffer. The samples of each half are scrambled independently.
     ///
     /// # Panics
-    /// If it has samples, or does not begin with sample 0.
+    /// If the film has samples, or does not begin with sample 0.
     pub fn with_half_buffers(self) -> Self {
         assert_eq!((self.samples(), self.first), (0, 0), "halves begin with their first sample");
         let second = Self::with_aovs(self.region, &self.aovs).starting_at(HALF_B_OFFSET);
@@ -92,15 +92,15 @@ impl Film {
         Self { second: Some(Box::new(second)), ..self }
     }
 
-    /// Returns true if it has two halves.
+    /// Returns true if the film has two half buffers.
     pub fn has_half_buffers(&self) -> bool {
         self.second.is_some()
     }
 
-    /// A half, to which samples can be added.
+    /// Returns a half buffer, to which samples can be added.
     ///
     /// # Panics
-    /// If it has none.
+    /// If `half` is the second and the film has no half buffers.
     pub fn half_mut(&mut self, half: HalfBuffer) -> &mut Self {
         match half {
             HalfBuffer::First => self,
@@ -108,12 +108,12 @@ impl Film {
         }
     }
 
-    /// Returns the number of samples of each pixel in a half.
+    /// Returns the number of samples of each pixel in a half buffer.
     pub fn counts_of(&self, half: HalfBuffer) -> impl Iterator<Item = u32> {
         self.moments(half).map(|moments| moments.count)
     }
 
-    /// What a half knows of each pixel.
+    /// Returns the sums of each pixel in a half buffer.
     pub(super) fn moments(&self, half: HalfBuffer) -> impl ExactSizeIterator<Item = Moments> {
         let film = match half {
             HalfBuffer::First => self,
@@ -122,12 +122,12 @@ impl Film {
         film.sums.iter().zip(&film.counts).map(|(&sums, &count)| Moments { sums, count })
     }
 
-    /// Returns the target number of samples of each pixel, if there is one.
+    /// Returns the target number of samples of each pixel, or `None` without an error target.
     pub fn plan(&self) -> Option<&SamplePlan> {
         self.plan.as_ref()
     }
 
-    /// Decides how many samples each pixel is to have.
+    /// Sets the target number of samples of each pixel.
     pub fn set_plan(&mut self, plan: SamplePlan) {
         self.plan = Some(plan);
     }

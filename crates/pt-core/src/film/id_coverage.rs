@@ -1,31 +1,33 @@
-//! Which things the samples of a pixel see, and how many see each: of what mattes are made.
+//! Per-pixel counts of object or material ids, from which Cryptomatte coverage is computed.
 
 use smallvec::SmallVec;
 
-/// A thing that samples of a pixel see.
+/// Id of an object or material, with its number of samples in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IdCount {
-    /// Its number.
+    /// Id of the object or material.
     pub number: u32,
-    /// Number of samples that see it.
+    /// Number of samples with this id.
     pub samples: u32,
 }
 
-/// All things that the samples of a pixel see, in the order of their numbers. Counts are exact and
-/// none is left out, so that neither the order of samples nor how they are shared out changes them.
+/// All ids that the samples of a pixel hit, in ascending order. Counts are exact and none is
+/// omitted, so neither the order of samples nor their division into tiles or partial films changes
+/// them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IdCoverage(SmallVec<[IdCount; IN_PLACE]>);
 
-/// Most pixels see one thing, those on an edge two; more have memory of their own.
+/// Number of ids stored inline. Most pixels have one id, those on an edge two; more are allocated
+/// on the heap.
 const IN_PLACE: usize = 2;
 
-/// Bytes per pixel that are reckoned for them: the pixel, on average as much again for those that
-/// see more, and 12 numbers of the image that is made of them, once as a channel and once in the
+/// Bytes per pixel that are estimated for ids: the pixel, on average as much again for pixels with
+/// many ids, and 12 channels of the image that is made of them, once in memory and once in the
 /// file.
 pub(super) const THINGS_BYTES: usize = 2 * size_of::<IdCoverage>() + 2 * 12 * size_of::<f32>();
 
 impl IdCoverage {
-    /// Counts more samples of a thing.
+    /// Adds samples of an id.
     #[inline]
     pub(super) fn add(&mut self, IdCount { number, samples }: IdCount) {
         let place = self.0.partition_point(|seen| seen.number < number);
@@ -35,12 +37,12 @@ impl IdCoverage {
         }
     }
 
-    /// Adds those of another pixel.
+    /// Adds the ids of another pixel.
     pub(super) fn merge(&mut self, other: &Self) {
         other.iter().for_each(|seen| self.add(seen));
     }
 
-    /// All of them.
+    /// Returns all ids in ascending order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = IdCount> {
         self.0.iter().copied()
     }
@@ -48,8 +50,9 @@ impl IdCoverage {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_testing::Random;
+
+    use super::*;
 
     fn of(numbers: &[u32]) -> IdCoverage {
         let mut ids = IdCoverage::default();

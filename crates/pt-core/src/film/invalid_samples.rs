@@ -1,4 +1,4 @@
-//! Samples that a film refuses, so that what is wrong with a few cannot spoil the rest.
+//! Samples that a film rejects, so that a few invalid values cannot spoil the rest.
 
 use std::fmt;
 
@@ -6,30 +6,29 @@ use pt_math::Spectrum;
 
 use super::ExactSum;
 
-/// What is wrong with a sample.
+/// Reason for rejecting a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum InvalidReason {
-    /// A channel of its light is NaN.
+    /// A channel of the radiance is NaN.
     NotANumber,
     /// A channel is infinite.
     Infinite,
     /// A channel is negative.
     Negative,
-    /// A channel, or what it counts by the filter, is beyond 2⁴⁸.
+    /// A channel, or its product with the filter weight, exceeds 2⁴⁸.
     TooLarge,
-    /// Something that is kept of the surface that it sees is no number, or beyond that limit; its
-    /// light may be as it should.
+    /// An AOV of its surface is NaN or infinite, or exceeds that limit; its radiance may be valid.
     Surface,
 }
 
 impl InvalidReason {
-    /// All of them, in their order.
+    /// All reasons, in the order of the variants.
     pub const ALL: [Self; 5] =
         [Self::NotANumber, Self::Infinite, Self::Negative, Self::TooLarge, Self::Surface];
 
-    /// What is wrong with the light of a sample that counts `weight` by the filter, if something
-    /// is.
+    /// Returns the reason for rejecting the radiance of a sample with filter weight `weight`, or
+    /// `None` if it is valid.
     pub fn of(light: Spectrum, weight: f32) -> Option<Self> {
         let any = |is: fn(f32) -> bool| light.to_array().into_iter().any(is);
         if any(f32::is_nan) {
@@ -47,7 +46,7 @@ impl InvalidReason {
         }
     }
 
-    /// The one of this number, as in `reason as u32`.
+    /// Returns the reason with this number, as in `reason as u32`.
     pub(super) fn from_number(number: u32) -> Option<Self> {
         Self::ALL.get(number as usize).copied()
     }
@@ -66,7 +65,7 @@ impl fmt::Display for InvalidReason {
     }
 }
 
-/// A sample that was not added.
+/// A rejected sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct InvalidSample {
     /// Row, from the top.
@@ -75,24 +74,24 @@ pub struct InvalidSample {
     pub x: u32,
     /// Index of the sample.
     pub sample: u32,
-    /// Why.
+    /// Reason for its rejection.
     pub reason: InvalidReason,
 }
 
-/// Samples that were refused: how many of each [`InvalidReason`], and the first ones. One whose
-/// light and whose surface are no numbers is there twice.
+/// Rejected samples: the number for each [`InvalidReason`], and the first ones. A sample with both
+/// invalid radiance and invalid AOVs is listed twice.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InvalidSamples {
-    /// How many, in the order of [`InvalidReason::ALL`].
+    /// Number of rejected samples for each reason, in the order of [`InvalidReason::ALL`].
     pub counts: [u64; InvalidReason::ALL.len()],
-    /// The first in the order of rows, columns and samples.
+    /// The first rejected samples, ordered by row, column and sample index.
     pub first: Vec<InvalidSample>,
 }
 
 impl InvalidSamples {
     const KEPT: usize = 16;
 
-    /// Returns the count.
+    /// Returns the total number of rejections.
     pub fn count(&self) -> u64 {
         self.counts.iter().sum()
     }
@@ -108,14 +107,14 @@ impl InvalidSamples {
         self.first.truncate(Self::KEPT);
     }
 
-    /// Adds those of another film.
+    /// Adds the rejected samples of another film.
     pub fn merge(&mut self, other: &Self) {
         self.counts.iter_mut().zip(other.counts).for_each(|(n, more)| *n += more);
         self.keep(&other.first);
     }
 }
 
-/// As in "2 not a number, 1 negative"; nothing if there are none.
+/// As in "2 not a number, 1 negative"; empty if there are none.
 impl fmt::Display for InvalidSamples {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = InvalidReason::ALL.into_iter().zip(self.counts).filter(|(_, n)| *n > 0);

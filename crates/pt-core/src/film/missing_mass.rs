@@ -1,54 +1,56 @@
-//! What no sample of an image has found.
+//! Bound on the error due to features that no sample has hit (missing mass).
 //!
-//! A pixel may hold a small bright thing (the reflection of the sun in a ball) that none of its n
-//! samples met. How much samples differ knows nothing of it. But if every sample of pixel i finds
-//! one with probability pᵢ, none of all pixels finds any with probability q = exp(−Σnpᵢ), and then
-//! the image lacks −b ln q/n of light in all, if they are as bright as b. Nothing that is rarer
-//! than what was seen is taken to be brighter than it, so b is that of the brightest samples of the
-//! image. The sum of squares of errors is greatest where one pixel lacks it alone or, as pixels are
-//! at worst black in place of white, as few as can. (That what was seen rarely tells of what was
-//! not seen: Good, "The Population Frequencies of Species and the Estimation of Population
-//! Parameters", Biometrika 40, 1953.)
+//! A pixel may contain a small bright feature (the reflection of the sun in a ball) that none of
+//! its n samples has hit; the variance of the samples does not reveal it. If every sample of pixel
+//! i hits one with probability pᵢ, then no sample of any pixel hits one with probability
+//! q = exp(−Σnpᵢ), and the image lacks a total radiance of −b ln q/n, where b is the radiance of
+//! the features. Features that are rarer than the observed ones are assumed not to be brighter, so
+//! b is that of the brightest samples of the image. The sum of squared errors is largest if one
+//! pixel lacks all of it or, since a pixel is at worst black instead of white, as few pixels as
+//! possible. (Rare observations estimate the probability of unobserved ones: Good, "The Population
+//! Frequencies of Species and the Estimation of Population Parameters", Biometrika 40, 1953.)
 //!
-//! In large images it is next to nothing of the whole; in small ones it says how many samples a
-//! single pixel needs.
+//! In large images this is a negligible part of the error; in small ones it determines the number
+//! of samples that every pixel needs.
 
 use super::Film;
-use super::error_estimate::displayed;
+use super::display::displayed;
 use super::pixel::PixelSums;
 
 /// Number of values of −ln q that are tried.
 const STEPS: u32 = 40;
 
-/// What the sum of squares of errors by things that no sample has found follows from.
+/// Parameters of the bound on the sum of squared errors due to features that no sample has hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissingMass {
-    /// How bright things are, as a share of white.
+    /// Radiance of the features, relative to white.
     brightness: f64,
-    /// How dark a pixel is at worst in place of white.
+    /// Largest distance of a displayed pixel to white, which bounds its error due to missing
+    /// radiance.
     max_darkening: f64,
     /// Number of pixels that share their samples.
     pixels_per_sample: f64,
 }
 
 impl MissingMass {
-    /// The greatest sum if each pixel has so many samples, and all are missed with probability
-    /// exp(−`rarity`).
+    /// Returns the largest sum of squared errors if each pixel has `samples` samples and all
+    /// features are missed with probability exp(−`rarity`).
     fn square(&self, rarity: f64, samples: u32) -> f64 {
         let share = rarity * self.brightness / f64::from(samples.max(1));
         self.pixels_per_sample * share * share.min(self.max_darkening)
     }
 
-    /// With how many samples of each pixel that sum is `square`, which is above 0.
+    /// Returns the number of samples per pixel at which that sum is `square`, which must be
+    /// positive.
     pub(crate) fn samples(&self, rarity: f64, square: f64) -> f64 {
         let square = square / self.pixels_per_sample;
         let share = square.sqrt().max(square / self.max_darkening.max(f64::MIN_POSITIVE));
         rarity * self.brightness / share
     }
 
-    /// By how much an error is more than what was found, whose standard deviation is `deviation`,
-    /// if each pixel has so many samples: at most but with the probabilities of `budget`,
-    /// whatever the things are that no sample found.
+    /// Returns the margin between the estimated sum of squared errors, whose standard deviation is
+    /// `deviation`, and its upper bound, if each pixel has `samples` samples. The bound is exceeded
+    /// with at most the probabilities of `budget`, whatever features no sample has hit.
     pub(crate) fn margin(&self, deviation: f64, samples: u32, budget: ErrorBudget) -> f64 {
         let rarest = -libm::log(budget.missing_mass);
         let missed: Vec<(f64, f64)> = (0..=STEPS)
@@ -59,7 +61,7 @@ impl MissingMass {
         if deviation <= 1e-9 * greatest {
             return greatest;
         }
-        // What lies beyond is less than exp(−½ · 40²).
+        // The probability beyond is less than exp(−½ · 40²).
         smallest_where(40.0 * deviation + greatest, |margin| {
             let is_off = |missed: f64| beyond((margin - missed) / deviation);
             let nothing = is_off(0.0);
@@ -69,29 +71,31 @@ impl MissingMass {
     }
 }
 
-/// With which probabilities an error may be more than is told.
+/// Probabilities with which an error may exceed its upper bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorBudget {
-    /// At one look at a film.
+    /// For a single evaluation of a film, due to noise.
     pub(crate) noise: f64,
-    /// At all looks together, by things that no sample found, beside: what was missed by many
-    /// samples, was missed by fewer, so the probability that something is missed which matters
-    /// is that at the first look that could be wrong by it.
+    /// For all evaluations together, due to missing mass, in addition. Features that many samples
+    /// miss were missed by fewer samples before, so the probability that a relevant feature is
+    /// missed is that at the first evaluation which it could invalidate.
     pub(crate) missing_mass: f64,
 }
 
-/// The probability with which a normal variable exceeds its mean by so many standard deviations.
+/// Returns the probability that a normal variable exceeds its mean by this number of standard
+/// deviations.
 fn beyond(deviations: f64) -> f64 {
     0.5 * libm::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// Returns the number of standard deviations that a normal variable exceeds with this probability,
-/// in (0, ½].
+/// which must be in (0, ½].
 pub(crate) fn deviations(probability: f64) -> f64 {
     smallest_where(40.0, |deviations| beyond(deviations) <= probability)
 }
 
-/// The least value from 0 to `most` where this is true, if it stays so.
+/// Returns the smallest value from 0 to `most` for which `is` is true, by bisection. `is` must stay
+/// true above it.
 fn smallest_where(most: f64, is: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..60 {
@@ -101,22 +105,23 @@ fn smallest_where(most: f64, is: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// How bright the samples are to which a pixel owes its light: Σy²/Σy of their luminances y, in the
-/// colour of the pixel, as the length of a vector of red, green and blue.
+/// Returns the brightness of the samples that make up a pixel: Σy²/Σy of their luminances y, in the
+/// colour of the pixel, as the length of an RGB vector.
 fn brightness(pixel: PixelSums) -> f64 {
     let (luminance, of_squares) = pixel.luminances();
     let length = pixel.mean().iter().map(|v| v * v).sum::<f64>().sqrt();
     if luminance > 0.0 { length * of_squares / (luminance * luminance) } else { 0.0 }
 }
 
-/// How far a pixel is from white, as a length likewise.
+/// Returns the distance of a displayed pixel to white, as the length of an RGB vector.
 fn darkness(pixel: PixelSums, white: f64) -> f64 {
     let off = pixel.mean().map(|v| 1.0 - displayed(v, white));
     off.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 impl Film {
-    /// What no sample of it may have found, if squares of `reuse`² pixels have the same samples.
+    /// Returns the parameters of the missing-mass bound, if pixels in squares of `reuse`² share
+    /// their samples.
     pub(super) fn missing_mass(&self, white: f64, reuse: u32) -> MissingMass {
         let most = |of: &dyn Fn(PixelSums) -> f64| self.pixels().map(of).fold(0.0, f64::max);
         MissingMass {
@@ -129,8 +134,9 @@ impl Film {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_testing::Random;
+
+    use super::*;
 
     /// From tables of the normal distribution.
     #[test]
@@ -141,7 +147,7 @@ mod tests {
         }
     }
 
-    /// Of things that are a hundred times as bright as white, and of those that cannot be seen.
+    /// For features that are a hundred times as bright as white, and for invisible ones.
     #[test]
     fn margins_are_those_of_noise_or_of_what_is_unseen_where_the_other_is_small() {
         let sun = MissingMass { brightness: 100.0, max_darkening: 1.7, pixels_per_sample: 1.0 };
@@ -166,9 +172,9 @@ mod tests {
         assert_eq!(MissingMass { max_darkening: 0.0, ..sun }.margin(0.0, 16, budget), 0.0);
     }
 
-    /// Images with normal noise and one pixel that holds a thing, which all samples miss with
-    /// different probabilities: the margin is exceeded as often as was said, and with the worst
-    /// of them hardly less.
+    /// For images with normal noise and one pixel with a feature that all samples miss with
+    /// different probabilities: the margin is exceeded with the stated probability at most, and for
+    /// the worst of them with hardly less.
     #[test]
     fn a_margin_is_exceeded_as_often_as_is_said() {
         let mut random = Random::new(11);

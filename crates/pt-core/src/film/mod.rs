@@ -4,6 +4,7 @@
 mod alpha;
 pub mod aov;
 mod bytes;
+mod display;
 mod error_estimate;
 mod exact;
 pub mod groups;
@@ -32,26 +33,26 @@ pub use self::region::Region;
 use self::sums::Sums;
 pub use self::tile::Tile;
 
-/// The sums of a rectangle of pixels.
+/// Sums of the samples of a rectangle of pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
-    /// The number of the first sample of each pixel.
+    /// Index of the first sample of each pixel.
     first: u32,
-    /// Number of samples, and apart from it their sums: those of pixels that stay black are never
-    /// touched.
+    /// Number of samples of each pixel. Separate from the sums, so that the memory of sums of black
+    /// pixels is never touched.
     counts: Vec<u32>,
     sums: Vec<Sums>,
-    /// What else is kept, and for each pixel its sums.
+    /// Quantities kept besides radiance, and their sums for each pixel.
     aovs: Vec<Aov>,
     aov_sums: Vec<ExactSum>,
-    /// For each pixel what it sees, for each of those that count things.
+    /// Ids for each pixel and each quantity that counts ids.
     ids: Vec<IdCoverage>,
-    /// The names of groups of lights, and for each pixel the light of each.
+    /// Names of the light groups, and the radiance of each for each pixel.
     light_groups: Vec<String>,
     group_sums: Vec<GroupSums>,
     invalid_samples: InvalidSamples,
-    /// Luminance that was cut off from samples.
+    /// Luminance removed by clamping.
     removed: ExactSum,
     /// See [`Self::with_half_buffers`].
     second: Option<Box<Film>>,
@@ -60,12 +61,12 @@ pub struct Film {
 }
 
 impl Film {
-    /// A film without samples.
+    /// Creates a film without samples.
     pub fn new(region: Region) -> Self {
         Self::with_aovs(region, &[])
     }
 
-    /// A film without samples that also keeps these quantities.
+    /// Creates a film without samples that also keeps these quantities.
     pub fn with_aovs(region: Region, aovs: &[Aov]) -> Self {
         let aov_sums = region.area() * aov::sums_per_pixel(aovs);
         Self {
@@ -85,10 +86,10 @@ impl Film {
         }
     }
 
-    /// The same, which also keeps the light of groups of lights, by their names.
+    /// Adds light groups with these names.
     ///
     /// # Panics
-    /// If it has samples already.
+    /// If the film has samples.
     pub fn with_light_groups(self, names: &[String]) -> Self {
         assert_eq!(self.samples(), 0, "all samples of a film are in parts, or none");
         let group_sums = bytemuck::zeroed_vec(self.region.area() * names.len());
@@ -96,47 +97,47 @@ impl Film {
         Self { light_groups: names.to_vec(), group_sums, second, ..self }
     }
 
-    /// Returns true if both keep the same, in as many halves.
+    /// Returns true if both films have the same channels and number of half buffers.
     pub fn has_same_layout(&self, other: &Self) -> bool {
         (&self.aovs, &self.light_groups, self.has_half_buffers())
             == (&other.aovs, &other.light_groups, other.has_half_buffers())
     }
 
-    /// The groups of lights of which it keeps the light.
+    /// Names of the light groups.
     pub fn light_groups(&self) -> &[String] {
         &self.light_groups
     }
 
-    /// The same without the samples before number `first`, which are for another film.
+    /// Sets the index of the first sample; earlier samples belong to another film.
     ///
     /// # Panics
-    /// If it has samples already.
+    /// If the film has samples.
     pub fn starting_at(self, first: u32) -> Self {
         assert_eq!(self.samples(), 0, "samples of a film follow one another");
         Self { first, ..self }
     }
 
-    /// The number of the first sample of each pixel.
+    /// Index of the first sample of each pixel.
     pub fn first(&self) -> u32 {
         self.first
     }
 
-    /// The pixels that are covered.
+    /// Pixels of the film.
     pub fn region(&self) -> Region {
         self.region
     }
 
-    /// What is kept besides light.
+    /// Quantities kept besides radiance.
     pub fn aovs(&self) -> &[Aov] {
         &self.aovs
     }
 
-    /// The greatest number of samples that a pixel has.
+    /// Returns the largest number of samples of a pixel.
     pub fn max_samples(&self) -> u32 {
         self.pixels().map(|pixel| pixel.count()).max().unwrap_or(0)
     }
 
-    /// The number of samples that all pixels have, if it is the same.
+    /// Returns the number of samples per pixel, or `None` if pixels differ.
     pub fn uniform_spp(&self) -> Option<u32> {
         let mut counts = self.pixels().map(|pixel| pixel.count());
         let first = counts.next()?;
@@ -148,25 +149,25 @@ impl Film {
         (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize
     }
 
-    /// The sums of a pixel inside of the region.
+    /// Returns the sums of a pixel, which must be inside of the region.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> PixelSums {
         self.pixel_at(self.index(x, y))
     }
 
-    /// Those of a pixel by its number.
+    /// Returns the sums of a pixel by its index.
     #[inline]
     fn pixel_at(&self, i: usize) -> PixelSums {
         let own = |film: &Self| Moments { sums: film.sums[i], count: film.counts[i] };
         PixelSums::new(own(self), self.second.as_deref().map(own))
     }
 
-    /// Sums in rows from the top.
+    /// Returns the sums of all pixels, in rows from the top.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = PixelSums> {
         (0..self.region.area()).map(|i| self.pixel_at(i))
     }
 
-    /// Samples that were refused.
+    /// Returns the rejected samples of all half buffers.
     pub fn invalid_samples(&self) -> InvalidSamples {
         let mut all = self.invalid_samples.clone();
         if let Some(second) = &self.second {
@@ -175,17 +176,17 @@ impl Film {
         all
     }
 
-    /// Adds to the samples that were refused.
+    /// Adds rejected samples.
     pub fn add_invalid_samples(&mut self, invalid_samples: &InvalidSamples) {
         self.invalid_samples.merge(invalid_samples);
     }
 
-    /// Adds luminance that was cut off from samples.
+    /// Adds luminance removed by clamping.
     pub fn add_clamped(&mut self, luminance: ExactSum) {
         self.removed.merge(luminance);
     }
 
-    /// The luminance of all samples together, and what was cut off from them.
+    /// Returns the total luminance of all samples, and the luminance removed from them by clamping.
     pub fn luminance(&self) -> (f64, f64) {
         let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count());
         let mut removed = self.removed;
@@ -193,11 +194,10 @@ impl Film {
         (self.pixels().map(sum).sum(), removed.value())
     }
 
-    /// An estimate of the root of the mean square error of the luminance, as a share of the root of
-    /// its mean square: √(Σσ²/n) / √(Σy²) over all pixels, with the luminance y of a pixel, the
-    /// variance σ² of its n samples. It takes samples as independent: those of a sampler that
-    /// lays out its points come closer. None if a pixel has fewer than two samples, or nothing
-    /// is lit.
+    /// Returns an estimate of the relative root mean square error of the luminance:
+    /// √(Σσ²/n) / √(Σy²) over all pixels, with the luminance y of a pixel and the variance σ² of
+    /// its n samples. Samples are taken as independent, so the error of low-discrepancy samplers is
+    /// overestimated. `None` if a pixel has fewer than two samples, or the image is black.
     pub fn relative_error(&self) -> Option<f64> {
         let add = |(signal, noise): (f64, f64), (mean, error): (f64, f64)| {
             (signal + mean * mean, noise + error * error)
@@ -206,9 +206,9 @@ impl Film {
         Some((noise / signal).sqrt()).filter(|error| error.is_finite())
     }
 
-    /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
-    /// samples; what they refuse is to be handed to [`Self::add_invalid_samples`], and what was cut
-    /// off from samples to [`Self::add_clamped`].
+    /// Divides the film into the tiles of [`Region::tiles`], to which different threads can add
+    /// samples. The rejected samples of tiles must be passed to [`Self::add_invalid_samples`], and
+    /// luminance removed by clamping to [`Self::add_clamped`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
         let groups = self.light_groups.len();
         let Self { region, first, counts, sums, aovs, aov_sums, ids, group_sums, .. } = self;
@@ -236,12 +236,12 @@ impl Film {
         tiles
     }
 
-    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same.
-    /// In whatever order the films of several parts are added up, and however they are grouped,
-    /// the sums are the same to the bit.
+    /// Adds the samples of a film with the same channels, whose region lies inside of this one's.
+    /// The sums are the same to the bit in whatever order, and however grouped, partial films are
+    /// merged.
     ///
     /// # Panics
-    /// If it keeps something else, one is in halves, or a pixel has 2³² samples in both together.
+    /// If the channels differ, a film has half buffers, or a pixel would have 2³² samples or more.
     pub fn merge(&mut self, other: &Self) {
         assert!(self.has_same_layout(other), "films that are merged keep the same");
         assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
@@ -265,8 +265,8 @@ impl Film {
         self.removed.merge(other.removed);
     }
 
-    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both
-    /// halves if there are two; `None` if the film does not keep it, or it counts none.
+    /// Returns the ids that `aov` counts for each pixel, in rows from the top and over all half
+    /// buffers. `None` if the film does not keep `aov`, or it does not count ids.
     pub fn id_coverage(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = IdCoverage>> {
         let place = aov::id_index(&self.aovs, aov)?;
         let per_pixel = aov::ids(&self.aovs).count();
@@ -288,10 +288,11 @@ impl Film {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::Spectrum;
 
-    /// A film of one row, from the samples of its pixels.
+    use super::*;
+
+    /// Creates a film of one row from the samples of its pixels.
     fn film(pixels: &[&[Spectrum]]) -> Film {
         let mut film = Film::new(Region::full([pixels.len() as u32, 1]));
         let mut invalid_samples = InvalidSamples::default();
@@ -322,8 +323,8 @@ mod tests {
         assert_eq!(film(&[&grey([0.0; 2])]).relative_error(), None);
     }
 
-    /// Samples of the largest radiance, of both signs by a filter's weights, merged until a pixel
-    /// has nearly all samples that it may have: sums and errors are those of the closed form.
+    /// For samples of the largest radiance, of both signs by filter weights, merged until a pixel
+    /// has nearly the largest number of samples: sums and errors match the closed form.
     #[test]
     fn films_hold_the_largest_light_of_all_samples_of_a_pixel() {
         let bright = Spectrum::splat(ExactSum::LIMIT);
@@ -401,7 +402,7 @@ mod tests {
         assert_eq!(film.samples(), 7);
     }
 
-    /// Adds samples that all differ.
+    /// Adds samples that are all different.
     fn add(tile: &mut Tile, first: u32) {
         for [x, y] in tile.region().pixels() {
             let sample = |i| Spectrum::rgb(x as f32 * 0.1, y as f32 * 0.3, (first + i) as f32);

@@ -1,8 +1,8 @@
-//! What is known of one pixel.
+//! Sums of a single pixel.
 
 use super::Sums;
 
-/// Sums of samples, and how many these are.
+/// Sums of samples and their number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Moments {
     pub(super) sums: Sums,
@@ -16,8 +16,8 @@ impl Moments {
         self.sums.light.map(|s| s.value() / n)
     }
 
-    /// Mean luminance, and the variance of a sample, with Bessel's correction: (Σy² − (Σy)²/n)/(n −
-    /// 1). Infinite below two samples.
+    /// Returns the mean luminance and the variance of a sample, with Bessel's correction:
+    /// (Σy² − (Σy)²/n)/(n − 1). The variance is infinite for fewer than two samples.
     pub(super) fn luminance(&self) -> (f64, f64) {
         let [r, g, b] = self.mean();
         let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -30,7 +30,7 @@ impl Moments {
     }
 }
 
-/// What is known of one pixel, in one half or in two.
+/// Sums of one pixel, in one or two half buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSums {
     first: Moments,
@@ -42,13 +42,13 @@ impl PixelSums {
         Self { first, second }
     }
 
-    /// Number of samples, of both halves together.
+    /// Number of samples in both halves together.
     #[inline]
     pub fn count(&self) -> u32 {
         self.first.count + self.second.map_or(0, |second| second.count)
     }
 
-    /// The halves that have samples: the first, the second, or both.
+    /// Returns the halves that have samples: the first, the second, or both.
     fn halves(&self) -> (Moments, Option<Moments>) {
         match self.second {
             Some(second) if self.first.count == 0 => (second, None),
@@ -56,8 +56,8 @@ impl PixelSums {
         }
     }
 
-    /// Mean radiance; black without samples. Of two halves the mean of their means, whatever their
-    /// numbers of samples: how much a half counts must not depend on what it saw.
+    /// Mean radiance; black without samples. With two halves, the mean of their means, whatever
+    /// their numbers of samples: the weight of a half must not depend on its values.
     pub fn mean(&self) -> [f64; 3] {
         match self.halves() {
             (half, None) => half.mean(),
@@ -68,13 +68,14 @@ impl PixelSums {
         }
     }
 
-    /// The mean radiance of each half, if both have samples.
+    /// Mean radiance of each half, or `None` unless both have samples.
     pub fn half_means(&self) -> Option<[[f64; 3]; 2]> {
         let (first, second) = self.halves();
         second.map(|second| [first.mean(), second.mean()])
     }
 
-    /// Means of the luminance of a sample and of its square, over both halves; 0 without samples.
+    /// Returns the means of the luminance of a sample and of its square, over both halves; 0
+    /// without samples.
     pub(super) fn luminances(&self) -> (f64, f64) {
         let of_half = |half: Moments| {
             let squares = half.sums.squares;
@@ -89,8 +90,9 @@ impl PixelSums {
         }
     }
 
-    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
-    /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples (of each half).
+    /// Returns the mean luminance and its standard error: σ/√n with the sample variance
+    /// σ² = (Σy² − (Σy)²/n)/(n − 1). The error is infinite for fewer than two samples (in each
+    /// half).
     pub fn luminance(&self) -> (f64, f64) {
         let of_half = |half: Moments| {
             let (mean, variance) = half.luminance();
@@ -109,8 +111,9 @@ impl PixelSums {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pt_math::Spectrum;
+
+    use super::*;
 
     fn moments(samples: &[f32]) -> Moments {
         let mut sums = Sums::default();
@@ -120,7 +123,8 @@ mod tests {
         Moments { sums, count: samples.len() as u32 }
     }
 
-    /// Means 2 and 5, sample variances 2 and 3: the mean of both has the variance (2/2 + 3/3)/4.
+    /// With means 2 and 5 and sample variances 2 and 3, the mean of both has the variance
+    /// (2/2 + 3/3)/4.
     #[test]
     fn halves_count_the_same_whatever_they_have() {
         let (two, three) = (moments(&[1.0, 3.0]), moments(&[3.0, 6.0, 6.0]));

@@ -7,19 +7,19 @@ pub struct Region {
     pub x: u32,
     /// First row.
     pub y: u32,
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
 impl Region {
-    /// The whole of an image.
+    /// Region of a whole image.
     pub const fn full([width, height]: [u32; 2]) -> Self {
         Self { x: 0, y: 0, width, height }
     }
 
-    /// Returns true if it has pixels, and all of them belong to an image of this size.
+    /// Returns true if the region is not empty and lies inside of an image of this size.
     pub fn is_inside(&self, [width, height]: [u32; 2]) -> bool {
         let fits = |start: u32, len: u32, end: u32| {
             len > 0 && start.checked_add(len).is_some_and(|sum| sum <= end)
@@ -27,7 +27,7 @@ impl Region {
         fits(self.x, self.width, width) && fits(self.y, self.height, height)
     }
 
-    /// Returns true if a pixel, by column and row, is one of them.
+    /// Returns true if the region contains the pixel with this column and row.
     pub const fn contains(&self, [x, y]: [u32; 2]) -> bool {
         x >= self.x && x - self.x < self.width && y >= self.y && y - self.y < self.height
     }
@@ -37,9 +37,9 @@ impl Region {
         self.width as usize * self.height as usize
     }
 
-    /// Columns and rows of all pixels: one square of 8 × 8 after the other, and in each by the
-    /// Z-order curve, so that as many pixels as you like in a row are close to each other. [Morton
-    /// 1966, "A Computer Oriented Geodetic Data Base"]
+    /// Columns and rows of all pixels: in blocks of 8 × 8, and in each by the Z-order curve, so
+    /// that runs of consecutive pixels are close to each other. [Morton 1966, "A Computer Oriented
+    /// Geodetic Data Base"]
     pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let squares = |start: u32, len: u32| (start..start + len).step_by(SQUARE as usize);
         let origins = squares(self.y, self.height)
@@ -59,8 +59,8 @@ impl Region {
         (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 
-    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row. Tiles begin at
-    /// multiples of `size` less `shift`, by columns and rows, or with the region.
+    /// Divides the region into tiles of at most `size` × `size` pixels, row by row. Tiles begin at
+    /// multiples of `size` minus `shift`, by columns and rows, or with the region.
     pub fn tiles(&self, size: u32, shift: [u32; 2]) -> Vec<Self> {
         let columns = cut(self.x, self.width, size, shift[0]);
         let mut tiles = Vec::new();
@@ -71,8 +71,8 @@ impl Region {
     }
 }
 
-/// Cuts `start..start + len` before multiples of `size` less `shift`: starts and lengths of the
-/// pieces.
+/// Divides `start..start + len` at multiples of `size` minus `shift`. Returns the starts and
+/// lengths of the pieces.
 fn cut(start: u32, len: u32, size: u32, shift: u32) -> Vec<(u32, u32)> {
     let mut pieces = Vec::new();
     let mut at = start;
@@ -85,10 +85,10 @@ fn cut(start: u32, len: u32, size: u32, shift: u32) -> Vec<(u32, u32)> {
     pieces
 }
 
-/// Pixels along a side of the squares of [`Region::pixels`].
+/// Side of the blocks of [`Region::pixels`].
 const SQUARE: u32 = 8;
 
-/// The pixels of a square by the Z-order curve: the bits of column and row take turns.
+/// Pixels of a block along the Z-order curve: the bits of column and row are interleaved.
 const Z_ORDER: [[u32; 2]; (SQUARE * SQUARE) as usize] = {
     let mut order = [[0; 2]; (SQUARE * SQUARE) as usize];
     let mut i = 0;

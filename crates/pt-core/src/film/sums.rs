@@ -1,4 +1,4 @@
-//! What a film sums up of the samples of a pixel.
+//! Sums of the samples of a pixel.
 
 use pt_math::Spectrum;
 use wide::{f64x4, u32x4};
@@ -6,14 +6,14 @@ use wide::{f64x4, u32x4};
 use super::ExactSum;
 use super::exact::SquareSum;
 
-/// Red, green and blue, and the square of the luminance.
+/// Sums of red, green and blue, and of the square of the luminance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Zeroable)]
 pub(super) struct Sums {
     pub(super) light: [ExactSum; 3],
     pub(super) squares: SquareSum,
 }
 
-/// Numbers of a sample that are summed.
+/// Number of values of a sample that are summed.
 const CHANNELS: usize = 4;
 
 impl Sums {
@@ -23,7 +23,7 @@ impl Sums {
         self.add_moments(moments(sample).map(f64::from));
     }
 
-    /// Adds what [`moments_of`] finds.
+    /// Adds the result of [`moments_of`].
     #[inline]
     pub(super) fn add_moments(&mut self, [r, g, b, square]: [f64; CHANNELS]) {
         for (sum, value) in self.light.iter_mut().zip([r, g, b]) {
@@ -32,7 +32,7 @@ impl Sums {
         self.squares.add_f64(square);
     }
 
-    /// Adds those of other samples.
+    /// Adds the sums of other samples.
     pub(super) fn merge(&mut self, other: &Self) {
         for (own, sum) in self.light.iter_mut().zip(other.light) {
             own.merge(sum);
@@ -41,10 +41,11 @@ impl Sums {
     }
 }
 
-/// The greatest square of a luminance: that of [`ExactSum::LIMIT`].
+/// Largest square of a luminance: that of [`ExactSum::LIMIT`].
 const GREATEST_SQUARE: f32 = ExactSum::LIMIT * ExactSum::LIMIT;
 
-/// What is summed of a sample: red, green, blue, and the square of the luminance.
+/// Returns the values of a sample that are summed: red, green, blue, and the square of the
+/// luminance.
 #[inline(always)]
 fn moments(l: Spectrum) -> [f32; CHANNELS] {
     let [r, g, b] = l.to_array();
@@ -52,14 +53,16 @@ fn moments(l: Spectrum) -> [f32; CHANNELS] {
     [r, g, b, (y * y).min(GREATEST_SQUARE)]
 }
 
-/// The sums of the samples' [`moments`], if all are numbers that sums take without
-/// cutting off digits, and no sum in `f64` is rounded: all are multiples of the last digit of the
-/// least of them that is not 0, and n times the greatest has at most 53 binary digits above that.
+/// Returns the sums of the samples' [`moments`] in `f64`, or `None` unless they are exact.
+///
+/// They are exact if all values are finite and representable in the sums without truncation, and no
+/// addition in `f64` rounds. The latter holds since all values are multiples of the last bit of the
+/// smallest one that is not 0, if n times the largest has at most 53 bits above that bit.
 #[inline]
 pub(super) fn moments_of(
     samples: impl ExactSizeIterator<Item = Spectrum>,
 ) -> Option<[f64; CHANNELS]> {
-    /// The least numbers without digits below 2⁻⁶⁴ and 2⁻¹²⁷.
+    /// Smallest values without bits below 2⁻⁶⁴ and 2⁻¹²⁷.
     const MIN: [f32; CHANNELS] = {
         let light = 1.0 / (1u64 << 41) as f32;
         [light, light, light, 1.0 / (1u128 << 104) as f32]
@@ -68,7 +71,7 @@ pub(super) fn moments_of(
         [ExactSum::LIMIT, ExactSum::LIMIT, ExactSum::LIMIT, GREATEST_SQUARE];
     const EXPONENT: u32 = f32::MANTISSA_DIGITS - 1;
     let mut sum = f64x4::ZERO;
-    // Magnitudes, whose bits have the same order; one less, so that 0 comes last.
+    // Magnitudes, whose bits have the same order; minus one, so that 0 comes last.
     let mut least = u32x4::splat(u32::MAX);
     let mut greatest = u32x4::ZERO;
     let count = samples.len();
@@ -79,7 +82,7 @@ pub(super) fn moments_of(
         least = least.min(size - u32x4::splat(1));
         greatest = greatest.max(size);
     }
-    // Where all are 0, the order is inverted.
+    // If all are 0, the order is inverted.
     let least = (least + u32x4::splat(1)).to_array();
     let digits = count.max(1).next_power_of_two().ilog2() + f32::MANTISSA_DIGITS;
     let greatest = greatest.to_array();
@@ -96,8 +99,8 @@ pub(super) fn moments_of(
 mod tests {
     use super::*;
 
-    /// Values that differ by more and more powers of two, so that first all sums, then some, and
-    /// then none can be computed in `f64`.
+    /// For values that differ by more and more powers of two, so that first all sums, then some,
+    /// and then none can be computed in `f64`.
     #[test]
     fn sums_of_many_are_those_of_one_by_one_or_refused() {
         let mut random = pt_testing::Random::new(3);

@@ -1,4 +1,4 @@
-//! A part of the film, to which one thread adds samples.
+//! Part of a film to which one thread adds samples.
 
 use pt_math::Spectrum;
 
@@ -9,7 +9,7 @@ use super::{
     Moments, PixelSums, Region, Sums, aov,
 };
 
-/// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
+/// Pixels of a [`Film`](super::Film), borrowed exclusively.
 #[derive(Debug)]
 pub struct Tile<'a> {
     region: Region,
@@ -25,16 +25,16 @@ pub struct Tile<'a> {
 struct Row<'a> {
     counts: &'a mut [u32],
     sums: &'a mut [Sums],
-    /// Of all quantities of a pixel, pixel by pixel.
+    /// Sums of all quantities, pixel by pixel.
     aov_sums: &'a mut [ExactSum],
-    /// Likewise.
+    /// Ids of all quantities that count ids, pixel by pixel.
     ids: &'a mut [IdCoverage],
-    /// Likewise.
+    /// Radiance of all light groups, pixel by pixel.
     group_sums: &'a mut [GroupSums],
 }
 
 impl<'a> Tile<'a> {
-    /// Without rows yet.
+    /// Creates a tile without rows.
     pub(super) fn new(region: Region, first: u32, aovs: &'a [Aov]) -> Self {
         let rows = Vec::with_capacity(region.height as usize);
         let (invalid_samples, removed) = (InvalidSamples::default(), ExactSum::default());
@@ -53,50 +53,50 @@ impl<'a> Tile<'a> {
         self.rows.push(Row { counts, sums, aov_sums, ids, group_sums });
     }
 
-    /// The pixels that are covered.
+    /// Pixels of the tile.
     pub fn region(&self) -> Region {
         self.region
     }
 
-    /// Samples that were refused.
+    /// Rejected samples.
     pub fn invalid_samples(&self) -> &InvalidSamples {
         &self.invalid_samples
     }
 
-    /// Luminance that was cut off from samples.
+    /// Luminance removed by clamping.
     pub fn clamped_energy(&self) -> ExactSum {
         self.removed
     }
 
-    /// Adds luminance that was cut off from samples.
+    /// Adds luminance removed by clamping.
     #[inline]
     pub fn add_clamped(&mut self, luminance: ExactSum) {
         self.removed.merge(luminance);
     }
 
-    /// The row of a pixel, and its place there.
+    /// Returns the row of a pixel in the tile, and its index in the row.
     #[inline]
     fn place(&self, [x, y]: [u32; 2]) -> (usize, usize) {
         ((y - self.region.y) as usize, (x - self.region.x) as usize)
     }
 
-    /// The number of the sample that a pixel inside of the region lacks next.
+    /// Returns the index of the next sample of a pixel, which must be inside of the region.
     #[inline]
     pub fn next_sample(&self, pixel: [u32; 2]) -> u32 {
         let (row, column) = self.place(pixel);
         self.first + self.rows[row].counts[column]
     }
 
-    /// The sums of a pixel inside of the region.
+    /// Returns the sums of a pixel, which must be inside of the region.
     pub fn pixel(&self, pixel: [u32; 2]) -> PixelSums {
         let (row, column) = self.place(pixel);
         let Row { counts, sums, .. } = &self.rows[row];
         PixelSums::new(Moments { sums: sums[column], count: counts[column] }, None)
     }
 
-    /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what
-    /// it counts by the filter if that is given. One that is no light (see [`InvalidReason`])
-    /// counts as black, and is reported in [`Self::invalid_samples`].
+    /// Adds consecutive samples of a pixel, beginning with sample `first`. `weights` are the filter
+    /// weights, 1 if `None`. An invalid sample (see [`InvalidReason`]) counts as black and is
+    /// reported in [`Self::invalid_samples`].
     #[inline]
     pub fn add(
         &mut self,
@@ -125,7 +125,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Adds samples of which some are no light, or which are too different to be summed in `f64`.
+    /// Adds samples some of which are invalid, or which differ too much to be summed in `f64`.
     #[cold]
     fn add_one_by_one(
         &mut self,
@@ -145,8 +145,8 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Adds the light of groups of lights of the samples that [`Self::add`] was given; `parts` has
-    /// that of each group, one sample behind the other. A film without groups takes none.
+    /// Adds the radiance of light groups of the samples passed to [`Self::add`]. `parts` contains
+    /// the radiance of each group, sample by sample. Films without light groups ignore it.
     pub fn add_light_groups(
         &mut self,
         pixel: [u32; 2],
@@ -162,7 +162,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Counts a sample that is refused, where the film keeps that too.
+    /// Records a rejected sample, and counts it in the AOV if the film keeps that.
     fn reject(&mut self, pixel: [u32; 2], sample: u32, reason: InvalidReason) {
         let [x, y] = pixel;
         self.invalid_samples.add(InvalidSample { y, x, sample, reason });
@@ -172,16 +172,16 @@ impl<'a> Tile<'a> {
         aov::refuse(self.aovs, sums);
     }
 
-    /// Returns true if it asks for the coverage of samples.
+    /// Returns true if the film keeps coverage.
     pub fn keeps_alpha(&self) -> bool {
         self.aovs.contains(&Aov::Alpha)
     }
 
-    /// Adds the coverage of the samples that [`Self::add`] was given, of which `transparency` has
-    /// the complements, each times what it counts by the filter if that is given.
+    /// Adds the coverage of the samples passed to [`Self::add`]: 1 minus each transparency, times
+    /// its filter weight, which is 1 if `weights` is `None`.
     ///
     /// # Panics
-    /// If it does not ask for them.
+    /// If the film does not keep coverage.
     pub fn add_coverage(
         &mut self,
         pixel: [u32; 2],
@@ -197,9 +197,9 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// The coverage of a pixel inside of the region, and its standard error as that of samples that
-    /// are covered or not: σ² = n/(n − 1) α (1 − α), which no samples in [0, 1] exceed
-    /// [Bhatia & Davis 2000]. `None` if it does not ask for it.
+    /// Returns the coverage of a pixel, which must be inside of the region, and its standard error,
+    /// or `None` if the film does not keep coverage. The error is that of binary samples:
+    /// σ² = n/(n − 1) α (1 − α), an upper bound for all samples in [0, 1] [Bhatia & Davis 2000].
     pub fn alpha(&self, pixel: [u32; 2]) -> Option<(f64, f64)> {
         let place = aov::sum_index(self.aovs, Aov::Alpha)?;
         let (row, column) = self.place(pixel);
@@ -210,13 +210,13 @@ impl<'a> Tile<'a> {
         Some((alpha, (alpha * (1.0 - alpha) / (n - 1.0).max(1.0)).sqrt()))
     }
 
-    /// Returns true if it asks for the surfaces that samples see.
+    /// Returns true if the film needs the first surfaces of samples.
     pub fn needs_first_hits(&self) -> bool {
         aov::keeps_surfaces(self.aovs)
     }
 
-    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one.
-    /// What is no number counts as 0, and is reported in [`Self::invalid_samples`].
+    /// Adds the first surface of sample number `sample` of a pixel; once for each sample that hits
+    /// one. Invalid values count as 0 and are reported in [`Self::invalid_samples`].
     pub fn add_aovs(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
@@ -236,7 +236,7 @@ impl<'a> Tile<'a> {
 
 const SIGN: u32 = 1 << 31;
 
-/// The bits that any channel has.
+/// Returns the bitwise OR of all channels.
 #[inline(always)]
 fn all_bits(samples: &[Spectrum]) -> u32 {
     let bits = |l: &Spectrum| l.to_array().map(f32::to_bits).into_iter().fold(0, |all, b| all | b);

@@ -1,29 +1,30 @@
-//! Lights on shapes that move: sampled in the coordinates of the shape, at the time of the path.
+//! Lights on moving shapes: sampled in the coordinates of the shape, at the time of the path.
 //!
-//! With M the linear part of the transform, the direction ω' in these coordinates is ω = Mω'/|Mω'|
-//! in the world, and dω = |det M| / |Mω'|³ dω': the cone over an area grows as its volume, and as
-//! the cube of its length.
+//! With M the linear part of the transform, the direction ω' in these coordinates becomes
+//! ω = Mω'/|Mω'| in the world, and dω = |det M| / |Mω'|³ dω': a cone scales with its volume, and
+//! with the inverse cube of its length.
 
 use pt_math::float_error::EPSILON;
 use pt_math::{DAffine3, DVec3, Pdf, SolidAngle, Vec3};
 
 use super::{AnyLight, LightHit, LightSample, LightSampleContext, LightTables};
-use crate::id::Id;
-use crate::scene::{Interaction, SurfaceRecord};
+use crate::id::SurfaceId;
+use crate::interaction::Interaction;
 
-/// A light that moves with what is placed.
+/// A light on a moving instance.
 #[derive(Clone, Copy, Debug)]
 pub struct AnimatedLight {
-    /// The number of the placement.
+    /// Index of the instance.
     pub placement: u32,
-    /// The surface that glows.
-    pub surface: Id<SurfaceRecord>,
-    /// The light, in coordinates of the object.
+    /// Surface that emits light.
+    pub surface: SurfaceId,
+    /// The light, in object space.
     pub light: AnyLight,
 }
 
 impl AnimatedLight {
-    /// See [`Light::sample`](super::Light::sample); `to_world` is the place at the time.
+    /// See [`Light::sample`](super::Light::sample); `to_world` is the transform at the time of the
+    /// path.
     pub(crate) fn sample(
         &self,
         to_world: &DAffine3,
@@ -39,7 +40,7 @@ impl AnimatedLight {
         let length = wi.length();
         let wi = (wi / length).as_vec3();
         let end = to_world.transform_point3(sample.end?.as_dvec3()).as_vec3();
-        // In the world, the end of the way is rounded once more.
+        // In the world, the end of the segment is rounded once more.
         let rounded = EPSILON * (end.abs() + p.abs()).max_element();
         Some(LightSample {
             wi,
@@ -50,7 +51,7 @@ impl AnimatedLight {
         })
     }
 
-    /// See [`Light::pdf`](super::Light::pdf) for a ray from `p` to a point of it, which is `at`;
+    /// See [`Light::pdf`](super::Light::pdf), for a ray from `p` that hit the light at `at`.
     /// `triangle` and `primitive` are those of the object.
     pub(crate) fn pdf(
         &self,
@@ -84,7 +85,7 @@ impl AnimatedLight {
     }
 }
 
-/// dω'/dω, of which `length` is |Mω'|.
+/// Returns dω'/dω, where `length` is |Mω'|.
 fn stretch(determinant: f64, length: f64) -> f32 {
     (length * length * length / determinant.abs()) as f32
 }

@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
-/// Light from one direction, from infinitely far away.
+/// Light from a single direction, from infinitely far away.
 #[derive(Clone, Copy, Debug)]
 pub struct Directional {
     /// Unit vector towards the light.

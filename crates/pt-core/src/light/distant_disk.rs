@@ -1,4 +1,4 @@
-//! The disk that is infinitely far away, such as the sun.
+//! A disk at infinity, such as the sun.
 
 use std::f32::consts::PI;
 
@@ -6,11 +6,11 @@ use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// The same radiance from all directions within an angle θ of one, seen by rays that leave the
-/// scene.
+/// Constant radiance from all directions within an angle θ of one direction, visible to rays that
+/// leave the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct DistantDisk {
-    /// Unit vector towards the middle.
+    /// Unit vector towards the centre of the disk.
     pub to_light: Vec3,
     /// 1 − cos θ.
     pub one_minus_cos: f32,
@@ -19,25 +19,25 @@ pub struct DistantDisk {
 }
 
 impl DistantDisk {
-    /// The smallest angle to the middle of a disk, in radians, that directions of single precision
-    /// tell apart: to 0.2 % of the disk. The sun has 4.65e-3.
+    /// Smallest angular radius of a disk, in radians, that directions in single precision resolve:
+    /// to 0.2 % of the disk. That of the sun is 4.65e-3.
     pub const MIN_ANGLE: f32 = 1e-4;
 
-    /// A disk of an angular radius from [`Self::MIN_ANGLE`] to π/2, by the irradiance on a surface
-    /// that faces it: E = π L sin² θ.
+    /// Creates a disk with an angular radius from [`Self::MIN_ANGLE`] to π/2, from the irradiance
+    /// on a surface that faces it: E = π L sin² θ.
     pub fn new(to_light: Vec3, angular_radius: f32, irradiance: Spectrum) -> Self {
         let (sin, _) = trig::sin_cos(angular_radius);
         Self::of_radiance(to_light, angular_radius, irradiance / (PI * sin * sin))
     }
 
-    /// A disk of such an angular radius, by its radiance.
+    /// Creates a disk with such an angular radius, from its radiance.
     pub fn of_radiance(to_light: Vec3, angular_radius: f32, radiance: Spectrum) -> Self {
         let (half_sin, _) = trig::sin_cos(0.5 * angular_radius);
         Self { to_light, one_minus_cos: 2.0 * half_sin * half_sin, radiance }
     }
 
-    /// Returns true if a unit vector points at the disk. By 1 − cos = |a − b|²/2, which has all
-    /// digits; the rim is moved outwards by what rounding of a direction moves it.
+    /// Returns true if a unit vector points at the disk. It uses 1 − cos = |a − b|²/2, which has no
+    /// cancellation; the rim is extended by the rounding error of a direction.
     #[inline]
     fn contains(&self, d: Vec3) -> bool {
         const ROUNDING: f32 = 3.0 * f32::EPSILON;
@@ -77,7 +77,7 @@ impl Light for DistantDisk {
         if self.contains(d) { self.radiance } else { Spectrum::ZERO }
     }
 
-    /// The sun, a wide disk, and half of the sky.
+    /// The sun, a wide disk, and a hemisphere.
     fn examples() -> Vec<(Self, LightTables)> {
         let to_light = Vec3::new(0.48, 0.8, -0.36);
         [4.65e-3, 0.7, 0.5 * PI]

@@ -1,4 +1,4 @@
-//! Light from all around, far away: constant, or by an image.
+//! Environment light: constant, or given by an image.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
@@ -10,26 +10,26 @@ use pt_scene::image::Image;
 
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// All of the sky.
+/// Radiance from all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Environment {
-    /// What a constant sky radiates, or by what a map is multiplied.
+    /// Radiance if constant, otherwise the factor of the map.
     pub radiance: Spectrum,
-    /// The map; `None` is constant.
+    /// Environment map; `None` if constant.
     pub map: Option<PlacedMap>,
 }
 
-/// A map of the sky, turned.
+/// A rotated environment map.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedMap {
     /// Index into [`LightTables::environments`].
     pub index: u32,
-    /// From the map's directions to those of the world; orthogonal.
+    /// Orthogonal matrix from directions of the map to those of the world.
     pub to_world: Mat3,
 }
 
 impl PlacedMap {
-    /// The direction of the map that a direction of the world is.
+    /// Converts a direction of the world to one of the map.
     #[inline]
     fn local(&self, d: Vec3) -> Vec3 {
         self.to_world.transpose() * d
@@ -41,11 +41,12 @@ impl PlacedMap {
     }
 }
 
-/// Radiance by direction: an image in latitude and longitude, and how to sample it.
+/// Radiance by direction: an image in latitude and longitude, and its sampling table.
 ///
-/// Column x and row y (both in [0, 1), row 0 up) look in the direction of polar angle θ = πy from
-/// +y and azimuth φ = 2πx, where d.x = −sin θ cos φ and d.z = sin θ sin φ. Values between texel
-/// centres are interpolated linearly; the image wraps around in x and ends at the poles.
+/// Column x and row y (both in [0, 1), row 0 up) correspond to the direction with polar angle
+/// θ = πy from +y and azimuth φ = 2πx, where d.x = −sin θ cos φ and d.z = sin θ sin φ. Values
+/// between texel centres are interpolated linearly; the image wraps around in x and ends at the
+/// poles.
 pub struct EnvironmentMap {
     image: Arc<Image>,
     rows: Rows,
@@ -53,30 +54,31 @@ pub struct EnvironmentMap {
 }
 
 impl EnvironmentMap {
-    /// From `width` × `height` texels, the upper row first. A map without light is black.
+    /// Creates a map of `width` × `height` texels, the upper row first. A map without light is
+    /// black.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
         Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::PixelCenters)
     }
 
-    /// The image.
+    /// Image of the map.
     pub fn image(&self) -> &Image {
         &self.image
     }
 
-    /// How its rows lie.
+    /// Placement of its rows.
     pub fn rows(&self) -> Rows {
         self.rows
     }
 
-    /// Returns true if it is of this very image, whose rows lie so.
+    /// Returns true if the map uses this very image, with this placement of rows.
     pub(crate) fn is_of(&self, image: &Arc<Image>, rows: Rows) -> bool {
         let rows = if image.height == 1 { Rows::PixelCenters } else { rows };
         Arc::ptr_eq(&self.image, image) && self.rows == rows
     }
 
-    /// From an image whose rows lie as told.
+    /// Creates a map from an image with this placement of rows.
     pub fn of_image(image: Arc<Image>, rows: Rows) -> Self {
-        // One row is the same everywhere.
+        // With a single row, the image does not depend on the latitude.
         let rows = if image.height == 1 { Rows::PixelCenters } else { rows };
         let mut map = Self { image, rows, density: None };
         let [w, h] = map.cells();
@@ -84,17 +86,19 @@ impl EnvironmentMap {
         map
     }
 
-    /// Columns and rows of the cells over which the density is constant: around each texel, or
-    /// between one row and the next where these begin at the poles.
+    /// Returns the columns and rows of the cells of constant density: around each texel, or between
+    /// rows if the first and last rows are at the poles.
     fn cells(&self) -> [usize; 2] {
         let between_rows = usize::from(self.rows == Rows::EndpointsAtPoles);
         [self.image.width as usize, self.image.height as usize - between_rows]
     }
 
-    /// Weight of each cell: the mean luminance of the interpolated image over the cell, times
-    /// sin θ. A linear interpolant over half a texel from the middle has its mean a quarter of
-    /// the way to the neighbour, hence the weights 1/8, 6/8, 1/8 along an axis: nowhere zero
-    /// where the image is not. Between two rows it has it in the middle.
+    /// Returns the weight of each cell: the mean luminance of the interpolated image over the cell,
+    /// times sin θ.
+    ///
+    /// Over half a texel from its centre, a linear interpolant has its mean at a quarter of the
+    /// distance to the neighbour, hence the weights 1/8, 6/8, 1/8 along an axis. They are positive
+    /// wherever the image is. Between two rows the mean is at the midpoint.
     fn weights(&self) -> Vec<f32> {
         const AROUND: [(i64, f32); 3] = [(-1, 0.125), (0, 0.75), (1, 0.125)];
         const BETWEEN: [(i64, f32); 2] = [(0, 0.5), (1, 0.5)];
@@ -116,13 +120,13 @@ impl EnvironmentMap {
             .collect()
     }
 
-    /// Takes directions from which little light comes away from light sampling, for one light
-    /// sample beside one BSDF sample, which has to find these directions then.
+    /// Removes directions with little light from light sampling (MIS compensation), for one light
+    /// sample combined with one BSDF sample, which then has to find these directions.
     ///
-    /// The two together should have the density of the light: with q that of BSDF sampling,
+    /// Together, they should have the density of the light: with the density q of BSDF sampling,
     /// p + q = 2 L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres; with the
-    /// mean L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄). [Karlík et al. 2019, "MIS Compensation:
-    /// Optimizing Sampling Techniques in Multiple Importance Sampling"]
+    /// mean L̄ = ∫L / 4π this results in p ∝ max(0, L − L̄). [Karlík et al. 2019, "MIS
+    /// Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling"]
     pub fn compensate(&mut self) {
         let Some(density) = &self.density else { return };
         let [w, h] = self.cells();
@@ -137,7 +141,7 @@ impl EnvironmentMap {
         self.density = Piecewise2D::new(&left, w, h);
     }
 
-    /// Radiance from direction `d` (unit).
+    /// Radiance from the unit direction `d`.
     #[inline]
     pub fn radiance(&self, d: Vec3) -> Spectrum {
         let [x, y] = to_image(d);
@@ -157,7 +161,7 @@ impl EnvironmentMap {
         row(0) * (1.0 - ay) + row(1) * ay
     }
 
-    /// A direction of the map, and its density.
+    /// Samples a direction of the map. Returns it with its density.
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Pdf<SolidAngle>)> {
         let (xy, density) = self.density.as_ref()?.sample(u);
@@ -177,26 +181,26 @@ impl EnvironmentMap {
     }
 }
 
-/// Column `x` of an image that wraps around, at most one image away.
+/// Wraps column `x`, which is at most one image away, into the image.
 #[inline(always)]
 fn around(x: i32, width: i32) -> i32 {
     let x = if x < 0 { x + width } else { x };
     if x >= width { x - width } else { x }
 }
 
-/// sin θ in the middle of each of `count` rows.
+/// Returns sin θ at the middle of each of `count` rows.
 fn sines(count: usize) -> impl Iterator<Item = f32> {
     (0..count).map(move |y| trig::sin_cos((y as f32 + 0.5) / count as f32 * PI).0)
 }
 
-/// Direction to image coordinates in [0, 1].
+/// Converts a direction to image coordinates in [0, 1].
 #[inline]
 pub(super) fn to_image(d: Vec3) -> [f32; 2] {
     let phi = trig::atan2(-d.z, d.x) + PI;
     [(phi / TAU).clamp(0.0, 1.0), trig::acos(d.y) * FRAC_1_PI]
 }
 
-/// Image coordinates to direction, and sin θ.
+/// Converts image coordinates to a direction, and returns it with sin θ.
 #[inline]
 pub(super) fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
     let (sin_phi, cos_phi) = trig::sin_cos_tau(x);
@@ -205,7 +209,7 @@ pub(super) fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
 }
 
 impl Environment {
-    /// Returns true if directions are drawn by the light of a map, which has some.
+    /// Returns true if directions are sampled by a map that is not black.
     pub(super) fn is_sampled_by_map(&self, tables: &LightTables) -> bool {
         self.map.is_some_and(|placed| placed.of(tables).density.is_some())
     }
@@ -263,8 +267,8 @@ impl Light for Environment {
         self.map.is_none()
     }
 
-    /// A constant sky, and a map with a bright texel, a dark half and a soft rest: as it is, and
-    /// turned, mirrored and reaching from pole to pole.
+    /// A constant environment, and a map with a bright texel, a dark half and a smooth rest: as it
+    /// is, and rotated, mirrored and with rows from pole to pole.
     fn examples() -> Vec<(Self, LightTables)> {
         let constant = Self { radiance: Spectrum::splat(0.5), map: None };
         let (width, height) = (16u32, 8u32);
@@ -295,7 +299,7 @@ mod tests {
 
     use super::*;
 
-    /// Dark but for one bright texel, and one of the mean.
+    /// A dark map with one bright texel.
     fn map() -> EnvironmentMap {
         let texels = (0..128).map(|i| match i {
             37 => [50.0; 3],
@@ -313,7 +317,7 @@ mod tests {
         chi2_sphere(sample, |d| map.pdf(d).get(), &config).unwrap_or_else(|e| panic!("{e}"));
     }
 
-    /// Of this map that is most of the sky, but not what is brighter than the mean.
+    /// For this map these are most directions, but none that is brighter than the mean.
     #[test]
     fn dark_directions_are_left_to_the_bsdf() {
         let (plain, mut map) = (map(), map());
@@ -331,7 +335,7 @@ mod tests {
         assert!(left > 9 * count / 10 && left < count, "{left}");
     }
 
-    /// The same everywhere: all of it is left.
+    /// A constant map is left to BSDF sampling entirely.
     #[test]
     fn even_maps_are_not_sampled_beside_the_bsdf() {
         let mut map = EnvironmentMap::new(4, 2, vec![[0.7; 3]; 8]);

@@ -1,17 +1,17 @@
-//! The upper half of the sky.
+//! Constant hemispherical sky.
 
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// The same radiance from every direction above the horizon (+y).
+/// Constant radiance from all directions above the horizon (+y).
 #[derive(Clone, Copy, Debug)]
 pub struct Hemisphere {
     /// Radiance.
     pub radiance: Spectrum,
 }
 
-/// Local +z is up.
+/// Frame in which local +z is up.
 const SKY: Frame = Frame { s: Vec3::Z, t: Vec3::X, n: Vec3::Y };
 
 impl Light for Hemisphere {

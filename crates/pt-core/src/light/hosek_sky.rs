@@ -1,4 +1,4 @@
-//! The clear sky by day. [Hosek & Wilkie 2012, "An Analytic Model for Full Spectral Sky-Dome
+//! Clear daylight sky. [Hosek & Wilkie 2012, "An Analytic Model for Full Spectral Sky-Dome
 //! Radiance"]
 
 use std::f32::consts::PI;
@@ -10,35 +10,35 @@ use super::environment::{to_direction, to_image};
 use super::hosek_wilkie::{self, Channel};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// The upper half of the sky around an axis.
+/// A clear sky above the horizon of an up axis.
 #[derive(Clone, Copy, Debug)]
 pub struct HosekWilkieSky {
     /// Index into [`LightTables::clear_skies`].
     pub index: u32,
-    /// From the directions of the model, where +y is up, to those of the world; orthogonal.
+    /// Orthogonal matrix from directions of the model, where +y is up, to those of the world.
     pub to_world: Mat3,
 }
 
-/// Radiance of a clear sky by direction, where +y is up, and how to sample it.
+/// Radiance of a clear sky by direction, where +y is up, and its sampling table.
 pub struct HosekWilkieModel {
     to_sun: Vec3,
     channels: [Channel; 3],
-    /// By what the radiance is multiplied.
+    /// Factor of the radiance.
     scale: f32,
-    /// By azimuth and angle to the zenith, as in the upper half of an environment map.
+    /// Sampling table over azimuth and zenith angle, as in the upper half of an environment map.
     density: Option<Piecewise2D>,
 }
 
 impl HosekWilkieModel {
-    /// With the sun in a unit direction that is not below the horizon, an air of
-    /// [`hosek_wilkie::TURBIDITIES`] and a ground of an albedo in [0, 1].
+    /// Creates a sky with the sun in a unit direction that is not below the horizon, a turbidity in
+    /// [`hosek_wilkie::TURBIDITIES`] and a ground albedo in [0, 1].
     pub(crate) fn new(to_sun: Vec3, turbidity: f64, albedo: [f32; 3], scale: f32) -> Self {
         let mut model = Self::without_density(to_sun, turbidity, albedo, scale);
         model.density = model.table();
         model
     }
 
-    /// The same, which cannot be sampled.
+    /// Creates a sky without its sampling table.
     pub(super) fn without_density(
         to_sun: Vec3,
         turbidity: f64,
@@ -50,7 +50,8 @@ impl HosekWilkieModel {
         Self { to_sun, channels, scale, density: None }
     }
 
-    /// The luminance in the middle of each cell, times sin θ; everywhere at least a little.
+    /// Returns the sampling table: luminance at the centre of each cell, at least a small minimum,
+    /// times sin θ.
     fn table(&self) -> Option<Piecewise2D> {
         const COLUMNS: usize = 512;
         const ROWS: usize = 128;
@@ -67,10 +68,12 @@ impl HosekWilkieModel {
         Piecewise2D::new(&weights, COLUMNS, ROWS)
     }
 
+    /// Radiance from a direction; black below the horizon.
+    ///
     /// F(θ, γ) = (1 + A e^(B / (cos θ + 0.01))) (C + D e^(Eγ) + F cos²γ + G χ(I, γ) + H √cos θ) at
     /// the angles θ to the zenith and γ to the sun, with χ(g, γ) = (1 + cos²γ) / (1 + g² − 2g
-    /// cos γ)^(3/2), times the mean radiance; black below the horizon. [ibid., equations 8 and
-    /// 9, where H and I are named the other way around]
+    /// cos γ)^(3/2), times the mean radiance. [ibid., equations 8 and 9, where H and I are
+    /// exchanged]
     #[inline]
     pub(super) fn radiance(&self, d: Vec3) -> Spectrum {
         if d.y < 0.0 {
@@ -125,7 +128,7 @@ impl Light for HosekWilkieSky {
     ) -> Option<LightSample> {
         let ([x, y], _) = self.of(tables).density.as_ref()?.sample(u);
         let wi = self.to_world * to_direction([x, 0.5 * y]).0;
-        // That of the direction as it is rounded, which may lie in the next cell.
+        // Density of the rounded direction, which may be in the next cell.
         let pdf = self.pdf(tables, context, wi, None);
         (pdf.get() > 0.0).then(|| LightSample {
             wi,
@@ -152,7 +155,7 @@ impl Light for HosekWilkieSky {
         self.of(tables).radiance(self.local(d))
     }
 
-    /// A high sun in clear air, and a low one in haze, turned.
+    /// A high sun in clear air, and a low one in haze, rotated.
     fn examples() -> Vec<(Self, LightTables)> {
         let (s, t) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.48, 0.36, 0.8));
         let of = |to_sun, turbidity, albedo, to_world| {
@@ -171,8 +174,8 @@ impl Light for HosekWilkieSky {
 mod tests {
     use super::*;
 
-    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sun; its +z is up. For a sun
-    /// and an air each, at five places of the sky.
+    /// Values of `sunsky` of Mitsuba 3.9.1 in mode scalar_rgb without its sun, where +z is up: for
+    /// a sun and an atmosphere each, in five directions.
     #[test]
     fn the_sky_has_the_colours_of_mitsuba() {
         let directions = [

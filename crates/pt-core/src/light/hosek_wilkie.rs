@@ -1,8 +1,8 @@
-//! The figures of the sky of Hosek & Wilkie, and of its sun, for a place of the sun and an air.
+//! Coefficients of the Hosek-Wilkie sky and sun, for an elevation of the sun and a turbidity.
 //! [Hosek & Wilkie 2012, "An Analytic Model for Full Spectral Sky-Dome Radiance"; 2013, "Adding a
 //! Solar-Radiance Function to the Hosek-Wilkie Skylight Model"]
 //!
-//! Radiances in W m⁻² sr⁻¹ nm⁻¹ of linear Rec. 709, angles in radians. The figures are in
+//! Radiances are in W m⁻² sr⁻¹ nm⁻¹ of linear Rec. 709, angles in radians. The coefficients are in
 //! `data/hosek_wilkie.bin`: little-endian single precision, with a licence of their own beside it.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -13,17 +13,17 @@ use pt_scene::Daylight;
 /// Turbidities for which the model was fitted.
 pub(crate) const TURBIDITIES: RangeInclusive<f64> = Daylight::TURBIDITIES;
 
-/// Half of the angle under which the sun is seen.
+/// Angular radius of the sun.
 pub(crate) const SUN_RADIUS: f64 = 0.5 * 0.5358 * PI / 180.0;
 
 /// Parameters A to I of a channel, and its mean radiance.
 pub(crate) type Channel = [f32; 10];
 
-/// Parts of the sky by elevation, each with its polynomial of the sun's radiance: part i of n
+/// Number of elevation intervals, each with its polynomial of the sun's radiance: interval i of n
 /// begins at π/2 (i/n)³.
 pub(super) const PARTS: usize = 45;
-/// Coefficients of such a polynomial: by channel, power of the elevation above the beginning of the
-/// part, and power of the cosine on the sun.
+/// Number of coefficients of such a polynomial: by channel, power of the elevation above the
+/// beginning of the interval, and power of the cosine on the sun.
 pub(super) const COEFFICIENTS: usize = CHANNELS * HEIGHT_POWERS * LIMB_POWERS;
 pub(super) const HEIGHT_POWERS: usize = 4;
 pub(super) const LIMB_POWERS: usize = 6;
@@ -42,9 +42,9 @@ const IRRADIANCE: usize = ELEVATIONS * CHANNELS;
 const LIMB: usize = PARTS * COEFFICIENTS;
 const _: () = assert!(DATA.len() == 4 * LEVELS * (SKY + IRRADIANCE + LIMB));
 
-/// Luminous efficacy by which colours of Mitsuba are divided, in nanometres: ∫ȳ of its observer.
+/// Luminous efficacy by which Mitsuba divides colours, in nanometres: ∫ȳ of its observer.
 const EFFICACY: f64 = 106.750_259_399_414_06;
-/// By what Mitsuba multiplies the radiance of the sun besides.
+/// Additional factor of the radiance of the sun in Mitsuba.
 const SUN_TO_RGB: f64 = 467.069_280_386;
 
 fn figure(i: usize) -> f64 {
@@ -52,7 +52,8 @@ fn figure(i: usize) -> f64 {
     f64::from(f32::from_le_bytes(bytes))
 }
 
-/// Entry `i` of one of the tables by turbidity, of `size` entries each; linear between turbidities.
+/// Returns entry `i` of one of the tables by turbidity, with `size` entries per turbidity; linear
+/// in between.
 fn at_turbidity(table: usize, size: usize, turbidity: f64, i: usize) -> f64 {
     let position = turbidity - TURBIDITIES.start();
     let level = (position as usize).min(LEVELS - 2);
@@ -61,8 +62,8 @@ fn at_turbidity(table: usize, size: usize, turbidity: f64, i: usize) -> f64 {
     entry(level) * (1.0 - t) + entry(level + 1) * t
 }
 
-/// The parameters of the sky, channel by channel, with the sun at an elevation in [0, π/2], an air
-/// of [`TURBIDITIES`], and a ground of an albedo in [0, 1].
+/// Returns the parameters of the sky for each channel, with the sun at an elevation in [0, π/2], a
+/// turbidity in [`TURBIDITIES`], and a ground albedo in [0, 1].
 ///
 /// Each is a Bézier curve of degree 5 over ∛(2η/π) of the elevation η. [Hosek & Wilkie 2012]
 pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [Channel; 3] {
@@ -88,16 +89,16 @@ pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [Channel;
         std::array::from_fn(|parameter| {
             let [dark, bright] = [0, 1].map(|ground| curve(ground, channel, parameter));
             let value = dark * (1.0 - albedo) + bright * albedo;
-            // The last is the radiance.
+            // The last one is the radiance.
             (if parameter + 1 == OF_CHANNEL { value / EFFICACY } else { value }) as f32
         })
     })
 }
 
-/// Mean radiance of the sun at an elevation in [0, π/2]: what arrives of it over its solid angle.
+/// Mean radiance of the sun at an elevation in [0, π/2]: its irradiance over its solid angle.
 ///
-/// The irradiances are at 2°, 5° … 89°; linear between, and the nearest one outside. Deep red is
-/// outside of Rec. 709; such a channel is 0.
+/// The irradiances are tabulated at 2°, 5° … 89°; linear in between, and constant outside. Deep red
+/// is outside of Rec. 709; negative channels are set to 0.
 pub(crate) fn sun(elevation: f64, turbidity: f64) -> [f64; 3] {
     let position = ((elevation.to_degrees() - 2.0) / 3.0).clamp(0.0, (ELEVATIONS - 1) as f64);
     let row = (position as usize).min(ELEVATIONS - 2);
@@ -112,8 +113,8 @@ pub(crate) fn sun(elevation: f64, turbidity: f64) -> [f64; 3] {
     })
 }
 
-/// The polynomials of the radiance of the sun with its limb darkening: [`COEFFICIENTS`] for each of
-/// the [`PARTS`].
+/// Returns the polynomials of the radiance of the sun with limb darkening: [`COEFFICIENTS`] for
+/// each of the [`PARTS`].
 pub(crate) fn limb(turbidity: f64) -> Vec<f32> {
     let table = LEVELS * (SKY + IRRADIANCE);
     let entry = |i| at_turbidity(table, LIMB, turbidity, i) * (SUN_TO_RGB / EFFICACY);

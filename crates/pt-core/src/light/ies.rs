@@ -1,4 +1,4 @@
-//! The point light with the intensities of a luminaire.
+//! Point light with the intensity distribution of a luminaire (IES profile).
 
 use std::f32::consts::PI;
 
@@ -7,10 +7,10 @@ use pt_math::{Mat3, Spectrum, Vec3, trig};
 use super::point::sample_point;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
-/// A point whose intensity is in a table by vertical and horizontal angle.
+/// A point light whose intensity is tabulated by vertical and horizontal angle.
 #[derive(Clone, Copy, Debug)]
 pub struct Ies {
-    /// Where it is.
+    /// World-space position.
     pub position: Vec3,
     /// Axes of the luminaire in the world: the vertical angle 0 is −z, the horizontal angles 0 and
     /// 90° are +x and +y.
@@ -22,7 +22,7 @@ pub struct Ies {
 }
 
 impl Ies {
-    /// Candela towards the unit vector `w`.
+    /// Luminous intensity towards the unit vector `w`, in candela.
     #[inline]
     fn candela(&self, tables: &LightTables, w: Vec3) -> f32 {
         const DEGREES: f32 = 180.0 / PI;
@@ -50,12 +50,19 @@ impl Light for Ies {
         (candela > 0.0).then_some(LightSample { radiance, ..of_one })
     }
 
-    /// A luminaire that shines down and to one side, turned.
+    /// A rotated luminaire that emits downwards and to one side.
     fn examples() -> Vec<(Self, LightTables)> {
-        const FILE: &str = "TILT=NONE\n1 1000 1 4 3 1 2 0 0 0 1 1 9 0 40 90 120 0 90 180 \
-                            9 8 7 0 9 4 2 0 9 6 3 1";
-        let parsed = pt_scene::IesProfile::parse(FILE.as_bytes(), "example.ies".as_ref());
-        let profile = parsed.map(std::sync::Arc::new).into_iter().collect();
+        let candela = [
+            [9.0, 8.0, 7.0, 0.0],
+            [9.0, 4.0, 2.0, 0.0],
+            [9.0, 6.0, 3.0, 1.0],
+            [9.0, 4.0, 2.0, 0.0],
+            [9.0, 8.0, 7.0, 0.0],
+        ];
+        let (vertical, horizontal) =
+            (vec![0.0, 40.0, 90.0, 120.0], vec![0.0, 90.0, 180.0, 270.0, 360.0]);
+        let profile =
+            pt_scene::IesProfile::of_table(vertical, horizontal, candela.as_flattened().to_vec());
         let (x, y) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.48, 0.8, -0.36));
         let light = Self {
             position: Vec3::new(0.1, 2.0, 0.3),
@@ -63,6 +70,9 @@ impl Light for Ies {
             profile: 0,
             scale: Spectrum::splat(0.4),
         };
-        vec![(light, LightTables { profiles: profile, ..LightTables::default() })]
+        vec![(
+            light,
+            LightTables { profiles: vec![std::sync::Arc::new(profile)], ..LightTables::default() },
+        )]
     }
 }

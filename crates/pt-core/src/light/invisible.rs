@@ -1,4 +1,4 @@
-//! Lights with an extent that nobody sees.
+//! Lights with an extent that are invisible to rays.
 
 use pt_math::{Pdf, SolidAngle, Vec3};
 
@@ -8,19 +8,19 @@ use super::{
     SphereLight, TexturedMesh, TexturedSphere,
 };
 
-/// What lights as another light does, but emits nothing towards rays that meet it: only sampling
-/// finds it.
+/// A light that illuminates the scene like the wrapped one, but emits nothing towards rays that hit
+/// it: only light sampling finds it.
 #[derive(Clone, Copy, Debug)]
 pub enum InvisibleLight {
-    /// Glowing triangles.
+    /// Emissive triangles.
     Mesh(MeshLight),
-    /// A glowing sphere.
+    /// An emissive sphere.
     Sphere(SphereLight),
-    /// Triangles that glow by a texture.
+    /// Triangles with an emission texture.
     TexturedMesh(TexturedMesh),
-    /// A sphere that glows by a texture.
+    /// A sphere with an emission texture.
     TexturedSphere(TexturedSphere),
-    /// Many of these, one of which is chosen.
+    /// A tree of such lights, one of which is chosen.
     ManyLights(ManyLights),
 }
 
@@ -37,7 +37,7 @@ macro_rules! dispatch {
 }
 
 impl InvisibleLight {
-    /// A light that could be seen; `None` for those that nothing hides.
+    /// Hides a light, or returns `None` for lights that rays cannot hit or that are at infinity.
     pub(crate) fn of(light: AnyLight) -> Option<Self> {
         match light {
             AnyLight::Mesh(light) => Some(Self::Mesh(light)),
@@ -49,7 +49,7 @@ impl InvisibleLight {
         }
     }
 
-    /// The light that it would be if it were seen.
+    /// Returns the visible form of the light.
     pub(crate) fn shown(&self) -> AnyLight {
         dispatch!(*self, light => light.into())
     }
@@ -89,7 +89,7 @@ impl Light for InvisibleLight {
         dispatch!(self, light => light.pdf(tables, context, wi, hit))
     }
 
-    /// Triangles and spheres; the others are asked in the same way.
+    /// Triangles and spheres; the other variants are dispatched in the same way.
     fn examples() -> Vec<(Self, LightTables)> {
         fn of<L: Light + Into<AnyLight>>() -> impl Iterator<Item = (InvisibleLight, LightTables)> {
             let hidden =
@@ -101,7 +101,7 @@ impl Light for InvisibleLight {
 }
 
 impl AnyLight {
-    /// The light that it would be if it were seen: itself, unless it is hidden.
+    /// Returns the visible form of the light, which is the light itself unless it is hidden.
     pub(crate) fn shown(&self) -> Self {
         match self {
             Self::Hidden(hidden) => hidden.shown(),

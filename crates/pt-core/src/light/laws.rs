@@ -1,5 +1,5 @@
-//! Laws that hold for every light in `lights!`. A new light is tested without writing a test,
-//! but for its irradiance, of which [`irradiance`] wants the closed form.
+//! Tests of laws that hold for every light in `lights!`. A new light is tested without writing a
+//! test, except for its irradiance, whose closed form must be added to [`irradiance`].
 
 mod irradiance;
 mod near;
@@ -13,7 +13,8 @@ use super::{
     SphereLight,
 };
 
-/// Lit points: below the lights of the examples, off their axis, far away, above, and inside some.
+/// Receiving points: below the lights of the examples, off their axis, far away, above, and inside
+/// some.
 const POINTS: [Vec3; 6] = [
     Vec3::ZERO,
     Vec3::new(0.7, 0.3, -0.4),
@@ -22,12 +23,12 @@ const POINTS: [Vec3; 6] = [
     Vec3::new(0.1, 4.5, 0.3),
     Vec3::new(0.0, 3.2, 0.0),
 ];
-/// Extremes of what a sampler returns, and a little inside.
+/// Extreme values of a sampler, and values slightly inside.
 const CORNERS: [f32; 5] = [0.0, 1e-7, 0.5, 0.999_999, 0.999_999_94];
 
 type Example = (AnyLight, LightTables);
 
-/// The examples, and lights with large coordinates, where rounding is coarse.
+/// Returns the examples, and lights with large coordinates, for which rounding is coarse.
 fn all_lights() -> Vec<Example> {
     let mut all = AnyLight::examples();
     let radiance = Spectrum::splat(2.0);
@@ -42,8 +43,8 @@ fn all_lights() -> Vec<Example> {
     all
 }
 
-/// Points that are lit: for lights that ask for the surface, also on some that face them, are
-/// turned half away, and let light through.
+/// Returns receiving points. For lights that use the surface, also points on surfaces that face
+/// them, are turned half away, and transmit light.
 fn lit_points((light, _): &Example) -> Vec<LightSampleContext> {
     let surfaces: &[(Vec3, bool)] = match light.shown() {
         AnyLight::ManyLights(_) | AnyLight::ManyPoints(_) => &[
@@ -62,7 +63,7 @@ fn lit_points((light, _): &Example) -> Vec<LightSampleContext> {
     POINTS.into_iter().flat_map(at).collect()
 }
 
-/// Runs a law on every light and lit point.
+/// Runs a law for every light and receiving point.
 fn for_all(law: impl Fn(&Example, &LightSampleContext, &mut Random)) {
     for example in all_lights() {
         for context in lit_points(&example) {
@@ -71,12 +72,13 @@ fn for_all(law: impl Fn(&Example, &LightSampleContext, &mut Random)) {
     }
 }
 
-/// By how much rounding of a unit direction may miss, per unit of distance.
+/// Rounding error of a unit direction, per unit of distance.
 const DIRECTION_ERROR: f64 = 2e-7;
 
-/// Where a ray from `p` meets the side of a light's geometry that glows; in `f64`.
+/// Returns the hits of a ray from `p` with the emitting side of a light's geometry, computed in
+/// `f64`.
 ///
-/// Rims are moved outwards by what rounding of the direction may cost. So there may be several in a
+/// Rims are extended by the rounding error of the direction, so there may be several hits in a
 /// tree.
 fn hits((light, tables): &Example, p: Vec3, wi: Vec3) -> Vec<LightHit> {
     let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
@@ -147,7 +149,7 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
     })
 }
 
-/// The density at a direction; several where it is at the rims of several lights of a tree.
+/// Returns the density at a direction; several values at the common rims of lights of a tree.
 fn densities(example: &Example, context: &LightSampleContext, wi: Vec3) -> Vec<f32> {
     use AnyLight::{ManyLights, Mesh, Sphere, TexturedMesh, TexturedSphere};
     let (light, tables) = example;
@@ -169,7 +171,8 @@ fn samples(
     (0..n).filter_map(|_| light.sample(tables, context, random.unit_2d())).collect()
 }
 
-/// An axis, and 1 − cos of a cone around it in which samples lie; the whole sphere for wide ones.
+/// Returns an axis, and 1 − cos of a cone around it that contains all samples; the whole sphere for
+/// wide ones.
 fn cone(samples: &[LightSample]) -> (Vec3, f32) {
     let axis = samples.iter().map(|s| s.wi).sum::<Vec3>().normalize_or(Vec3::Y);
     // 1 − cos θ = |a − b|²/2 for unit vectors, without cancellation.
@@ -199,8 +202,8 @@ fn assert_density(
     result.unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// The histogram of samples fits the density, and what that lacks to 1 is not sampled: this holds
-/// the integral of the density to that, too.
+/// The histogram of samples fits the density. The difference of its integral from 1 is the
+/// probability that sampling fails, so the integral is tested too.
 #[test]
 fn samples_follow_their_density() {
     let extended: Vec<_> = all_lights().into_iter().filter(|l| !l.0.is_delta()).collect();
@@ -212,7 +215,7 @@ fn samples_follow_their_density() {
     }
 }
 
-/// The density that a sample brings is that of its direction.
+/// The density returned with a sample is that of its direction.
 #[test]
 fn density_of_a_sample_is_that_of_its_direction() {
     for_all(|example, context, random| {
@@ -228,7 +231,7 @@ fn density_of_a_sample_is_that_of_its_direction() {
     });
 }
 
-/// A delta light has one direction, and no density; nothing but sampling finds it.
+/// A delta light has one direction and no density; only light sampling finds it.
 #[test]
 fn delta_lights_have_no_density() {
     for_all(|example, context, random| {
@@ -244,8 +247,8 @@ fn delta_lights_have_no_density() {
     });
 }
 
-/// A ray that leaves the scene sees the same sky that is sampled, and where it does, sampling
-/// could have found it. Lights in the scene are no part of the sky.
+/// A ray that leaves the scene has the radiance that is sampled, and wherever that is not black,
+/// the sampling density is positive. Lights in the scene contribute nothing to such rays.
 #[test]
 fn the_sky_is_what_is_sampled() {
     for_all(|example, context, random| {
@@ -264,7 +267,7 @@ fn the_sky_is_what_is_sampled() {
     });
 }
 
-/// Samples have unit directions that lead to where they say.
+/// Samples have unit directions, which lead to their end points.
 #[test]
 fn samples_point_at_the_light() {
     for_all(|example, context, random| {
@@ -283,7 +286,8 @@ fn samples_point_at_the_light() {
     });
 }
 
-/// How far a point lies in front of the glowing surface that it belongs to; in `f64`.
+/// Returns the distance of a point in front of the emitting surface to which it belongs, computed
+/// in `f64`.
 fn in_front((light, tables): &Example, end: Vec3) -> f64 {
     let end = end.as_dvec3();
     match &light.shown() {
@@ -306,8 +310,8 @@ fn in_front_of_sphere(s: &SphereLight, p: DVec3) -> f64 {
     if s.inward { -outside } else { outside }
 }
 
-/// A ray that asks what is in the way ends before it meets the light: `end` is on the side of the
-/// light that faces the lit point.
+/// Shadow rays end before they hit the light: `end` is on the side of the light that faces the
+/// receiving point.
 #[test]
 fn shadow_rays_end_before_the_light() {
     for_all(|example, context, random| {
@@ -319,7 +323,8 @@ fn shadow_rays_end_before_the_light() {
     });
 }
 
-/// The corners of the unit square, and points on, in and at the middle of lights, give numbers.
+/// The corners of the unit square, and points on, in and at the centre of lights, produce finite
+/// values.
 #[test]
 fn extremes_give_numbers() {
     let on_lights = [

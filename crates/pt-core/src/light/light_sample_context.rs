@@ -1,37 +1,37 @@
-//! What is lit.
+//! Context of a light sample: the receiving point, its shading normal and the accepted sides.
 
 use pt_math::Vec3;
 
-/// A point that is lit, and what its surface says of where light may come from.
+/// Receiving point of a light sample.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
-    /// Where, in world coordinates.
+    /// World-space position.
     pub p: Vec3,
-    /// The unit normal with which the surface scatters; zero without one.
+    /// Unit shading normal; zero without a surface.
     pub normal: Vec3,
-    /// On which sides of the surface light counts.
+    /// Sides of the surface on which light is received.
     pub sides: ReceiverSides,
 }
 
-/// Sides of a surface on which light counts.
+/// Sides of a surface on which light is received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceiverSides {
-    /// That of the normal.
+    /// Side of the normal.
     Front,
-    /// Both, since light goes through the surface.
+    /// Front and back, since the surface transmits light.
     Both,
-    /// There is no surface: light counts from everywhere, without a cosine.
+    /// All directions without a cosine factor, since there is no surface.
     All,
 }
 
 impl LightSampleContext {
-    /// A point that is on no surface.
+    /// Creates the context of a point that is not on a surface.
     #[inline(always)]
     pub fn in_space(p: Vec3) -> Self {
         Self { p, normal: Vec3::ZERO, sides: ReceiverSides::All }
     }
 
-    /// A point of a surface with this unit normal.
+    /// Creates the context of a point on a surface with this unit normal.
     #[inline(always)]
     pub fn on_surface(p: Vec3, normal: Vec3, transmits: bool) -> Self {
         Self {

@@ -1,5 +1,4 @@
-//! Daylight that changes, as its mean over time: maps of the sky and of the trace that the sun
-//! leaves.
+//! Daylight averaged over time: maps of the mean sky and of the trace of the sun.
 
 use std::f32::consts::{PI, TAU};
 
@@ -14,18 +13,20 @@ use super::{Light, LightTables};
 
 /// Columns and rows of the map of the sky, which is smooth.
 const SKY: [u32; 2] = [128, 192];
-/// Times at which the sky is looked at.
+/// Number of times at which the sky is evaluated.
 const SKIES: u32 = 256;
-/// Columns and rows of the map of the sun: a third of its diameter each.
+/// Columns and rows of the map of the sun, with texels of a third of its diameter.
 const SUN: [u32; 2] = [2048, 1024];
-/// Times at which the sun is looked at: on a single day, less than a texel of the map apart.
+/// Number of times at which the sun is evaluated: on a single day, less than a texel of the map
+/// apart.
 const SUNS: u32 = 1 << 15;
-/// Points of the sun's disk, which are its light.
+/// Number of points that represent the sun's disk.
 const POINTS: u32 = 12;
-/// The golden ratio, less 1.
+/// The golden ratio minus 1.
 const GOLDEN: f32 = 0.618_034;
 
-/// The mean of the sky over the times at which the sun is up, and of darkness at all others.
+/// Returns the mean radiance of the sky over a time range. At times at which the sun is below the
+/// horizon, the sky is black.
 pub(crate) fn sky(light: &Daylight, span: &TimeRange) -> Image {
     let models: Vec<_> = (0..SKIES)
         .filter_map(|i| {
@@ -51,7 +52,7 @@ pub(crate) fn sky(light: &Daylight, span: &TimeRange) -> Image {
     Image { width, height, pixels: (0..width * height).map(texel).collect() }
 }
 
-/// The mean radiance of the sun, where it is at one time or another. `sun_at` is the sun in a unit
+/// Returns the mean radiance of the sun over a time range. `sun_at` returns the sun in a unit
 /// direction.
 pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3) -> Sun) -> Image {
     let [width, height] = SUN;
@@ -60,7 +61,7 @@ pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3)
         let [x, y] = to_image(d);
         let [column, row] =
             [(x, width), (y, height)].map(|(x, count)| ((x * count as f32) as u32).min(count - 1));
-        // Its solid angle is its width times what its rows have of the axis.
+        // The solid angle is the width times the height along the axis.
         let heights = [row, row + 1].map(|row| trig::sin_cos(PI * row as f32 / height as f32).1);
         let solid_angle = TAU / width as f32 * (heights[0] - heights[1]);
         let pixel = &mut pixels[(row * width + column) as usize];
@@ -71,8 +72,8 @@ pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3)
         let frame = Frame::from_normal(sun.disk.to_light);
         let share = TAU * sun.disk.one_minus_cos / (POINTS * SUNS) as f32;
         for j in 0..POINTS {
-            // Evenly in 1 − cos, and turned by the golden ratio: as even over the disk as light
-            // wants it whose rim is darker.
+            // Uniform in 1 − cos, with azimuths by the golden ratio: even enough over the disk for
+            // limb darkening.
             let one_minus_cos = sun.disk.one_minus_cos * (j as f32 + 0.5) / POINTS as f32;
             let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
             let (sin_phi, cos_phi) = trig::sin_cos_tau((j as f32 * GOLDEN).fract());
@@ -104,8 +105,8 @@ mod tests {
         }
     }
 
-    /// The irradiance of an image of the sky on the ground, ∫ L cos θ dω, by the middles of its
-    /// texels.
+    /// Returns the irradiance of a map of the sky on the ground, ∫ L cos θ dω, by the midpoint rule
+    /// over its texels.
     fn irradiance(image: &Image) -> f64 {
         let Image { width, height, pixels } = image;
         let texel = |i: u32| {
@@ -118,7 +119,7 @@ mod tests {
         sum * std::f64::consts::TAU * std::f64::consts::PI / f64::from(width * height)
     }
 
-    /// The mean of what the suns of many times give the ground, each by E = π L sin² θ cos.
+    /// The irradiance is the mean over many suns of E = π L sin² θ cos.
     #[test]
     fn the_trace_of_the_sun_has_its_light() {
         let span = span([8.0, 16.0]);
@@ -141,8 +142,8 @@ mod tests {
         assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
     }
 
-    /// Likewise with a rim that is darker, as far as that is known of each sun by many points of
-    /// it.
+    /// The same with limb darkening, to the precision to which each sun is represented by its
+    /// points.
     #[test]
     fn rims_are_as_dark_as_they_are() {
         const TIMES: u32 = 200;
@@ -172,13 +173,13 @@ mod tests {
         assert!((got / want - 1.0).abs() < 4e-3, "{got} {want}");
     }
 
-    /// Half of the time the sun is down, and the sky dark: the mean is half of that of the other
-    /// half.
+    /// The sun is below the horizon for half of the time, when the sky is black: the mean is half
+    /// of that of the other half.
     #[test]
     fn nights_are_dark() {
         let light = Daylight::default();
         let [day, with_night] = [[7.0, 17.0], [7.0, 27.0]].map(|hours| {
-            // Hours beyond midnight are those of the next morning, before the sun rises.
+            // Hours beyond 24 are those of the next morning, before sunrise.
             irradiance(&sky(&light, &span(hours)))
         });
         assert!(day > 0.0 && (with_night / (0.5 * day) - 1.0).abs() < 0.1, "{day} {with_night}");
@@ -186,7 +187,7 @@ mod tests {
         let [zenith, _] = span([0.0, 1.0]).place.sun(&moment);
         let still = TimeRange { part: [0.5; 2], days: 1, ..span([12.0, 12.0]) };
         assert!((libm::cos(zenith) - still.to_sun(0.0).y).abs() < 1e-12);
-        // One sky for all times is the sky of the model.
+        // With a single time, the mean is the sky of the model.
         let image = sky(&light, &still);
         let model =
             HosekWilkieModel::without_density(still.to_sun(0.0).as_vec3(), 3.0, [0.3; 3], 1.0);

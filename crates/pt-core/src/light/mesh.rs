@@ -1,4 +1,4 @@
-//! Glowing triangles.
+//! Emissive triangles.
 
 use pt_math::distribution::AliasTable;
 use pt_math::float_error::gamma;
@@ -9,18 +9,18 @@ use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
-/// A triangle that glows on its front side.
+/// A triangle that emits light on its front side.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterTriangle {
     /// First corner.
     pub p0: Vec3,
-    /// From the first corner to the second.
+    /// Edge from the first corner to the second.
     pub e1: Vec3,
-    /// From the first corner to the third.
+    /// Edge from the first corner to the third.
     pub e2: Vec3,
-    /// Unit vector of the side that glows.
+    /// Unit normal of the emitting side.
     pub normal: Vec3,
-    /// The share of it that is under a clear coat, which weakens what it emits; see
+    /// Fraction of the area under a clear coat, which attenuates the emission; see
     /// [`emitted_through`].
     pub coat: f32,
 }
@@ -32,28 +32,28 @@ impl EmitterTriangle {
     }
 }
 
-/// Triangles of one radiance. One of them is chosen by its area, and a point of it by solid angle
-/// where it is near, or else by area.
+/// Triangles with a common radiance. One of them is chosen by area, and a point of it by solid
+/// angle if it is near, or else by area.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshLight {
     /// First of its triangles in [`LightTables::triangles`].
     pub first: u32,
-    /// Its choice of triangles in [`LightTables::triangle_choice`].
+    /// Index of its sampling table of triangles in [`LightTables::triangle_choice`].
     pub choice: u32,
     /// One over the total area.
     pub inverse_area: f32,
     /// Radiance of the front side.
     pub radiance: Spectrum,
-    /// Which triangles are near: whose |distance of the middle|² / (|e₁|² + |e₂|²) is less.
+    /// Largest |distance of the centroid|² / (|e₁|² + |e₂|²) of triangles that are near.
     pub near: f32,
 }
 
-/// Farther triangles are lit by points so evenly that sampling by area, which costs less, is as
+/// Points of farther triangles contribute so evenly that sampling by area, which is cheaper, is as
 /// good.
 const NEAR: f32 = 1.0;
 
 impl MeshLight {
-    /// Enters triangles into the tables; `None` if they have no area.
+    /// Adds triangles to the tables; `None` if they have no area.
     pub fn new(
         tables: &mut LightTables,
         triangles: &[EmitterTriangle],
@@ -79,14 +79,16 @@ impl MeshLight {
         Pdf::new(self.inverse_area)
     }
 
-    /// The triangle p₀, p₀ + e₁, p₀ + e₂ as `p` sees it, if it is sampled by solid angle.
+    /// Returns the triangle p₀, p₀ + e₁, p₀ + e₂ as seen from `p` if it is sampled by solid angle,
+    /// or else `None`.
     #[inline(always)]
     fn seen(&self, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
         seen(self.near, p, p0, e1, e2)
     }
 }
 
-/// A triangle as `p` sees it, if it is so near that it is sampled by solid angle.
+/// Returns a triangle as seen from `p` if it is near enough to be sampled by solid angle, or else
+/// `None`.
 #[inline(always)]
 pub(super) fn seen_nearby(p: Vec3, triangle: &EmitterTriangle) -> Option<SphericalTriangle> {
     seen(NEAR, p, triangle.p0, triangle.e1, triangle.e2)
@@ -101,22 +103,22 @@ fn seen(near: f32, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTri
     if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
 }
 
-/// A point of a triangle that was chosen for a lit point.
+/// A sampled point of a triangle, for a receiving point.
 pub(super) struct TrianglePoint {
     wi: Vec3,
     distance: f32,
     end: Vec3,
-    /// Distance from the lit point, squared.
+    /// Squared distance from the receiving point.
     pub(super) distance_squared: f32,
     /// Cosine of the angle to the normal of the triangle.
     pub(super) cos: f32,
-    /// Shares of the two edges.
+    /// Barycentric coordinates b₁ and b₂.
     pub(super) barycentric: [f32; 2],
     coat: f32,
 }
 
 impl TrianglePoint {
-    /// The sample that it is.
+    /// Returns the light sample of the point.
     #[inline(always)]
     pub(super) fn sample(&self, radiance: Spectrum, pdf: Pdf<SolidAngle>) -> LightSample {
         let &Self { wi, distance, end, coat, .. } = self;
@@ -126,8 +128,8 @@ impl TrianglePoint {
     }
 }
 
-/// A point of a triangle that shows its front to `p`, by solid angle if it is given as `p` sees it,
-/// or else by area.
+/// Samples a point of a triangle whose front faces `p`: by solid angle if `seen` is given, or else
+/// by area.
 #[inline(always)]
 pub(super) fn point_of(
     triangle: &EmitterTriangle,
@@ -156,7 +158,7 @@ pub(super) fn point_of(
     Some(TrianglePoint { wi, distance, end, distance_squared, cos, barycentric, coat })
 }
 
-/// A sample of one triangle, whose radiance depends on the shares of its edges.
+/// Samples one triangle, whose radiance depends on the barycentric coordinates.
 #[inline]
 pub(super) fn seen_sample(
     triangle: &EmitterTriangle,
@@ -174,7 +176,7 @@ pub(super) fn seen_sample(
     pdf.is_positive().then(|| point.sample(radiance(point.barycentric), pdf))
 }
 
-/// The density of [`seen_sample`].
+/// Density of [`seen_sample`].
 #[inline]
 pub(super) fn seen_area_pdf(p: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
     let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
@@ -227,8 +229,8 @@ impl Light for MeshLight {
         }
     }
 
-    /// A square of side 2 at height 2, split into triangles of different area, facing down; and a
-    /// flat triangle that stands on a corner.
+    /// A square of side 2 at height 2 that faces down, split into triangles of different area; and
+    /// a flat triangle that stands on a corner.
     fn examples() -> Vec<(Self, LightTables)> {
         let corner = |x, z| Vec3::new(x, 2.0, z);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];

@@ -1,7 +1,7 @@
 //! Light sources: the [`Light`] contract and the closed set of lights.
 //!
-//! To add a light: write `my_light.rs`, add one line to `lights!` below. The laws of `laws.rs`
-//! then hold it to its contract.
+//! To add a light, write `my_light.rs` and add one line to `lights!` below. The laws of `laws.rs`
+//! then test it against its contract.
 
 mod animated;
 mod directional;
@@ -31,10 +31,6 @@ pub mod tree;
 
 use std::sync::Arc;
 
-use pt_math::distribution::AliasTable;
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
-use pt_scene::IesProfile;
-
 pub use animated::AnimatedLight;
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use hosek_sky::HosekWilkieModel;
@@ -42,59 +38,63 @@ pub use light_sample_context::{LightSampleContext, ReceiverSides};
 pub use mesh::EmitterTriangle;
 pub use portal_sky::Portal;
 pub use projector::ProjectedImage;
+use pt_math::distribution::AliasTable;
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
+use pt_scene::IesProfile;
 pub use source_id::{LightSourceId, LightSourceIds};
 pub use spot::Falloff;
 pub use sun::LimbDarkening;
 pub use textured_mesh::TexturedTriangle;
 pub use textured_sphere::SphereMap;
 
+use crate::interaction::{SHADOW_EPSILON, SurfacePoint};
+use crate::light::tree::{LightTree, Many};
 use crate::texture::Textures;
 
-/// Light that arrives at a point, if nothing is in its way.
+/// A sample of the light that arrives at a point, if it is not occluded.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit direction towards the light.
     pub wi: Vec3,
     /// Distance to the light; infinite for lights that are not in the scene.
     pub distance: f32,
-    /// Where a ray that asks for what is in the way must end: the point of the light, moved off
-    /// it by the error of its coordinates towards the lit point. `None` is infinitely far.
+    /// End of the shadow ray: the point of the light, moved off it towards the receiving point by
+    /// the error of its coordinates. `None` for lights at infinity.
     pub end: Option<Vec3>,
     /// Incident radiance; for delta lights the irradiance on a surface that faces the light.
     pub radiance: Spectrum,
-    /// Density of `wi`, or `None` for delta lights, which nothing but sampling finds.
+    /// Density of `wi`, or `None` for delta lights, which only light sampling finds.
     pub pdf: Option<Pdf<SolidAngle>>,
 }
 
-/// Where a ray met a light that is part of the scene's geometry.
+/// Hit of a ray on a light that is part of the scene's geometry.
 #[derive(Clone, Copy, Debug)]
 pub struct LightHit {
-    /// Distance from the reference point, squared.
+    /// Squared distance from the reference point.
     pub distance_squared: f32,
     /// |cos| of the angle between the ray and the light's geometric normal.
     pub cos: f32,
-    /// Corners of the triangle, if it is one.
+    /// Corners of the triangle, or `None` if it is another shape.
     pub triangle: Option<[Vec3; 3]>,
     /// Number of the primitive in the scene.
     pub primitive: u32,
 }
 
-/// A source of light.
+/// Contract of light sources.
 pub trait Light {
     /// True if all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
-    /// True if rays that meet it see nothing of it, so that only sampling finds it, though it has
-    /// an extent.
+    /// True for area lights that are invisible to rays and can only be sampled.
     const INVISIBLE: bool = false;
-    /// Chooses a direction from which light comes, by a map from the unit square. `None` where
-    /// the choice is one from which no light comes.
+    /// Samples a direction from which light comes, by a map from the unit square. `None` if no
+    /// light comes from the sampled direction.
     fn sample(
         &self,
         tables: &LightTables,
         context: &LightSampleContext,
         u: [f32; 2],
     ) -> Option<LightSample>;
-    /// [`Self::sample`] for each of many points, added to `samples`.
+    /// Computes [`Self::sample`] for each of many points and appends the results to `samples`.
     #[inline(always)]
     fn sample_each(
         &self,
@@ -104,8 +104,8 @@ pub trait Light {
     ) {
         samples.extend(points.map(|(context, u)| self.sample(tables, &context, u)));
     }
-    /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
-    /// light has geometry. Zero for a delta light, whose direction has none.
+    /// Density with which [`Self::sample`] returns `wi`. `hit` is the point that was hit, if the
+    /// light has geometry. Zero for a delta light, whose direction has no density.
     #[inline(always)]
     fn pdf(
         &self,
@@ -116,56 +116,57 @@ pub trait Light {
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Radiance along a ray that leaves `p` in direction `d`, and the scene.
+    /// Radiance along a ray from `p` in direction `d` that leaves the scene.
     fn le_infinite(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Returns true if [`Self::le_infinite`] is the same everywhere in all directions.
+    /// Returns true if [`Self::le_infinite`] is the same for all points and directions.
     fn is_constant(&self) -> bool {
         false
     }
-    /// Settings worth testing, with the tables they refer to; the laws run on each.
+    /// Lights worth testing, with the tables that they refer to. The laws are tested on each.
     fn examples() -> Vec<(Self, LightTables)>
     where
         Self: Sized;
 }
 
-/// What is done to a light whose kind is known, for loops that ask for it once.
+/// Operation on a light of static type, which moves dispatch out of loops.
 pub trait LightVisitor {
-    /// What comes of it.
+    /// Result of the operation.
     type Output;
-    /// Does it.
+    /// Performs the operation on a light.
     fn visit<L: Light>(self, light: &L) -> Self::Output;
 }
 
-/// Large data that lights refer to.
+/// Large data referenced by lights.
 #[derive(Default)]
 pub struct LightTables {
     /// Triangles of all emissive meshes.
     pub triangles: Vec<EmitterTriangle>,
-    /// How those that glow by textures lie on them, mesh by mesh.
+    /// Texture mapping of emissive triangles with textures, mesh by mesh.
     pub textured_triangles: Vec<TexturedTriangle>,
-    /// How spheres that glow by textures lie on them.
+    /// Texture mapping of emissive spheres with textures.
     pub sphere_maps: Vec<SphereMap>,
-    /// What projectors throw.
+    /// Images of projectors.
     pub slides: Vec<ProjectedImage>,
     /// The textures of the scene.
     pub textures: Arc<Textures>,
-    /// Choice of a triangle by area, or by its share of the light, one table a mesh light.
+    /// Sampling tables of triangles by area, or by their contribution; one for each mesh light.
     pub triangle_choice: Vec<AliasTable>,
-    /// Trees of many lights.
+    /// Light trees.
     pub trees: Vec<tree::LightTree>,
-    /// Intensities of luminaires.
+    /// Intensity profiles of luminaires.
     pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
     pub environments: Vec<EnvironmentMap>,
-    /// True if these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
+    /// True if environment maps leave directions to BSDF sampling; see
+    /// [`EnvironmentMap::compensate`].
     pub compensated: bool,
-    /// Windows before skies.
+    /// Portals of skies.
     pub portals: Vec<Portal>,
     /// Clear skies.
     pub clear_skies: Vec<HosekWilkieModel>,
-    /// How suns darken to their rims.
+    /// Limb darkening of suns.
     pub limbs: Vec<LimbDarkening>,
 }
 
@@ -192,11 +193,11 @@ macro_rules! lights {
             pub fn is_invisible(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::INVISIBLE),* }
             }
-            /// Name of the light, as in `lights!`.
+            /// Name of the light in `lights!`.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }
-            /// What the visitor makes of the light.
+            /// Applies the visitor to the light.
             #[inline(always)]
             pub fn visit<V: LightVisitor>(&self, visitor: V) -> V::Output {
                 match self { $(Self::$name(l) => visitor.visit(l)),* }
@@ -226,7 +227,7 @@ macro_rules! lights {
             pub fn is_constant(&self) -> bool {
                 match self { $(Self::$name(l) => l.is_constant()),* }
             }
-            /// Settings of all lights, for the laws.
+            /// Examples of all lights, for the laws.
             pub fn examples() -> Vec<(Self, LightTables)> {
                 let mut all = Vec::new();
                 $(all.extend($ty::examples().into_iter().map(|(l, t)| (Self::$name(l), t)));)*
@@ -237,40 +238,69 @@ macro_rules! lights {
 }
 
 lights! {
-    /// A point.
+    /// A point light.
     Point = point::Point,
-    /// A point that shines into a cone.
+    /// A spot light.
     Spot = spot::Spot,
-    /// A point with the intensities of a luminaire.
+    /// A point light with the intensity profile of a luminaire.
     Ies = ies::Ies,
     /// Parallel light.
     Directional = directional::Directional,
-    /// A disk, infinitely far away.
+    /// A disk at infinity.
     DistantDisk = distant_disk::DistantDisk,
-    /// The sun through the air.
+    /// The sun through the atmosphere.
     Sun = sun::Sun,
-    /// Glowing triangles.
+    /// Emissive triangles.
     Mesh = mesh::MeshLight,
-    /// A glowing sphere.
+    /// An emissive sphere.
     Sphere = sphere::SphereLight,
-    /// Triangles that glow by a texture.
+    /// Triangles with an emission texture.
     TexturedMesh = textured_mesh::TexturedMesh,
-    /// A sphere that glows by a texture.
+    /// A sphere with an emission texture.
     TexturedSphere = textured_sphere::TexturedSphere,
-    /// A point that throws a picture.
+    /// A spot light that projects an image.
     Projector = projector::Projector,
-    /// Many of these, one of which is chosen.
+    /// A tree of lights with an extent, one of which is chosen.
     ManyLights = tree::ManyLights,
-    /// Many lights without extent, one of which is chosen.
+    /// A tree of lights without extent, one of which is chosen.
     ManyPoints = tree::ManyPoints,
-    /// One with an extent that nobody sees.
+    /// A light with an extent that is invisible to rays.
     Hidden = invisible::InvisibleLight,
-    /// The upper half of the sky.
+    /// A constant hemispherical sky.
     Hemisphere = hemisphere::Hemisphere,
-    /// All of the sky.
+    /// An environment light.
     Environment = environment::Environment,
-    /// The sky behind a window.
+    /// A sky behind a portal.
     PortalSky = portal_sky::PortalSky,
-    /// The clear sky by day.
+    /// A clear daylight sky.
     ClearSky = hosek_sky::HosekWilkieSky,
+}
+
+impl SurfacePoint {
+    /// Returns the shadow ray to a light sample. It hits neither this surface nor the light.
+    ///
+    /// It ends slightly before the light: where coordinates of the light are 0, so is the error by
+    /// which `end` is moved off it, but not the error of the depth that a query computes. That is
+    /// 14ε of the most distant vertex, so the margin suffices for triangles 70 times as large as
+    /// they are far away.
+    #[inline(always)]
+    pub fn spawn_to(&self, light: &LightSample) -> Ray {
+        let origin = self.origin(light.wi);
+        match light.end {
+            None => Ray::new(origin, light.wi),
+            Some(end) => Ray::to(origin, end - origin, SHADOW_EPSILON),
+        }
+    }
+}
+
+impl AnyLight {
+    /// Returns the tree of the light, or `None` if it is a single light.
+    pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
+        match self {
+            Self::ManyLights(Many { tree })
+            | Self::Hidden(InvisibleLight::ManyLights(Many { tree }))
+            | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
+            _ => None,
+        }
+    }
 }

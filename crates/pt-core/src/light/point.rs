@@ -1,19 +1,19 @@
-//! The point light.
+//! Point light.
 
 use pt_math::{Spectrum, Vec3};
 
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
-/// A point of intensity I: irradiance I / r².
+/// A point light of intensity I, with irradiance I / r².
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Where it is.
+    /// World-space position.
     pub position: Vec3,
     /// Radiant intensity.
     pub intensity: Spectrum,
 }
 
-/// Light of a point of radiant intensity I, by the inverse square law.
+/// Samples a point light of radiant intensity I, by the inverse square law.
 #[inline]
 pub(super) fn sample_point(position: Vec3, p: Vec3, intensity: Spectrum) -> Option<LightSample> {
     let d = position - p;

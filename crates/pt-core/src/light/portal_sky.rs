@@ -1,4 +1,4 @@
-//! The sky behind a window.
+//! Sky behind a portal.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use super::environment::{Environment, EnvironmentMap, PlacedMap};
 use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// A sky whose light arrives only along rays that go through a rectangle from its front.
+/// A sky whose light arrives only along rays that pass through a rectangle from its front.
 /// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such
 /// lights]
 ///
-/// Half of the samples are directions to the rectangle, half are those of the map, of which many
-/// miss it: p = ½ p_rectangle + ½ p_map within the rectangle. Without a map, all are directions to
-/// the rectangle.
+/// Half of the samples are directions to the rectangle, half are those of the map, many of which
+/// miss the rectangle: p = ½ p_rectangle + ½ p_map within the rectangle. Without a map, all samples
+/// are directions to the rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct PortalSky {
     /// The sky.
@@ -31,13 +31,13 @@ pub struct Portal {
     corner: Vec3,
     e1: Vec3,
     e2: Vec3,
-    /// Unit normal; rays that leave go to its side.
+    /// Unit normal on the side to which rays leave.
     outwards: Vec3,
     /// One over the area.
     inverse_area: f32,
 }
 
-/// Where a ray goes through a portal.
+/// Intersection of a ray with a portal.
 #[derive(Clone, Copy)]
 struct Crossing {
     distance: f32,
@@ -45,7 +45,7 @@ struct Crossing {
     cos: f32,
 }
 
-/// A rectangle as a point sees it, cut into two triangles.
+/// A rectangle as seen from a point, split into two triangles.
 struct VisiblePart([SphericalTriangle; 2]);
 
 impl VisiblePart {
@@ -55,8 +55,8 @@ impl VisiblePart {
 }
 
 impl Portal {
-    /// A corner, and the edges from there to the next and to the last one, counter-clockwise from
-    /// the front.
+    /// Creates a portal from a corner, and the edges from there to the next and to the last corner,
+    /// counter-clockwise as seen from the front.
     pub fn new(corner: DVec3, e1: DVec3, e2: DVec3) -> Self {
         let across = e2.cross(e1);
         Self {
@@ -68,8 +68,8 @@ impl Portal {
         }
     }
 
-    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does;
-    /// the rim is moved outwards by about what rounding of a direction moves it.
+    /// Returns the intersection of the ray from `p` in the unit direction `d`, or `None` unless it
+    /// passes to the outside. The rim is extended by about the rounding error of a direction.
     #[inline]
     fn crossing(&self, p: Vec3, d: Vec3) -> Option<Crossing> {
         const ROUNDING: f32 = f32::EPSILON;
@@ -88,7 +88,8 @@ impl Portal {
         goes_through.then_some(Crossing { distance, cos })
     }
 
-    /// How `p` sees it, if it is so near that directions are drawn by solid angle.
+    /// Returns the rectangle as seen from `p` if it is near enough to be sampled by solid angle, or
+    /// else `None`.
     fn seen(&self, p: Vec3) -> Option<VisiblePart> {
         const NEAR: f32 = 1.0;
         let Self { corner, e1, e2, .. } = *self;
@@ -102,8 +103,8 @@ impl Portal {
         Some(VisiblePart([first, SphericalTriangle::new(d0, diagonal, e2)?]))
     }
 
-    /// A direction from `p` to it: uniform by solid angle where it is near, else by area, as
-    /// [`super::MeshLight`] draws them. By rounding, it may just miss.
+    /// Samples a direction from `p` to the rectangle: uniformly by solid angle if it is near, or
+    /// else by area, as [`super::MeshLight`] does. Due to rounding, it may just miss.
     fn sample(&self, p: Vec3, [u, v]: [f32; 2]) -> Option<Vec3> {
         const MAX: f32 = 1.0f32.next_down();
         let Self { corner, e1, e2, .. } = *self;
@@ -124,7 +125,7 @@ impl Portal {
         ((corner - p) + e1 * b1 + e2 * b2).try_normalize()
     }
 
-    /// Density of [`Self::sample`] where the ray of the direction goes through.
+    /// Density of [`Self::sample`] for a direction whose ray passes through.
     fn pdf(&self, p: Vec3, crossing: Crossing) -> f32 {
         match self.seen(p) {
             Some(seen) => 1.0 / seen.solid_angle(),
@@ -138,7 +139,7 @@ impl PortalSky {
         &tables.portals[self.portal as usize]
     }
 
-    /// Density at a direction whose ray goes through the portal.
+    /// Density of a direction whose ray passes through the portal.
     fn pdf_of(
         &self,
         tables: &LightTables,
@@ -204,8 +205,8 @@ impl Light for PortalSky {
         }
     }
 
-    /// A square window in the ceiling under an even sky, and a tilted one, longer than wide, under
-    /// a map with a bright texel, which it shows from some places.
+    /// A square window in the ceiling under a constant environment, and a tilted one, longer than
+    /// wide, under a map with a bright texel, which is visible from some points.
     fn examples() -> Vec<(Self, LightTables)> {
         let ceiling = Portal::new(DVec3::new(-1.0, 2.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0);
         let even = Environment { radiance: Spectrum::splat(0.5), map: None };
@@ -234,7 +235,7 @@ impl Light for PortalSky {
 
 #[cfg(test)]
 impl Portal {
-    /// Its corner and edges.
+    /// Returns the corner and the two edges.
     pub(super) fn sides(&self) -> [DVec3; 3] {
         [self.corner, self.e1, self.e2].map(Vec3::as_dvec3)
     }

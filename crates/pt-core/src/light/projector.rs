@@ -1,4 +1,4 @@
-//! The spot light that throws a picture.
+//! Spot light that projects an image.
 
 use std::f32::consts::FRAC_PI_4;
 use std::sync::Arc;
@@ -8,10 +8,11 @@ use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 use super::spot::{Falloff, Spot};
 use super::{Light, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
-use crate::texture::{TextureRecord, Textures};
+use crate::texture::Textures;
 use crate::texture_eval_context::TextureEvalContext;
+use crate::texture_record::TextureRecord;
 
-/// A spot light whose intensity is multiplied by a texture, as if it were a slide before it.
+/// A spot light whose intensity is multiplied by a texture, like a slide projector.
 #[derive(Clone, Copy, Debug)]
 pub struct Projector {
     /// The light without the slide.
@@ -20,30 +21,30 @@ pub struct Projector {
     pub slide: u32,
 }
 
-/// What a [`Projector`] throws.
+/// Image of a [`Projector`].
 #[derive(Clone, Copy, Debug)]
 pub struct ProjectedImage {
-    /// The picture.
+    /// Texture of the image.
     pub texture: Id<TextureRecord>,
-    /// Where u and v grow, and the axis, in the world; all of unit length and at right angles.
+    /// Directions of u and v and the optical axis, in the world; orthonormal.
     pub axes: Mat3,
-    /// Tangents of the angles to the axis at which the slide ends along u and along v.
+    /// Tangents of the angles to the axis at which the image ends along u and along v.
     pub tangents: [f32; 2],
-    /// About the mean luminance of the picture, and positive.
+    /// Approximate mean luminance of the image; positive.
     pub mean: f32,
 }
 
-/// By which share of half its width a slide reaches beyond its edge.
+/// Tolerance by which an image extends beyond its edge, relative to half its width.
 const EDGE: f32 = 1e-6;
 
 impl ProjectedImage {
-    /// The share of the light that goes towards the unit vector `w`, which is at an acute angle to
-    /// the axis: (u, v) = ½ + ½ (x, y) / (z tan θ), and none beyond the unit square. [Mitsuba
-    /// 3.9 documentation, `spot`, `projector`]
+    /// Factor of the intensity towards the unit vector `w`, which is at an acute angle to the axis:
+    /// (u, v) = ½ + ½ (x, y) / (z tan θ), and 0 outside of the unit square. [Mitsuba 3.9
+    /// documentation, `spot`, `projector`]
     pub fn share(&self, textures: &Textures, w: Vec3) -> Spectrum {
         let Vec3 { x, y, z } = self.axes.transpose() * w;
         let at = Vec2::new(x, y) / (Vec2::from(self.tangents) * z);
-        // Directions of the edge are rounded.
+        // Directions to the edge are rounded.
         if at.abs().max_element() > 1.0 + EDGE {
             return Spectrum::ZERO;
         }
@@ -67,8 +68,8 @@ impl Light for Projector {
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })
     }
 
-    /// A slide of six fields, turned, that points down, before a spot and before light that falls
-    /// evenly on a plane.
+    /// An image of 3 × 2 texels, rotated and projected downwards, with a spot falloff and with one
+    /// that is even on a plane.
     fn examples() -> Vec<(Self, LightTables)> {
         let values = [1.0, 0.5, 0.2, 0.1, 3.0, 1.5];
         let (texture, textures) = Textures::of_image(3, 2, &values.map(|v| [v; 3]));

@@ -1,4 +1,4 @@
-//! The glowing sphere.
+//! Emissive sphere.
 
 use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
@@ -7,9 +7,9 @@ use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
-/// A sphere of constant radiance on its outside, or on its inside. Points outside sample the cone
-/// under which they see it [Shirley, Wang & Zimmerman 1996, "Monte Carlo Techniques for Direct
-/// Lighting Calculations", §3.2]; points inside see it in all directions.
+/// A sphere of constant radiance on its outside, or on its inside. From points outside, the cone of
+/// directions to it is sampled [Shirley, Wang & Zimmerman 1996, "Monte Carlo Techniques for Direct
+/// Lighting Calculations", §3.2]; from points inside, all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereLight {
     /// Centre.
@@ -18,18 +18,18 @@ pub struct SphereLight {
     pub radius: f32,
     /// Radiance of the outside, or of the inside if `inward`.
     pub radiance: Spectrum,
-    /// True if it glows inwards.
+    /// True if it emits light inwards.
     pub inward: bool,
-    /// The share of it that is under a clear coat; see [`emitted_through`].
+    /// Fraction of the area under a clear coat; see [`emitted_through`].
     pub coat: f32,
 }
 
-/// A computed point of the sphere is off it by a share of the radius below this.
+/// Upper bound of the rounding error of a point of the sphere, relative to the radius.
 const ROUNDING: f32 = 1e-5;
 
 impl SphereLight {
-    /// 1 − cos of the half angle of the cone under which `p` sees the outside, without cancellation
-    /// for far spheres; `None` from inside.
+    /// Returns 1 − cos of the half angle of the cone of directions from `p` to the outside, without
+    /// cancellation for distant spheres; `None` from inside.
     #[inline]
     fn one_minus_cos(&self, p: Vec3) -> Option<f32> {
         let distance_squared = (self.center - p).length_squared();
@@ -37,13 +37,13 @@ impl SphereLight {
         (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
     }
 
-    /// Returns true if `p` sees the inside.
+    /// Returns true if `p` is inside of the sphere, or on it up to rounding.
     #[inline]
     fn holds(&self, p: Vec3) -> bool {
         (p - self.center).length() <= self.radius * (1.0 + ROUNDING)
     }
 
-    /// A sample in direction `wi`, which meets the sphere where its normal is `n`.
+    /// Returns the sample in direction `wi`, which hits the sphere at the normal `n`.
     #[inline]
     fn at(&self, n: Vec3, wi: Vec3, distance: f32, pdf: Pdf<SolidAngle>) -> LightSample {
         let offset = n * self.radius;
@@ -53,13 +53,13 @@ impl SphereLight {
         LightSample { wi, distance, end, radiance, pdf: Some(pdf) }
     }
 
-    /// Transmittance of the coat at this cosine to the normal.
+    /// Multiplies radiance by the transmittance of the coat at this cosine to the normal.
     #[inline]
     pub(super) fn coated(&self, radiance: Spectrum, cos: f32) -> Spectrum {
         if self.coat > 0.0 { radiance * emitted_through(self.coat, cos) } else { radiance }
     }
 
-    /// From outside: a direction of the cone.
+    /// Samples a direction of the cone, from outside.
     #[inline]
     fn sample_cone(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let one_minus_cos = self.one_minus_cos(p)?;
@@ -70,14 +70,14 @@ impl SphereLight {
         let sin2 = local.x * local.x + local.y * local.y;
         let half_chord = (self.radius * self.radius - d * d * sin2).max(0.0).sqrt();
         let distance = d * local.z - half_chord;
-        // Without the difference to the centre, which has no digits for far spheres.
+        // Avoids the difference to the centre, which cancels for distant spheres.
         let z = -(d * sin2 + half_chord * local.z);
         let n = Vec3::new(local.x * distance, local.y * distance, z).normalize();
         let pdf = warp::uniform_cone_pdf(one_minus_cos);
         (distance > 0.0).then(|| self.at(frame.to_world(n), frame.to_world(local), distance, pdf))
     }
 
-    /// From inside: any direction.
+    /// Samples a direction of the sphere, from inside.
     #[inline]
     fn sample_inside(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         if !self.holds(p) {
@@ -88,7 +88,7 @@ impl SphereLight {
         let b = from_center.dot(wi);
         let power = from_center.length_squared() - self.radius * self.radius;
         let root = (b * b - power).max(0.0).sqrt();
-        // The farther root of t² + 2bt + power.
+        // The larger root of t² + 2bt + power.
         let distance = if b > 0.0 { -power / (b + root) } else { root - b };
         let n = (from_center + wi * distance).normalize();
         (distance > 0.0).then(|| self.at(n, wi, distance, warp::uniform_sphere_pdf()))

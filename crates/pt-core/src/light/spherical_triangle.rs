@@ -1,16 +1,16 @@
-//! Triangles as a point sees them: by solid angle.
+//! Spherical triangles: sampling of triangles by solid angle.
 
 use pt_math::{Vec3, trig};
 
-/// A triangle on the sphere of directions around a point p, and how to draw directions uniformly
-/// from it. [Arvo 1995, "Stratified Sampling of Spherical Triangles"; without his angles, as in
+/// A triangle on the sphere of directions around a point p, with uniform sampling of its
+/// directions. [Arvo 1995, "Stratified Sampling of Spherical Triangles"; without his angles, as in
 /// Peters 2021, "BRDF Importance Sampling for Polygonal Lights"]
 ///
-/// With unit vectors v₀, v₁, v₂ to the corners, the solid angle Ω has
+/// With unit vectors v₀, v₁, v₂ to the corners, the solid angle Ω satisfies
 /// tan(Ω/2) = |v₀·(v₁×v₂)| / (1 + v₀·v₁ + v₁·v₂ + v₂·v₀). [Van Oosterom & Strackee 1983]
 pub(super) struct SphericalTriangle {
     v: [Vec3; 3],
-    /// Distances of the corners.
+    /// Distances to the corners.
     lengths: [f32; 3],
     /// |v₀·(v₁×v₂)|
     volume: f32,
@@ -24,20 +24,19 @@ pub(super) struct SphericalTriangle {
     pub(super) solid_angle: f32,
 }
 
-/// Height of the lit point above the plane, squared, per |e₁|² + |e₂|², below which rounding shows:
-/// at this height, directions are off by a hundredth of the triangle at worst, solid angles by
-/// 10⁻³, and by far less for all but one in a thousand. There is no such bound for small or far
-/// triangles.
+/// Smallest squared height of the receiving point above the plane, relative to |e₁|² + |e₂|². At
+/// this height, directions have errors of a hundredth of the triangle at worst, and solid angles of
+/// 10⁻³, and far less for all but one in a thousand. Small or distant triangles need no such bound.
 const MIN_HEIGHT: f32 = 1e-6;
 
 impl SphericalTriangle {
-    /// The triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the point that sees it;
-    /// `None` where it sees it on edge.
+    /// Creates the triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the receiving point;
+    /// `None` if it is seen edge-on.
     #[inline]
     pub(super) fn new(d0: Vec3, e1: Vec3, e2: Vec3) -> Option<Self> {
         let across = e1.cross(e2);
         let size_squared = e1.length_squared() + e2.length_squared();
-        // From the height above the plane: the product of unit vectors has no digits for small
+        // From the height above the plane: the triple product of unit vectors cancels for small
         // triangles.
         let volume = d0.dot(across);
         if volume * volume <= MIN_HEIGHT * size_squared * across.length_squared() {
@@ -56,13 +55,13 @@ impl SphericalTriangle {
         (solid_angle > 0.0).then_some(seen)
     }
 
-    /// Barycentric coordinates [b₁, b₂] of the point of the triangle in a direction that is uniform
-    /// in solid angle.
+    /// Returns the barycentric coordinates [b₁, b₂] of the point of the triangle in a direction
+    /// that is uniform in solid angle.
     ///
-    /// First x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the share u₀ of the
-    /// solid angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and what is asked of Ω'
-    /// = u₀ Ω is linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then a direction on the
-    /// arc from v₁ to x, whose height above the plane with normal v₁ is uniform.
+    /// First samples x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the fraction u₀
+    /// of the solid angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and the condition
+    /// Ω' = u₀ Ω is linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then samples a direction
+    /// on the arc from v₁ to x, whose height above the plane with normal v₁ is uniform.
     #[inline]
     pub(super) fn sample(&self, [u0, u1]: [f32; 2]) -> [f32; 2] {
         let (sin, cos) = trig::sin_cos(0.5 * u0 * self.solid_angle);
@@ -107,7 +106,7 @@ mod tests {
         2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
     }
 
-    /// Places above, beside and far from a triangle, with their distance from its plane.
+    /// Points above, beside and far from a triangle, displaced by a small part of their height.
     fn places(random: &mut Random) -> impl Iterator<Item = Vec3> + '_ {
         let heights = [5e-3f32, 0.02, 0.1, 1.0, 10.0, 300.0];
         let at = |&h: &f32| {
@@ -138,8 +137,8 @@ mod tests {
         }
     }
 
-    /// The first number is the share of the solid angle of the triangle that is cut off by the arc
-    /// from the second corner through the point.
+    /// The first random number is the fraction of the solid angle that is cut off by the arc from
+    /// the second corner through the point.
     #[test]
     fn samples_cut_off_their_share() {
         for [e1, e2] in TRIANGLES {

@@ -1,4 +1,4 @@
-//! The spot light.
+//! Spot light.
 
 use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 
@@ -7,20 +7,21 @@ use pt_math::{Spectrum, Vec3, trig};
 use super::point::sample_point;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
-/// A point whose intensity falls with the angle to its axis, and is zero outside of its cone.
+/// A point light whose intensity falls off with the angle to its axis, and is zero outside of its
+/// cone.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
-    /// Where it is.
+    /// World-space position.
     pub position: Vec3,
-    /// Unit vector along which it shines.
+    /// Unit vector of the optical axis.
     pub axis: Vec3,
     /// Radiant intensity along the axis.
     pub intensity: Spectrum,
-    /// How it falls.
+    /// Falloff with the angle to the axis.
     pub falloff: Falloff,
 }
 
-/// The share of its intensity that a spot light has at an angle θ to its axis.
+/// Relative intensity of a spot light at an angle θ to its axis.
 #[derive(Clone, Copy, Debug)]
 pub enum Falloff {
     /// cosᵉ θ, cut off. [COLLADA 1.4.1 specification, `<spot>`]
@@ -32,21 +33,20 @@ pub enum Falloff {
     },
     /// 1 up to an angle, and from there linear in θ down to 0. [Mitsuba 3.9 documentation, `spot`]
     Linear {
-        /// Where it begins to fall, in radians.
+        /// Angle at which the falloff begins, in radians.
         beam: f32,
-        /// Where it is 0, in radians.
+        /// Angle at which the intensity becomes 0, in radians.
         cutoff: f32,
     },
-    /// 1/cos³ θ up to an angle: what makes the irradiance of a plane across the axis even.
-    /// [Mitsuba 3.9 documentation, `projector`]
+    /// 1/cos³ θ up to an angle, which makes the irradiance on a plane perpendicular to the axis
+    /// uniform. [Mitsuba 3.9 documentation, `projector`]
     Flat {
-        /// Where it ends, below a right angle, in radians.
+        /// Cutoff angle in radians, less than a right angle.
         cutoff: f32,
     },
     /// 1 up to an inner angle, and from there ((cos θ − cos o) / (cos i − cos o))² down to 0 at an
-    /// outer one. The text guards the division by a difference of at least 0.001, which would
-    /// darken narrow cones; here it is exact. [KHR_lights_punctual, "Inner and Outer Cone
-    /// Angles"]
+    /// outer one. The specification limits the divisor to at least 0.001, which would darken narrow
+    /// cones; here it is exact. [KHR_lights_punctual, "Inner and Outer Cone Angles"]
     Punctual {
         /// The inner angle i, in radians.
         inner: f32,
@@ -56,13 +56,13 @@ pub enum Falloff {
 }
 
 impl Falloff {
-    /// The share towards the unit vector `w`; 0 outside of the cone.
+    /// Returns the relative intensity towards the unit vector `w`; 0 outside of the cone.
     #[inline]
     pub fn share(self, axis: Vec3, w: Vec3) -> f32 {
         let cos = axis.dot(w);
         match self {
             Self::Cosine { cos_cutoff, .. } if cos <= cos_cutoff => 0.0,
-            // A cone wider than a hemisphere has no cosine to fall by beyond it.
+            // A cone wider than a hemisphere has no positive cosine to fall off by.
             Self::Cosine { exponent: 0.0, .. } => 1.0,
             Self::Cosine { exponent, .. } => trig::powf(cos.max(0.0), exponent),
             Self::Linear { beam, cutoff } => {
@@ -88,12 +88,12 @@ impl Falloff {
     }
 }
 
-/// Between two unit vectors; their cosine alone has no digits for small angles.
+/// Returns the angle between two unit vectors; the arc cosine would cancel for small angles.
 fn angle(a: Vec3, b: Vec3) -> f32 {
     trig::atan2(a.cross(b).length(), a.dot(b))
 }
 
-/// cos a − cos b, with all digits also for small angles.
+/// Returns cos a − cos b, without cancellation for small angles.
 fn cosines_apart(a: f32, b: f32) -> f32 {
     2.0 * trig::sin_cos(0.5 * (b + a)).0 * trig::sin_cos(0.5 * (b - a)).0
 }
@@ -114,7 +114,7 @@ impl Light for Spot {
         (share > 0.0).then_some(LightSample { radiance, ..on_axis })
     }
 
-    /// One of each falloff, a cone with a sharp edge, and one that is no cone.
+    /// One light with each falloff, a cone with a sharp edge, and a light without a cone.
     fn examples() -> Vec<(Self, LightTables)> {
         let falloffs = [
             Falloff::Cosine { cos_cutoff: 0.5, exponent: 2.0 },

@@ -1,5 +1,5 @@
-//! The disk of the sun through the air. [Hosek & Wilkie 2013, "Adding a Solar-Radiance Function to
-//! the Hosek-Wilkie Skylight Model"]
+//! The sun's disk through the atmosphere. [Hosek & Wilkie 2013, "Adding a Solar-Radiance Function
+//! to the Hosek-Wilkie Skylight Model"]
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -8,28 +8,28 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 use super::hosek_wilkie::{self, COEFFICIENTS, HEIGHT_POWERS, LIMB_POWERS, PARTS};
 use super::{DistantDisk, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// A disk at infinity, of which nothing is seen below the horizon.
+/// A disk at infinity that is invisible below the horizon.
 #[derive(Clone, Copy, Debug)]
 pub struct Sun {
-    /// The disk, with its mean radiance; or by what that of the table is multiplied.
+    /// The disk, with its mean radiance, or with the factor of the radiance of the table.
     pub disk: DistantDisk,
     /// Unit vector to the zenith.
     pub up: Vec3,
-    /// Index into [`LightTables::limbs`]; without, the disk is the same everywhere.
+    /// Index into [`LightTables::limbs`]; `None` for constant radiance.
     pub limb: Option<u32>,
 }
 
-/// Radiance of the sun by elevation and place on its disk.
+/// Radiance of the sun by elevation and position on its disk.
 pub struct LimbDarkening(Vec<f32>);
 
 impl LimbDarkening {
-    /// In an air of [`hosek_wilkie::TURBIDITIES`].
+    /// Creates the table for a turbidity in [`hosek_wilkie::TURBIDITIES`].
     pub(crate) fn new(turbidity: f64) -> Self {
         Self(hosek_wilkie::limb(turbidity))
     }
 
-    /// Σ c_jk x^j cos^k ψ at a sine of the elevation, where x is the elevation above the beginning
-    /// of its part of the sky, and ψ the angle between the normal of the sun and the ray.
+    /// Radiance Σ c_jk x^j cos^k ψ at a sine of the elevation, where x is the elevation above the
+    /// beginning of its interval, and ψ the angle between the normal of the sun and the ray.
     fn radiance(&self, sin_elevation: f32, cos_psi: f32) -> Spectrum {
         let elevation = FRAC_PI_2 - trig::acos(sin_elevation.clamp(0.0, 1.0));
         let part = (libm::cbrtf(elevation / FRAC_PI_2) * PARTS as f32) as usize;
@@ -51,7 +51,7 @@ impl LimbDarkening {
 }
 
 impl Sun {
-    /// That of a direction in the disk.
+    /// Radiance from a direction in the disk.
     #[inline]
     fn radiance(&self, tables: &LightTables, d: Vec3) -> Spectrum {
         let Some(limb) = self.limb else { return self.disk.radiance };
@@ -97,8 +97,8 @@ impl Light for Sun {
         self.radiance(tables, d)
     }
 
-    /// A high sun as it is, a wide one without and a low one with limb darkening, cut by the
-    /// horizon.
+    /// A high sun of real size, a wide one without limb darkening, and a low one with limb
+    /// darkening, cut by the horizon.
     fn examples() -> Vec<(Self, LightTables)> {
         let of = |to_light, radius, limb: Option<f64>| {
             let disk = DistantDisk::of_radiance(to_light, radius, Spectrum::splat(1e-2));
@@ -119,11 +119,11 @@ impl Light for Sun {
 mod tests {
     use super::*;
 
-    /// Place of the sun, turbidity, radiance of the sun that is even, and that of the one with limb
-    /// darkening in the middle, to its side, above and below it.
+    /// Direction of the sun, turbidity, radiance of the constant sun, and that of the one with limb
+    /// darkening at the centre, at its side, above and below the centre.
     type Case = (Vec3, f64, [f32; 3], [(Vec3, [f32; 3]); 4]);
 
-    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sky; +z is up, as there.
+    /// Values of `sunsky` of Mitsuba 3.9.1 in mode scalar_rgb without its sky; +z is up.
     fn cases() -> [Case; 2] {
         [
             (
@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Near the rim, directions of seven digits tell radiances apart to three.
+    /// Near the rim, directions of seven digits determine the radiance to three.
     #[test]
     fn the_sun_darkens_to_its_rim_as_that_of_mitsuba() {
         for (to_light, turbidity, _, places) in cases() {

@@ -1,4 +1,4 @@
-//! Triangles that glow by a texture.
+//! Triangles with an emission texture.
 
 use pt_math::distribution::AliasTable;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
@@ -6,24 +6,26 @@ use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
 use super::mesh::{EmitterTriangle, point_of, seen_nearby};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
-use crate::texture::{TextureRecord, Textures};
+use crate::texture::Textures;
 use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
+use crate::texture_record::TextureRecord;
 
-/// How a glowing triangle lies on the texture by which it glows.
+/// Texture mapping of an emissive triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturedTriangle {
-    /// Gives the radiance of the side that glows.
+    /// Texture of the radiance of the emitting side.
     pub texture: Id<TextureRecord>,
-    /// Texture coordinates of its corners.
+    /// Texture coordinates of the corners.
     pub uvs: [Vec2; 3],
-    /// Its number in the scene.
+    /// Number of the primitive in the scene.
     pub primitive: u32,
-    /// About its mean luminance, by which it is chosen; positive unless all of the light is black.
+    /// Approximate mean luminance, by which the triangle is chosen; positive unless the whole light
+    /// is black.
     pub mean: f32,
 }
 
 impl TexturedTriangle {
-    /// Radiance at the point that is p₀ + b₁ e₁ + b₂ e₂ of this triangle.
+    /// Radiance at the point p₀ + b₁ e₁ + b₂ e₂ of this triangle.
     pub fn radiance(
         &self,
         textures: &Textures,
@@ -45,24 +47,24 @@ impl TexturedTriangle {
     }
 }
 
-/// Triangles with a texture. One of them is chosen by its area times its mean luminance, and a
-/// point of it as [`super::MeshLight`] does.
+/// Triangles with an emission texture. One of them is chosen by its area times its mean luminance,
+/// and a point of it as for [`super::MeshLight`].
 #[derive(Clone, Copy, Debug)]
 pub struct TexturedMesh {
     /// First of its triangles in [`LightTables::triangles`].
     pub first: u32,
-    /// First of them in [`LightTables::textured_triangles`]; those there are in the order of their
-    /// primitives.
+    /// First of its triangles in [`LightTables::textured_triangles`], where they are in the order
+    /// of their primitives.
     pub textured: u32,
-    /// Count.
+    /// Number of triangles.
     pub count: u32,
-    /// Its choice of triangles in [`LightTables::triangle_choice`].
+    /// Index of its sampling table of triangles in [`LightTables::triangle_choice`].
     pub choice: u32,
 }
 
 impl TexturedMesh {
-    /// Enters triangles, and how each lies on the texture, into the tables; `None` if they have no
-    /// area, or no light was found on them.
+    /// Adds triangles and their texture mappings to the tables; `None` if they have no area, or no
+    /// light was found on them.
     pub fn new(
         tables: &mut LightTables,
         triangles: &[EmitterTriangle],
@@ -83,7 +85,7 @@ impl TexturedMesh {
         Some(light)
     }
 
-    /// The number among its triangles of one with this number in the scene.
+    /// Returns the index among its triangles of a primitive, or `None` if it is none of them.
     fn number(&self, tables: &LightTables, primitive: u32) -> Option<usize> {
         let first = self.textured as usize;
         let own = &tables.textured_triangles[first..first + self.count as usize];
@@ -131,8 +133,8 @@ impl Light for TexturedMesh {
         }
     }
 
-    /// A square of side 2 at height 2, facing down, of four triangles with colours at their
-    /// corners, of which one is nearly black.
+    /// A square of side 2 at height 2 that faces down, of four triangles with colours at their
+    /// corners, one of which is nearly black.
     fn examples() -> Vec<(Self, LightTables)> {
         let corner = |x, z| Vec3::new(x, 2.0, z);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];

@@ -1,13 +1,14 @@
-//! The sphere that glows by a texture.
+//! Sphere with an emission texture.
 
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables, SphereLight};
 use crate::id::Id;
-use crate::texture::{TextureRecord, Textures};
+use crate::texture::Textures;
 use crate::texture_eval_context::{TextureEvalContext, sphere_coordinates};
+use crate::texture_record::TextureRecord;
 
-/// A sphere whose radiance a texture gives; sampled as [`SphereLight`].
+/// A sphere with an emission texture, sampled as [`SphereLight`].
 #[derive(Clone, Copy, Debug)]
 pub struct TexturedSphere {
     /// The sphere, of radiance 1.
@@ -16,19 +17,19 @@ pub struct TexturedSphere {
     pub map: u32,
 }
 
-/// How a glowing sphere lies on the texture by which it glows.
+/// Texture mapping of an emissive sphere.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereMap {
-    /// Gives its radiance.
+    /// Texture of its radiance.
     pub texture: Id<TextureRecord>,
-    /// Its axes in the world.
+    /// Axes of the sphere in the world.
     pub axes: Mat3,
-    /// About its mean luminance.
+    /// Approximate mean luminance.
     pub mean: f32,
 }
 
 impl SphereMap {
-    /// Radiance of a sphere where the unit vector from its centre is `n`.
+    /// Radiance of a sphere at the point in the direction of the unit vector `n` from its centre.
     pub fn radiance(&self, textures: &Textures, sphere: &SphereLight, n: Vec3) -> Spectrum {
         let uv = sphere_coordinates(self.axes.transpose() * n);
         let point = sphere.center + n * sphere.radius.abs();
@@ -64,7 +65,7 @@ impl Light for TexturedSphere {
         self.sphere.pdf(t, context, wi, hit)
     }
 
-    /// One with an image of two rows and four columns, turned.
+    /// A sphere with an image of two rows and four columns, rotated.
     fn examples() -> Vec<(Self, LightTables)> {
         let values = [1.0, 0.5, 2.0, 0.1, 3.0, 1.5, 0.7, 0.2];
         let (texture, textures) = Textures::of_image(4, 2, &values.map(|v| [v; 3]));

@@ -1,36 +1,36 @@
-//! Clouds of noise. [pbrt-v4, `CloudMedium`; its noise sums five scales, at places that two others
-//! have moved]
+//! Procedural clouds. [pbrt-v4, `CloudMedium`; its noise sums five octaves, at points displaced by
+//! two others]
 
 use pt_math::{Mat3, Spectrum, Vec3, noise};
 
-/// How much finer each scale of the noise is than the one before.
+/// Ratio of the frequencies of successive octaves.
 const FINER: f32 = 1.99;
-/// How far apart points are whose difference is taken for the slope of the noise.
+/// Step of the finite differences of the noise.
 const STEP: f32 = 0.01;
 
-/// Clouds in a box of the world.
+/// Clouds in a box of world space.
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    /// Extinction per metre where they are densest, over that of the greatest channel.
+    /// Maximum extinction per metre, relative to that of the greatest channel.
     pub color: Spectrum,
     /// See [`pt_scene::medium::Cloud`].
     pub density: f32,
-    /// Likewise.
+    /// See [`pt_scene::medium::Cloud`].
     pub wispiness: f32,
-    /// Likewise.
+    /// See [`pt_scene::medium::Cloud`].
     pub frequency: f32,
-    /// The least corner of the box, in coordinates of the clouds.
+    /// Lower corner of the box, in coordinates of the clouds.
     pub low: Vec3,
-    /// Its size.
+    /// Size of the box, in coordinates of the clouds.
     pub size: Vec3,
-    /// That corner in the world.
+    /// Lower corner of the box in world space.
     pub corner: Vec3,
-    /// From differences to the corner to the unit cube.
+    /// Transform from world-space offsets to that corner to the unit cube.
     pub to_unit: Mat3,
 }
 
 impl Cloud {
-    /// How dense they are at a point of the unit cube, from 0 to 1.
+    /// Density at a point of the unit cube, from 0 to 1.
     pub(super) fn at(&self, p: Vec3) -> f32 {
         let p = self.low + p * self.size;
         let lumps = self.lumps(p * self.frequency);
@@ -38,18 +38,18 @@ impl Cloud {
         (torn + below(p.y)).min(1.0)
     }
 
-    /// No less than [`Self::at`] anywhere between two heights of the unit cube.
+    /// Upper bound of [`Self::at`] between two heights of the unit cube.
     pub(super) fn most(&self, [from, to]: [f32; 2]) -> f32 {
-        // The scales of the noise together, each of which is at most 1.04.
+        // Upper bound of the sum of the octaves: each noise value is at most 1.04.
         const LUMPS: f32 = 1.04 * 0.96875;
         let [a, b] = [from, to].map(|y| self.low.y + y * self.size.y);
         let lowest = a.min(b) - 1e-6 * (a.abs() + b.abs());
-        // Above y = 1, where the factor is less than 0, noise may be as well.
+        // Above y = 1, the factor is negative, and the noise may be negative as well.
         let factor = (1.0 - lowest).abs().max((1.0 - a.max(b)).abs());
         ((factor * 4.5 * self.density * LUMPS).min(1.0) + below(lowest)).min(1.0)
     }
 
-    /// Five scales of noise, each half as strong as the one before.
+    /// Five octaves of noise, each half as strong as the one before.
     fn lumps(&self, mut p: Vec3) -> f32 {
         if self.wispiness > 0.0 {
             let (mut strength, mut scale) = (0.05 * self.wispiness, 10.0);
@@ -69,7 +69,7 @@ impl Cloud {
     }
 }
 
-/// What lies below the clouds.
+/// Density added at the bottom of the clouds.
 fn below(y: f32) -> f32 {
     2.0 * (0.5 - y).max(0.0)
 }
@@ -99,8 +99,7 @@ mod tests {
         }
     }
 
-    /// Full at the bottom, torn in between, thin towards the top; and never more than the bound for
-    /// its height.
+    /// Clouds are dense at the bottom and thin at the top, and below the bound for each height.
     #[test]
     fn clouds_get_thinner_with_height() {
         let mut random = Random::new(5);
@@ -121,7 +120,7 @@ mod tests {
         assert_eq!(cloud.most([0.0, 0.2]), 1.0);
     }
 
-    /// The factor of the noise is negative there, and so may be the noise.
+    /// Above the clouds, the factor of the noise is negative, and so may be the noise.
     #[test]
     fn bounds_hold_above_and_below_the_clouds() {
         let mut random = Random::new(6);

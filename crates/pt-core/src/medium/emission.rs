@@ -1,23 +1,23 @@
-//! The light that media emit.
+//! Emission of media.
 
 use pt_math::{Spectrum, Vec3, cie, trig};
 
-use super::grid::Field;
+use super::field::Field;
 
-/// The radiance Le of so much of a medium that nothing is seen through it, if it only absorbs: it
-/// emits σa Le per metre. Outside of grids there is none.
+/// Emitted radiance Le of a medium, which emits σa Le per metre. It is the radiance of an opaque
+/// amount of the medium that only absorbs. Outside of grids it is 0.
 #[derive(Clone, Debug)]
 pub enum MediumEmission {
-    /// The same everywhere.
+    /// Constant radiance.
     Constant(Spectrum),
-    /// By a grid.
+    /// Radiance given by a grid.
     Field(Field),
-    /// By temperatures.
+    /// Black-body radiance by temperature.
     Heat(BlackbodyEmission),
 }
 
 impl MediumEmission {
-    /// At a point of the world.
+    /// Radiance at a point in world space.
     pub(super) fn at(&self, p: Vec3) -> Spectrum {
         match self {
             Self::Constant(radiance) => *radiance,
@@ -27,24 +27,26 @@ impl MediumEmission {
     }
 }
 
-/// Below this, in kelvins, nothing glows: the strongest of visible light is less than 10⁻⁷⁰ of that
-/// at 3000 K.
+/// Temperature in kelvins below which the emission is 0: the strongest visible radiance is less
+/// than 10⁻⁷⁰ of that at 3000 K.
 const COLDEST: f32 = 100.0;
-/// Colours per factor e of temperatures: between them, colours at 700 K are off by less than 10⁻³,
-/// and less above.
+/// Number of table entries per factor e of the temperature: interpolation errors are less than 10⁻³
+/// at 700 K, and less above.
 const PER_E: f32 = 512.0;
 
-/// Light by Planck's law, the strongest wavelength of which has the same radiance everywhere.
+/// Black-body emission by Planck's law, whose strongest wavelength has the same radiance
+/// everywhere.
 #[derive(Clone, Debug)]
 pub struct BlackbodyEmission {
-    /// Kelvins.
+    /// Temperature in kelvins.
     temperature: Field,
-    /// The light of temperatures whose logarithms are equally far apart, from [`COLDEST`] on.
+    /// Radiance at temperatures whose logarithms are equidistant, from [`COLDEST`] on.
     colors: Vec<Spectrum>,
 }
 
 impl BlackbodyEmission {
-    /// By a grid of kelvins of one channel; `scale` is the radiance of the strongest wavelength.
+    /// Creates the emission from a grid of one channel, in kelvins; `scale` is the radiance of the
+    /// strongest wavelength.
     pub fn new(temperature: Field, scale: f32) -> Self {
         let hottest = temperature.grid.values.iter().fold(COLDEST, |most, t| most.max(*t));
         let count = (trig::ln(hottest / COLDEST) * PER_E).ceil() as u32 + 2;
@@ -67,11 +69,12 @@ impl BlackbodyEmission {
     }
 }
 
-/// Linear Rec. 709 of the light of a black body, the strongest wavelength of which has radiance 1;
-/// channels below 0, which the reddest light has, are 0. Equal energy of radiance 1 has luminance
-/// 1. [Planck's law, and Wien's, with the constants of CODATA 2018]
+/// Linear Rec. 709 colour of a black body whose strongest wavelength has radiance 1. Negative
+/// channels, which occur at the lowest temperatures, are 0. An equal-energy spectrum of radiance 1
+/// has luminance 1. [Planck's law, and Wien's, with the constants of CODATA 2018]
 fn black_body(kelvin: f64) -> [f64; 3] {
-    /// hc / k in metre kelvins, and what the strongest wavelength times the temperature is.
+    /// hc / k in metre kelvins, and Wien's displacement constant, the strongest wavelength times
+    /// the temperature.
     const SECOND: f64 = 1.438_776_877e-2;
     const WIEN: f64 = 2.897_771_955e-3;
     const STEP: f64 = 5e-9;
@@ -109,8 +112,7 @@ mod tests {
         BlackbodyEmission::new(field, scale).at(Vec3::splat(0.5))
     }
 
-    /// What is between the entries of the table is as Planck's law has it, and only what is hot is
-    /// seen.
+    /// Interpolated radiance agrees with Planck's law, and low temperatures emit nothing visible.
     #[test]
     fn heat_glows_by_plancks_law() {
         for kelvin in [700.0, 1000.0, 2856.0, 6504.0, 30_000.0, 1e6_f32] {
@@ -126,9 +128,9 @@ mod tests {
         }
     }
 
-    /// Correlated colour temperatures: of 2856 K, standard illuminant A has x = 0.4476, y = 0.4074.
-    /// [ISO 11664-2:2007] And where the strongest wavelength is in the middle of the visible
-    /// ones, most of the light is seen.
+    /// Correlated colour temperatures: at 2856 K, standard illuminant A has x = 0.4476, y = 0.4074.
+    /// [ISO 11664-2:2007] If the strongest wavelength is in the middle of the visible range, the
+    /// luminance is nearly that of an equal-energy spectrum.
     #[test]
     fn black_bodies_have_their_colours() {
         let [r, g, b] = black_body(2856.0);

@@ -1,21 +1,21 @@
-//! Microflakes that are turned otherwise at each place.
+//! Microflakes that vary in space.
 
 use pt_math::Vec3;
 
-use super::grid::Field;
+use super::field::Field;
 use crate::phase::{Microflakes, PhaseFunction};
 
-/// Flakes by a grid of six numbers.
+/// Microflakes given by a grid of six numbers per cell.
 #[derive(Clone, Debug)]
 pub struct Flakes {
     field: Field,
-    /// No less than their area from any side anywhere.
+    /// Upper bound of the projected area, over all points and directions.
     most: f32,
 }
 
 impl Flakes {
-    /// Flakes whose matrices are those of a grid, and linear between; `None` if one is not positive
-    /// definite.
+    /// Creates microflakes whose matrices are interpolated linearly in a grid; `None` if one is not
+    /// positive definite.
     pub fn new(field: Field) -> Option<Self> {
         let cells = field.grid.values.as_chunks::<6>().0.iter();
         let most = cells.map(|entries| Some(Microflakes::new(*entries)?.greatest_area()));
@@ -23,15 +23,15 @@ impl Flakes {
         Some(Self { field, most })
     }
 
-    /// The flakes at a point of the world; beyond the grid they are as at its walls.
+    /// Microflakes at a point in world space, which is clamped to the grid.
     pub(super) fn at(&self, p: Vec3) -> Microflakes {
         let p = self.field.to_unit(p);
         let entries = std::array::from_fn(|c| self.field.number(p, c));
-        // Between definite matrices all are definite, but for rounding.
+        // Interpolated definite matrices are definite, except for rounding.
         Microflakes::new(entries).unwrap_or_else(|| self.nearest(p))
     }
 
-    /// The flakes of the cell that a point of the unit cube is in.
+    /// Microflakes of the cell that contains a point of the unit cube.
     #[cold]
     fn nearest(&self, p: Vec3) -> Microflakes {
         let cell = |axis: usize| {
@@ -44,12 +44,12 @@ impl Flakes {
         Microflakes::new(cells[cell]).expect("all cells are definite, which `new` saw to")
     }
 
-    /// See [`Self::new`].
+    /// Upper bound of the projected area, over all points and directions.
     pub(super) fn most(&self) -> f32 {
         self.most
     }
 
-    /// The area of the flakes at a point of the world in a direction, as a share of the most.
+    /// Projected area in a direction at a point in world space, relative to the upper bound.
     pub(super) fn share(&self, p: Vec3, direction: Vec3) -> f32 {
         self.at(p).area(direction) / self.most
     }

@@ -1,21 +1,21 @@
-//! A medium that is the same everywhere.
+//! A homogeneous medium.
 
 use pt_math::{Ray, Spectrum, trig};
 
 use super::MediumSample;
 
-/// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer
-/// distances are soon more than single precision holds.
+/// Maximum distance in an unbounded medium, in metres: a tenth of a light year. Squares of longer
+/// distances soon overflow single precision.
 const FARTHEST: f32 = 1e15;
 
-/// The same extinction and albedo everywhere.
+/// Constant extinction and albedo.
 #[derive(Clone, Copy, Debug)]
 pub struct Homogeneous {
     /// Extinction σt per metre.
     pub extinction: Spectrum,
-    /// Share of it that is scattered.
+    /// Single-scattering albedo, the fraction of the extinction that is scattered.
     pub albedo: Spectrum,
-    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs.
+    /// Emitted radiance Le of an opaque amount of the medium that only absorbs.
     pub emission: Spectrum,
 }
 
@@ -32,7 +32,7 @@ impl Homogeneous {
         self.extinction.map(|sigma| trig::exp(-sigma * distance))
     }
 
-    /// The light that comes to the start of a ray from all of its interval: ∫ T σa Le dt = (1 − T)
+    /// Emitted radiance that reaches the start of a ray from its interval: ∫ T σa Le dt = (1 − T)
     /// (σa / σt) Le.
     pub fn emitted(&self, ray: &Ray) -> Spectrum {
         let distance = ((ray.t_max - ray.t_min) * ray.direction.length()).min(FARTHEST);
@@ -40,9 +40,9 @@ impl Homogeneous {
         taken * (Spectrum::ONE - self.albedo) * self.emission
     }
 
-    /// A distance by the extinction of one channel, which is chosen by the throughput: the density
-    /// is the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model with the
-    /// balance heuristic]
+    /// Samples a distance by the extinction of one channel, which is selected by the throughput:
+    /// the density is the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model
+    /// with the balance heuristic]
     #[inline]
     pub fn sample(&self, ray: &Ray, beta: Spectrum, [u, choice]: [f32; 2]) -> MediumSample {
         if self.albedo.is_black() {
@@ -73,12 +73,11 @@ impl Homogeneous {
     }
 }
 
-/// What each channel has, over the mean of all by their shares. Nothing where even the most of them
-/// is too little for single precision.
+/// Divides channels by their mean with the weights `share`; zero if the mean underflows.
 #[inline]
 pub(super) fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
     let [r, g, b] = (share * channels).to_array();
     let mean = r + g + b;
-    // Divided one by one: the inverse of a small mean may be infinite.
+    // Divided individually: the inverse of a small mean may be infinite.
     if mean > 0.0 { channels.map(|x| x / mean) } else { Spectrum::ZERO }
 }

@@ -15,8 +15,7 @@ use crate::phase::{Isotropic, Microflakes};
 
 const SAMPLES: u32 = 40_000;
 
-/// From where a ray enters to where it leaves, the part that counts; its direction is no unit
-/// vector.
+/// A ray whose interval is inside of all media; its direction is not a unit vector.
 fn ray() -> Ray {
     let direction = Vec3::new(0.48, 0.64, 0.6) * 1.5;
     Ray { t_min: 0.1, t_max: 0.9, ..Ray::new(Vec3::new(-0.05, -0.1, 0.02), direction) }
@@ -49,7 +48,7 @@ fn of_density(density: Density, scale: f32, albedo: f32) -> MediumRecord {
     record(MediumProperties::Grid(Box::new(GridMedium::new(density, scale, albedo, emission))))
 }
 
-/// Clouds around the ray, and their extinction along it.
+/// A cloud around the ray, as a medium and by itself.
 fn cloud(scale: f32, albedo: f32) -> (MediumRecord, Cloud) {
     let cloud = Cloud {
         color: Spectrum::rgb(1.0, 0.25, 0.0),
@@ -64,35 +63,35 @@ fn cloud(scale: f32, albedo: f32) -> (MediumRecord, Cloud) {
     (of_density(Density::Cloud(cloud.clone()), scale, albedo), cloud)
 }
 
-/// The radiance of what only absorbs.
+/// Emitted radiance of the media.
 const GLOW: [f32; 3] = [3.0, 2.0, 0.5];
 
-/// Twelve cells along x, more and more dense, the same along the other axes.
+/// Twelve cells along x, of increasing density, constant along the other axes.
 fn gradient(scale: f32, albedo: f32) -> MediumRecord {
     let values = (0..12 * 2 * 3).map(|i| (i % 12) as f32 / 11.0).collect();
     grid(values, [12, 2, 3], scale, albedo)
 }
 
-/// The same in red, the other way round in green, and the same everywhere in blue.
+/// A gradient in red, its reverse in green, and a constant in blue.
 fn colored_gradient(scale: f32, albedo: f32) -> MediumRecord {
     let cell = |i: u32| [(i % 12) as f32 / 11.0, 1.0 - (i % 12) as f32 / 11.0, 0.1];
     let values = (0..12 * 2 * 3).flat_map(cell).collect();
     of_grid(Grid { resolution: [12, 2, 3], channels: 3, values }, scale, albedo)
 }
 
-/// The depth of [`colored_gradient`] along [`ray`] up to a parameter.
+/// Optical depth of [`colored_gradient`] along [`ray`] up to a ray parameter.
 fn colored_depth(t: f32, scale: f64) -> [f64; 3] {
     let along = |sigma: &dyn Fn(Vec3) -> f64| depth(&ray(), t, |p| scale * sigma(p));
     [along(&gradient_at), along(&|p| 1.0 - gradient_at(p)), along(&|_| 0.1)]
 }
 
-/// The extinction of [`gradient`] with scale 1 at a point of the world.
+/// Extinction of [`gradient`] with scale 1 at a point in world space.
 fn gradient_at(p: Vec3) -> f64 {
     let cell = (f64::from(p.x) + 0.5) * 0.5 * 12.0 - 0.5;
     cell.clamp(0.0, 11.0) / 11.0
 }
 
-/// ∫ σ along the ray up to `t`, by the midpoint rule.
+/// Optical depth ∫ σ along the ray up to `t`, by the midpoint rule.
 fn depth(ray: &Ray, t: f32, sigma: impl Fn(Vec3) -> f64) -> f64 {
     const STEPS: u32 = 20_000;
     let step = f64::from(t - ray.t_min) / f64::from(STEPS);
@@ -107,7 +106,7 @@ fn numbers(sample: u32) -> ([f32; 2], RngStream) {
     (sampler.next_2d(), sampler.stream([0, 0]))
 }
 
-/// Means of what `f` gives of many samples, against what is expected.
+/// Tests the mean of `f` over many samples against the expected value, for each channel.
 fn check(
     what: &str,
     want: [f64; 3],
@@ -122,7 +121,8 @@ fn check(
     }
 }
 
-/// The name of a medium, and its depth along [`ray`] up to a parameter, per channel.
+/// Name of a medium, the medium, and its optical depth along [`ray`] up to a ray parameter, per
+/// channel.
 type Case = (&'static str, MediumRecord, fn(f32) -> [f64; 3]);
 
 fn media(albedo: f32) -> Vec<Case> {
@@ -160,7 +160,7 @@ fn media(albedo: f32) -> Vec<Case> {
     ]
 }
 
-/// Flakes of two kinds.
+/// Two kinds of microflakes.
 const LEFT: [f32; 6] = [0.9, 0.1, 0.2, 0.05, 0.1, -0.02];
 const RIGHT: [f32; 6] = [0.1, 0.5, 0.9, -0.1, 0.0, 0.2];
 
@@ -172,7 +172,7 @@ fn even() -> Phase {
     Phase::Same(Microflakes::new(LEFT).expect("flakes").into())
 }
 
-/// From one kind to the other along x, in the grid of [`of_grid`].
+/// Interpolation between the two kinds along x, in the grid of [`of_grid`].
 fn turning() -> Phase {
     let values = [LEFT, RIGHT].concat();
     let grid = Arc::new(Grid { resolution: [2, 1, 1], channels: 6, values });
@@ -181,7 +181,7 @@ fn turning() -> Phase {
     Phase::Flakes(Box::new(Flakes::new(field).expect("flakes")))
 }
 
-/// √(ωᵀ S ω) along the ray.
+/// Projected area √(ωᵀ S ω) along the ray.
 fn area([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> f64 {
     let [x, y, z] = ray().direction.normalize().to_array().map(f64::from);
     let [xx, yy, zz, xy, xz, yz] = [xx, yy, zz, xy, xz, yz].map(f64::from);
@@ -194,7 +194,7 @@ fn turning_area(p: Vec3) -> f64 {
     area(std::array::from_fn(|i| LEFT[i] + share * (RIGHT[i] - LEFT[i])))
 }
 
-/// T = e^(−∫σ): in closed form, or on average.
+/// T = e^(−∫σ), in closed form or on average.
 #[test]
 fn transmittance_follows_beers_law() {
     let media = media(0.5);
@@ -204,7 +204,7 @@ fn transmittance_follows_beers_law() {
     }
 }
 
-/// Clouds of noise let through what Beer's law says, and emit what they absorb.
+/// Clouds transmit light by Beer's law, and emit what they absorb.
 #[test]
 fn clouds_are_as_dense_as_their_noise() {
     let (medium, cloud) = cloud(3.0, 0.5);
@@ -218,8 +218,7 @@ fn clouds_are_as_dense_as_their_noise() {
     check("clouds", want, 2, |_, stream| medium.le(&ray(), Spectrum::ONE, stream));
 }
 
-/// ∫ T σa Le dt is what is taken away times the share that is absorbed times Le, if the latter two
-/// are the same everywhere.
+/// ∫ T σa Le dt is (1 − T) times the absorbed fraction times Le, if the latter two are constant.
 #[test]
 fn matter_emits_as_it_absorbs() {
     let beta = Spectrum::rgb(0.9, 0.2, 0.5);
@@ -235,8 +234,8 @@ fn matter_emits_as_it_absorbs() {
     }
 }
 
-/// Radiance that differs from place to place: twice as much at the end of a grid as at its start,
-/// in one part of it; and none outside of its box.
+/// Emission that varies in space: twice as strong at the end of a grid as at its start, in a part
+/// of the medium; and 0 outside of its box.
 #[test]
 fn grids_may_glow_in_places() {
     const STEPS: u32 = 20_000;
@@ -260,7 +259,7 @@ fn grids_may_glow_in_places() {
             Some(emission),
         ))))
     };
-    // Where x is below 0.125 in the world, up to 0.75, and beyond that.
+    // For x below 0.125 in world space, up to 0.75, and beyond that.
     let radiance = |p: Vec3| {
         if p.x < 0.125 {
             1.0
@@ -282,7 +281,7 @@ fn grids_may_glow_in_places() {
     check("a grid that glows", [want; 3], 1, |_, s| medium.le(&ray, Spectrum::ONE, s));
 }
 
-/// What is homogeneous has no noise.
+/// The transmittance of homogeneous media has no variance.
 #[test]
 fn homogeneous_transmittance_is_exact() {
     for (name, medium, depth) in &media(0.5)[..2] {
@@ -294,8 +293,8 @@ fn homogeneous_transmittance_is_exact() {
     }
 }
 
-/// What only absorbs lets all paths through, with the transmittance as their weight; for
-/// homogeneous media it is that in closed form.
+/// Media that only absorb transmit all paths, with the transmittance as their weight; it is in
+/// closed form for homogeneous media.
 #[test]
 fn absorption_takes_no_random_distances() {
     for (name, medium, depth) in &media(0.0)[..2] {
@@ -313,8 +312,8 @@ fn absorption_takes_no_random_distances() {
     }
 }
 
-/// Paths that pass carry the transmittance on average, whatever their throughput; those that are
-/// scattered carry the albedo of what is taken away, and those before a distance that of it.
+/// Transmitted paths have the transmittance as mean weight, for any throughput; scattered paths
+/// have the albedo times the removed light, also of those before a distance.
 #[test]
 fn weights_of_flights_are_the_terms_of_the_transport_equation() {
     const ALBEDO: f32 = 0.8;
@@ -346,8 +345,8 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
     }
 }
 
-/// What paths carry in all channels together stays the same, whatever happens on their way: no
-/// weight is more than the inverse of the share of its channel.
+/// The sum of the throughput over the channels is preserved by all events: no weight is more than
+/// the inverse of the fraction of its channel.
 #[test]
 fn coloured_grids_keep_the_sum_of_the_throughput() {
     let medium = colored_gradient(12.0, 1.0);
@@ -363,7 +362,7 @@ fn coloured_grids_keep_the_sum_of_the_throughput() {
     }
 }
 
-/// A grid that is grey is one of three equal channels, sample by sample.
+/// A grey grid agrees with a grid of three equal channels, sample by sample.
 #[test]
 fn grey_grids_are_coloured_ones_of_equal_channels() {
     let values: Vec<_> = (0..12 * 2 * 3).map(|i| (i % 12) as f32 / 11.0).collect();
@@ -385,8 +384,8 @@ fn grey_grids_are_coloured_ones_of_equal_channels() {
     }
 }
 
-/// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is
-/// not too far away to be computed with.
+/// At infinity nothing is transmitted, except in channels without extinction, and scattering
+/// distances are finite.
 #[test]
 fn rays_may_be_infinite() {
     let ray = Ray { t_max: f32::INFINITY, ..ray() };
@@ -411,7 +410,7 @@ fn rays_may_be_infinite() {
     assert_eq!(transmittance(ray), transmittance(finite), "outside of the grid there is nothing");
 }
 
-/// Channels may differ by all that single precision has.
+/// Channels may differ by the full range of single precision.
 #[test]
 fn extremely_coloured_media_give_numbers() {
     let beta = Spectrum::rgb(1.0, 1e-20, 0.5);
@@ -436,7 +435,7 @@ fn extremely_coloured_media_give_numbers() {
     }
 }
 
-/// Where all is empty nothing happens; and what is as dense as can be stops at once.
+/// Empty media have no effect, and very dense ones scatter at once.
 #[test]
 fn extremes_give_numbers() {
     let empty = grid(vec![0.0; 8], [2; 3], 1.0, 1.0);

@@ -1,4 +1,4 @@
-//! Upper bounds of a grid, and the way of a ray through them.
+//! Majorants of a grid, and traversal of them by rays.
 
 use std::ops::ControlFlow;
 
@@ -7,18 +7,18 @@ use pt_scene::medium::Grid;
 
 use super::cloud::Cloud;
 
-/// Cells of a grid along an axis that have one bound together: few enough for it to be near the
-/// numbers, enough for steps from one to the next to cost little.
+/// Number of grid cells along an axis per majorant: few enough for a tight bound, and enough for a
+/// low cost of traversal.
 const CELLS: u32 = 8;
-/// Boxes one above the other that clouds have bounds for.
+/// Number of majorants of clouds, one above the other.
 const SLABS: usize = 64;
 
-/// Bounds of all channels in equal boxes of the unit cube.
+/// Majorants of all channels, in equal boxes of the unit cube.
 #[derive(Clone, Debug)]
 pub(super) struct Majorants {
-    /// Boxes along each axis.
+    /// Number of boxes along each axis.
     resolution: [usize; 3],
-    /// Of each box; x runs fastest, then y, then z.
+    /// Majorant of each box; x runs fastest, then y, then z.
     values: Vec<f32>,
 }
 
@@ -36,15 +36,15 @@ impl Majorants {
         Self { resolution, values }
     }
 
-    /// Of clouds, whose bounds differ by height alone.
+    /// Majorants of clouds, which differ by height only.
     pub(super) fn of_cloud(cloud: &Cloud) -> Self {
         let slab = |i: usize| cloud.most([i, i + 1].map(|i| i as f32 / SLABS as f32));
         Self { resolution: [1, SLABS, 1], values: (0..SLABS).map(slab).collect() }
     }
 
-    /// Visits the boxes that a ray goes through, in order: the part of its interval that is in
-    /// each, and its bound; those without anything in them are left out. [Amanatides & Woo
-    /// 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"]
+    /// Visits the boxes along a ray, in order, with the part of the ray's interval in each, and its
+    /// majorant; empty boxes are skipped. [Amanatides & Woo 1987, "A Fast Voxel Traversal Algorithm
+    /// for Ray Tracing"]
     pub(super) fn walk<B>(
         &self,
         ray: &Ray,
@@ -56,7 +56,7 @@ impl Majorants {
         let most = self.resolution.map(|n| n as f32);
         let mut cell: [usize; 3] =
             std::array::from_fn(|i| (start[i] * most[i]).clamp(0.0, most[i] - 1.0) as usize);
-        // Where the ray leaves a box along an axis.
+        // Ray parameter at which the ray leaves a box along an axis.
         let exit = |axis: usize, cell: usize| {
             let wall = cell + usize::from(d[axis] > 0.0);
             let t = (wall as f32 / most[axis] - o[axis]) / d[axis];
@@ -95,8 +95,8 @@ impl Majorants {
     }
 }
 
-/// The cells of an axis, first and last, by which numbers in each of its boxes are made: those in
-/// it, and one more at both ends for what is between the middles of two.
+/// First and last cell that influence the values in each box of an axis: the cells in it, and one
+/// more at both ends for interpolation.
 fn ranges(cells: u32, boxes: usize) -> Vec<[usize; 2]> {
     let cells = cells as usize;
     let range = |i: usize| {
@@ -106,7 +106,7 @@ fn ranges(cells: u32, boxes: usize) -> Vec<[usize; 2]> {
     (0..boxes).map(range).collect()
 }
 
-/// The greatest number of a block of cells, of any channel.
+/// Maximum value of a block of cells, over all channels.
 fn most(grid: &Grid, [xs, ys, zs]: [&[usize; 2]; 3]) -> f32 {
     let [nx, ny, _] = grid.resolution.map(|n| n as usize);
     let channels = grid.channels as usize;
@@ -116,7 +116,7 @@ fn most(grid: &Grid, [xs, ys, zs]: [&[usize; 2]; 3]) -> f32 {
     numbers.fold(0.0, |most: f32, &number| most.max(number))
 }
 
-/// The part of a ray's interval that is in the unit cube, if some of it is.
+/// Part of a ray's interval in the unit cube; `None` if it is empty.
 fn inside(ray: &Ray) -> Option<[f32; 2]> {
     let (mut from, mut to) = (ray.t_min, ray.t_max);
     for (o, d) in std::iter::zip(ray.origin.to_array(), ray.direction.to_array()) {
@@ -152,8 +152,8 @@ mod tests {
         Grid { resolution, channels: 1, values }
     }
 
-    /// Every part of a ray in the cube is visited once and in order, or in a box without anything
-    /// in it, and nothing there is above the bound.
+    /// Each part of a ray in the cube is visited once and in order, or is in an empty box, and no
+    /// value there exceeds the majorant.
     #[test]
     fn rays_go_through_all_boxes_in_order() {
         let mut random = Random::new(8);
@@ -202,7 +202,7 @@ mod tests {
                             assert!(number <= majorant * (1.0 + 1e-5), "{number} {majorant}");
                         }
                         assert!(from >= last);
-                        // What is left out is empty.
+                        // Skipped parts are empty.
                         let between = last + (from - last) * random.unit();
                         assert!(from - last < 1e-5 || field.number(ray.at(between), 0) < 1e-4);
                         last = to;

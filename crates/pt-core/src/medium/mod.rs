@@ -1,9 +1,10 @@
-//! Media: what happens to light between surfaces.
+//! Participating media.
 //!
-//! A ray's interval is the part of it that is in the medium. Lengths are in metres.
+//! The interval of a ray is its part inside of the medium. Lengths are in metres.
 
 mod cloud;
 mod emission;
+mod field;
 mod flakes;
 mod grid;
 mod homogeneous;
@@ -13,65 +14,64 @@ mod majorant;
 
 use std::borrow::Cow;
 
+pub use cloud::Cloud;
+pub use emission::{BlackbodyEmission, MediumEmission};
+pub use field::Field;
+pub use flakes::Flakes;
+pub use grid::{Albedo, Density, GridMedium};
+pub use homogeneous::Homogeneous;
 use pt_math::sampler::RngStream;
 use pt_math::{Ray, Spectrum, Vec3};
 
-use crate::id::{Id, Table};
+use crate::id::{Id, SurfaceId, Table};
 use crate::phase::{AnyPhase, PhaseFunction};
-use crate::scene::SurfaceRecord;
-
-pub use cloud::Cloud;
-pub use emission::{BlackbodyEmission, MediumEmission};
-pub use flakes::Flakes;
-pub use grid::{Albedo, Density, Field, GridMedium};
-pub use homogeneous::Homogeneous;
 
 /// A medium.
 #[derive(Clone, Debug)]
 pub struct MediumRecord {
-    /// How much light it takes away, and how much of that it scatters.
+    /// Extinction, albedo and emission.
     pub matter: MediumProperties,
-    /// Where the scattered light goes.
+    /// Phase function.
     pub phase: Phase,
 }
 
-/// Where a medium scatters light to.
+/// Phase function of a medium.
 #[derive(Clone, Debug)]
 pub enum Phase {
-    /// The same everywhere.
+    /// The same phase function everywhere.
     Same(AnyPhase),
-    /// By flakes that differ from place to place; the matter is a grid then.
+    /// Microflakes that vary in space; the medium is a grid then.
     Flakes(Box<Flakes>),
 }
 
-/// How dense a medium is, and where.
+/// Extinction, albedo and emission of a medium.
 #[derive(Clone, Debug)]
 pub enum MediumProperties {
-    /// The same everywhere.
+    /// Homogeneous medium.
     Homogeneous(Homogeneous),
-    /// By a grid.
+    /// Heterogeneous medium, by a grid or by noise.
     Grid(Box<GridMedium>),
 }
 
-/// How a path goes through a medium. Weights are what its throughput is multiplied by.
+/// Result of sampling a medium along a ray. Weights are factors of the path's throughput.
 #[derive(Clone, Copy, Debug)]
 pub enum MediumSample {
-    /// It is scattered at the parameter `t` of its ray.
+    /// The path is scattered.
     Scattered {
-        /// Where.
+        /// Ray parameter of the scattering.
         t: f32,
         /// σs T / p, with T the transmittance up to there and p the density of the distance.
         weight: Spectrum,
     },
-    /// It comes to the end of the interval.
+    /// The path is transmitted to the end of the interval.
     Transmitted {
-        /// T / P, with P the probability of that.
+        /// T / P, with P the probability of transmission.
         weight: Spectrum,
     },
 }
 
 impl Phase {
-    /// No less than what extinction is multiplied by anywhere, in any direction.
+    /// Upper bound of the factor of the extinction, over all points and directions.
     pub fn max_area(&self) -> f32 {
         match self {
             Self::Same(AnyPhase::Microflakes(flakes)) => flakes.greatest_area(),
@@ -82,9 +82,9 @@ impl Phase {
 }
 
 impl MediumRecord {
-    /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more
-    /// numbers than anybody can tell ahead, by the stream. What only absorbs lets all paths
-    /// through.
+    /// Samples scattering or transmission of a path with throughput `beta`, using `u`, or `stream`
+    /// for delta tracking, which needs an unbounded number of random numbers. Media that only
+    /// absorb transmit all paths.
     #[inline]
     pub fn sample(
         &self,
@@ -99,7 +99,7 @@ impl MediumRecord {
         }
     }
 
-    /// Returns true if it emits light.
+    /// Returns true if the medium emits light.
     #[inline]
     pub fn is_emissive(&self) -> bool {
         match &self.matter {
@@ -108,8 +108,8 @@ impl MediumRecord {
         }
     }
 
-    /// The light that comes to the start of a ray from all of its interval, for a path with
-    /// throughput `beta`, or an estimate of it that is right on average.
+    /// Emitted radiance that reaches the start of a ray from its interval, for a path with
+    /// throughput `beta`, or an unbiased estimate of it.
     pub fn le(&self, ray: &Ray, beta: Spectrum, stream: &mut RngStream) -> Spectrum {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),
@@ -117,7 +117,7 @@ impl MediumRecord {
         }
     }
 
-    /// The share of light that gets through, or an estimate of it that is right on average.
+    /// Transmittance of the interval, or an unbiased estimate of it.
     #[inline]
     pub fn transmittance(&self, ray: &Ray, stream: &mut RngStream) -> Spectrum {
         match &self.matter {
@@ -126,7 +126,7 @@ impl MediumRecord {
         }
     }
 
-    /// What is the same everywhere, with the extinction that it has along a ray.
+    /// A homogeneous medium with its extinction along a ray.
     #[inline]
     fn seen(&self, medium: &Homogeneous, ray: &Ray) -> Homogeneous {
         match &self.phase {
@@ -138,7 +138,7 @@ impl MediumRecord {
         }
     }
 
-    /// The phase function at a point of the world.
+    /// Phase function at a point in world space.
     #[inline]
     pub fn phase_at(&self, p: Vec3) -> Cow<'_, AnyPhase> {
         match &self.phase {
@@ -151,35 +151,35 @@ impl MediumRecord {
 /// The media on both sides of a surface; `None` is empty space.
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary {
-    /// Behind it.
+    /// Medium on the side opposite to the normal.
     pub interior: Option<Id<MediumRecord>>,
-    /// On the side of its normal.
+    /// Medium on the side of the normal.
     pub exterior: Option<Id<MediumRecord>>,
 }
 
-/// All media, and where they meet.
+/// All media, and the boundaries between them.
 #[derive(Debug, Default)]
 pub struct Media {
     /// The media.
     pub table: Table<MediumRecord>,
-    /// What each surface separates; it may end early.
+    /// Boundary of each surface, by its index; may be shorter than the surfaces.
     pub boundaries: Vec<Option<Boundary>>,
-    /// The medium that the camera is in.
+    /// Medium at the camera.
     pub camera: Option<Id<MediumRecord>>,
 }
 
 impl Media {
-    /// Returns true if there are none.
+    /// Returns true if there are no media.
     pub fn is_empty(&self) -> bool {
         self.table.as_slice().is_empty()
     }
 
-    /// The medium of a ray that leaves a surface, to the side of its normal if `outwards`, and came
+    /// Medium of a ray that leaves a surface, to the side of its normal if `outwards`, and arrived
     /// through `current`.
     #[inline]
     pub fn medium_after_crossing(
         &self,
-        surface: Id<SurfaceRecord>,
+        surface: SurfaceId,
         outwards: bool,
         current: Option<Id<MediumRecord>>,
     ) -> Option<Id<MediumRecord>> {

@@ -1,4 +1,4 @@
-//! Particles of different kinds side by side.
+//! Mixture of phase functions.
 
 use std::sync::Arc;
 
@@ -6,15 +6,15 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 use super::{AnyPhase, HenyeyGreenstein, PhaseFunction, Rayleigh, Table};
 
-/// p = Σ wᵢpᵢ: shares of other phase functions.
+/// p = Σ wᵢpᵢ: a weighted sum of other phase functions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blend {
-    /// Share and function; shares are above 0.
+    /// Weight and function; weights are above 0.
     parts: Arc<[(f32, AnyPhase)]>,
 }
 
 impl Blend {
-    /// Of shares that add up to 1. Functions that are the same become one.
+    /// Creates a mixture from weights that sum to 1. Equal functions are merged.
     pub fn new(parts: impl IntoIterator<Item = (f32, AnyPhase)>) -> Self {
         let mut all: Vec<(f32, AnyPhase)> = Vec::new();
         for (share, part) in parts.into_iter().filter(|(share, _)| *share > 0.0) {
@@ -32,7 +32,7 @@ impl PhaseFunction for Blend {
         Pdf::new(self.parts.iter().map(|(share, part)| share * part.pdf(wo, wi).get()).sum())
     }
 
-    /// One of them is chosen by its share, and what is left of the first number draws from it.
+    /// Selects a function by its weight, and remaps the first number to sample it.
     fn sample(&self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
         let mut below = 0.0;
         let chosen = self.parts.iter().find_map(|(share, part)| {
@@ -40,7 +40,7 @@ impl PhaseFunction for Blend {
             below += share;
             (u < below).then_some((rest, part))
         });
-        // Shares may add up to a little less than 1: the last one has the rest.
+        // The weights may sum to slightly less than 1: the last function gets the remainder.
         let last = || self.parts.last().map(|(_, part)| (1.0, part));
         let Some((rest, part)) = chosen.or_else(last) else { return -wo };
         part.sample(wo, [rest.clamp(0.0, 1.0 - f32::EPSILON / 2.0), v])

@@ -1,4 +1,4 @@
-//! The phase function of Henyey and Greenstein.
+//! The Henyey–Greenstein phase function.
 
 use std::f32::consts::PI;
 
@@ -6,16 +6,17 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 use super::{PhaseFunction, turned};
 
-/// p = (1 − g²) / (4π (1 + g² − 2g cos θ)^{3/2}), with θ the angle by which light is turned.
-/// [Henyey & Greenstein 1941, "Diffuse radiation in the Galaxy"]
+/// p = (1 − g²) / (4π (1 + g² − 2g cos θ)^{3/2}), with θ the scattering angle. [Henyey & Greenstein
+/// 1941, "Diffuse radiation in the Galaxy"]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HenyeyGreenstein {
-    /// The mean of cos θ, in (−1, 1): light goes on forwards above 0, and is thrown back below.
+    /// Asymmetry parameter g, the mean of cos θ, in (−1, 1): positive for forward scattering,
+    /// negative for backward scattering.
     pub g: f32,
 }
 
 impl HenyeyGreenstein {
-    /// cos θ whose share of smaller ones is u, in [−1, 1].
+    /// Inverse of the cumulative distribution of cos θ at u; in [−1, 1].
     ///
     /// With s = 2u − 1, cos θ = (1 + g² − ((1 − g²) / (1 + gs))²) / 2g [Witt 1977, "Multiple
     /// scattering in reflection nebulae I"], multiplied out so that g may be 0.
@@ -29,7 +30,7 @@ impl HenyeyGreenstein {
 }
 
 impl PhaseFunction for HenyeyGreenstein {
-    /// 1 + g² − 2g cos θ = (1 − |g|)² + |g| · |wi ± wo|², which loses no digits where p is large.
+    /// 1 + g² − 2g cos θ = (1 − |g|)² + |g| · |wi ± wo|², which avoids cancellation for large p.
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         let g = self.g.abs();

@@ -1,10 +1,10 @@
-//! Scattering that is the same in all directions.
+//! Isotropic scattering.
 
 use pt_math::{Pdf, SolidAngle, Vec3, warp};
 
 use super::PhaseFunction;
 
-/// p = 1 / 4π.
+/// Isotropic scattering, p = 1 / 4π.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Isotropic;
 

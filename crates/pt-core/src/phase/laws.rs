@@ -7,7 +7,7 @@ use super::{AnyPhase, HenyeyGreenstein, Isotropic, PhaseFunction};
 
 const VIEWS: [Vec3; 3] = [Vec3::Z, Vec3::new(0.6, 0.0, -0.8), Vec3::new(-0.48, 0.64, 0.6)];
 
-/// The histogram of samples fits the density, which integrates to 1.
+/// The histogram of samples agrees with the density, which integrates to 1.
 #[test]
 fn samples_follow_their_density() {
     let phases = AnyPhase::examples();
@@ -21,7 +21,8 @@ fn samples_follow_their_density() {
     }
 }
 
-/// The same for light that goes almost straight on, or back: seen in a cone that holds most of it.
+/// Strongly forward or backward scattering agrees with its density, in a cone that contains most of
+/// it.
 #[test]
 fn samples_of_narrow_phase_functions_follow_their_density() {
     for g in [0.995, -0.995] {
@@ -66,7 +67,7 @@ fn extremes_give_directions() {
     }
 }
 
-/// The mean cosine of the angle by which light is turned is g.
+/// The mean cosine of the scattering angle is g.
 #[test]
 fn the_mean_cosine_is_g() {
     const N: u32 = 100_000;

@@ -1,4 +1,4 @@
-//! Flat particles that are turned alike.
+//! Flat particles with a preferred orientation.
 
 use std::f64::consts::PI;
 
@@ -6,8 +6,8 @@ use pt_math::{DMat3, DVec3, Frame, Pdf, SolidAngle, Vec3, trig};
 
 use super::PhaseFunction;
 
-/// The SGGX microflakes: mirrors whose normals are distributed as those of the ellipsoid x ᵀ S⁻¹ x
-/// = 1. [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution", §3 and §4]
+/// SGGX microflakes: mirrors whose normals are distributed as those of the ellipsoid x ᵀ S⁻¹ x = 1.
+/// [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution", §3 and §4]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microflakes {
     /// The symmetric, positive definite matrix S: σ(ω)² = ωᵀ S ω.
@@ -18,7 +18,8 @@ pub struct Microflakes {
 }
 
 impl Microflakes {
-    /// Flakes by S = (xx, yy, zz, xy, xz, yz); `None` if it is not positive definite.
+    /// Creates microflakes from S = (xx, yy, zz, xy, xz, yz); `None` if it is not positive
+    /// definite.
     pub fn new(entries: [f32; 6]) -> Option<Self> {
         let [xx, yy, zz, xy, xz, yz] = entries.map(f64::from);
         let matrix = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
@@ -32,8 +33,8 @@ impl Microflakes {
         })
     }
 
-    /// No less than the greatest σ: the root of the greatest eigenvalue, which is at most the
-    /// trace, and the greatest sum of a row's absolute values.
+    /// Upper bound of σ: the root of a bound on the greatest eigenvalue, which is at most the
+    /// trace, and at most the greatest sum of a row's absolute values.
     pub fn greatest_area(&self) -> f32 {
         let m = &self.matrix;
         let rows = [m.x_axis, m.y_axis, m.z_axis].map(|row| row.abs().element_sum());
@@ -47,16 +48,16 @@ impl Microflakes {
         1.0 / (PI * self.root * stretch * stretch)
     }
 
-    /// A normal of the flakes that `wo` sees, with the density ⟨ωo, ω⟩ D(ω) / σ(ωo): a point of the
-    /// ellipsoid that is seen, which is an affine image of the unit sphere seen from ωo.
+    /// Samples a visible normal, with the density ⟨ωo, ω⟩ D(ω) / σ(ωo): a point of the visible part
+    /// of the ellipsoid, which is an affine image of the unit sphere seen from ωo.
     fn visible_normal(&self, wo: Vec3, [u, v]: [f32; 2]) -> DVec3 {
         let frame = Frame::from_normal(wo);
         let [k, j, i] = [frame.s, frame.t, frame.n].map(Vec3::as_dvec3);
         let entry = |a: DVec3, b: DVec3| a.dot(self.matrix * b);
         let (jj, ii) = (entry(j, j), entry(i, i));
         let (kj, ki, ji) = (entry(k, j), entry(k, i), entry(j, i));
-        // S = L Lᵀ with the sphere's pole at ωo; its columns are those of the root of S in this
-        // frame.
+        // S = L Lᵀ with the pole of the sphere at ωo; the columns are those of the root of S in
+        // this frame.
         let pole = ii.sqrt();
         let minor = (jj * ii - ji * ji).sqrt();
         let on_k = DVec3::new(self.root / minor, 0.0, 0.0);
@@ -71,9 +72,9 @@ impl Microflakes {
 }
 
 impl PhaseFunction for Microflakes {
-    /// p = D(ωh) / (4 σ(ωo)), with ωh halfway between the directions.
+    /// p = D(ωh) / (4 σ(ωo)), with ωh the half vector.
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        // Between opposite directions, any normal across them is halfway.
+        // For opposite directions, any normal perpendicular to them is a half vector.
         let halfway = (wo.as_dvec3() + wi.as_dvec3())
             .try_normalize()
             .unwrap_or_else(|| Frame::from_normal(wo).s.as_dvec3());

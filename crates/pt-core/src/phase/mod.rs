@@ -1,8 +1,7 @@
-//! Scattering inside of media: the [`PhaseFunction`] contract and the closed set of phase
-//! functions.
+//! Scattering in media: the [`PhaseFunction`] contract and the closed set of phase functions.
 //!
-//! To add one: write `my_phase.rs`, add one line to `phases!` below. The laws of `laws.rs` then
-//! hold it to its contract.
+//! To add one: write `my_phase.rs`, and add one line to `phases!` below. The laws of `laws.rs` then
+//! check that it fulfils its contract.
 
 mod blend;
 mod henyey_greenstein;
@@ -15,28 +14,27 @@ mod table;
 
 use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
 
-/// How a particle scatters light: p(wo, wi), which integrates to 1 over all `wi`.
+/// Scattering by a particle: p(wo, wi), which integrates to 1 over all `wi`.
 ///
 /// Both directions are of unit length and point away from the particle: `wo` to the camera side,
-/// `wi` to the light side. What goes straight on has `wi` = −`wo`.
+/// `wi` to the light side. Undeflected light has `wi` = −`wo`.
 pub trait PhaseFunction: Clone {
-    /// The phase function, which is also the density with which [`Self::sample`] returns `wi`: so a
-    /// sample's weight is 1.
+    /// The phase function, which is also the density with which [`Self::sample`] returns `wi`; the
+    /// weight of a sample is therefore 1.
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
-    /// Draws `wi` by a map from the unit square.
+    /// Samples `wi` by a map from the unit square.
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3;
-    /// The area of the particles across a direction, by which extinction is multiplied there: 1
-    /// where it is the same from all sides. Light may go backwards: area(wo) p(wo, wi) =
-    /// area(wi) p(wi, wo).
+    /// Projected area of the particles in a direction, which is a factor of the extinction; 1 if it
+    /// is equal in all directions. Reciprocity: area(wo) p(wo, wi) = area(wi) p(wi, wo).
     fn area(&self, _w: Vec3) -> f32 {
         1.0
     }
-    /// Settings worth testing; the laws run on each.
+    /// Example parameters for the laws.
     fn examples() -> Vec<Self>;
 }
 
-/// The direction `wi` of light that is turned by an angle of this cosine, at a share `v` of a whole
-/// turn around `wo`.
+/// The direction `wi` of light scattered by an angle of this cosine, at the azimuth 2π `v` around
+/// `wo`.
 #[inline]
 fn turned(wo: Vec3, cos: f64, v: f32) -> Vec3 {
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt() as f32;
@@ -58,7 +56,7 @@ macro_rules! phases {
         })*
 
         impl AnyPhase {
-            /// Name of the phase function, as in `phases!`.
+            /// Name of the phase function in `phases!`.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
             }
@@ -77,7 +75,7 @@ macro_rules! phases {
             pub fn area(&self, w: Vec3) -> f32 {
                 match self { $(Self::$name(p) => p.area(w)),* }
             }
-            /// Settings of all phase functions, for the laws.
+            /// Example parameters of all phase functions, for the laws.
             pub fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
             }
@@ -86,16 +84,16 @@ macro_rules! phases {
 }
 
 phases! {
-    /// The same in all directions.
+    /// Isotropic scattering.
     Isotropic = isotropic::Isotropic,
-    /// More forwards or backwards, by one number.
+    /// Forward or backward scattering, by one parameter.
     HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
-    /// By what is much smaller than a wavelength.
+    /// Scattering by particles much smaller than the wavelength.
     Rayleigh = rayleigh::Rayleigh,
-    /// By flat particles.
+    /// Scattering by flat particles.
     Microflakes = microflakes::Microflakes,
-    /// By a table.
+    /// Tabulated phase function.
     Table = table::Table,
-    /// Of several kinds of particles.
+    /// Mixture of phase functions.
     Blend = blend::Blend,
 }

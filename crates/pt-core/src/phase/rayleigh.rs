@@ -1,4 +1,4 @@
-//! The phase function of what is much smaller than a wavelength.
+//! The phase function of particles much smaller than the wavelength.
 
 use std::f32::consts::PI;
 
@@ -6,18 +6,18 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 use super::{PhaseFunction, turned};
 
-/// p = 3 (1 + cos² θ) / 16π, with θ the angle by which light is turned; without polarisation.
-/// [Chandrasekhar 1960, "Radiative Transfer", §4]
+/// p = 3 (1 + cos² θ) / 16π, with θ the scattering angle; without polarization. [Chandrasekhar
+/// 1960, "Radiative Transfer", §4]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rayleigh;
 
-/// cos θ whose share of smaller ones is u, in [−1, 1]: the root of μ³ + 3μ = 8u − 4, which is a −
-/// 1/a with a³ = z + √(z² + 1) and z = 4u − 2. [Cardano; Frisvad 2011, "Importance sampling the
-/// Rayleigh phase function"]
+/// Inverse of the cumulative distribution of cos θ at u, in [−1, 1]: the root of μ³ + 3μ = 8u − 4,
+/// which is a − 1/a with a³ = z + √(z² + 1) and z = 4u − 2. [Cardano; Frisvad 2011, "Importance
+/// sampling the Rayleigh phase function"]
 #[inline]
 fn cosine(u: f32) -> f32 {
     let z = 4.0 * u - 2.0;
-    // That of −z is less, by the sign.
+    // The root for −z is the negative one.
     let a = libm::cbrtf(z.abs() + (z * z + 1.0).sqrt());
     (a - 1.0 / a).min(1.0).copysign(z)
 }
@@ -43,7 +43,7 @@ impl PhaseFunction for Rayleigh {
 mod tests {
     use super::*;
 
-    /// μ³ + 3μ = 8u − 4, at the ends and between.
+    /// μ³ + 3μ = 8u − 4 holds at the ends and in between.
     #[test]
     fn cosines_solve_their_equation() {
         for i in 0..=1000u16 {

@@ -1,4 +1,4 @@
-//! Phase functions that were measured or computed elsewhere.
+//! Tabulated phase functions, measured or computed elsewhere.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -7,20 +7,20 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 use super::{PhaseFunction, turned};
 
-/// Values at equal steps of the cosine of the angle by which light is turned, linear between.
+/// Values at equidistant cosines of the scattering angle, interpolated linearly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The phase function, from the cosine −1 to 1.
+    /// Values of the phase function, for cosines from −1 to 1.
     values: Arc<[f32]>,
-    /// The share of light whose cosine is smaller, for each value.
+    /// Cumulative distribution of the cosine, at each value.
     shares: Arc<[f64]>,
 }
 
 impl Table {
-    /// Of values whose scale does not matter.
+    /// Creates the table from values of any scale.
     ///
     /// # Errors
-    /// If there are fewer than two, one is negative or not finite, or all are 0.
+    /// If there are fewer than two values, one is negative or not finite, or all are 0.
     pub fn new(values: &[f32]) -> Result<Self, String> {
         if values.len() < 2 {
             return Err(format!(
@@ -51,13 +51,13 @@ impl Table {
         })
     }
 
-    /// The cosine whose share of smaller ones is u.
+    /// Inverse of the cumulative distribution of the cosine at u.
     fn cosine(&self, u: f32) -> f64 {
         let (u, intervals) = (f64::from(u), self.values.len() - 1);
         let i = (self.shares.partition_point(|share| *share <= u) - 1).min(intervals - 1);
         let inside = (u - self.shares[i]) / (self.shares[i + 1] - self.shares[i]);
         let (a, b) = (f64::from(self.values[i]), f64::from(self.values[i + 1]));
-        // The root x of a x + (b − a) x² / 2 = inside (a + b) / 2, in a form without cancellation.
+        // The root x of a x + (b − a) x² / 2 = inside (a + b) / 2, without cancellation.
         let root = (a * a + inside * (b * b - a * a)).max(0.0).sqrt();
         let x = if a + root > 0.0 { inside * (a + b) / (a + root) } else { 0.0 };
         ((i as f64 + x) * 2.0 / intervals as f64 - 1.0).clamp(-1.0, 1.0)
@@ -91,7 +91,7 @@ mod tests {
     use super::super::{HenyeyGreenstein, Rayleigh};
     use super::*;
 
-    /// A fine table of a function is that function, and so are its samples.
+    /// A fine table of a known function agrees with it, and so do its samples.
     #[test]
     fn tables_of_known_functions_are_these() {
         const COUNT: u16 = 20_001;
@@ -101,7 +101,7 @@ mod tests {
         };
         for kind in [0, 1] {
             let cos = |i: u16| f32::from(i) * 2.0 / f32::from(COUNT - 1) - 1.0;
-            // Any scale will do.
+            // The scale is arbitrary.
             let values: Vec<_> = (0..COUNT).map(|i| 3.0 * sideways(cos(i))[kind].get()).collect();
             let table = Table::new(&values).expect("a table");
             let mut random = Random::new(1);

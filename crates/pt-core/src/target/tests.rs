@@ -1,16 +1,17 @@
 //! Tests of error targets.
 
-use super::*;
-use crate::film::{HalfBuffer, Region};
 use pt_math::Spectrum;
 use pt_testing::Random;
+
+use super::*;
+use crate::film::{HalfBuffer, Region};
 
 const TARGET: Target = Target { error: Some(0.01), ..Target::NONE };
 const MAX: u32 = 500;
 
-/// A film of this size, of which each pixel has as many samples as its plan wants, by what a
-/// function says of a pixel's number and a random number in [0, 1). With the same seed and
-/// more samples it has these and more.
+/// Creates a film of this size, in which each pixel has the number of samples of its plan. `light`
+/// maps the index of a pixel and a random number in [0, 1) to a sample. With the same seed and more
+/// samples, the film contains the same samples and more.
 fn film(size: [u32; 2], plan: SamplePlan, seed: u64, light: impl Fn(usize, f32) -> f32) -> Film {
     let mut film = Film::new(Region::full(size)).with_half_buffers();
     for (number, half) in (0..).zip(HalfBuffer::BOTH) {
@@ -35,8 +36,8 @@ fn even(goal: u32) -> SamplePlan {
     SamplePlan { goal, least: goal, ..SamplePlan::default() }
 }
 
-/// Pixels of which samples are 0 or 2, half and half: the error of an image of 2n samples is
-/// 1/√(2n). It is in the interval as often as is said.
+/// The samples of all pixels are 0 or 0.6 with equal probability: the error of an image of 2n
+/// samples is 1/√(2n). It is in the interval as often as the confidence requires.
 #[test]
 fn the_error_of_an_image_is_in_the_interval_that_is_told() {
     let mut inside = 0;
@@ -52,7 +53,7 @@ fn the_error_of_an_image_is_in_the_interval_that_is_told() {
     assert!(inside >= 385, "{inside} of 400 are inside");
 }
 
-/// Samples far beyond white change nothing that can be seen; where one half is there and the
+/// Samples far beyond white change nothing that is displayed. If one half is beyond white and the
 /// other is not, the whole difference counts.
 #[test]
 fn what_is_beyond_white_is_white() {
@@ -92,8 +93,8 @@ fn a_pixel_has_no_say_in_its_own_samples() {
     }
 }
 
-/// A quarter of the image has ten times the noise of the rest: its densities are 10 to the
-/// power [`DENSITY_EXPONENT`] times as large, less what [`MIN_DENSITY`] takes.
+/// A quarter of the image has ten times the noise of the rest: its densities are 10 to the power
+/// [`DENSITY_EXPONENT`] times as large, reduced by [`MIN_DENSITY`].
 #[test]
 fn samples_go_where_the_noise_is() {
     let noisy = |i: usize| i % 40 < 10;
@@ -112,9 +113,9 @@ fn samples_go_where_the_noise_is() {
     assert!((0..40 * 32).all(|i| plan.wanted(i) >= 16));
 }
 
-/// The left half of the image is dark and vacant: densities of the rest are as if it were not
-/// there, a pixel in the midst of vacant ones is like most, and vacant pixels have two
-/// samples in each half.
+/// The left half of the image is dark and vacant: densities of the rest are as if it did not exist,
+/// a pixel surrounded by vacant ones has the average density, and vacant pixels have two samples in
+/// each half.
 #[test]
 fn vacant_pixels_are_no_neighbours() {
     const ALONE: usize = 15 * 40 + 6;
@@ -143,8 +144,8 @@ fn vacant_pixels_are_no_neighbours() {
     }
 }
 
-/// Rounds of a render whose samples are independent: they end, and the last look has found what
-/// was asked for.
+/// Rounds of a render with independent samples: they end, and the last evaluation has met the
+/// target.
 #[test]
 fn rounds_come_to_an_end() {
     let light = |i: usize, u: f32| 0.4 + (u - 0.5) * (i % 7) as f32 * 0.1;
@@ -167,9 +168,9 @@ fn rounds_come_to_an_end() {
     }
 }
 
-/// Pixels of a column see a lamp, and one sample in twenty of another pixel its reflection,
-/// without which the error is one and a half times as large as is allowed: hardly a render
-/// ends before that is found.
+/// A column of pixels shows a lamp, and one sample in twenty of another pixel its reflection,
+/// without which the error is one and a half times the allowed one. Renders hardly ever end before
+/// the reflection is found.
 #[test]
 fn what_a_single_pixel_hides_is_found_before_a_render_ends() {
     const HIDES: usize = 9 * 24 + 7;

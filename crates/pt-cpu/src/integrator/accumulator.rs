@@ -33,13 +33,13 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         Self { radiance, camera_rays, clamp, limit: clamp.limit(0), clamped, observer }
     }
 
-    /// Sets the number of times that the light of the next contributions was scattered.
+    /// Sets the number of scattering events of the next contributions.
     #[inline(always)]
     pub(super) fn set_bounces(&mut self, bounces: u32) {
         self.limit = self.clamp.limit(bounces);
     }
 
-    /// Adds a contribution to a sum; returns what is left of it after clamping.
+    /// Adds a contribution to a sum; returns its value after clamping.
     #[inline(always)]
     pub(super) fn add(&mut self, start: u32, value: Spectrum) -> Spectrum {
         let kept = if self.limit < f32::INFINITY { self.clamp(start, value) } else { value };
@@ -47,7 +47,7 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         kept
     }
 
-    /// Adds emission that a path found.
+    /// Adds emission found by a path.
     #[inline(always)]
     pub(super) fn add_emission(
         &mut self,
@@ -77,7 +77,7 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         self.radiance[target as usize]
     }
 
-    /// Clamps a contribution. NaN stays, for the film to reject.
+    /// Clamps a contribution. NaN is unchanged, for the film to reject.
     #[cold]
     fn clamp(&mut self, start: u32, value: Spectrum) -> Spectrum {
         let y = value.luminance();

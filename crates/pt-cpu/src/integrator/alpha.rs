@@ -8,8 +8,8 @@ use pt_math::{Ray, Rays};
 use super::CameraRays;
 use crate::Tracer;
 
-/// The dimension of the sampler by which a path goes on through a hole or not: number `count` of
-/// those it meets between two bounces. Far from the dimensions of bounces.
+/// Sampler dimension of the decision at a transparent surface: number `count` of those between two
+/// bounces. Far from the dimensions of bounces.
 fn dimension(bounces: u32, count: u32) -> u32 {
     const FIRST: u32 = 1 << 31;
     const BETWEEN_BOUNCES: u32 = 1 << 12;
@@ -66,10 +66,9 @@ pub(crate) fn first_hits(
     }
 }
 
-/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says.
-/// It is told the number of the ray, how many holes it went through before, the ray, what it hit,
-/// and the share of the surface that is there, which is less than 1. `time` tells the time of a
-/// ray.
+/// Replaces hits on partly transparent surfaces by the next hit, while `goes_on` returns true. Its
+/// arguments are the number of the ray, the number of surfaces passed before, the ray, the hit, and
+/// the opacity, which is less than 1. `time` returns the time of a ray.
 pub(super) fn continue_through(
     tracer: &mut Tracer,
     rays: &[Ray],
@@ -84,11 +83,11 @@ pub(super) fn continue_through(
     });
 }
 
-/// Moves hits to what is behind them, as long as `passes` says by the number of the ray, how many
-/// surfaces it went through before, and what it hit. `time` gives the time of a ray.
+/// Replaces hits by the next hit, while `passes` returns true. Its arguments are the number of the
+/// ray, the number of surfaces passed before, and the hit. `time` returns the time of a ray.
 ///
-/// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
-/// distance, which its interval no longer holds.
+/// A ray continues just beyond its hit: the same ray meets the same triangle at the same distance,
+/// which is then outside of its interval.
 fn continue_while(
     tracer: &mut Tracer,
     rays: &[Ray],

@@ -1,4 +1,4 @@
-//! Ambient occlusion: how much of the sky a surface sees.
+//! Ambient occlusion: the unoccluded fraction of the hemisphere above a surface.
 
 use pt_bvh::Hit;
 use pt_core::settings::Hidden;
@@ -10,39 +10,39 @@ use super::transparency::Transparency;
 use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, alpha};
 use crate::Tracer;
 
-/// ∫ V(ω) cos θ / π dω over the hemisphere on the side that is seen of the first hit, where V is 1
-/// if nothing is nearer than some distance in direction ω, else 0; black where there is no hit.
-/// [Zhukov, Iones & Kronin 1998, "An Ambient Light Illumination Model"]
+/// ∫ V(ω) cos θ / π dω over the hemisphere on the visible side of the first hit, where V is 1 if
+/// nothing is nearer than a given distance in direction ω, else 0; black without a hit. [Zhukov,
+/// Iones & Kronin 1998, "An Ambient Light Illumination Model"]
 ///
-/// Directions have the density of the cosine, so each counts the same.
+/// Directions are cosine-weighted, so all have the same weight.
 pub(super) struct AmbientOcclusion {
     /// Directions per surface point.
     samples: u32,
     distance: f32,
     hits: Vec<Option<Hit>>,
-    /// The surface points of a block, and their lanes in it.
+    /// Surface points of a block, and their lanes in it.
     points: Vec<(usize, Point)>,
     rays: Vec<Ray>,
-    /// Of which start they are.
+    /// Camera ray of each occlusion ray.
     camera_rays: Vec<u32>,
     blocked: Vec<bool>,
-    /// How much of each gets through.
+    /// Transmittance of each occlusion ray.
     transmittance: Vec<f32>,
-    /// Sum of these for each start.
+    /// Sum of the transmittances for each camera ray.
     open: Vec<f32>,
     hidden: Hidden,
     transparency: Transparency,
 }
 
-/// A surface point, seen from one side.
+/// Surface point, with its side.
 struct Point {
-    at: pt_core::scene::SurfacePoint,
-    /// Normal of the true surface and frame of the shading normal, both on the side that is seen.
+    at: pt_core::interaction::SurfacePoint,
+    /// Geometric normal and shading frame, both on the visible side.
     normal: Vec3,
     frame: Frame,
 }
 
-/// Rays beyond which they are traced before there are more.
+/// Number of rays from which on the queue is flushed.
 const MANY: usize = 4096;
 
 impl AmbientOcclusion {
@@ -62,7 +62,7 @@ impl AmbientOcclusion {
         }
     }
 
-    /// Sends the rays of a block of starts on their way.
+    /// Queues the occlusion rays of a block of camera rays.
     fn look(&mut self, block: usize, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let first = block * LANES;
         let rays = Rays::from(&camera_rays.rays);
@@ -93,7 +93,7 @@ impl AmbientOcclusion {
         }
     }
 
-    /// Counts how much of the rays nothing stops, and forgets them.
+    /// Traces the queued rays, adds their transmittances, and clears the queue.
     fn answer(&mut self, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let time = |i: usize| camera_rays.time(self.camera_rays[i] as usize);
         tracer.occluded(&self.rays, time, &mut self.blocked);

@@ -1,16 +1,16 @@
-//! Light as the program of the university course (CS184 / CSC4140, assignments 3-1 and 3-2)
-//! computes it; `docs/cs184.md` says where it differs from physics.
+//! Light transport as in the program of the university course (CS184 / CSC4140, assignments 3-1 and
+//! 3-2); `docs/cs184.md` describes where it differs from physics.
 
 use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
 
-use super::direct::Hemisphere;
-use super::estimator::{Context, PathEstimator, Skies, SurfaceHit};
+use super::context::{Context, Skies, SurfaceHit};
+use super::estimator::{Hemisphere, PathEstimator};
 use super::path_queue::{BsdfPdf, PathState};
 
-/// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
+/// The course's estimator: emission is added for camera rays and after mirrors and glass; all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
 pub(super) struct Cs184;
 
@@ -23,7 +23,7 @@ impl PathEstimator for Cs184 {
         false
     }
 
-    /// Seen by the camera only.
+    /// Radiance of the environment, added for camera rays only.
     #[inline(always)]
     fn sky_radiance(
         &self,
@@ -55,8 +55,8 @@ impl PathEstimator for Cs184 {
         }
     }
 
-    /// An area light counts times the distance to it (its density forgets to divide by it once),
-    /// and a point light does not fall off at all.
+    /// Radiance of an area light is multiplied by the distance to it (its density lacks a division
+    /// by it), and a point light has no distance attenuation.
     #[inline(always)]
     fn light_weight(&self, _: &Settings, _: &Bsdf, sample: &LightSample, _: u32) -> f32 {
         let d = sample.distance;
@@ -67,7 +67,7 @@ impl PathEstimator for Cs184 {
         }
     }
 
-    /// Uniform directions, which find glowing surfaces only.
+    /// Uniform directions, which find emissive surfaces only.
     fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
         let samples = scene.lights.as_slice().len() as u32 * settings.light_samples;
         let uniform = settings.direct == DirectLight::UniformHemisphere;

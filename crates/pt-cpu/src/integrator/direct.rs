@@ -8,27 +8,18 @@ use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::accumulator::RadianceAccumulator;
+use super::dimensions::BlockSamples;
 use super::estimator::PathEstimator;
 use super::observer::{self, PathObserver};
-use super::reuse::{Reuse, SharedRadiance};
-use super::shading::{BlockSamples, ShadingPoint};
+use super::reuse::Reuse;
+use super::shading::{ShadingPoint, SharedRadiance};
 use super::{CameraRays, alpha};
 use crate::Tracer;
+use crate::integrator::estimator::Hemisphere;
 use crate::trace::{LightRef, LightSource};
 
-/// Estimator of direct light by random directions of the hemisphere.
-#[derive(Clone, Copy)]
-pub(super) struct Hemisphere {
-    /// Directions per surface point.
-    pub(super) samples: u32,
-    /// True if directions are cosine-weighted; else they are uniform.
-    pub(super) cosine: bool,
-    /// True if infinite lights count.
-    pub(super) sky: bool,
-}
-
 impl Hemisphere {
-    /// A direction in the frame of the surface, and its density.
+    /// Samples a direction in the frame of the surface; returns it and its density.
     #[inline(always)]
     fn direction(self, u: [f32; 2]) -> (Vec3, Pdf<SolidAngle>) {
         if self.cosine {
@@ -41,7 +32,7 @@ impl Hemisphere {
     }
 }
 
-/// Rays with the contribution of each.
+/// Rays with their contributions.
 #[derive(Default)]
 struct RayQueue {
     rays: Vec<Ray>,
@@ -278,7 +269,7 @@ impl DirectLighting {
     }
 }
 
-/// Radiance that a surface emits towards a ray that hits it.
+/// Radiance emitted by a surface towards a ray that hits it.
 fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
     scene.le(&scene.interaction(ray, hit, time), hit, time)
 }
@@ -316,9 +307,9 @@ impl<'a, R: PathEstimator, W: PathObserver> LightSampling<'a, '_, R, W> {
         self.shading_block.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
     }
 
-    /// Asks for the samples that were drawn, in a loop of its own for the reason of
-    /// `Wavefront::shading_points`; those of a light that is hidden, which rays do not find,
-    /// bring all of it.
+    /// Queues the shadow rays of the samples, in a separate loop for the reason given at
+    /// `Wavefront::shading_points`. Samples of invisible lights, which rays do not find, have MIS
+    /// weight 1.
     #[inline(always)]
     fn push_shadow_rays(mut self, is_invisible: bool) {
         let ShadingBlock { estimator, settings, surfaces, .. } = *self.shading_block;

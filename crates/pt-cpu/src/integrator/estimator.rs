@@ -1,43 +1,21 @@
 //! Estimators of path tracers: weights, numbers of samples and Russian roulette.
 
-use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
-use pt_core::id::Id;
 use pt_core::light::{AnyLight, LightSample};
-use pt_core::scene::{Interaction, RenderScene};
 use pt_core::settings::Settings;
 use pt_math::{Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
-use super::direct::Hemisphere;
 use super::observer::{self, PathObserver};
 use super::path_queue::{BsdfPdf, PathState};
+use crate::integrator::context::{Context, Skies, SurfaceHit};
 
-/// Scene and settings of a render.
-#[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
-    pub(super) scene: &'a RenderScene,
-    pub(super) settings: &'a Settings,
-}
-
-/// Lights of the sky.
-pub(super) type Skies = [Id<AnyLight>];
-
-/// A surface hit by a ray.
-#[derive(Clone, Copy)]
-pub(super) struct SurfaceHit<'a> {
-    pub(super) at: &'a Interaction,
-    pub(super) hit: &'a Hit,
-    /// The time of the path.
-    pub(super) time: f32,
-}
-
-/// The estimator of a path tracer.
+/// Estimator of a path tracer.
 pub(super) trait PathEstimator {
-    /// Largest number of surface interactions.
+    /// Maximum number of surface interactions.
     fn max_depth(&self, settings: &Settings) -> u32;
 
-    /// Returns true if contributions are cut off as the settings say.
+    /// Returns true if contributions are clamped according to the settings.
     fn clamps(&self) -> bool {
         true
     }
@@ -53,7 +31,7 @@ pub(super) trait PathEstimator {
         infinite_lights: &Skies,
     ) -> Spectrum;
 
-    /// Radiance that a surface emits towards the ray that hit it, times the MIS weight.
+    /// Radiance emitted by a surface towards the ray that hit it, times the MIS weight.
     fn emitted_radiance(&self, cx: Context, path: &PathState, found: SurfaceHit) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
@@ -62,14 +40,14 @@ pub(super) trait PathEstimator {
     /// MIS weight of one of `n` samples of a light that BSDF samples may find, too.
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
 
-    /// Hemisphere sampling of direct light, if the settings ask for it.
+    /// Hemisphere sampling of direct light, if enabled in the settings.
     fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
 
-    /// Returns true if light that a ray finds can count, by how the ray came to its direction.
+    /// Returns true if emission found by a ray counts, given the density of its direction.
     fn counts_emission(&self, settings: &Settings, bsdf_pdf: BsdfPdf) -> bool;
 
-    /// Russian roulette: the probability with which a path goes on after `bounces` interactions,
-    /// or `None` if it does in any case.
+    /// Russian roulette: the probability with which a path continues after `bounces` interactions,
+    /// or `None` if it always does.
     fn rr_survival_probability(
         &self,
         settings: &Settings,
@@ -117,4 +95,15 @@ pub(super) fn add_sky<W: PathObserver>(
             .observer
             .on_sky_split(path.target, || scene.infinite_lights.iter().map(of_each).collect());
     }
+}
+
+/// Estimator of direct light by random directions of the hemisphere.
+#[derive(Clone, Copy)]
+pub(super) struct Hemisphere {
+    /// Directions per surface point.
+    pub(super) samples: u32,
+    /// True if directions are cosine-weighted; else they are uniform.
+    pub(super) cosine: bool,
+    /// True if infinite lights count.
+    pub(super) sky: bool,
 }

@@ -1,4 +1,4 @@
-//! Light by groups of lights: of what paths are told to have found, by whom each part was given.
+//! Radiance by light groups, computed from the recorded contributions of paths.
 
 use pt_core::RenderScene;
 use pt_core::film::ExactSum;
@@ -9,13 +9,13 @@ use crate::Tracer;
 use crate::light_groups::LightGroups;
 use crate::trace::{Contribution, LightSource};
 
-/// An integrator that also tells the light of each group: the samples are those of `inner`, which
-/// writes down where its light came from.
+/// Integrator that also computes the radiance of each light group: the samples are those of
+/// `inner`, which records the sources of their contributions.
 pub(crate) struct LightGroupIntegrator<'a> {
     inner: Box<dyn TracedIntegrator + 'a>,
     scene: &'a RenderScene,
     groups: &'a LightGroups,
-    /// Of each start in turn the light of all groups.
+    /// Radiance of all groups for each camera ray in turn.
     radiance: Vec<Spectrum>,
 }
 
@@ -29,8 +29,8 @@ impl<'a> LightGroupIntegrator<'a> {
     }
 }
 
-/// Adds light of the sky, of which each of its lights gave a share in proportion to what it
-/// brought.
+/// Adds radiance of the environment, divided among infinite lights in proportion to their
+/// unweighted radiance.
 fn add_shares(
     parts: &mut [Spectrum],
     groups: &LightGroups,

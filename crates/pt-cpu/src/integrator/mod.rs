@@ -1,12 +1,14 @@
-//! Integrators: what light camera rays carry. They are chosen once per render, so they are an
-//! open table.
+//! Integrators: estimators of the radiance along camera rays. One is chosen per render by name,
+//! from an open table.
 //!
 //! To add one: write its file, add its line to [`INTEGRATORS`].
 
 mod accumulator;
 pub(crate) mod alpha;
 mod ao;
+mod context;
 mod cs184;
+mod dimensions;
 mod direct;
 mod estimator;
 mod light_group_integrator;
@@ -22,64 +24,65 @@ mod transparency;
 mod volpath;
 mod wavefront;
 
+use cs184::Cs184;
+pub(crate) use light_group_integrator::LightGroupIntegrator;
+use observer::{PathObserver, PathRecorder};
+use path::Path;
 use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
 use pt_math::{RayColumns, Spectrum};
+use wavefront::Wavefront;
 
 use crate::Tracer;
 use crate::trace::Trace;
-use cs184::Cs184;
-pub(crate) use light_group_integrator::LightGroupIntegrator;
-use observer::{PathObserver, PathRecorder};
-use path::Path;
-use wavefront::Wavefront;
 
 /// Camera rays of a batch, with a sampler and, in animated scenes, a time for each.
 #[derive(Clone, Debug)]
 pub struct CameraRays {
     /// Camera rays; their directions have unit length.
     pub rays: RayColumns,
-    /// The samples' numbers.
+    /// Samplers of the camera rays.
     pub samplers: SamplerBlocks,
-    /// Their times, shares of that for which the shutter is open; none if nothing moves.
+    /// Times of the camera rays, as fractions of the shutter interval; empty in static scenes.
     pub times: Vec<f32>,
-    /// Groups of camera rays that reuse paths, in order; empty without path reuse.
+    /// Groups of camera rays that reuse paths, in order; without path reuse, each has one pixel.
     pub groups: Vec<ReuseGroup>,
 }
 
 impl CameraRays {
-    /// The time of a sample, which all of its path has.
+    /// Time of a sample and of its whole path.
     #[inline]
     pub fn time(&self, start: usize) -> f32 {
         self.times.get(start).copied().unwrap_or(0.0)
     }
 }
 
-/// Starts of the pixels of a square, with the same samples of each, one pixel behind the other.
+/// Camera rays of the pixels of a square that reuse paths, with the same samples of each, pixel by
+/// pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct ReuseGroup {
-    /// Pixels.
+    /// Number of pixels.
     pub pixels: u32,
-    /// Samples of each.
+    /// Number of samples per pixel.
     pub samples: u32,
 }
 
-/// The largest [`Settings::reuse`].
+/// Maximum of [`Settings::reuse`].
 pub const MAX_REUSE: u32 = 4;
 
-/// The largest [`Settings::split`].
+/// Maximum of [`Settings::split`].
 pub const MAX_SPLIT: u32 = 64;
 
-/// The light that camera rays carry: a pure function of scene, settings and start.
+/// Estimator of the radiance along camera rays: a pure function of scene, settings and camera ray.
 ///
-/// An integrator belongs to one thread of a render. What it holds from call to call is memory to
-/// work in, on which no result depends; nor does the radiance of a start depend on other starts
-/// than those of its [`ReuseGroup`].
+/// An integrator belongs to one thread of a render. Its state between calls consists of buffers
+/// only, on which no result depends. The radiance of a camera ray does not depend on other camera
+/// rays than those of its [`ReuseGroup`].
 pub trait Integrator {
-    /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
-    /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
+    /// Replaces the contents of `radiance` by the radiance along each camera ray, in order.
+    /// Dimensions below [`CAMERA_DIMENSIONS`] are used by the camera.
     fn radiance(
         &mut self,
         tracer: &mut Tracer,
@@ -87,53 +90,54 @@ pub trait Integrator {
         radiance: &mut Vec<Spectrum>,
     );
 
-    /// Luminance that was cut off from contributions since this was asked for last.
+    /// Returns the luminance removed by clamping since the last call.
     fn take_clamped(&mut self) -> ExactSum {
         ExactSum::default()
     }
 
-    /// Of each start of the last call the share of its ray that nothing scattered or stopped, and
-    /// behind which no background is seen: what coverage leaves of 1. None if the settings do
-    /// not ask for coverage.
+    /// For each camera ray of the last call, the fraction of it that was neither scattered nor
+    /// absorbed and shows no background: 1 minus the coverage. Empty if the settings do not require
+    /// coverage.
     fn transparency(&self) -> &[f32] {
         &[]
     }
 
-    /// Of each start of the last call in turn the light of each group of lights; none if it does
-    /// not tell them apart.
+    /// For each camera ray of the last call in turn, the radiance of each light group; empty if the
+    /// integrator does not separate them.
     fn light_group_radiance(&self) -> &[Spectrum] {
         &[]
     }
 }
 
-/// An integrator that writes down how its samples come about; the samples are the same.
+/// Integrator that records the construction of its samples; the samples are the same.
 pub trait TracedIntegrator: Integrator {
     /// Takes the traces of the samples of the last call, in order.
     fn take_traces(&mut self) -> Vec<Trace>;
 }
 
-/// Everything that the command line and the manual need to know about an integrator.
+/// Entry of an integrator in the table.
 pub struct Registration {
-    /// Its name for users.
+    /// User-visible name.
     pub name: &'static str,
-    /// One line for the help.
+    /// One line of help.
     pub help: &'static str,
-    /// Features that it supports.
+    /// Supported features.
     pub features: &'static [Feature],
-    /// Makes one for a thread that renders this scene with these settings.
+    /// Creates an integrator for a thread that renders this scene with these settings.
     pub new: New,
-    /// Makes one that records, if its samples are sums of what single paths found.
+    /// Creates an integrator that records paths, if its samples are sums of contributions of single
+    /// paths.
     pub new_traced: Option<NewTraced>,
 }
 
 impl Registration {
-    /// Returns true if it does this.
+    /// Returns true if the integrator supports a feature.
     pub fn supports(&self, what: Feature) -> bool {
         self.features.contains(&what)
     }
 }
 
-/// Features of integrators that some have and others lack.
+/// Optional features of integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     /// Multiple importance sampling of infinite lights under [`DirectLight::Mis`]: BSDF samples
@@ -150,17 +154,17 @@ pub enum Feature {
     /// Direct light by directions of the hemisphere: [`DirectLight::UniformHemisphere`] and
     /// [`DirectLight::CosineHemisphere`].
     HemisphereSampling,
-    /// A largest distance of occluders: [`Settings::ao_distance`].
+    /// Maximum distance of occluders: [`Settings::ao_distance`].
     OcclusionDistance,
 }
 
-/// Makes an integrator.
+/// Constructor of an integrator.
 pub type New = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Integrator + 'a>;
 
-/// Makes an integrator that records.
+/// Constructor of an integrator that records paths.
 pub type NewTraced = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn TracedIntegrator + 'a>;
 
-/// All integrators.
+/// Table of all integrators.
 pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
@@ -239,34 +243,33 @@ fn cs184_paths<'a, W: PathObserver>(
     Wavefront::new(Cs184, scene, set)
 }
 
-/// The names of those that can write down how their samples come about.
+/// Names of the integrators that can record paths.
 pub(crate) fn traced_names() -> String {
     let known = INTEGRATORS.iter().filter(|known| known.new_traced.is_some());
     known.map(|known| known.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The integrator of this name.
+/// Returns the integrator with this name.
 pub fn by_name(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
 }
 
-/// The names of the integrators with a feature, in the order of [`INTEGRATORS`].
+/// Names of the integrators with a feature, in the order of [`INTEGRATORS`].
 pub fn names_with(feature: Feature) -> Vec<&'static str> {
     INTEGRATORS.iter().filter(|known| known.supports(feature)).map(|known| known.name).collect()
 }
 
 /// Returns true if a scene that is rendered with these settings may be compiled with
-/// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from
-/// dark directions more than it gives to bright ones.
+/// [`pt_core::CompileOptions::compensated`]. With more than one light sample, compensation would
+/// take more from dark directions than it gives to bright ones.
 pub fn uses_mis_compensation(settings: &Settings) -> bool {
     let weighs = by_name(&settings.integrator)
         .is_some_and(|integrator| integrator.supports(Feature::SkyMis));
     weighs && settings.direct == DirectLight::Mis && settings.light_samples == 1
 }
 
-/// Dimensions of the sampler that the camera takes: image and lens.
+/// Number of sampler dimensions used by the camera: image and lens.
 pub const CAMERA_DIMENSIONS: u32 = 4;
 
-/// The dimension of the sampler that says when a sample is taken: where no bounce comes, and before
-/// those of holes.
+/// Sampler dimension of the time of a sample: beyond those of bounces, and before those of alpha.
 pub const TIME_DIMENSION: u32 = (1 << 31) - 2;

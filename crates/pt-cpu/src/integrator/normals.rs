@@ -9,7 +9,7 @@ use super::transparency::Transparency;
 use super::{CameraRays, Integrator, alpha};
 use crate::Tracer;
 
-/// (n + 1) / 2 of the first hit; black where there is none.
+/// (n + 1) / 2 of the first hit; black without a hit.
 pub(super) struct Normals {
     hits: Vec<Option<Hit>>,
     hidden: Hidden,
@@ -37,7 +37,7 @@ impl Integrator for Normals {
             Some(hit) => {
                 let normal =
                     tracer.scene.interaction(&rays.get(i), hit, camera_rays.time(i)).normal;
-                // Interpolated ones are longer than 1 by their rounding.
+                // Interpolated normals are longer than 1 by rounding.
                 Spectrum(((normal + Vec3::ONE) * 0.5).max(Vec3::ZERO))
             }
             None => Spectrum::ZERO,

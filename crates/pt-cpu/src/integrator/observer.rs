@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
+use pt_core::interaction::Interaction;
 use pt_core::light::{AnyLight, LightSample, LightSampleContext};
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::RenderScene;
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
 use super::CameraRays;
-use super::estimator::{Context, SurfaceHit};
+use super::context::{Context, SurfaceHit};
 use super::path_queue::PathState;
 use super::shading::ShadingPoint;
 use crate::trace::{
@@ -164,7 +165,7 @@ pub(super) fn record_vertices<W: PathObserver>(
     }
 }
 
-/// Source of emission that a path found on a surface; `weighted` is its radiance times the MIS
+/// Source of emission found by a path on a surface; `weighted` is its radiance times the MIS
 /// weight.
 pub(super) fn emitter_source(
     cx: Context,
@@ -184,8 +185,8 @@ pub(super) fn emitter_source(
     }
 }
 
-/// Source of emission that a path found in the environment; `weighted` is its radiance times the
-/// MIS weight.
+/// Source of emission found by a path in the environment; `weighted` is its radiance times the MIS
+/// weight.
 pub(super) fn sky_source(cx: Context, p: Vec3, direction: Vec3, weighted: Spectrum) -> LightSource {
     let radiance = cx.scene.le_infinite(p, direction, &cx.scene.infinite_lights);
     LightSource::Sky { direction, radiance, weight: weight_of(weighted, radiance) }

@@ -6,35 +6,37 @@ use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::direct::Hemisphere;
-use super::estimator::{Context, PathEstimator, Skies, SurfaceHit};
+use super::context::{Context, Skies, SurfaceHit};
+use super::estimator::{Hemisphere, PathEstimator};
 use super::path_queue::{BsdfPdf, PathState};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
-/// The radiance is a sum over the number k of surface interactions:
-/// L = Σₖ β₁ β₂ … βₖ Le, with βⱼ = f |cos θ| / p of interaction j. Term k is estimated at
-/// interaction k by direct light, and at interaction k + 1 by what the BSDF's sample found; the
-/// weights of the two sum to one.
+/// The radiance is a sum over the number k of surface interactions: L = Σₖ β₁ β₂ … βₖ Le, with βⱼ =
+/// f |cos θ| / p of interaction j. Term k is estimated at interaction k by light sampling, and at
+/// interaction k + 1 by the emission that the BSDF sample found; the MIS weights of the two sum to
+/// one.
 pub(super) struct Path {
-    /// Largest number of surface interactions, if the settings do not want fewer.
+    /// Maximum number of surface interactions, unless the settings specify fewer.
     pub(super) max_depth: u32,
 }
 
-/// Short paths carry most of the light; to end them early would only add noise.
+/// Minimum number of bounces before Russian roulette: short paths carry most of the light, and
+/// terminating them early only adds noise.
 const FREE_BOUNCES: u32 = 3;
 
-/// What a path may still bring is to be weighed against the light of its pixel. [Vorba & Křivánek
-/// 2016, adjoint-driven Russian roulette] Of that nothing is known here but that a surface has
-/// scattered it once, whose albedo may be a half.
+/// The possible contribution of a path is compared with the radiance of its pixel. [Vorba &
+/// Křivánek 2016, adjoint-driven Russian roulette] That radiance is unknown here except that it was
+/// scattered once by a surface, whose albedo is assumed to be a half.
 const PIXEL_ALBEDO: f32 = 0.5;
 
-/// A path that goes on with probability q brings its light with weight 1/q; a bound on q bounds
-/// the length of paths between perfect mirrors.
+/// A path that survives with probability q has its contribution divided by q; an upper bound of q
+/// bounds the length of paths between perfect mirrors.
 const MAX_SURVIVAL: f32 = 0.95;
 
-/// The same in media, which take at each collision what they absorb: light goes through hundreds of
-/// them where that is little, and weights of 0.95⁻ⁿ would grow faster than long ways get rare.
+/// Upper bound in media, where each collision reduces the throughput by the absorption. With little
+/// absorption light is scattered hundreds of times, and weights of 0.95⁻ⁿ would grow faster than
+/// long paths become rare.
 const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
 
 impl Path {
@@ -48,7 +50,7 @@ impl Path {
         Self::rr_survival_up_to(MAX_SURVIVAL_IN_MEDIA, settings, path, bounces)
     }
 
-    /// By the throughput without what refraction takes and gives back.
+    /// Survival probability from the throughput without the scaling by refraction.
     #[inline(always)]
     fn rr_survival_up_to(
         most: f32,
@@ -131,7 +133,7 @@ impl PathEstimator for Path {
         light_mis_weight(settings, sample, n, |wi| bsdf.pdf(wi))
     }
 
-    /// As many directions as light sampling would take.
+    /// The same number of directions as light sampling would use.
     fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
         let cosine = match settings.direct {
             DirectLight::Mis | DirectLight::Light => return None,
@@ -161,8 +163,8 @@ impl PathEstimator for Path {
     }
 }
 
-/// Weight of one of `n` samples of a light against one of the BSDF or phase function, which finds
-/// the same light and has the density `pdf`.
+/// MIS weight of one of `n` samples of a light against sampling of the BSDF or phase function,
+/// which finds the same light and has the density `pdf`.
 #[inline(always)]
 pub(super) fn light_mis_weight(
     settings: &Settings,
@@ -178,7 +180,7 @@ pub(super) fn light_mis_weight(
     }
 }
 
-/// Weight of light that a ray found by chance.
+/// MIS weight of emission found by a ray.
 ///
 /// `bsdf_pdf` is the density with which its direction was sampled (`None`: no other technique
 /// samples it), and `light` gives the density of light sampling, if the light is sampled at all.

@@ -1,4 +1,4 @@
-//! Paths under way, with their rays.
+//! Active paths with their rays.
 
 use pt_core::RenderScene;
 use pt_core::footprint::Cone;
@@ -6,7 +6,7 @@ use pt_core::light::LightSampleContext;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
 
 /// Density of the last BSDF sample; `None` if it was specular, so that light sampling could not
-/// have found its direction.
+/// have sampled its direction.
 pub(super) type BsdfPdf = Option<Pdf<SolidAngle>>;
 
 /// State of a path, apart from its ray.
@@ -14,22 +14,23 @@ pub(super) type BsdfPdf = Option<Pdf<SolidAngle>>;
 pub(super) struct PathState {
     /// Throughput: the product of the weights so far.
     pub(super) beta: Spectrum,
-    /// The product of [`pt_core::bsdf::BsdfSample::eta_scale`].
+    /// Product of [`pt_core::bsdf::BsdfSample::eta_scale`].
     pub(super) eta_scale: f32,
-    /// The surface point, or the point of the lens, that the ray left.
+    /// Surface point, or point of the lens, from which the ray starts.
     pub(super) origin: LightSampleContext,
-    /// Density with which its direction was sampled there.
+    /// Density with which the direction of the ray was sampled there.
     pub(super) bsdf_pdf: BsdfPdf,
-    /// Which start it is of; once paths have split, that times their ways, and which way it is.
+    /// Number of the camera ray; after path splitting, the path index of
+    /// [`super::split::PathSplitting`].
     pub(super) start: u32,
-    /// How clear its way from the camera is, as [`super::transparency`] says.
+    /// Transmittance from the camera to the path; see [`super::transparency`].
     pub(super) camera_transmittance: f32,
-    /// Where its light goes: see [`super::accumulator::RadianceAccumulator`].
+    /// Index of the sum for its contributions: see [`super::accumulator::RadianceAccumulator`].
     pub(super) target: u32,
 }
 
 impl PathState {
-    /// The state of camera ray number `start`, before it hits anything.
+    /// State of camera ray number `start`, before it hits anything.
     pub(super) fn at_camera(
         scene: &RenderScene,
         ray: &Ray,
@@ -48,12 +49,12 @@ impl PathState {
     }
 }
 
-/// Paths under way and their rays, in the order of their starts.
+/// Active paths and their rays, in the order of their camera rays.
 #[derive(Default)]
 pub(super) struct PathQueue {
     pub(super) paths: Vec<PathState>,
     pub(super) rays: Vec<Ray>,
-    /// Their cones, if some texture asks for them.
+    /// Ray cones, if some texture needs footprints.
     pub(super) cones: Vec<Cone>,
 }
 

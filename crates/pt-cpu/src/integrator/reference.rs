@@ -1,34 +1,34 @@
-//! The path tracer, one path at a time: where to start reading.
+//! Scalar path tracer, one path at a time: the one to read first.
 //!
-//! [`Wavefront`](super::wavefront::Wavefront) with the same estimator, [`Path`], takes the same
+//! [`Wavefront`](super::wavefront::Wavefront) with the same estimator, [`Path`], performs the same
 //! steps for many paths at once and gives the same bits. `tests/laws/reference.rs` of `pathtracer`
 //! compares the two.
 
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
+use pt_core::interaction::Interaction;
 use pt_core::light::{AnyLight, LightSample};
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::Sampler;
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
-use super::estimator::{
-    Context, PathEstimator, SurfaceHit, add_emission, add_sky, transmittance_after,
-};
+use super::context::{Context, SurfaceHit};
+use super::dimensions::BounceDimensions;
+use super::estimator::{PathEstimator, add_emission, add_sky, transmittance_after};
 use super::observer::{self, PathObserver, PathRecorder};
 use super::path::{Path, without_hemisphere_sampling};
 use super::path_queue::PathState;
-use super::shading::BounceDimensions;
 use super::split::PathSplitting;
 use super::transparency::Transparency;
 use super::{CameraRays, Integrator, TracedIntegrator, alpha};
 use crate::Tracer;
 use crate::trace::{LightRef, ScatterSample, ScatterSite, Trace, Vertex};
 
-/// Unidirectional path tracing with multiple importance sampling, as [`Path`] describes it.
-/// Estimators of direct light by hemisphere sampling become
+/// Unidirectional path tracing with multiple importance sampling, as described at [`Path`].
+/// Estimators of direct light by hemisphere sampling are replaced by
 /// [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
 pub(super) struct Reference<'a, W = ()> {
     scene: &'a RenderScene,
@@ -41,7 +41,7 @@ pub(super) struct Reference<'a, W = ()> {
     observer: W,
 }
 
-/// A light sample that is not yet known to be visible.
+/// Light sample before its visibility test.
 struct UnshadowedLight {
     shadow_ray: Ray,
     /// Throughput · f · |cos| · L · MIS weight / pdf.
@@ -68,7 +68,8 @@ impl<W: PathObserver> Reference<'_, W> {
             radiance.set_bounces(bounces);
             let is_shown = settings.shows(bounces);
 
-            // Nearest surface; alpha lets rays continue, past the emission of what they pass.
+            // Nearest surface. Alpha lets rays continue, which adds the emission of the surfaces
+            // passed.
             let hides_emitters = bounces == 0 && transparency.hides_emitters();
             let (passed, hit) = nearest_hit(tracer, &ray, time, hides_emitters, (sampler, bounces));
 
@@ -172,7 +173,7 @@ fn nearest_hit(
     (passed, hits[0])
 }
 
-/// Fraction of light that passes along a shadow ray.
+/// Transmittance along a shadow ray.
 fn transmittance(tracer: &mut Tracer, ray: &Ray, time: f32) -> f32 {
     let rays = std::slice::from_ref(ray);
     let (mut blocked, mut transmittance) = (Vec::new(), Vec::new());
@@ -181,8 +182,8 @@ fn transmittance(tracer: &mut Tracer, ray: &Ray, time: f32) -> f32 {
     transmittance[0]
 }
 
-/// Samples all lights, first those at rest and then the animated ones; `u` gives pairs of random
-/// numbers. Lights whose sample contributes nothing are left out.
+/// Samples all lights, first the static and then the animated ones; `u` gives pairs of random
+/// numbers. Lights whose sample contributes nothing are omitted.
 fn sample_lights(
     estimator: &Path,
     cx: Context,

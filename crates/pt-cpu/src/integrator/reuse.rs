@@ -1,44 +1,45 @@
 //! Path reuse between neighbouring pixels. [Bekaert, Sbert & Halton 2002, "Accelerating Path
 //! Tracing by Re-Using Paths", §3]
 //!
-//! The pixels of a square take their samples together. Each path sees a point xₖ, and from there a
-//! point yₖ in the direction that the BSDF drew. The light that arrives at yⱼ is thrown back
-//! towards all of them, so that every xₖ takes it, and not only xⱼ:
+//! The pixels of a square take their samples together. Each path has a first vertex xₖ, and a
+//! second vertex yₖ in the direction sampled from the BSDF. The radiance incident at yⱼ is
+//! reflected towards all first vertices, so that every xₖ receives it, and not only xⱼ:
 //!
 //! ```text
 //! Lₖ = Σⱼ fₖ(yⱼ) Vₖⱼ Gₖⱼ Bⱼₖ / Σₘ pₘ(yⱼ) Vₘⱼ Gₘⱼ
 //!     f with the cosine at x, G = cos at y / distance²
 //! ```
 //!
-//! This is the balance heuristic of what the BSDFs of all of them might have drawn. A term costs a
-//! shadow ray, where another path costs one at each of its surfaces.
+//! This is the balance heuristic over the BSDF sampling of all paths of the square. A term costs a
+//! shadow ray, whereas another path costs one at each of its surfaces.
 //!
-//! Of matte surfaces Bⱼₖ is the same for all. Others keep the light that arrived from each of the
-//! directions which were sampled, and throw it back anew; since these directions were sampled for
-//! one viewer, only those take it to whom the surface looks much the same ([`Bsdf::lobe_width`]).
-//! The sums of a taker are over these.
+//! For diffuse surfaces, Bⱼₖ is the same for all k. Other surfaces store the radiance incident from
+//! each sampled direction, and evaluate the reflection for each receiver. Since these directions
+//! were sampled for one viewing direction, only receivers with a similar direction take part
+//! ([`Bsdf::lobe_width`]). The sums of a receiver are over these.
 
 use arrayvec::ArrayVec;
 use pt_core::bsdf::Bsdf;
+use pt_core::interaction::Interaction;
 use pt_core::material::EvaluatedMaterial;
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::RenderScene;
 use pt_math::{Ray, Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
-use super::alpha;
 use super::observer::PathObserver;
 use super::path_queue::PathState;
 use super::shading::ShadingPoint;
-use super::{CameraRays, MAX_REUSE};
+use super::{CameraRays, MAX_REUSE, alpha};
 use crate::Tracer;
+use crate::integrator::shading::SharedRadiance;
 
-/// Most pixels of a square.
+/// Maximum number of pixels of a square.
 const MAX_TILE_PIXELS: usize = (MAX_REUSE * MAX_REUSE) as usize;
 
-/// Rays beyond which givers give before there are more.
+/// Number of rays from which on pending connections are traced.
 const FLUSH_RAYS: usize = 2048;
 
-/// A surface where a path saw it.
+/// Surface hit by a path.
 #[derive(Clone, Copy)]
 pub(super) struct SurfaceVertex {
     pub(super) at: Interaction,
@@ -52,19 +53,10 @@ impl SurfaceVertex {
     }
 }
 
-/// Storage of the radiance that other paths may take.
-#[derive(Clone, Copy)]
-pub(super) enum SharedRadiance {
-    /// In one partial sum, since it is the same in all directions.
-    Diffuse(u32),
-    /// In [`IncidentSample`]s.
-    Glossy,
-}
-
 /// Radiance incident on a glossy surface.
 #[derive(Clone, Copy)]
 struct IncidentSample {
-    /// The path.
+    /// Index of the path.
     donor: u32,
     /// Direction from which it is incident.
     wi: Vec3,
@@ -77,22 +69,22 @@ struct IncidentSample {
 struct Donor {
     vertex: SurfaceVertex,
     shared: SharedRadiance,
-    /// Throughput up to there.
+    /// Throughput up to the surface.
     beta: Spectrum,
-    /// Density with which its direction was drawn, per area of surface.
+    /// Density with which its direction was sampled, per area of surface.
     density: f32,
 }
 
 /// Connection of the first surface of one path with the second surface of another.
 struct Connection {
     receiver: u32,
-    /// Direction from the giver.
+    /// Direction from the donor to the receiver.
     w: Vec3,
-    /// f G
+    /// BSDF times geometry term, f G.
     value: Spectrum,
-    /// p G
+    /// Density times geometry term, p G.
     density: f32,
-    /// Transmittance between the two.
+    /// Transmittance between the two surfaces.
     transmittance: f32,
 }
 
@@ -101,14 +93,14 @@ struct Connection {
 pub(super) struct Reuse {
     /// True if surfaces that are not diffuse are donors, too.
     glossy: bool,
-    /// First surfaces, by paths.
+    /// First surfaces, by path.
     receivers: Vec<Option<SurfaceVertex>>,
     donors: Vec<Option<Donor>>,
     incident: Vec<IncidentSample>,
-    /// Of some givers, one behind the other: the path that gives, and how many pairs it has.
+    /// Pending donors in order: path, and number of connections.
     queue: Vec<(u32, usize)>,
     connections: Vec<Connection>,
-    /// Rays that ask whether something is in the way, and of which pairs.
+    /// Pending shadow rays, and the connection of each.
     rays: Vec<Ray>,
     traced: Vec<usize>,
     blocked: Vec<bool>,
@@ -120,7 +112,7 @@ impl Reuse {
         Self { glossy, ..Self::default() }
     }
 
-    /// Forgets what it knew; there are `n` paths now.
+    /// Clears everything for `n` new paths.
     pub(super) fn begin(&mut self, n: usize) {
         self.receivers.clear();
         self.receivers.resize(n, None);
@@ -134,7 +126,8 @@ impl Reuse {
         self.receivers[start as usize] = Some(*seen);
     }
 
-    /// A path has come to its second surface. If others may have its light, that is added up apart.
+    /// Records the second surface of a path. If other paths may use its radiance, that is
+    /// accumulated separately.
     pub(super) fn add_donor(
         &mut self,
         path: &PathState,
@@ -161,7 +154,8 @@ impl Reuse {
         surface.share(shared);
     }
 
-    /// Light arrives at the glossy second surface of a path: where it is to be added up.
+    /// Records incident radiance at the glossy second surface of a path; returns the index of its
+    /// partial sum.
     pub(super) fn add_incident_sample(
         &mut self,
         donor: u32,
@@ -173,8 +167,8 @@ impl Reuse {
         target
     }
 
-    /// A path goes on from its glossy second surface: its light is added up by itself, and without
-    /// what the path carries; Russian roulette still knows that.
+    /// Continues a path from its glossy second surface: its radiance is accumulated separately, and
+    /// without the throughput of the path, which stays in `eta_scale` for Russian roulette.
     pub(super) fn continue_path(
         &mut self,
         path: &mut PathState,
@@ -187,7 +181,7 @@ impl Reuse {
         path.beta = Spectrum::splat(1.0 / pdf.get());
     }
 
-    /// Connects all paths of each tile, and adds what they share.
+    /// Connects all paths of each tile, and adds the shared radiance.
     pub(super) fn share_radiance(
         &mut self,
         tracer: &mut Tracer,
@@ -209,7 +203,7 @@ impl Reuse {
         self.trace(tracer, accumulator);
     }
 
-    /// Returns true if a giver has anything to give.
+    /// Returns true if a donor has radiance other than zero.
     fn has_radiance(
         &self,
         member: u32,
@@ -224,7 +218,7 @@ impl Reuse {
         }
     }
 
-    /// Asks for what the members of a square may take from each other.
+    /// Queues the connections between the paths of a square.
     fn connect(
         &mut self,
         scene: &RenderScene,
@@ -268,7 +262,7 @@ impl Reuse {
         tracer: &mut Tracer,
         accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
-        // Nothing moves.
+        // Scenes with motion do not support path reuse.
         let time = |_| 0.0;
         tracer.occluded(&self.rays, time, &mut self.blocked);
         alpha::shadow_transmittance(
@@ -321,8 +315,8 @@ impl Donor {
         }
     }
 
-    /// What another may take, if it sees the surface, which is `own` towards the path, from the
-    /// same side and scatters its light.
+    /// Connection of a donor, whose BSDF towards its path is `own`, with another path; `None`
+    /// unless the receiver is on the same side of the surface and scatters its light.
     #[inline(always)]
     fn connection(
         &self,
@@ -348,19 +342,19 @@ impl Donor {
     }
 }
 
-/// cos / distance² towards a viewer.
+/// Geometry term cos / distance² towards a viewer.
 fn geometry(at: &Interaction, w: Vec3, distance: f32) -> f32 {
     at.point.normal.dot(w).abs() / (distance * distance)
 }
 
-/// The parts of a path's light.
+/// Incident samples of a donor.
 fn incident_samples(sorted: &[IncidentSample], donor: u32) -> &[IncidentSample] {
     let first = sorted.partition_point(|part| part.donor < donor);
     let count = sorted[first..].iter().take_while(|part| part.donor == donor).count();
     &sorted[first..first + count]
 }
 
-/// Shares radiance that is the same in all directions.
+/// Adds radiance that is the same in all directions to all receivers.
 fn share_diffuse(
     light: Spectrum,
     pairs: &[Connection],
@@ -368,13 +362,13 @@ fn share_diffuse(
 ) {
     let density: f32 = pairs.iter().map(|pair| pair.density * pair.transmittance).sum();
     let light = light * (1.0 / density);
-    // Where surfaces coincide, even the path's own ray may find something in the way.
+    // If surfaces coincide, even the path's own ray may be occluded.
     for pair in pairs.iter().filter(|pair| pair.transmittance > 0.0) {
         accumulator.add(pair.receiver, pair.value * pair.transmittance * light);
     }
 }
 
-/// Shares radiance that a glossy surface reflects towards each receiver.
+/// Adds radiance that a glossy surface reflects towards each receiver.
 fn share_glossy(
     own: &Bsdf,
     parts: &[IncidentSample],

@@ -1,11 +1,12 @@
 //! Coverage of pixels, and lights that are hidden from the camera.
 //!
-//! A path that nothing has scattered yet carries how clear its way is
-//! ([`PathState::camera_transmittance`]): 1 at the camera; times what media let through on average
-//! over the channels; the same behind holes and where a surface lets light through as it
-//! came, but for Russian roulette, which it makes up for; and 0 once it is scattered. If the path
-//! then leaves the scene, so much of the sample is transparent. What is hidden is hidden as long as
-//! the way is clear.
+//! A path that has not been scattered yet has a transmittance from the camera
+//! ([`PathState::camera_transmittance`]). It is 1 at the camera, and is multiplied by the
+//! transmittance of media, averaged over the channels. It does not change at transparent surfaces
+//! and at surfaces that transmit light undeflected, except for division by the survival probability
+//! of Russian roulette. It is 0 once the path is scattered. If the path then leaves the scene, this
+//! fraction of the sample is transparent. Hidden lights are hidden while the transmittance is
+//! not 0.
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
@@ -14,12 +15,12 @@ use pt_core::settings::{Hidden, Settings};
 use super::path_queue::PathState;
 use super::split::PathSplitting;
 
-/// The transparencies of the starts of a batch.
+/// Transparencies of the camera rays of a batch.
 pub(super) struct Transparency {
-    /// True if the settings ask for coverage.
+    /// True if the settings require coverage.
     is_kept: bool,
     hidden: Hidden,
-    /// True if coverage is that of a picture in which a background is seen.
+    /// True if the image has a visible background, so that its coverage is 1.
     has_background: bool,
     values: Vec<f32>,
 }
@@ -35,7 +36,7 @@ impl Transparency {
         }
     }
 
-    /// Begins a batch; returns how clear the ways of its paths are, 0 if nobody asks.
+    /// Begins a batch; returns the initial transmittance of its paths, 0 if it is not needed.
     pub(super) fn begin(&mut self, camera_rays: usize) -> f32 {
         self.values.clear();
         if self.is_kept {
@@ -44,7 +45,7 @@ impl Transparency {
         if self.is_kept || self.hidden != Hidden::Nothing { 1.0 } else { 0.0 }
     }
 
-    /// Hears of a path that left the scene; returns whether it sees the sky there.
+    /// Handles a path that left the scene; returns true if the environment is visible to it.
     #[inline(always)]
     pub(super) fn on_escape(&mut self, path: &PathState, splitting: PathSplitting) -> bool {
         if path.camera_transmittance == 0.0 {
@@ -56,13 +57,13 @@ impl Transparency {
         self.hidden == Hidden::Nothing
     }
 
-    /// Returns true if surfaces that emit are hidden from who sees them directly.
+    /// Returns true if emissive surfaces are hidden from the camera.
     #[inline]
     pub(super) fn hides_emitters(&self) -> bool {
         self.hidden == Hidden::Emitters
     }
 
-    /// Takes those of an integrator whose samples are what their rays hit first.
+    /// Sets the transparencies of an integrator whose samples depend only on first hits.
     pub(super) fn of_first_hits(&mut self, hits: &[Option<Hit>]) {
         if self.is_kept {
             self.values.clear();

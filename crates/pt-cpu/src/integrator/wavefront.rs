@@ -15,53 +15,53 @@
 //!     shadow rays                          DirectLighting::trace
 //! ```
 //!
-//! Paths share nothing but memory, and all sums of a path are in the order of its bounces and of
-//! its light samples. Its radiance therefore does not depend on other paths, except for those of
-//! its group with path reuse ([`super::reuse`]).
+//! Paths have only buffers in common, and all sums of a path are in the order of its bounces and of
+//! its light samples. So its radiance does not depend on other paths, except for those of its group
+//! with path reuse ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::film::ExactSum;
+use pt_core::interaction::Interaction;
 use pt_core::material::EvaluatedMaterial;
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::RenderScene;
 use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Sampler};
 use pt_math::{Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
-use super::alpha;
+use super::context::{Context, SurfaceHit};
+use super::dimensions::{BlockSamples, BounceDimensions};
 use super::direct::{DirectLighting, ShadingBlock};
-use super::estimator::{
-    Context, PathEstimator, SurfaceHit, add_emission, add_sky, transmittance_after,
-};
+use super::estimator::{PathEstimator, add_emission, add_sky, transmittance_after};
 use super::observer::{self, PathObserver, PathRecorder};
 use super::path_queue::{PathQueue, PathState};
-use super::reuse::{Reuse, SharedRadiance, SurfaceVertex};
-use super::shading::{BlockSamples, BounceDimensions, ShadingPoint};
+use super::reuse::{Reuse, SurfaceVertex};
+use super::shading::{ShadingPoint, SharedRadiance};
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::{CameraRays, Integrator, TracedIntegrator};
+use super::{CameraRays, Integrator, TracedIntegrator, alpha};
 use crate::Tracer;
 use crate::trace::{ScatterSample, Trace};
 
-/// The driver of all path tracers.
+/// Driver of all path tracers.
 pub(super) struct Wavefront<'a, R, W = ()> {
     estimator: R,
     cx: Context<'a>,
-    /// Largest number of surface interactions.
+    /// Maximum number of surface interactions.
     max_depth: u32,
-    /// Dimensions of the sampler that a bounce takes.
+    /// Sampler dimensions of a bounce.
     dimensions: BounceDimensions,
-    /// Paths under way.
+    /// Active paths.
     queue: PathQueue,
     /// Paths after splitting; empty at all other bounces.
     split_queue: PathQueue,
     /// Number of paths of each camera ray.
     splitting: PathSplitting,
     hits: Vec<Option<Hit>>,
-    /// Which of the paths have come to a surface where they scatter, and where on it.
+    /// Paths that scatter at a surface, with their hits.
     scattering: Vec<(u32, Hit)>,
-    /// A block of these, and what their materials are if they vary.
+    /// Interactions of a block of these, and their evaluated materials if they vary.
     interactions: Vec<Interaction>,
     materials: Vec<Option<EvaluatedMaterial>>,
     direct_lighting: DirectLighting,
@@ -293,8 +293,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         self.materials = materials;
     }
 
-    /// Lets rays that met holes go on, and adds what glows there; the emission of a surface does
-    /// not depend on how much of it is there.
+    /// Continues rays through transparent surfaces, and adds the emission there, which does not
+    /// depend on the opacity.
     fn pass_alpha(
         &mut self,
         bounces: u32,
@@ -444,8 +444,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         BlockSamples::new(self.dimensions, bounces, block.iter().map(sampler))
     }
 
-    /// [`Wavefront::sample_bsdf_and_roulette`] behind the first surface, once for each way, with
-    /// numbers of its own.
+    /// [`Wavefront::sample_bsdf_and_roulette`] after the first surface, once for each split path,
+    /// with its own random numbers.
     #[inline(never)]
     fn split_paths(
         &mut self,
@@ -473,16 +473,15 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
                 path.start = splitting.path_index(path.start, way);
                 path.beta *= 1.0 / n;
                 path.camera_transmittance *= 1.0 / n;
-                // Roulette knows what the path carried before.
+                // Russian roulette uses the throughput before the split.
                 path.eta_scale *= n;
             }
         }
         live
     }
 
-    /// Continues the block's paths after interaction number `bounces`: those that live, with their
-    /// rays, are stored from `live` on, in `split` if there is room. Returns where the next may be
-    /// stored.
+    /// Continues the block's paths after interaction number `bounces`: surviving paths and their
+    /// rays are stored from `live` on, in `split` if there is room. Returns the next free index.
     fn sample_bsdf_and_roulette(
         &mut self,
         block: &[(u32, Hit)],
@@ -493,7 +492,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         accumulator: &mut RadianceAccumulator<W>,
     ) -> u32 {
         let behind_lights = numbers.pairs(light_pairs);
-        // Where only the BSDF finds directions, no numbers are taken for lights.
+        // If only the BSDF is sampled, no numbers are used for lights.
         let any_delta = light_pairs > 0 && surfaces.iter().any(|s| s.bsdf.is_delta());
         let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
         for (lane, surface) in surfaces.iter().enumerate() {

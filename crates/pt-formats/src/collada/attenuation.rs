@@ -1,44 +1,29 @@
-//! Attenuation of lights with the distance.
+//! Attenuation of lights with distance.
 //!
-//! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light falls off by
-//! the square here. So it gets the intensity with which both are the same at one distance from it,
-//! by which the file's middle distance stands: the root of the mean square of the distances to the
-//! points of the box around the scene. Where the file falls off by the square alone, it is the same
-//! everywhere.
+//! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light of this
+//! renderer falls off with the square. So its intensity is chosen such that both are equal at one
+//! distance, which represents those in the scene: the root mean square distance to the points of
+//! the bounding box of the scene. If the light of the file falls off with the square alone, both
+//! are equal everywhere.
 
 use pt_math::DVec3;
+use pt_scene::{LightKind, framing};
 
 use super::light;
 use super::reader::{Reader, child};
-use crate::format::xml::Node;
-use crate::{LightKind, LoadError, Span, framing};
+use crate::LoadError;
+use crate::collada::falloff::{Attenuated, Attenuation};
+use crate::shared::xml::Node;
 
-/// The attenuation of a light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Attenuation {
-    constant: f64,
-    linear: f64,
-    quadratic: f64,
-}
-
-/// A light whose intensity is known when all of the scene is.
-pub(super) struct Attenuated {
-    /// Its number in the scene.
-    pub(super) light: usize,
-    pub(super) attenuation: Attenuation,
-    /// Where it is written.
-    pub(super) at: Span,
-}
-
-/// Keeps what is said of a light that is placed next, unless the course's program reads it, which
-/// follows no attenuation.
+/// Records the attenuation of the light that is placed next, unless the file is of the course,
+/// whose program ignores attenuation.
 pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), LoadError> {
     let described = light::description(light);
     let fades = |n: &Node<'_>| matches!(n.tag_name().name(), "point" | "spot");
     let Some(element) = described.filter(fades) else { return Ok(()) };
     let Some(attenuation) = read(reader, element)? else { return Ok(()) };
     if reader.of_course || reader.context.options().course {
-        // The constant 1 and quadratic terms are what exporters write by habit.
+        // The constant 1 and quadratic terms are defaults of exporters.
         if attenuation.linear != 0.0 || ![0.0, 1.0].contains(&attenuation.constant) {
             let message = "attenuation is not followed, as in the program of the course: light falls off with the square \
                            of the distance";
@@ -51,8 +36,8 @@ pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), L
     Ok(())
 }
 
-/// What an element says, if it says something; `None` also where it would be infinite or less than
-/// 0, with a warning.
+/// Reads the attenuation of an element; `None` if it has none or, with a warning, if a term is
+/// negative or all are 0.
 fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenuation>, LoadError> {
     const TAGS: [&str; 3] = ["constant_attenuation", "linear_attenuation", "quadratic_attenuation"];
     if !TAGS.iter().any(|tag| child(element, tag).is_some()) {
@@ -71,7 +56,7 @@ fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenua
     Ok(Some(Attenuation { constant, linear, quadratic }))
 }
 
-/// Gives attenuated lights their intensities.
+/// Sets the intensities of attenuated lights.
 pub(super) fn settle(reader: &mut Reader<'_>) {
     let attenuated = std::mem::take(&mut reader.attenuated);
     if attenuated.is_empty() {
@@ -102,20 +87,12 @@ pub(super) fn settle(reader: &mut Reader<'_>) {
     }
 }
 
-/// The root of the mean square of the distances to the points of a box; 1 if that is a point where
-/// the light is.
-fn middle_distance(p: DVec3, [low, high]: framing::Extent) -> f64 {
+/// Returns the root mean square distance to the points of a box; 1 if the box is a point at the
+/// position of the light.
+fn middle_distance(p: DVec3, [low, high]: pt_scene::extent::Extent) -> f64 {
     let (middle, size) = (0.5 * (low + high), high - low);
     let squared = (middle - p).length_squared() + size.length_squared() / 12.0;
     if squared > 0.0 { squared.sqrt() } else { 1.0 }
-}
-
-impl Attenuation {
-    /// Ratio of the intensity to the colour, in units of the file.
-    fn scale(self, distance: f64) -> f64 {
-        let Self { constant, linear, quadratic } = self;
-        distance * distance / (constant + distance * (linear + distance * quadratic))
-    }
 }
 
 #[cfg(test)]
@@ -132,8 +109,8 @@ mod tests {
         assert_eq!(both.scale(2.0), 2.0);
     }
 
-    /// The mean square distance from the middle of a cube of side 2 is 1, and from a point 3 to the
-    /// side 10.
+    /// The mean square distance is 1 from the centre of a cube of side 2, and 10 from a point at
+    /// distance 3.
     #[test]
     fn distances_are_means_over_the_box() {
         let cube = [DVec3::NEG_ONE, DVec3::ONE];

@@ -1,25 +1,26 @@
 //! Cameras.
 
 use pt_math::DAffine3;
+use pt_scene::{Camera, Fit, Placement, Projection};
 
 use super::reader::{Reader, child, name_of};
-use crate::format::xml::Node;
-use crate::{Camera, Fit, LoadError, Placement, Projection};
+use crate::LoadError;
+use crate::shared::xml::Node;
 
-/// Horizontal field of view, in degrees, of cameras that give none (as in the course program).
+/// Default horizontal field of view, in degrees (as in the course program).
 const DEFAULT_X_FOV: f64 = 50.0;
-/// Half of the width that orthographic cameras see which give no size.
+/// Default half width of the view of orthographic cameras.
 const DEFAULT_X_MAG: f64 = 1.0;
-/// Width over height where it follows from nothing, of images that have no size yet and under
-/// `--cs184` (800×600 in the course program).
+/// Default aspect ratio, for images without a size and under `--cs184` (800×600 in the course
+/// program).
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
-/// Limits of sight that are not written (as in the course program).
+/// Default clipping distances (as in the course program).
 const DEFAULT_NEAR: f64 = 0.001;
 const DEFAULT_FAR: f64 = 1000.0;
-/// Focal distance of cameras; they are pinholes, so it only matters once a lens is asked for.
+/// Focal distance; the cameras are pinholes, so it matters only if a lens is added.
 const DEFAULT_FOCAL_DISTANCE: f64 = 4.7;
 
-/// Reads a camera; one without a view is left out with a warning.
+/// Reads a camera; one without a projection is omitted with a warning.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     camera: Node<'a>,
@@ -72,9 +73,9 @@ pub(super) fn read<'a>(
     }))
 }
 
-/// Half of the width and height of what an orthographic camera sees, from what there is of
-/// `xmag`, `ymag` and `aspect_ratio`: x = aspect · y. COLLADA calls them magnifications; that they
-/// are halves is what glTF says of the same two numbers, and what Blender writes.
+/// Returns half of the width and height of the view of an orthographic camera, from those of
+/// `xmag`, `ymag` and `aspect_ratio` that are given: x = aspect · y. COLLADA calls them
+/// magnifications; glTF defines the same two numbers as halves, and Blender writes halves.
 fn magnifications<'a>(
     reader: &mut Reader<'a>,
     orthographic: Node<'a>,
@@ -99,7 +100,8 @@ fn magnifications<'a>(
     sides(reader, orthographic, sizes, DEFAULT_X_MAG, times)
 }
 
-/// Both fields of view, in degrees, from what there is of `xfov`, `yfov` and `aspect_ratio`.
+/// Returns both fields of view, in degrees, from those of `xfov`, `yfov` and `aspect_ratio` that
+/// are given.
 ///
 /// tan(x/2) = aspect · tan(y/2).
 fn fields_of_view<'a>(
@@ -125,9 +127,9 @@ fn fields_of_view<'a>(
     sides(reader, perspective, angles, DEFAULT_X_FOV, with_tangent_of_half_times)
 }
 
-/// Two sides of a view, from what there is of them and of `aspect_ratio`; `times` makes the one of
-/// the other, by the ratio of their lengths. Without a ratio, the given side is kept, and the other
-/// follows from the shape of the image. [COLLADA 1.5.0, "perspective"]
+/// Returns the two sides of a view, from those given and `aspect_ratio`; `times` converts one side
+/// to the other by the ratio of their lengths. Without a ratio, the given side is kept, and the
+/// other follows from the aspect ratio of the image. [COLLADA 1.5.0, "perspective"]
 fn sides<'a>(
     reader: &mut Reader<'a>,
     view: Node<'a>,
@@ -135,7 +137,7 @@ fn sides<'a>(
     default_x: f64,
     times: impl Fn(f64, f64) -> f64,
 ) -> Result<([f64; 2], Fit), LoadError> {
-    /// By how much of itself a ratio may differ from that of the sides.
+    /// Relative tolerance of the ratio against that of the sides.
     const TOLERANCE: f64 = 0.01;
     let given = aspect_ratio(reader, view)?;
     let aspect = given.unwrap_or(DEFAULT_ASPECT);
@@ -158,7 +160,7 @@ fn sides<'a>(
     })
 }
 
-/// Width over height, if it is given.
+/// Returns the aspect ratio, or `None` if it is not given.
 fn aspect_ratio<'a>(reader: &Reader<'a>, view: Node<'a>) -> Result<Option<f64>, LoadError> {
     let Some(element) = child(view, "aspect_ratio") else { return Ok(None) };
     match reader.scalar(element)? {
@@ -170,7 +172,8 @@ fn aspect_ratio<'a>(reader: &Reader<'a>, view: Node<'a>) -> Result<Option<f64>, 
     }
 }
 
-/// The angle whose half has `factor` times the tangent of half the given angle; degrees.
+/// Returns the angle, in degrees, whose half has `factor` times the tangent of half the given
+/// angle.
 fn with_tangent_of_half_times(degrees: f64, factor: f64) -> f64 {
     let tangent = libm::tan(degrees.to_radians() / 2.0) * factor;
     (2.0 * libm::atan(tangent)).to_degrees()

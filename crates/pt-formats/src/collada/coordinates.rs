@@ -1,15 +1,15 @@
-//! Which set of texture coordinates of a mesh a material lies on.
+//! Choice of the set of texture coordinates of a material.
 
-use super::geometry::Sets;
 use super::material::bindings;
 use super::reader::{Reader, child, children};
+use super::shape::Sets;
 use super::source::whole_number;
 use crate::LoadError;
-use crate::format::xml::Node;
+use crate::shared::xml::Node;
 
-/// The set for each symbol of a material, where an instance of a geometry binds one: an effect
-/// names coordinates (`<texture texcoord="…">`), to which a `<bind_vertex_input>` gives the number
-/// of a set. [COLLADA 1.5.0, reference of `<bind_vertex_input>`]
+/// Returns the set for each symbol of a material that an instance of a geometry binds: an effect
+/// names coordinates (`<texture texcoord="…">`), to which a `<bind_vertex_input>` assigns the
+/// number of a set. [COLLADA 1.5.0, reference of `<bind_vertex_input>`]
 pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Sets<'a>, LoadError> {
     let mut sets = Sets::new();
     for binding in bindings(instance) {
@@ -21,8 +21,8 @@ pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Se
     Ok(sets)
 }
 
-/// The set that a material is bound to: that of its first texture that has one, with a warning
-/// where those of others differ.
+/// Returns the set to which a material is bound: that of its first texture that has one, with a
+/// warning if other textures have different ones.
 fn set<'a>(reader: &mut Reader<'a>, binding: Node<'a>) -> Result<Option<usize>, LoadError> {
     let bound: Vec<_> = children(binding, "bind_vertex_input")
         .filter(|bind| matches!(bind.attribute("input_semantic"), None | Some("TEXCOORD")))
@@ -47,7 +47,8 @@ fn set<'a>(reader: &mut Reader<'a>, binding: Node<'a>) -> Result<Option<usize>, 
     Ok(chosen)
 }
 
-/// The coordinates that the textures of a bound material name: of its colour first.
+/// Returns the names of the coordinates of the textures of a bound material, those of its colour
+/// first.
 fn names<'a>(reader: &Reader<'a>, binding: Node<'a>) -> Vec<&'a str> {
     let look_up = |node: Node<'a>, attribute: &str, tag| {
         reader.look_up(node.attribute(attribute).unwrap_or_default(), &[tag])

@@ -1,37 +1,38 @@
-//! What the program of the university course says while it reads a scene.
+//! Log of the university course's program while it reads a scene.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use pt_math::DAffine3;
+use pt_scene::{Camera, LightKind, Projection};
 use roxmltree::NodeId;
 
 use super::reader::{Reader, child, children, course_techniques, elements, name_of};
 use super::source::inputs;
 use super::{camera, light};
-use crate::format::context::Context;
-use crate::format::xml::{Document, Node, decode, words};
-use crate::format::{Limits, LoadOptions};
-use crate::{Camera, LightKind, LoadError, Projection};
+use crate::shared::context::Context;
+use crate::shared::xml::{Document, Node, decode, words};
+use crate::{Limits, LoadError, LoadOptions};
 
-/// What the lines about nodes begin with.
+/// Prefix of the lines about nodes.
 const NODE: &str = "[COLLADA Parser]  |- Node:";
-/// What the lines about what stands in a node begin with.
+/// Prefix of the lines about instances in a node.
 const INSTANCE: &str = "[COLLADA Parser]   |-";
-/// Longest name or id shown, in characters.
+/// Maximum length of a name or id, in characters.
 const MAX_NAME: usize = 200;
 
-/// The lines with which the program of CS184 (`pathtracer`, editions 2019 to 2025) lists the nodes
-/// of a COLLADA file, their lights, cameras, spheres and meshes, and the materials of those.
+/// Returns the lines with which the program of CS184 (`pathtracer`, editions 2019 to 2025) lists
+/// the nodes of a COLLADA file, their lights, cameras, spheres and meshes, and the materials of
+/// those.
 ///
-/// A node comes first, then the nodes inside of it, then what stands in it. That program knows
+/// The line of a node is followed by its inner nodes, then by its instances. That program supports
 /// neither instances of nodes nor controllers, so those have no lines, and neither has what the
-/// reader leaves out. Where it prints the address of a material, here stands its number, counted
-/// from 1 in the order of the lines.
+/// reader omits. Where it prints the address of a material, these lines contain its number, from 1
+/// in order of the lines.
 ///
 /// # Errors
-/// If the file is no XML, has no visual scene, or has cameras or lights that make no sense: only
-/// where the reader of scenes fails as well.
+/// Returns an error if the file is no XML, has no visual scene, or has invalid cameras or lights:
+/// only where the reader of scenes fails as well.
 pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     let text = decode(bytes, path)?;
     let document = Document::parse(&text, path, &Limits::default())?;
@@ -49,19 +50,19 @@ pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     Ok(log.lines)
 }
 
-/// The lines so far.
+/// State of the log.
 struct Log<'a> {
-    /// Its scene and its warnings are not used.
+    /// The scene and the warnings of the reader are not used.
     reader: Reader<'a>,
     lines: Vec<String>,
-    /// What is said about each camera, light and geometry; `None` if nothing.
+    /// Summary of each camera, light and geometry; `None` if it has no line.
     summaries: HashMap<NodeId, Option<String>>,
-    /// The line of each material.
+    /// Line of each material.
     materials: HashMap<NodeId, String>,
 }
 
 impl<'a> Log<'a> {
-    /// Adds the lines of a node. Recursion ends, for the nesting of documents is limited.
+    /// Adds the lines of a node. Recursion is bounded, since the nesting of documents is limited.
     fn add_node(&mut self, node: Node<'a>) -> Result<(), LoadError> {
         self.lines.push(format!("{NODE} {}", label(node)));
         for inner in children(node, "node") {
@@ -78,7 +79,7 @@ impl<'a> Log<'a> {
         Ok(())
     }
 
-    /// Adds the line of what an instance places, if it has one, and those of its materials.
+    /// Adds the line of an instance, if it has one, and those of its materials.
     fn add_instance(&mut self, instance: Node<'a>, tag: &str) -> Result<(), LoadError> {
         let Some(found) = self.target(instance, "url", tag) else { return Ok(()) };
         if !self.summaries.contains_key(&found.id()) {
@@ -99,7 +100,7 @@ impl<'a> Log<'a> {
         Ok(())
     }
 
-    /// What is said about a camera, a light or a geometry, which an instance places.
+    /// Returns the summary of a camera, a light or a geometry; `None` if it has no line.
     fn summary(
         &mut self,
         instance: Node<'a>,
@@ -125,17 +126,17 @@ impl<'a> Log<'a> {
         })
     }
 
-    /// The element to which an attribute refers, if it is in this file.
+    /// Returns the element to which an attribute refers, if it is in this file.
     fn target(&self, node: Node<'a>, attribute: &str, tag: &str) -> Option<Node<'a>> {
         self.reader.look_up(node.attribute(attribute)?, &[tag])
     }
 }
 
-/// Their program knows perspective cameras alone.
+/// Returns the summary of a camera; the course's program supports perspective cameras only.
 fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
     let Projection::Perspective { x_fov, y_fov } = camera.projection else { return None };
     let [hfov, vfov, near, far] = [x_fov, y_fov, camera.near, camera.far].map(general);
-    // The space before the id is theirs.
+    // The space before the id is in the original.
     Some(format!(
         "CameraInfo: {} (id: {}) [ hfov={hfov} vfov={vfov} nclip={near} fclip={far} ]",
         shown(&name_of(element)),
@@ -143,7 +144,7 @@ fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
     ))
 }
 
-/// The parameters of a light, in its own frame; `element` describes it in the file.
+/// Returns the parameters of a light, in its own frame; `element` describes it in the file.
 fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) -> String {
     let (position, direction) = ("position=(0,0,0)", "direction=(0,0,-1)");
     let attenuation = || {
@@ -178,7 +179,7 @@ fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) ->
             general(*falloff_exponent),
             attenuation()
         ),
-        // COLLADA has no others.
+        // COLLADA has no other kinds.
         _ => format!("type={}", element.tag_name().name()),
     }
 }
@@ -189,8 +190,8 @@ fn sphere_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>) -> Option<String>
     Some(format!("Sphere: {} [ radius={} ]", label(geometry), general(radius)))
 }
 
-/// The sizes of a mesh by its first polygons, or else its first triangles: other primitives are
-/// unknown to the course's program.
+/// Returns the sizes of a mesh by its first polygons or, if it has none, its first triangles; the
+/// course's program does not support other primitives.
 fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> Option<String> {
     let primitive = child(mesh, "polylist").or_else(|| child(mesh, "triangles"))?;
     let source = |owner: Node<'a>, semantic: &str, tag| {
@@ -223,7 +224,7 @@ fn polygons(primitive: Node<'_>) -> usize {
     indices / largest.saturating_add(1).saturating_mul(3)
 }
 
-/// `name (id:…)`
+/// Formats `name (id:…)`.
 fn label(node: Node<'_>) -> String {
     format!("{} (id:{})", shown(&name_of(node)), id_of(node))
 }
@@ -232,19 +233,19 @@ fn id_of(node: Node<'_>) -> String {
     shown(node.attribute("id").unwrap_or_default())
 }
 
-/// A name on one line, cut if it is long.
+/// Returns a name on one line, truncated if it is long.
 fn shown(name: &str) -> String {
     name.chars().take(MAX_NAME).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// `(x,y,z)`
+/// Formats `(x,y,z)`.
 fn vector(v: [f32; 3]) -> String {
     let [x, y, z] = v.map(|c| general(f64::from(c)));
     format!("({x},{y},{z})")
 }
 
-/// A number as C's `%g` and C++'s streams write it: six significant digits, without zeros at the
-/// end, and with an exponent if that is below −4 or above 5. [ISO C11, section 7.21.6.1]
+/// Formats a number as C's `%g` and C++'s streams do: six significant digits, without trailing
+/// zeros, and with an exponent if that is below −4 or above 5. [ISO C11, section 7.21.6.1]
 fn general(number: f64) -> String {
     const DIGITS: i32 = 6;
     // The exponent is that after rounding: 999999.5 is 1e+06.
@@ -259,7 +260,7 @@ fn general(number: f64) -> String {
     format!("{}e{sign}{:02}", without_zeros(mantissa), exponent.abs())
 }
 
-/// A decimal number without the zeros at the end of its fraction.
+/// Removes the trailing zeros of the fraction of a decimal number.
 fn without_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
@@ -268,7 +269,7 @@ fn without_zeros(number: &str) -> &str {
 mod tests {
     use super::general;
 
-    /// What `printf("%g")` of the GNU C library writes.
+    /// Output of `printf("%g")` of the GNU C library.
     #[test]
     fn numbers_are_written_as_by_c() {
         for (number, written) in [

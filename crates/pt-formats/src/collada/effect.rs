@@ -1,21 +1,23 @@
-//! Effects of the common profile, as the nearest physical material.
+//! Conversion of effects of the common profile to the nearest physical material.
 
-use super::material::clamped;
+use pt_scene::material::{Black, Diffuse, Glass, Mirror};
+use pt_scene::texture::Wrap;
+use pt_scene::{Color, Surface};
+
 use super::reader::{Reader, child, children, elements};
 use super::texture;
-use crate::format::legacy_specular::{self, amount, luminance};
-use crate::format::placeholder;
-use crate::format::xml::{Node, quote};
-use crate::material::{Black, Diffuse, Glass, Mirror};
-use crate::texture::Wrap;
-use crate::{Color, LoadError, Surface};
+use crate::LoadError;
+use crate::shared::legacy_specular::{amount, luminance};
+use crate::shared::names::quote;
+use crate::shared::xml::Node;
+use crate::shared::{legacy_specular, placeholder};
 
-/// Index of refraction of transparent materials that give none: window glass.
+/// Default index of refraction of transparent materials: window glass.
 const DEFAULT_IOR: f32 = 1.5;
-/// Diffuse colour of materials that give none (as in the course program), or a texture.
+/// Default diffuse colour (as in the course program), also in place of a texture.
 const DEFAULT_DIFFUSE: [f32; 3] = [0.5; 3];
 
-/// An effect, the instance of it that may set its parameters, and its technique.
+/// An effect, its instance, which may set parameters, and its technique.
 struct Scope<'a> {
     effect: Node<'a>,
     instance: Node<'a>,
@@ -31,14 +33,14 @@ enum Paint {
     Texture(Painting),
 }
 
-/// An image on a surface.
+/// A reference to an image.
 struct Painting {
-    /// The name of its file, or what the chain of names that leads there ends in.
+    /// File name, or the last name of the chain of references if that does not lead to a file.
     file: String,
     wrap: Wrap,
 }
 
-/// The surface and the emission of an effect.
+/// Returns the surface and the emission of an effect.
 ///
 /// | in the file | becomes |
 /// |---|---|
@@ -48,7 +50,7 @@ struct Painting {
 /// | constant | [`Black`], with its emission |
 /// | others | [`Diffuse`] |
 ///
-/// [`Plastic`]: crate::material::Plastic
+/// [`Plastic`]: pt_scene::material::Plastic
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
@@ -86,7 +88,7 @@ fn scope<'a>(effect: Node<'a>, instance: Node<'a>) -> Option<Scope<'a>> {
     Some(Scope { effect, instance, profile, technique, shader })
 }
 
-/// A surface that light does not pass.
+/// Returns an opaque surface.
 fn opaque<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -111,10 +113,10 @@ fn opaque<'a>(
     Ok(legacy_specular::phong(diffuse, specular, shininess))
 }
 
-/// A glass, if the effect transmits at least half of the light. There is no partial transparency
-/// in between.
+/// Returns a glass if the effect transmits at least half of the light. Partial transparency is not
+/// supported.
 fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>, LoadError> {
-    /// Differences from 0 and 1 that are rounding.
+    /// Tolerance of rounding near 0 and 1.
     const TOLERANCE: f32 = 0.01;
     let alone = child(scope.shader, "transparency");
     let Some(transparent) = child(scope.shader, "transparent").or(alone) else { return Ok(None) };
@@ -133,7 +135,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
         None => return Ok(None),
     };
     let is_glass = luminance(transmitted) >= 0.5;
-    // A tinted glass lets at least one channel pass.
+    // A tinted glass transmits at least one channel.
     let largest = transmitted.into_iter().fold(0.0, f32::max);
     if largest > TOLERANCE && largest < 1.0 - TOLERANCE {
         let taken = if is_glass { "clear" } else { "opaque" };
@@ -149,7 +151,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
     Ok(Some(Glass { reflectance, transmittance, ior, roughness: None }))
 }
 
-/// The light that passes, by the colour of `<transparent>`, its `opaque` mode and
+/// Returns the transmittance, by the colour of `<transparent>`, its `opaque` mode and
 /// `<transparency>`, which alone scales an opaque colour (COLLADA 1.5.0, "Determining
 /// Transparency").
 fn transmittance<'a>(
@@ -177,7 +179,7 @@ fn transmittance<'a>(
     })
 }
 
-/// A share of light: [`painted_or`], at most 1.
+/// Returns [`painted_or`], clamped to at most 1.
 fn share_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -191,8 +193,7 @@ fn share_or<'a>(
     })
 }
 
-/// A share of light that is the same everywhere: for a texture there is the default, with a
-/// warning.
+/// Returns a constant reflectance: the default, with a warning, in place of a texture.
 fn plain_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -210,9 +211,9 @@ fn plain_or<'a>(
     })
 }
 
-/// The colour or the texture of an element of the shader, or a default where it is missing. For an
-/// image that cannot be read there is the default as well, with a warning; and for those of files
-/// of the course, whose program shows none.
+/// Returns the colour or the texture of an element of the shader, or a default if it is missing.
+/// The default also replaces images that cannot be read, with a warning, and images in files of the
+/// course, whose program ignores them.
 fn painted_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -243,7 +244,7 @@ fn painted_or<'a>(
     })
 }
 
-/// A colour that stands in for a texture, with a warning.
+/// Returns a colour in place of a texture, with a warning.
 fn instead<'a>(
     reader: &mut Reader<'a>,
     element: Node<'a>,
@@ -255,7 +256,7 @@ fn instead<'a>(
     color
 }
 
-/// What an element such as `<diffuse>` contains.
+/// Reads the content of an element such as `<diffuse>`.
 fn paint<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -275,7 +276,7 @@ fn paint<'a>(
     Ok(Some(Paint::Texture(Painting { file: image_name(reader, scope, name), wrap })))
 }
 
-/// The number of an element of the shader, or a default where it is missing.
+/// Returns the number of an element of the shader, or a default if it is missing.
 fn float_or<'a>(
     reader: &Reader<'a>,
     scope: &Scope<'a>,
@@ -294,8 +295,8 @@ fn float_or<'a>(
     }
 }
 
-/// The element with the value to which a `<param ref="…">` refers: that which the instance of the
-/// effect sets, or else that of the innermost `<newparam>`.
+/// Returns the element with the value to which a `<param ref="…">` refers: that set by the instance
+/// of the effect, otherwise that of the innermost `<newparam>`.
 fn parameter<'a>(
     reader: &Reader<'a>,
     scope: &Scope<'a>,
@@ -321,10 +322,10 @@ fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<Node<'a>> {
     set.or_else(|| new.find(|n| n.attribute("sid") == Some(name)))
 }
 
-/// The file name behind a texture, or else the name that the shader has for it.
+/// Returns the file name of a texture, or its name in the shader if there is none.
 ///
-/// A texture names a sampler, which names a surface (or, from 1.5 on, an image), which names an
-/// image, which names a file; some exporters leave out steps.
+/// A texture names a sampler, which names a surface (or, from 1.5, an image), which names an image,
+/// which names a file; some exporters omit steps.
 fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> String {
     const MAX_STEPS: usize = 4;
     let mut name = texture;
@@ -343,4 +344,13 @@ fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> Stri
         name = text.strip_prefix('#').unwrap_or(text);
     }
     name.to_owned()
+}
+
+/// Clamps a reflectance to at most 1, with a warning.
+pub(super) fn clamped<'a>(reader: &mut Reader<'a>, element: Node<'a>, color: [f32; 3]) -> [f32; 3] {
+    if color.iter().any(|c| *c > 1.0) {
+        let message = "it would reflect more light than arrives; components above 1 become 1";
+        reader.warn(element, message);
+    }
+    color.map(|c| c.min(1.0))
 }

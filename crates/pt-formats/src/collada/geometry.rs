@@ -1,29 +1,17 @@
 //! Geometries: meshes, and the spheres of the course's profile.
 
-use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use pt_math::DVec3;
+use pt_scene::Geometry;
 
 use super::primitives;
 use super::reader::{Reader, child, course_techniques, elements, name_of};
-use super::source::Pool;
-use crate::format::xml::Node;
-use crate::{Attribute, Attributes, Geometry, LoadError, Mesh, Submesh};
+use crate::LoadError;
+use crate::collada::shape::{Builder, Sets, Shape};
+use crate::shared::xml::Node;
 
-/// A geometry as it may be placed many times.
-#[derive(Clone)]
-pub(super) struct Shape<'a> {
-    pub(super) geometry: Geometry,
-    /// Symbol by which primitives refer to each material slot.
-    pub(super) symbols: Arc<[Option<&'a str>]>,
-}
-
-/// Which set of texture coordinates the material of a symbol lies on, where an instance says so.
-pub(super) type Sets<'a> = BTreeMap<&'a str, usize>;
-
-/// Reads a geometry, once for the same sets of texture coordinates; `None`, with a warning, if
-/// there is nothing to see.
+/// Reads a geometry, once per combination of sets of texture coordinates; `None`, with a warning,
+/// if it has no surface.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     geometry: Node<'a>,
@@ -90,85 +78,4 @@ fn read_mesh<'a>(
     let symbols = builder.symbols.as_slice().into();
     let mesh = builder.finish(name_of(geometry));
     Ok(Some(Shape { geometry: Geometry::Mesh(Arc::new(mesh)), symbols }))
-}
-
-/// Stands for the normal or the texture coordinates of a corner whose primitive has none.
-pub(super) const MISSING: u32 = u32::MAX;
-
-/// A mesh to which primitives are added.
-#[derive(Default)]
-pub(super) struct Builder<'a> {
-    pub(super) positions: Pool<3>,
-    pub(super) normals: Pool<3>,
-    pub(super) uvs: Pool<2>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Indices of normals and texture coordinates, per triangle; may be [`MISSING`].
-    pub(super) normal_corners: Vec<[u32; 3]>,
-    pub(super) uv_corners: Vec<[u32; 3]>,
-    symbols: Vec<Option<&'a str>>,
-    slots: HashMap<Option<&'a str>, u32>,
-    parts: Vec<Submesh>,
-}
-
-impl<'a> Builder<'a> {
-    /// Gives the triangles that were added since the last call to the slot of a material symbol.
-    pub(super) fn close_part(&mut self, symbol: Option<&'a str>) {
-        let start = self.parts.last().map_or(0, |part| part.triangles.end);
-        let end = self.triangles.len() as u32;
-        if start == end {
-            return;
-        }
-        let slot = *self.slots.entry(symbol).or_insert_with(|| {
-            self.symbols.push(symbol);
-            self.symbols.len() as u32 - 1
-        });
-        match self.parts.last_mut() {
-            Some(part) if part.slot == slot => part.triangles.end = end,
-            _ => self.parts.push(Submesh { triangles: start..end, slot }),
-        }
-    }
-
-    fn finish(self, name: String) -> Mesh {
-        let (positions, triangles) = (self.positions.values, self.triangles);
-        let flat_normal = |triangle: usize| {
-            let [a, b, c] = triangles[triangle].map(|i| {
-                let [x, y, z] = positions[i as usize].map(f64::from);
-                DVec3::new(x, y, z)
-            });
-            (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
-        };
-        let normals = attribute(self.normals.values, self.normal_corners, &triangles, flat_normal);
-        let uvs = attribute(self.uvs.values, self.uv_corners, &triangles, |_| [0.0; 2]);
-        Mesh {
-            name,
-            positions,
-            triangles,
-            normals,
-            uvs,
-            colors: None,
-            face_colors: None,
-            attributes: Attributes::default(),
-            submeshes: self.parts,
-        }
-    }
-}
-
-/// Values at corners, with those that are missing filled in per triangle; `None` if all are.
-fn attribute<const N: usize>(
-    mut values: Vec<[f32; N]>,
-    mut corners: Vec<[u32; 3]>,
-    triangles: &[[u32; 3]],
-    fill: impl Fn(usize) -> [f32; N],
-) -> Option<Attribute<[f32; N]>> {
-    if values.is_empty() {
-        return None;
-    }
-    for (triangle, indices) in corners.iter_mut().enumerate() {
-        if indices.contains(&MISSING) {
-            *indices = [values.len() as u32; 3];
-            values.push(fill(triangle));
-        }
-    }
-    let indices = (corners != triangles).then_some(corners);
-    Some(Attribute { values, indices })
 }

@@ -1,12 +1,13 @@
 //! Lights.
 
 use pt_math::DAffine3;
+use pt_scene::{Light, LightKind};
 
 use super::reader::{Reader, child, children, course_techniques, elements, name_of};
-use crate::format::xml::Node;
-use crate::{Light, LightKind, LoadError};
+use crate::LoadError;
+use crate::shared::xml::Node;
 
-/// Reads a light that an instance places; kinds that are unknown are left out with a warning.
+/// Reads an instanced light; unknown kinds are omitted with a warning.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     light: Node<'a>,
@@ -23,9 +24,11 @@ pub(super) fn read<'a>(
     Ok(Some(Light { name: name_of(light), to_world, kind, at: reader.document.span(instance) }))
 }
 
-/// The element that describes a light, which is named after its kind; `None` if that is unknown.
+/// Returns the element that describes a light, which is named after its kind; `None` if that is
+/// unknown.
 ///
-/// The course's profile wins over the common one; Blender's own is the last resort.
+/// The course's profile has precedence over the common one; Blender's profile has the lowest
+/// precedence.
 pub(super) fn description(light: Node<'_>) -> Option<Node<'_>> {
     let blender = children(light, "extra")
         .flat_map(|extra| children(extra, "technique"))
@@ -39,7 +42,7 @@ fn is_known(element: &Node<'_>) -> bool {
     matches!(element.tag_name().name(), "ambient" | "directional" | "point" | "spot" | "area")
 }
 
-/// What an element named after a kind of light describes.
+/// Reads the light of an element named after its kind.
 fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, LoadError> {
     let color = color(reader, element)?;
     Ok(match element.tag_name().name() {
@@ -66,7 +69,7 @@ fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, Loa
     })
 }
 
-/// `<color>`, or `<red>`, `<green>` and `<blue>` times `<energy>`.
+/// Reads `<color>`, or `<red>`, `<green>` and `<blue>` times `<energy>`.
 fn color<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<[f32; 3], LoadError> {
     if let Some(color) = child(element, "color") {
         return reader.rgb(color);

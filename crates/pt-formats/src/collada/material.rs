@@ -1,19 +1,23 @@
-//! Materials: which slot has which, and those of the course's profile.
+//! Materials: assignment to slots, and materials of the course's profile.
 
 use std::collections::HashMap;
 
+use pt_scene::material::{Black, Conductor, Diffuse, Glass, Mirror, Refraction, Roughness};
+use pt_scene::{Material, Surface};
+
 use super::effect;
 use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
-use crate::format::placeholder;
-use crate::format::xml::{Node, quote};
-use crate::material::{Black, Conductor, Diffuse, Glass, Mirror, Refraction, Roughness};
-use crate::{LoadError, Material, Surface};
+use crate::LoadError;
+use crate::collada::effect::clamped;
+use crate::shared::names::quote;
+use crate::shared::placeholder;
+use crate::shared::xml::Node;
 
-/// The materials, by index, that an instance of a geometry gives to the slots with the given
+/// Returns the materials, by index, that an instance of a geometry assigns to the slots with these
 /// symbols.
 ///
-/// A primitive without a symbol, and a sphere, take the first material of the instance. Where a
-/// symbol is bound to nothing, the material with the symbol as its id stands in.
+/// A primitive without a symbol, and a sphere, take the first material of the instance. A symbol
+/// without a binding takes the material whose id is the symbol.
 pub(super) fn bind<'a>(
     reader: &mut Reader<'a>,
     instance: Node<'a>,
@@ -49,14 +53,14 @@ pub(super) fn bind<'a>(
     Ok(materials)
 }
 
-/// The materials that an instance of a geometry binds.
+/// Iterates over the materials that an instance of a geometry binds.
 pub(super) fn bindings(instance: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     children(instance, "bind_material")
         .filter_map(|bind| child(bind, "technique_common"))
         .flat_map(|technique| children(technique, "instance_material"))
 }
 
-/// What stands in for a material that is not bound.
+/// Returns the replacement of a material that is not bound, with a warning.
 fn unbound<'a>(reader: &mut Reader<'a>, instance: Node<'a>, symbol: &str) -> Option<Node<'a>> {
     let namesake = reader.find(symbol, &["material"]);
     let stand_in = if namesake.is_some() {
@@ -72,8 +76,8 @@ fn unbound<'a>(reader: &mut Reader<'a>, instance: Node<'a>, symbol: &str) -> Opt
     namesake
 }
 
-/// The index of a material, which is read when it is first used; `None` if its effect is in
-/// another file.
+/// Returns the index of a material, which is read on first use; `None` if its effect is in another
+/// file.
 fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, LoadError> {
     if let Some(index) = reader.materials.get(&material.id()) {
         return Ok(Some(*index));
@@ -102,8 +106,8 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     Ok(Some(index))
 }
 
-/// The material that an effect has in the course's profile, the last one if there are several,
-/// with its emission.
+/// Returns the material of an effect in the course's profile, with its emission; the last one if
+/// there are several.
 fn course_material<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
@@ -124,7 +128,7 @@ fn course_material<'a>(
     Ok(found)
 }
 
-/// What one element of the course's profile describes.
+/// Reads the surface and emission of one element of the course's profile.
 fn course_surface<'a>(
     reader: &mut Reader<'a>,
     element: Node<'a>,
@@ -170,7 +174,7 @@ fn course_surface<'a>(
     Ok(Some((surface, [0.0; 3])))
 }
 
-/// A child element, without which its parent means nothing.
+/// Returns a required child element.
 fn required<'a>(
     reader: &Reader<'a>,
     parent: Node<'a>,
@@ -183,7 +187,7 @@ fn required<'a>(
     })
 }
 
-/// A share of light; 1, with a warning, where it is missing.
+/// Reads a reflectance or transmittance; 1, with a warning, if it is missing.
 fn tint<'a>(reader: &mut Reader<'a>, parent: Node<'a>, tag: &str) -> Result<[f32; 3], LoadError> {
     if let Some(element) = child(parent, tag) {
         let color = reader.rgb(element)?;
@@ -193,16 +197,7 @@ fn tint<'a>(reader: &mut Reader<'a>, parent: Node<'a>, tag: &str) -> Result<[f32
     Ok([1.0; 3])
 }
 
-/// A share of light, at most 1.
-pub(super) fn clamped<'a>(reader: &mut Reader<'a>, element: Node<'a>, color: [f32; 3]) -> [f32; 3] {
-    if color.iter().any(|c| *c > 1.0) {
-        let message = "it would reflect more light than arrives; components above 1 become 1";
-        reader.warn(element, message);
-    }
-    color.map(|c| c.min(1.0))
-}
-
-/// A number above 0.
+/// Reads a number above 0.
 fn positive<'a>(
     reader: &Reader<'a>,
     parent: Node<'a>,

@@ -1,10 +1,10 @@
 //! COLLADA 1.4 and 1.5 (`.dae`).
 //!
-//! Read are meshes, cameras, lights, materials of the common profile with their images (as the
+//! Supported are meshes, cameras, lights, materials of the common profile with their images (as the
 //! nearest physical material), the node hierarchy with all kinds of transforms, and skins in their
-//! bind pose. On top comes the profile `CGL` (in older files `CMU462`) of the course CS184, which
-//! adds spheres, area lights and materials with a physical meaning. Animations, physics and
-//! splines are not read; the [warnings](Scene::warnings) say where a file has them.
+//! bind pose; and the profile `CGL` (in older files `CMU462`) of the course CS184, which adds
+//! spheres, area lights and physical materials. Animations, physics and splines are not supported;
+//! the [warnings](Scene::warnings) list where a file has them.
 //!
 //! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).
 
@@ -13,12 +13,15 @@ mod camera;
 mod coordinates;
 mod course_log;
 mod effect;
+mod falloff;
 mod geometry;
 mod light;
 mod material;
 mod nodes;
+mod pool;
 mod primitives;
 mod reader;
+mod shape;
 mod source;
 mod texture;
 mod transform;
@@ -26,21 +29,23 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DVec3};
-
-use super::context::Context;
-use super::xml::{self, Node, Number};
-use crate::{LoadError, Scene};
 pub use course_log::course_log;
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::Scene;
 use reader::{Reader, child};
+
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::xml;
+use crate::shared::xml::{Node, Number};
 
 /// Reads a COLLADA document.
 ///
-/// The axis that the file calls up becomes +y; lengths stay in the unit of the file.
+/// The up axis of the file becomes +y; lengths keep the unit of the file.
 ///
 /// # Errors
-/// If the file is no COLLADA, refers to what it does not contain, or holds numbers that make no
-/// sense. The error names the line and the element.
+/// Returns an error with line and element if the file is no COLLADA, has unresolved references, or
+/// contains invalid numbers.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let text = xml::decode(bytes, path)?;
     let document = xml::Document::parse(&text, path, context.limits())?;
@@ -64,7 +69,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(reader.finish())
 }
 
-/// The length of the unit; 1 m where the file is silent.
+/// Returns the length of the unit; 1 m by default.
 fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
     let Some(unit) = asset.and_then(|a| child(a, "unit")) else { return 1.0 };
     let Some(written) = unit.attribute("meter") else { return 1.0 };
@@ -74,7 +79,7 @@ fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
         _ => {
             let message = format!(
                 "meter={} is not a positive number; a unit of 1 m is assumed",
-                xml::quote(written)
+                crate::shared::names::quote(written)
             );
             reader.warn(unit, message);
             1.0
@@ -82,27 +87,29 @@ fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
     }
 }
 
-/// The rotation from the axes of the file to those of [`Scene`].
+/// Returns the rotation from the axes of the file to those of [`Scene`].
 fn to_y_up(reader: &Reader<'_>, asset: Option<Node<'_>>) -> Result<DAffine3, LoadError> {
     let Some(up_axis) = asset.and_then(|a| child(a, "up_axis")) else {
         return Ok(DAffine3::IDENTITY);
     };
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-    // What the axes of the file become.
+    // Images of the axes of the file.
     let columns = match up_axis.text().unwrap_or_default().trim() {
         "X_UP" => DMat3::from_cols(y, x, -z),
         "Y_UP" => DMat3::IDENTITY,
         "Z_UP" => DMat3::from_cols(-x, z, y),
         other => {
-            let message =
-                format!("the axis {} is unknown; expected X_UP, Y_UP or Z_UP", xml::quote(other));
+            let message = format!(
+                "the axis {} is unknown; expected X_UP, Y_UP or Z_UP",
+                crate::shared::names::quote(other)
+            );
             return Err(reader.document.error(up_axis, message));
         }
     };
     Ok(DAffine3::from_mat3(columns))
 }
 
-/// The scene that the file says to show.
+/// Returns the visual scene that the file instances.
 fn visual_scene<'a>(reader: &mut Reader<'a>) -> Result<Node<'a>, LoadError> {
     let root = reader.document.root();
     let instance = child(root, "scene").and_then(|s| child(s, "instance_visual_scene"));

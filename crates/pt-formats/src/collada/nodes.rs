@@ -1,35 +1,37 @@
-//! The node hierarchy: what stands where.
+//! The node hierarchy and its instances.
 
 use pt_math::DAffine3;
+use pt_scene::{Object, Placement};
 use roxmltree::Children;
 
 use super::reader::{Reader, child, name_of};
 use super::{attenuation, camera, coordinates, geometry, light, material, transform};
-use crate::format::context::Context;
-use crate::format::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
-use crate::format::xml::{Node, quote};
-use crate::{LoadError, Object, Placement};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::names::quote;
+use crate::shared::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
+use crate::shared::xml::Node;
 
-/// Deepest nesting of nodes and instances of nodes.
+/// Maximum nesting of nodes and instances of nodes.
 const MAX_DEPTH: usize = 1000;
 
 /// A node whose children are being placed.
 struct Level<'a> {
     node: Node<'a>,
     to_world: DAffine3,
-    /// True if all transforms down to it are matrices.
+    /// True if all transforms from the root to the node are matrices.
     has_matrices: bool,
     rest: Children<'a, 'a>,
 }
 
-/// Places all that a `<visual_scene>` contains, depth first, in the order of the file.
+/// Places the content of a `<visual_scene>`, depth first, in file order.
 pub(super) fn place<'a>(
     reader: &mut Reader<'a>,
     visual_scene: Node<'a>,
     to_y_up: DAffine3,
 ) -> Result<(), LoadError> {
     let rest = visual_scene.children();
-    // How many there are is counted with all that is placed.
+    // The number of nodes is limited together with that of all placed items.
     let bounds =
         ReferenceLimits { deep: reader.context.limits().depth(MAX_DEPTH), many: usize::MAX };
     let mut way = ReferenceStack::new(bounds);
@@ -62,7 +64,7 @@ pub(super) fn place<'a>(
     Ok(())
 }
 
-/// Begins with a node, which an element of the node before contains or refers to.
+/// Enters a node, which an element of the previous node contains or refers to.
 fn enter<'a>(
     reader: &mut Reader<'a>,
     (levels, way): (&[Level<'a>], &mut ReferenceStack<Node<'a>>),
@@ -86,7 +88,7 @@ fn enter<'a>(
     level
 }
 
-/// A node below those around it.
+/// Returns the level of a node below the current ones.
 fn level<'a>(
     reader: &mut Reader<'a>,
     levels: &[Level<'a>],
@@ -106,10 +108,10 @@ fn level<'a>(
     Ok(Level { node, to_world, has_matrices, rest: node.children() })
 }
 
-/// The treatment of cameras and lights that are missing.
+/// Message about omitted cameras and lights.
 const LEFT_OUT: &str = "it is left out";
 
-/// Places what an `instance_…` element refers to; other elements mean nothing here.
+/// Places the target of an `instance_…` element; other elements are ignored.
 fn place_instance<'a>(
     reader: &mut Reader<'a>,
     (node, to_world, has_matrices): (Node<'a>, DAffine3, bool),
@@ -175,15 +177,14 @@ fn place_geometry<'a>(
     Ok(())
 }
 
-/// Places the mesh of a controller as it was when its skeleton was bound to it, or before it was
-/// morphed.
+/// Places the mesh of a controller in its bind pose, or before morphing.
 fn place_controller<'a>(
     reader: &mut Reader<'a>,
     node: Node<'a>,
     instance: Node<'a>,
     mut to_world: DAffine3,
 ) -> Result<(), LoadError> {
-    /// Controllers on controllers; a morph below a skin makes two.
+    /// Maximum nesting of controllers; a morph below a skin makes two.
     const MAX_CONTROLLERS: usize = 10;
     let Some(mut found) = reader.resolve(instance, "url", &["controller"])? else { return Ok(()) };
     for _ in 0..MAX_CONTROLLERS {

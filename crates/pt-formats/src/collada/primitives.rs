@@ -1,15 +1,16 @@
-//! The primitives of a mesh: triangles, strips, fans and polygons.
+//! Primitives of a mesh: triangles, strips, fans and polygons.
 
 use std::ops::Range;
 
 use pt_math::DVec3;
 
-use super::geometry::{Builder, MISSING, Sets};
 use super::reader::{Reader, child, elements};
-use super::source::{NonFinite, Pool, inputs, whole_number};
+use super::shape::{Builder, MISSING, Sets};
+use super::source::{NonFinite, inputs, whole_number};
 use crate::LoadError;
-use crate::format::triangulate::Triangulator;
-use crate::format::xml::{Node, words};
+use crate::collada::pool::Pool;
+use crate::shared::triangulate::Triangulator;
+use crate::shared::xml::{Node, words};
 
 /// Adds the triangles of a primitive element to a mesh, with the set of texture coordinates of its
 /// material.
@@ -60,7 +61,7 @@ pub(super) fn read<'a>(
     check_count(reader, primitive, count)
 }
 
-/// The `<p>` elements of a primitive. Polygons may have theirs in a `<ph>`, beside holes.
+/// Returns the `<p>` elements of a primitive. Those of polygons may be in a `<ph>`, beside holes.
 fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>> {
     let mut lists = Vec::new();
     for element in elements(primitive) {
@@ -81,7 +82,7 @@ fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>
     lists
 }
 
-/// The numbers of corners of the polygons of a `<polylist>`.
+/// Returns the numbers of corners of the polygons of a `<polylist>`.
 fn polygon_sizes(
     reader: &Reader<'_>,
     primitive: Node<'_>,
@@ -102,7 +103,7 @@ fn polygon_sizes(
     Err(reader.error(p, message))
 }
 
-/// Tells the user if a `count` is not that of what is there.
+/// Warns if a `count` differs from the actual number.
 fn check_count<'a>(
     reader: &mut Reader<'a>,
     primitive: Node<'a>,
@@ -117,7 +118,7 @@ fn check_count<'a>(
     Ok(())
 }
 
-/// Every how many indices a corner begins, and which of them mean what.
+/// Number of indices per corner, and their meanings.
 struct Lanes {
     stride: usize,
     position: Lane,
@@ -125,13 +126,13 @@ struct Lanes {
     uv: Option<Lane>,
 }
 
-/// One index of each corner, and the values of a pool that it counts from 0.
+/// Position of an index in a corner, and the range of the pool to which it refers.
 struct Lane {
     offset: usize,
     values: Range<u32>,
 }
 
-/// An `<input>`, with the offset and set at which the primitive has it.
+/// An `<input>`, with its offset and set in the primitive.
 struct Input<'a> {
     node: Node<'a>,
     semantic: &'a str,
@@ -139,8 +140,8 @@ struct Input<'a> {
     set: usize,
 }
 
-/// The inputs of a primitive and then those of its vertices, with the number of indices per
-/// corner.
+/// Returns the inputs of a primitive followed by those of its vertices, and the number of indices
+/// per corner.
 fn all_inputs<'a>(
     reader: &mut Reader<'a>,
     primitive: Node<'a>,
@@ -165,8 +166,8 @@ fn all_inputs<'a>(
     Ok((found, stride))
 }
 
-/// Leaves out all texture coordinates but those of the set that is asked for; if there are none of
-/// that set, they are kept, with a warning.
+/// Removes all texture coordinates except those of a set; if that set is missing, all are kept,
+/// with a warning.
 fn keep_set<'a>(
     reader: &mut Reader<'a>,
     primitive: Node<'a>,
@@ -187,7 +188,7 @@ fn keep_set<'a>(
 }
 
 impl Lane {
-    /// Reads the source of the first input with a meaning, of the lowest set if there are several.
+    /// Reads the source of the first input with a semantic; of the lowest set if there are several.
     fn of<'a, const N: usize>(
         reader: &mut Reader<'a>,
         pool: &mut Pool<N>,
@@ -204,14 +205,14 @@ impl Lane {
         Ok(Some(Self { offset: input.offset, values }))
     }
 
-    /// The index, into the pool, of a corner.
+    /// Returns the index of a corner into the pool.
     fn at(&self, list: &[u32], stride: usize, corner: usize) -> u32 {
         self.values.start + list[corner * stride + self.offset]
     }
 }
 
 impl Lanes {
-    /// Reads the inputs of a primitive, and the sources that they name.
+    /// Reads the inputs of a primitive, and their sources.
     fn of<'a>(
         reader: &mut Reader<'a>,
         builder: &mut Builder<'a>,
@@ -235,7 +236,7 @@ impl Lanes {
         })
     }
 
-    /// The indices in a `<p>`, all of which exist.
+    /// Reads and validates the indices of a `<p>`.
     fn indices(&self, reader: &Reader<'_>, p: Node<'_>) -> Result<Vec<u32>, LoadError> {
         let list = reader.document.numbers::<u32>(p)?;
         if list.len() % self.stride != 0 {
@@ -269,12 +270,13 @@ impl Lanes {
     }
 }
 
-/// Adds faces, given as numbers of corners of a list of indices, to a mesh.
+/// Adds faces to a mesh, given as positions in a list of indices.
 struct Faces<'b, 'a> {
     builder: &'b mut Builder<'a>,
     lanes: &'b Lanes,
     cutter: Triangulator,
-    /// Faces with fewer than three corners, and polygons that were too large to be cut well.
+    /// Numbers of faces with fewer than three corners, and of polygons that were too large to be
+    /// triangulated correctly.
     lost: [usize; 2],
 }
 
@@ -287,7 +289,7 @@ impl Faces<'_, '_> {
         self.builder.uv_corners.push(uv.as_ref().map_or([MISSING; 3], of));
     }
 
-    /// Each three corners are a triangle. Returns how many.
+    /// Adds a triangle for every three corners. Returns their number.
     fn triangles(
         &mut self,
         reader: &Reader<'_>,
@@ -303,9 +305,9 @@ impl Faces<'_, '_> {
         Ok(corners / 3)
     }
 
-    /// Each corner after the second is a triangle with the two before it, every other one turned
-    /// around so that all face the same way. Strips are joined by triangles that use a corner
-    /// twice; those are no faces.
+    /// Adds a triangle for each corner after the second and the two before it, every other one
+    /// reversed so that all have the same orientation. Strips are joined by degenerate triangles,
+    /// which are skipped.
     fn strip(&mut self, list: &[u32], corners: usize) -> usize {
         for i in 2..corners {
             let triangle = if i % 2 == 0 { [i - 2, i - 1, i] } else { [i - 1, i - 2, i] };
@@ -317,13 +319,13 @@ impl Faces<'_, '_> {
         self.count_small(corners)
     }
 
-    /// Each corner after the second is a triangle with the one before it and the first one.
+    /// Adds a triangle for each corner after the second, the one before it and the first one.
     fn fan(&mut self, list: &[u32], corners: usize) -> usize {
         (2..corners).for_each(|i| self.add(list, [0, i - 1, i]));
         self.count_small(corners)
     }
 
-    /// Polygons of the given sizes, one after the other. Returns how many.
+    /// Adds consecutive polygons of the given sizes. Returns their number.
     fn polygons(&mut self, list: &[u32], sizes: &[u32]) -> usize {
         let mut start = 0;
         for size in sizes {
@@ -356,7 +358,7 @@ impl Faces<'_, '_> {
         1
     }
 
-    /// Counts a face; it is lost if it has too few corners.
+    /// Returns 1, the number of faces, and counts the face as lost if it has too few corners.
     fn count_small(&mut self, corners: usize) -> usize {
         self.lost[0] += usize::from(corners < 3);
         1

@@ -1,50 +1,52 @@
-//! What all parts of the reader share: references, lists of numbers, warnings, limits.
+//! State shared by all parts of the reader: references, lists of numbers, warnings, limits.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use pt_scene::image::Image;
+use pt_scene::{Scene, Span, Warning};
 use roxmltree::NodeId;
 
-use super::attenuation::Attenuated;
-use super::geometry::{Sets, Shape};
-use crate::format::context::Context;
-use crate::format::mesh_file;
-use crate::format::xml::{Document, Node, did_you_mean, quote};
-use crate::image::Image;
-use crate::{LoadError, Scene, Span, Warning};
+use super::falloff::Attenuated;
+use super::shape::{Sets, Shape};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::mesh_file;
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::xml::{Document, Node};
 
-/// Most warnings kept; a broken exporter repeats itself for every object.
+/// Maximum number of warnings; broken exporters repeat an error for every object.
 const MAX_WARNINGS: usize = 100;
-/// Most nodes visited plus material slots filled. Nodes that instance nodes that instance nodes
-/// can ask for any number.
+/// Maximum number of nodes visited plus material slots filled. Nested instances of nodes can make
+/// any number.
 const MAX_PLACED: usize = 2_000_000;
-/// Values that sources may take per byte of the file. More is only possible where many sources
+/// Maximum number of values of sources per byte of the file. More are only possible if many sources
 /// share an array.
 const MAX_VALUES_PER_BYTE: usize = 2;
 
-/// A document on its way to a [`Scene`].
+/// A document that is converted to a [`Scene`].
 pub(super) struct Reader<'a> {
     pub(super) document: &'a Document<'a>,
     pub(super) context: &'a Context,
-    /// What has been read so far.
+    /// Scene so far.
     pub(super) scene: Scene,
-    /// Index of each material read.
+    /// Index of each material that was read.
     pub(super) materials: HashMap<NodeId, u32>,
-    /// Each image read, or why it is missing.
+    /// Each image that was read, or the reason why it is missing.
     pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
-    /// Each geometry read, with the sets of texture coordinates that were asked for; `None` if
-    /// there is nothing to see.
+    /// Each geometry that was read, by the requested sets of texture coordinates; `None` if it has
+    /// no surface.
     pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
-    /// True if the file is written for the course, whose common materials mean their diffuse
-    /// colour alone: it uses the course's profile for a material or a light.
+    /// True if the file is written for the course, and only the diffuse colour of common materials
+    /// counts: it uses the course's profile for a material or a light.
     pub(super) of_course: bool,
-    /// True if it uses the course's profile for anything. Then cameras that are placed by matrices
-    /// stand where the course's program puts them.
+    /// True if the file uses the course's profile for anything. Cameras with matrices are then
+    /// placed as by the course's program.
     pub(super) has_course_profile: bool,
     /// Elements by tag and id.
     ids: HashMap<(&'a str, &'a str), Node<'a>>,
-    /// Lights whose intensities are known in the end.
+    /// Lights whose intensities are computed at the end.
     pub(super) attenuated: Vec<Attenuated>,
     warnings_dropped: usize,
     placed: usize,
@@ -80,7 +82,7 @@ impl<'a> Reader<'a> {
         reader
     }
 
-    /// The scene with its warnings.
+    /// Returns the scene with its warnings.
     pub(super) fn finish(mut self) -> Scene {
         if self.warnings_dropped > 0 {
             let message = format!("{} further warnings are not shown", self.warnings_dropped);
@@ -91,12 +93,12 @@ impl<'a> Reader<'a> {
         self.scene
     }
 
-    /// Tells the user something about an element.
+    /// Adds a warning about an element.
     pub(super) fn warn(&mut self, node: Node<'_>, message: impl Into<String>) {
         self.warn_at(self.document.span(node), message);
     }
 
-    /// Likewise, of an element that stands there.
+    /// Adds a warning about an element at a location.
     pub(super) fn warn_at(&mut self, at: Span, message: impl Into<String>) {
         if self.scene.warnings.len() < MAX_WARNINGS {
             self.scene.warnings.push(Warning { at, message: message.into() });
@@ -105,16 +107,16 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// An error about an element.
+    /// Returns an error about an element.
     pub(super) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
         self.document.error(node, message)
     }
 
-    /// The element, with one of the tags, to which an attribute such as `url="#id"` refers.
-    /// `None`, with a warning, where it refers to another file.
+    /// Returns the element, with one of the tags, to which an attribute such as `url="#id"` refers.
+    /// `None`, with a warning, if it refers to another file.
     ///
     /// # Errors
-    /// If there is none.
+    /// Returns an error if there is no such element.
     pub(super) fn resolve(
         &mut self,
         node: Node<'a>,
@@ -156,19 +158,19 @@ impl<'a> Reader<'a> {
         Err(self.document.error_at(node, node.attribute(attribute).unwrap_or_default(), message))
     }
 
-    /// The element of this file, with one of the tags, to which a URL refers.
+    /// Returns the element of this file, with one of the tags, to which a URL refers.
     pub(super) fn look_up(&self, url: &str, tags: &[&str]) -> Option<Node<'a>> {
         let url = url.trim();
         let id = url.strip_prefix('#').unwrap_or(url);
         self.find(id, tags).or_else(|| self.find(&mesh_file::percent_decoded(id), tags))
     }
 
-    /// The element with an id and one of the tags.
+    /// Returns the element with an id and one of the tags.
     pub(super) fn find(&self, id: &str, tags: &[&str]) -> Option<Node<'a>> {
         tags.iter().find_map(|tag| self.ids.get(&(*tag, id)).copied())
     }
 
-    /// The `N` numbers that an element contains, all finite.
+    /// Reads the content of an element as `N` finite numbers.
     pub(super) fn vector<const N: usize>(&self, node: Node<'_>) -> Result<[f64; N], LoadError> {
         let numbers = self.document.numbers::<f64>(node)?;
         if let Some(bad) = numbers.iter().find(|n| !n.is_finite()) {
@@ -180,15 +182,17 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The finite number that an element contains.
+    /// Reads the content of an element as a finite number.
     pub(super) fn scalar(&self, node: Node<'_>) -> Result<f64, LoadError> {
         self.vector::<1>(node).map(|[number]| number)
     }
 
-    /// The colour that an element contains: red, green, blue, and alpha (1 where it is missing).
+    /// Reads the content of an element as a colour: red, green, blue, and alpha (1 if it is
+    /// missing).
     ///
     /// # Errors
-    /// If there are not three or four numbers, or some are negative, infinite or not a number.
+    /// Returns an error if there are not three or four numbers, or any is negative, infinite or
+    /// NaN.
     pub(super) fn rgba(&self, node: Node<'_>) -> Result<[f32; 4], LoadError> {
         let numbers = self.document.numbers::<f32>(node)?;
         let rgba = match numbers[..] {
@@ -214,7 +218,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The colour that an element contains, without its alpha.
+    /// Reads the content of an element as a colour, without its alpha.
     pub(super) fn rgb(&self, node: Node<'_>) -> Result<[f32; 3], LoadError> {
         self.rgba(node).map(|[r, g, b, _]| [r, g, b])
     }
@@ -222,7 +226,7 @@ impl<'a> Reader<'a> {
     /// Counts nodes and slots placed in the scene.
     ///
     /// # Errors
-    /// If they become too many.
+    /// Returns an error if they exceed the limit.
     pub(super) fn count_placed(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
         self.placed += more;
         let most = self.context.limits().shapes(MAX_PLACED);
@@ -238,7 +242,7 @@ impl<'a> Reader<'a> {
     /// Counts values that a source takes from its array.
     ///
     /// # Errors
-    /// If they become too many.
+    /// Returns an error if they exceed the limit.
     pub(super) fn count_values(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
         let Some(left) = self.values_left.checked_sub(more) else {
             let message = "sources repeat the same array too often; write it once";
@@ -249,22 +253,22 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The first child element with a tag.
+/// Returns the first child element with a tag.
 pub(super) fn child<'a>(node: Node<'a>, tag: &str) -> Option<Node<'a>> {
     children(node, tag).next()
 }
 
-/// The child elements with a tag.
+/// Iterates over the child elements with a tag.
 pub(super) fn children<'a>(node: Node<'a>, tag: &str) -> impl Iterator<Item = Node<'a>> {
     node.children().filter(move |n| n.is_element() && n.tag_name().name() == tag)
 }
 
-/// The child elements.
+/// Iterates over the child elements.
 pub(super) fn elements(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     node.children().filter(Node::is_element)
 }
 
-/// The techniques of the course's profile inside the `<extra>` elements of an element.
+/// Iterates over the techniques of the course's profile in the `<extra>` elements of an element.
 pub(super) fn course_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     children(node, "extra")
         .flat_map(|extra| children(extra, "technique"))
@@ -277,13 +281,13 @@ pub(super) fn is_course_technique(node: Node<'_>) -> bool {
         && matches!(node.attribute("profile"), Some("CGL" | "CMU462"))
 }
 
-/// Returns true if an element is such a technique, and describes a material or a light.
+/// Returns true if an element is such a technique of a material or a light.
 fn looks_of_course(node: Node<'_>) -> bool {
     let is_look = |n: Node<'_>| matches!(n.tag_name().name(), "effect" | "light");
     is_course_technique(node) && node.ancestors().any(is_look)
 }
 
-/// What the author calls an element.
+/// Returns the name of an element, or its id.
 pub(super) fn name_of(node: Node<'_>) -> String {
     node.attribute("name").or(node.attribute("id")).unwrap_or_default().to_owned()
 }

@@ -1,33 +1,23 @@
-//! Sources: arrays of numbers, and how accessors cut them into values.
+//! Sources: arrays of numbers, and accessors that split them into values.
 
-use std::collections::HashMap;
 use std::ops::Range;
-
-use roxmltree::NodeId;
 
 use super::reader::{Reader, child, children, elements};
 use crate::LoadError;
-use crate::format::xml::Node;
+use crate::collada::pool::Pool;
+use crate::shared::xml::Node;
 
-/// Values of `N` numbers from all sources that the primitives of a mesh use for one purpose.
-#[derive(Default)]
-pub(super) struct Pool<const N: usize> {
-    pub(super) values: Vec<[f32; N]>,
-    /// Which values belong to a source.
-    sources: HashMap<NodeId, Range<u32>>,
-}
-
-/// What to do with numbers that are infinite or not a number.
+/// Treatment of numbers that are infinite or NaN.
 #[derive(Clone, Copy)]
 pub(super) enum NonFinite {
-    /// There is no sensible reading.
+    /// The file is rejected.
     Refuse,
     /// The whole value becomes zero, with a warning.
     Zero,
 }
 
 impl<const N: usize> Pool<N> {
-    /// The indices of the values of a source, which is read when it is first asked for.
+    /// Returns the indices of the values of a source, which is read on first use.
     pub(super) fn load<'a>(
         &mut self,
         reader: &mut Reader<'a>,
@@ -78,7 +68,7 @@ impl<const N: usize> Pool<N> {
         Ok(())
     }
 
-    /// Looks for infinite numbers and such as are none among the values from `start`.
+    /// Checks the values from `start` for infinite numbers and NaN.
     fn check_finite<'a>(
         &mut self,
         reader: &mut Reader<'a>,
@@ -106,7 +96,7 @@ impl<const N: usize> Pool<N> {
     }
 }
 
-/// How an accessor cuts an array into values. All values lie inside the array.
+/// Layout of the values of an accessor, all of which are inside the array.
 struct Layout {
     count: usize,
     stride: usize,
@@ -116,12 +106,12 @@ struct Layout {
 }
 
 impl Layout {
-    /// Values of `n` numbers one after the other.
+    /// Returns the layout of consecutive values of `n` numbers.
     fn packed(n: usize, length: usize) -> Self {
         Self { count: length / n, stride: n, offset: 0, components: (0..n).collect() }
     }
 
-    /// What an `<accessor>` says about an array of `length` numbers.
+    /// Reads the layout of an `<accessor>` for an array of `length` numbers.
     fn of<'a>(
         reader: &mut Reader<'a>,
         accessor: Node<'a>,
@@ -134,7 +124,7 @@ impl Layout {
             None => params.len().max(1),
         };
         let offset = whole_number(reader, accessor, "offset")?.unwrap_or(0);
-        // Parameters without a name are there to be skipped.
+        // Parameters without a name are skipped.
         let is_named = |p: &Node<'_>| p.attribute("name").is_some_and(|name| !name.is_empty());
         let mut components: Vec<_> = (0..params.len()).filter(|i| is_named(&params[*i])).collect();
         if components.is_empty() {
@@ -157,7 +147,7 @@ impl Layout {
     }
 }
 
-/// An attribute that counts something.
+/// Reads a non-negative integer attribute.
 pub(super) fn whole_number(
     reader: &Reader<'_>,
     node: Node<'_>,
@@ -172,7 +162,7 @@ pub(super) fn whole_number(
     parsed.transpose()
 }
 
-/// Tells the user if a `count` is not that of what is there.
+/// Warns if a `count` differs from the actual number.
 fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
     let Some(written) = array.attribute("count") else { return };
     if written.trim().parse() != Ok(found) {
@@ -182,7 +172,7 @@ fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
     }
 }
 
-/// The inputs of a `<vertices>` or of a primitive.
+/// Iterates over the inputs of a `<vertices>` or of a primitive.
 pub(super) fn inputs(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     elements(node).filter(|n| n.tag_name().name() == "input")
 }

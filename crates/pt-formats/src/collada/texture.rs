@@ -1,21 +1,23 @@
-//! Images that paint materials.
+//! Textures of materials.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pt_image::{PixelEncoding, Transfer};
+use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
+
 use super::reader::Reader;
-use crate::format::mesh_file::{locate, percent_decoded};
-use crate::format::xml::{Node, quote};
-use crate::image::{PixelEncoding, Transfer};
-use crate::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
+use crate::shared::mesh_file::{locate, percent_decoded};
+use crate::shared::names::quote;
+use crate::shared::xml::Node;
 
 /// Encoding of pixels.
 const NUMBERS: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 
-/// The texture of an image file, which is read once for all materials that show it.
+/// Returns the texture of an image file, which is read once for all materials.
 ///
 /// # Errors
-/// If it cannot be read, with a message for the element.
+/// Returns a message about the element if the file cannot be read.
 pub(super) fn read(
     reader: &mut Reader<'_>,
     file: &str,
@@ -32,26 +34,26 @@ pub(super) fn read(
     Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
 }
 
-/// The pictures that a document names.
+/// Returns the images to which a document refers.
 pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, PixelEncoding)> {
     let names = reader.document.elements().filter(|e| e.tag_name().name() == "init_from");
     let files = names.filter_map(|element| element.text()).map(str::trim);
     files.map(|file| (path_of(reader, file), NUMBERS)).collect()
 }
 
-/// The path of a file that is named by a URL: relative to the folder of the scene, or with `file:`.
+/// Returns the path of a URL: relative to the folder of the scene, or with `file:`.
 fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
     let folder = reader.document.path().parent().unwrap_or(Path::new(""));
     let text = ["file://localhost", "file://", "file:"]
         .into_iter()
         .find_map(|scheme| url.strip_prefix(scheme))
         .unwrap_or(url);
-    // Many exporters write names as they are.
+    // Many exporters do not encode names.
     let as_written = locate(folder, text);
     if as_written.is_file() { as_written } else { locate(folder, &percent_decoded(text)) }
 }
 
-/// What is beyond the edges of an image, by the sampler that shows it.
+/// Returns the wrap mode of a sampler.
 pub(super) fn wrap<'a>(reader: &mut Reader<'a>, sampler: Option<Node<'a>>) -> Wrap {
     let mode = |tag: &str| {
         let found = sampler?.descendants().find(|n| n.tag_name().name() == tag)?;

@@ -1,16 +1,16 @@
-//! The transforms of a node, composed in the order in which they are written.
+//! Transforms of a node, composed in the order in which they are written.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::reader::{Reader, elements};
 use crate::LoadError;
-use crate::format::xml::Node;
+use crate::shared::xml::Node;
 
-/// The transform from a node to its parent: the product of its transform elements, the first one
-/// outermost.
+/// Returns the transform from a node to its parent: the product of its transform elements, the
+/// first one outermost.
 ///
 /// # Errors
-/// If an element has the wrong count of numbers, or numbers that define no affine map.
+/// Returns an error if an element has the wrong number of values, or is no affine transform.
 pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffine3, LoadError> {
     let mut local = DAffine3::IDENTITY;
     for element in elements(node) {
@@ -31,13 +31,14 @@ pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffi
     }
 }
 
-/// Returns true if a node has no transforms but matrices: the course's program reads no others.
+/// Returns true if a node has only matrices as transforms: the course's program supports no others.
 pub(super) fn has_matrices(node: Node<'_>) -> bool {
     let others = ["translate", "scale", "rotate", "lookat", "skew"];
     elements(node).all(|element| !others.contains(&element.tag_name().name()))
 }
 
-/// Sixteen numbers, row by row, that multiply column vectors from the left.
+/// Reads sixteen numbers in row-major order, of a matrix that multiplies column vectors from the
+/// left.
 pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3, LoadError> {
     let m: [f64; 16] = reader.vector(element)?;
     let w = m[15];
@@ -52,7 +53,7 @@ pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3,
     Ok(DAffine3::from_cols(column(0), column(1), column(2), column(3)))
 }
 
-/// An axis and an angle in degrees, by the right-hand rule.
+/// Reads an axis and an angle in degrees, by the right-hand rule.
 fn rotate<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
     let [x, y, z, degrees] = reader.vector(element)?;
     if let Some(axis) = DVec3::new(x, y, z).try_normalize() {
@@ -71,7 +72,7 @@ fn rotation(a: DVec3, degrees: f64) -> DMat3 {
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
 }
 
-/// Sine and cosine, exact at multiples of a right angle.
+/// Returns sine and cosine, exact at multiples of a right angle.
 pub(super) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     let turned = degrees.rem_euclid(360.0);
     let quarter = (turned / 90.0).round();
@@ -85,7 +86,7 @@ pub(super) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// A place, a point that −z shall face, and a direction that +y shall be nearest to.
+/// Reads a position, a target of −z, and a direction to which +y is as close as possible.
 fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
     let [ex, ey, ez, tx, ty, tz, ux, uy, uz] = reader.vector(element)?;
     let eye = DVec3::new(ex, ey, ez);
@@ -101,8 +102,9 @@ fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, L
     Ok(DAffine3::from_cols(right, back.cross(right), back, eye))
 }
 
-/// An angle in degrees and two axes a and b: shears along b, so that a turns towards b by the
-/// angle. So `RiSkew` of the RenderMan Interface 3.2 defines it; COLLADA leaves the details open.
+/// Reads an angle in degrees and two axes a and b: a shear along b that rotates a towards b by the
+/// angle, as `RiSkew` of the RenderMan Interface 3.2 is defined; COLLADA does not specify the
+/// details.
 ///
 /// In the basis n₁ ⊥ b̂ of the plane of a and b, a = (a₁, a₂) must become parallel to its rotated
 /// self r = (r₁, r₂). The shear 1 + α b̂ n₁ᵀ gives (a₁, a₂ + α a₁), hence α = r₂/r₁ − a₂/a₁.

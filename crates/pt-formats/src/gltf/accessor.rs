@@ -1,8 +1,8 @@
 //! Accessors: typed numbers in buffers. [glTF 2.0, §3.6.2]
 //!
-//! Most are numbers of single precision, or whole ones, as they stand in the buffer: these are read
-//! in tight loops, in parallel. The others are read as numbers of double precision, to which
-//! replacements and units are applied.
+//! Floats and integers that can be used as stored are read in tight, parallel loops. All other
+//! accessors are read as double-precision numbers, to which sparse substitution and normalization
+//! are applied.
 
 use std::cell::Cell;
 
@@ -13,17 +13,18 @@ use super::buffer::{Buffers, View};
 use super::item::Item;
 use crate::LoadError;
 
-/// Most elements of an accessor that has no bytes in a file.
+/// Maximum number of elements of an accessor without a buffer view.
 const MAX_ZEROS: usize = 1 << 22;
-/// Most elements of all of them, counted as often as they are read.
+/// Maximum number of such elements in all accessors, counted each time they are read.
 const MAX_ALL_ZEROS: usize = 1 << 24;
-/// Most numbers that are read from all accessors of a scene, counted as often as they are read.
+/// Maximum number of components read from all accessors of a scene, counted each time they are
+/// read.
 const MAX_NUMBERS: usize = 1 << 30;
 
-/// Elements that are read by one thread at a time.
+/// Number of elements per parallel task.
 const ELEMENTS: usize = 1 << 14;
 
-/// How a number is stored.
+/// Component type of an accessor.
 #[derive(Clone, Copy, PartialEq)]
 enum Component {
     I8,
@@ -55,7 +56,7 @@ impl Component {
         }
     }
 
-    /// The number in the first bytes, which are as many as [`Self::size`] says.
+    /// Decodes the number in the first [`Self::size`] bytes.
     fn read(self, bytes: &[u8]) -> f64 {
         match (self, bytes) {
             (Self::I8, &[a, ..]) => f64::from(a as i8),
@@ -68,7 +69,7 @@ impl Component {
         }
     }
 
-    /// What whole numbers that mean shares are divided by. [glTF 2.0, §3.11]
+    /// Divisor of normalized integers. [glTF 2.0, §3.11]
     fn highest(self) -> f64 {
         match self {
             Self::I8 => 127.0,
@@ -80,7 +81,7 @@ impl Component {
     }
 }
 
-/// Numbers in a view, not yet read.
+/// Undecoded elements in a buffer view.
 struct Column<'b> {
     bytes: &'b [u8],
     stride: usize,
@@ -90,7 +91,8 @@ struct Column<'b> {
 }
 
 impl<'b> Column<'b> {
-    /// `count` elements of `width` numbers from a byte of a view on; the error is a message.
+    /// Creates a column of `count` elements of `width` numbers that begins at byte `offset` of a
+    /// view. The error is a message.
     fn new(
         view: View<'b>,
         offset: usize,
@@ -117,7 +119,7 @@ impl<'b> Column<'b> {
         Ok(Self { bytes: &view.bytes[offset..], stride, component, count, width })
     }
 
-    /// All numbers of all elements.
+    /// Returns all numbers, element by element.
     fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let size = self.component.size();
         (0..self.count).flat_map(move |i| {
@@ -128,7 +130,8 @@ impl<'b> Column<'b> {
 }
 
 impl Column<'_> {
-    /// All elements, of `N` numbers of `SIZE` bytes, which are as many as it has.
+    /// Reads all elements. `N` must be the width of the column, `SIZE` the size of its components
+    /// in bytes.
     fn read<T: Zeroable + Send, const N: usize, const SIZE: usize>(
         &self,
         number: impl Fn([u8; SIZE]) -> T + Sync,
@@ -157,17 +160,17 @@ impl Column<'_> {
     }
 }
 
-/// An accessor and what it says about its numbers.
+/// An accessor with its component type and shape.
 struct Found<'a> {
     accessor: Item<'a>,
     component: Component,
-    /// Elements.
+    /// Number of elements.
     count: usize,
-    /// Numbers of an element.
+    /// Numbers per element.
     width: usize,
 }
 
-/// Reads accessors, and counts what they gave.
+/// Reads accessors and limits the total number of components.
 pub(super) struct Accessors<'a> {
     root: Item<'a>,
     buffers: &'a Buffers<'a>,
@@ -175,14 +178,14 @@ pub(super) struct Accessors<'a> {
     zeros_left: Cell<usize>,
 }
 
-/// The numbers of an accessor.
+/// Numbers of an accessor.
 pub(super) struct Numbers {
-    /// Those of each element side by side.
+    /// All elements, concatenated.
     pub(super) values: Vec<f64>,
-    /// Numbers of an element.
+    /// Numbers per element.
     pub(super) width: usize,
-    /// The level of whole numbers that stands for 1, where the accessor does not say that they are
-    /// normalized.
+    /// Value that stands for 1 in integers that are not marked as normalized; `None` for floats and
+    /// normalized integers.
     pub(super) highest: Option<f64>,
 }
 
@@ -191,12 +194,12 @@ impl<'a> Accessors<'a> {
         Self { root, buffers, left: MAX_NUMBERS, zeros_left: Cell::new(MAX_ALL_ZEROS) }
     }
 
-    /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single
-    /// precision, all finite.
+    /// Returns the elements of the accessor to which field `by` of `from` refers, in single
+    /// precision, or `None` if there is no such field.
     ///
     /// # Errors
-    /// If it has other than `N` numbers in an element, is not in its buffer, or one of them is not
-    /// finite.
+    /// If the accessor does not have `N` numbers per element, exceeds its buffer, or has a number
+    /// that is not finite.
     pub(super) fn vectors<const N: usize>(
         &mut self,
         from: &Item<'_>,
@@ -213,7 +216,7 @@ impl<'a> Accessors<'a> {
         Ok(Some(elements.map(|element| element.map(|x| x as f32)).collect()))
     }
 
-    /// Like [`Self::vectors`], as whole numbers from 0 up.
+    /// Like [`Self::vectors`], for non-negative integers.
     pub(super) fn wholes<const N: usize>(
         &mut self,
         from: &Item<'_>,
@@ -237,7 +240,8 @@ impl<'a> Accessors<'a> {
         Ok(Some(elements.map(|element| element.map(|x| x as u32)).collect()))
     }
 
-    /// The numbers of an accessor of one of some widths; `None` if there is no such field.
+    /// Returns the numbers of an accessor of one of the given widths, or `None` if there is no such
+    /// field.
     pub(super) fn numbers(
         &mut self,
         from: &Item<'_>,
@@ -251,8 +255,8 @@ impl<'a> Accessors<'a> {
         Ok(Some(Numbers { values: self.values(&found)?, width, highest }))
     }
 
-    /// An accessor of one of some widths, whose numbers count as read; `None` if there is no such
-    /// field.
+    /// Looks up an accessor of one of the given widths and counts its numbers against the limit;
+    /// `None` if there is no such field.
     fn found(
         &mut self,
         from: &Item<'_>,
@@ -283,7 +287,8 @@ impl<'a> Accessors<'a> {
         Ok(Some(Found { accessor, component, count, width }))
     }
 
-    /// Where the numbers of an accessor are; none if others replace some, or they are shares.
+    /// Returns the elements of an accessor in its buffer, or `None` if it is sparse, normalized or
+    /// has no buffer view.
     fn as_stored(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
         let accessor = &found.accessor;
         if accessor.child("sparse")?.is_some() || accessor.flag("normalized")? {
@@ -292,7 +297,7 @@ impl<'a> Accessors<'a> {
         self.column(found)
     }
 
-    /// All numbers of an accessor.
+    /// Reads all numbers of an accessor, with sparse substitution and normalization.
     fn values(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
         let &Found { ref accessor, component, count, width } = found;
         let mut values = self.dense(found)?;
@@ -309,7 +314,7 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// The numbers in the buffer view of an accessor; 0 if it has none.
+    /// Reads the numbers in the buffer view of an accessor; zeros if it has none.
     fn dense(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
         if let Some(column) = self.column(found)? {
             return Ok(column.numbers().collect());
@@ -329,7 +334,7 @@ impl<'a> Accessors<'a> {
         Ok(vec![0.0; count * width])
     }
 
-    /// Where the numbers of an accessor are, if it has a buffer view.
+    /// Returns the elements of an accessor in its buffer, or `None` if it has no buffer view.
     fn column(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
         let &Found { ref accessor, component, count, width } = found;
         let Some(view) = accessor.whole("bufferView")? else { return Ok(None) };
@@ -339,7 +344,7 @@ impl<'a> Accessors<'a> {
         column.map(Some).map_err(|message| accessor.error(message))
     }
 
-    /// Puts other elements in the place of some. [glTF 2.0, §3.6.2.3]
+    /// Applies sparse substitution to the values of an accessor. [glTF 2.0, §3.6.2.3]
     fn replace(
         &self,
         sparse: &Item<'a>,
@@ -373,8 +378,8 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// Returns true if all parts of some values pass a test, which is made side by side where they are
-/// many.
+/// Returns true if `test` holds for all parts of `values`. The parts are tested in parallel if
+/// there are many values.
 pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Sync) -> bool {
     if values.len() <= ELEMENTS {
         return test(values);
@@ -397,7 +402,7 @@ fn check_finite<T: Copy + Into<f64> + Sync>(
     Err(accessor.error(format!("element {element} has {bad}; expected finite numbers")))
 }
 
-/// Numbers of an element.
+/// Numbers per element.
 fn width(accessor: &Item<'_>) -> Result<usize, LoadError> {
     Ok(match accessor.text("type")? {
         Some("SCALAR") => 1,

@@ -1,5 +1,5 @@
-//! Animations: where nodes stand, and how much of their morph targets there is, at a time. [glTF
-//! 2.0, §3.11 and app. C]
+//! Animations: transforms of nodes and weights of morph targets at a time. [glTF 2.0, §3.11 and
+//! app. C]
 
 use std::collections::HashMap;
 
@@ -8,10 +8,10 @@ use pt_math::DQuat;
 use super::Reader;
 use super::item::Item;
 use super::keys::{Interpolation, Keys, Value};
-use super::nodes::quaternion;
+use super::transform::quaternion;
 use crate::LoadError;
 
-/// What animations say of a node; `None` is as the node says itself.
+/// Animated properties of a node; `None` means that a property keeps the value of the node itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pose {
     pub(super) translation: Option<[f64; 3]>,
@@ -27,8 +27,8 @@ impl Pose {
 }
 
 impl<'a> Reader<'a> {
-    /// What all animations together say of the nodes at the time that is asked for; nothing if none
-    /// is asked for. Where two move the same, the first one counts.
+    /// Evaluates all animations at the requested time; returns an empty map if no time is
+    /// requested. If two channels have the same target, the first one is used.
     pub(super) fn read_poses(&mut self) -> Result<HashMap<usize, Pose>, LoadError> {
         let mut poses = HashMap::new();
         let Some(time) = self.context.options().time else {
@@ -53,7 +53,7 @@ impl<'a> Reader<'a> {
         Ok(poses)
     }
 
-    /// Sets what a channel says at a time.
+    /// Evaluates a channel at a time and stores the value in the pose of its node.
     fn channel(
         &mut self,
         animation: &Item<'a>,
@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The keys of a sampler.
+    /// Reads the keys of a sampler.
     fn keys(&mut self, sampler: &Item<'a>, kind: Value) -> Result<Keys, LoadError> {
         let interpolation = match sampler.text("interpolation")?.unwrap_or("LINEAR") {
             "STEP" => Interpolation::Step,

@@ -3,19 +3,18 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::super::context::Context;
-use super::super::mesh_file::{percent_decoded, percent_decoded_bytes};
-use super::super::xml::quote;
-use super::compressed;
 use super::item::Item;
 use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::mesh_file::{percent_decoded, percent_decoded_bytes};
+use crate::shared::names::quote;
 
-/// Most bytes of all buffers of a scene.
+/// Maximum number of bytes in all buffers of a scene.
 const MAX_BYTES: usize = 1 << 32;
 
 /// The bytes of all buffers of a file.
 pub(super) struct Buffers<'b> {
-    /// `None` for one that cannot be read, which was told.
+    /// Bytes by buffer index; `None` for a buffer that cannot be read, which was reported.
     bytes: Vec<Option<Cow<'b, [u8]>>>,
 }
 
@@ -23,12 +22,12 @@ pub(super) struct Buffers<'b> {
 #[derive(Clone, Copy)]
 pub(super) struct View<'b> {
     pub(super) bytes: &'b [u8],
-    /// Bytes from one element to the next; `None` if they are side by side.
+    /// Bytes from one element to the next; `None` if they are tightly packed.
     pub(super) stride: Option<usize>,
 }
 
 impl<'b> Buffers<'b> {
-    /// Reads all buffers; `binary` is that of a binary file.
+    /// Reads all buffers. `binary` is the binary chunk of a .glb file.
     pub(super) fn read(
         root: &Item<'_>,
         binary: Option<&'b [u8]>,
@@ -50,7 +49,7 @@ impl<'b> Buffers<'b> {
         Ok(Self { bytes })
     }
 
-    /// A part of a buffer, which `from` refers to in its field `by`.
+    /// Returns the buffer view with an index to which field `by` of `from` refers.
     pub(super) fn view(
         &self,
         root: &Item<'_>,
@@ -59,7 +58,7 @@ impl<'b> Buffers<'b> {
         by: &str,
     ) -> Result<View<'_>, LoadError> {
         let view = root.member("bufferViews", index, from, by)?;
-        if compressed::meshopt_of(&view)?.is_some() {
+        if meshopt_of(&view)?.is_some() {
             // It cannot be decoded.
             return Err(LoadError::AlreadyReported);
         }
@@ -71,7 +70,8 @@ impl<'b> Buffers<'b> {
         Ok(View { bytes, stride })
     }
 
-    /// The bytes to which the fields `buffer`, `byteOffset` and `byteLength` of an item refer.
+    /// Returns the bytes to which the fields `buffer`, `byteOffset` and `byteLength` of an item
+    /// refer.
     pub(super) fn part(&self, root: &Item<'_>, item: &Item<'_>) -> Result<&[u8], LoadError> {
         let number = item.needed("buffer")?;
         root.member("buffers", number, item, "buffer")?;
@@ -87,15 +87,15 @@ impl<'b> Buffers<'b> {
         })
     }
 
-    /// Adds a buffer, and gives its number.
+    /// Adds a buffer and returns its index.
     pub(super) fn push(&mut self, bytes: Vec<u8>) -> usize {
         self.bytes.push(Some(Cow::Owned(bytes)));
         self.bytes.len() - 1
     }
 }
 
-/// The bytes of a buffer; `binary` are those that a binary file has for it. A file that is missing
-/// is noted.
+/// Reads a buffer. `binary` is the binary chunk of a .glb file, for its first buffer. A missing
+/// file is reported.
 fn one<'b>(
     buffer: &Item<'_>,
     binary: Option<&'b [u8]>,
@@ -103,7 +103,7 @@ fn one<'b>(
     context: &Context,
 ) -> Result<Cow<'b, [u8]>, LoadError> {
     let length = buffer.needed("byteLength")?;
-    if let Some(meshopt) = compressed::meshopt_of(buffer)?
+    if let Some(meshopt) = meshopt_of(buffer)?
         && meshopt.flag("fallback")?
     {
         // Its views have the same bytes in compressed form.
@@ -138,8 +138,8 @@ fn one<'b>(
     Ok(found)
 }
 
-/// What a URI stands for: the data in it, or the content of a file. The message is meant for the
-/// place where it is written.
+/// Reads the resource of a URI: embedded data, or the content of a file. The error is a message
+/// without a location.
 pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decoded(data);
@@ -147,7 +147,7 @@ pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<
     context.read(&path_of(uri, file)?)
 }
 
-/// The path of the file that a URI names, from the folder of the scene.
+/// Returns the path of the file of a URI, which is relative to the folder of the scene.
 fn path_of(uri: &str, file: &Path) -> Result<PathBuf, String> {
     let scheme = uri.split_once("://").map(|(scheme, _)| scheme);
     let text = match scheme {
@@ -162,11 +162,11 @@ fn path_of(uri: &str, file: &Path) -> Result<PathBuf, String> {
     };
     let folder = file.parent().unwrap_or(Path::new(""));
     let as_written = folder.join(text);
-    // Many exporters write names as they are.
+    // Many exporters do not percent-encode file names.
     Ok(if as_written.is_file() { as_written } else { folder.join(percent_decoded(text)) })
 }
 
-/// The data of a URI, behind `data:`. [RFC 2397]
+/// Decodes the data of a URI after `data:`. [RFC 2397]
 fn decoded(data: &str) -> Result<Vec<u8>, String> {
     let (kind, content) =
         data.split_once(',').ok_or("the data URI has no comma before its data")?;
@@ -181,9 +181,8 @@ fn decoded(data: &str) -> Result<Vec<u8>, String> {
     })
 }
 
-/// Bytes written with 64 letters, of either alphabet. [RFC 4648, §4 and §5] Blanks and what is
-/// missing of the padding are no errors; the error is the place and value of a byte that is no
-/// letter.
+/// Decodes base64 in either alphabet. [RFC 4648, §4 and §5] White space and missing padding are
+/// accepted. The error is the position and value of an invalid byte.
 fn base64(text: &str) -> Result<Vec<u8>, (usize, u8)> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 3);
     let (mut bits, mut count) = (0_u32, 0);
@@ -207,11 +206,24 @@ fn base64(text: &str) -> Result<Vec<u8>, (usize, u8)> {
     Ok(bytes)
 }
 
+/// Names of the extension for compressed buffer views.
+pub(super) const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
+
+/// Returns the compression extension of a buffer view, if it has one.
+pub(super) fn meshopt_of<'a>(view: &Item<'a>) -> Result<Option<Item<'a>>, LoadError> {
+    for name in MESHOPT {
+        if let Some(found) = view.extension(name)? {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The test vectors of RFC 4648, §10, and the letters in which the alphabets differ.
+    /// The test vectors of RFC 4648, §10, and the characters in which the alphabets differ.
     #[test]
     fn base64_is_that_of_its_standard() {
         let examples =

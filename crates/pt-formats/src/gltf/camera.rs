@@ -1,23 +1,23 @@
-//! Cameras and lights, which shine and look along −z of their nodes. [glTF 2.0, §3.10;
-//! KHR_lights_punctual]
+//! Cameras and lights, which face −z of their nodes. [glTF 2.0, §3.10; KHR_lights_punctual]
 
 use pt_math::{DAffine3, DMat3};
+use pt_scene::{Camera, Fit, Light, LightKind, Placement, Projection};
 
 use super::Reader;
 use super::item::Item;
-use crate::{Camera, Fit, Light, LightKind, LoadError, Placement, Projection};
+use crate::LoadError;
 
-/// The highest number that there is.
+/// Upper limit of numbers without a limit: the largest single-precision number.
 const ANY: f64 = f32::MAX as f64;
-/// The nearest and farthest thing that is seen, where a file does not say.
+/// Distance of the near plane if a file does not set it.
 const DEFAULT_NEAR: f64 = 1e-3;
-/// See [`DEFAULT_NEAR`].
+/// Distance of the far plane if a file does not set it.
 const DEFAULT_FAR: f64 = 1e6;
-/// Width over height where a file does not say.
+/// Aspect ratio, width over height, if a file does not set it.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 
 impl<'a> Reader<'a> {
-    /// The camera of a node, if it has one.
+    /// Adds the camera of a node, if it has one.
     pub(super) fn camera(&mut self, node: &Item<'a>, to_world: DAffine3) -> Result<(), LoadError> {
         let Some(index) = node.whole("camera")? else { return Ok(()) };
         let camera = self.root.member("cameras", index, node, "camera")?;
@@ -41,7 +41,7 @@ impl<'a> Reader<'a> {
             };
             Projection::Orthographic { half_width: half("xmag")?, half_height: half("ymag")? }
         };
-        // Without a ratio, that of the image is taken. [glTF 2.0, §5.13]
+        // Without an aspect ratio, that of the image is used. [glTF 2.0, §5.13]
         let is_free = kind == "perspective" && !view.has("aspectRatio");
         let fit = if is_free { Fit::Height } else { Fit::Whole };
         let near = view.number_in("znear", 0.0..=ANY, 0.0)?.max(DEFAULT_NEAR);
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// tan(x/2) = aspect · tan(y/2).
+    /// Reads a perspective camera, with tan(x/2) = aspect · tan(y/2).
     fn perspective(view: &Item<'a>) -> Result<Projection, LoadError> {
         let y = view.number("yfov")?.filter(|y| 0.0 < *y && *y < std::f64::consts::PI);
         let message = "expected an angle above 0 and below π, in radians";
@@ -79,8 +79,8 @@ impl<'a> Reader<'a> {
         Ok(Projection::Perspective { x_fov: x.to_degrees(), y_fov: y.to_degrees() })
     }
 
-    /// The light of a node, if it has one. Candela, lux and nits are taken as watts per steradian,
-    /// per square metre and of radiance, so that lights and what glows keep their ratio.
+    /// Adds the light of a node, if it has one. Candela, lux and nits are taken as W/sr, W/m² and
+    /// radiance, so that the ratio of lights and emissive surfaces is kept.
     pub(super) fn light(&mut self, node: &Item<'a>, to_world: DAffine3) -> Result<(), LoadError> {
         let Some(reference) = node.extension("KHR_lights_punctual")? else { return Ok(()) };
         let index = reference.needed("light")?;
@@ -113,15 +113,15 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The place and the turn of a node without its scale, which cameras do not follow; `None` if it
-/// flattens space. [glTF 2.0, §3.10.2]
+/// Removes the scale from the transform of a node, which cameras ignore; `None` if the transform is
+/// singular. [glTF 2.0, §3.10.2]
 pub(super) fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DAffine3> {
     let z = matrix3.z_axis.try_normalize()?;
     let x = matrix3.y_axis.try_normalize()?.cross(z).try_normalize()?;
     Some(DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation })
 }
 
-/// A spot; without angles, its cone is one of 45° to the axis.
+/// Reads a spot light. The default cone extends to 45° from the axis.
 fn cone(light: &Item<'_>, intensity: [f32; 3]) -> Result<LightKind, LoadError> {
     const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
     let none = || light.error("its \"spot\" is missing");

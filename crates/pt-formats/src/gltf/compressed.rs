@@ -1,33 +1,32 @@
-//! Compressed geometry, which is decoded into buffers of its own, so that it is read like any
-//! other. [KHR_draco_mesh_compression; EXT_meshopt_compression; KHR_meshopt_compression]
+//! Compressed geometry, which is decoded into additional buffers and then read like any other
+//! geometry. [KHR_draco_mesh_compression; EXT_meshopt_compression; KHR_meshopt_compression]
 
 use std::path::Path;
 
 use draco_core::geometry_indices::PointIndex;
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute};
 use meshoptimizer_rs::{Limits, Workspace, codec};
+use pt_io::guarded;
 use serde_json::{Map, Value, json};
 
 use super::buffer::Buffers;
 use super::item::Item;
 use crate::LoadError;
-use crate::catch_panic::guarded;
-use crate::format::context::Context;
-use crate::format::xml::quote;
+use crate::gltf::buffer::meshopt_of;
+use crate::shared::context::Context;
+use crate::shared::names::quote;
 
-/// Compression of a primitive.
+/// Name of the extension for compressed primitives.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
-/// Compression of a buffer view, under both of its names.
-pub(super) const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
-/// Most bytes that are decoded from one view or primitive.
+/// Maximum number of bytes decoded from one buffer view or primitive.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Decodes all compressed geometry: views and accessors of the file refer to the decoded bytes
-/// afterwards. What cannot be decoded stays as it is, after its error is noted.
+/// Decodes all compressed geometry, and lets buffer views and accessors refer to the decoded bytes.
+/// Data that cannot be decoded are reported and left unchanged.
 ///
 /// # Errors
-/// If nothing more can be read.
+/// If loading cannot continue.
 pub(super) fn decode(
     json: &mut Value,
     buffers: &mut Buffers<'_>,
@@ -62,24 +61,14 @@ pub(super) fn decode(
     Ok(())
 }
 
-/// A compression of a buffer view.
-pub(super) fn meshopt_of<'a>(view: &Item<'a>) -> Result<Option<Item<'a>>, LoadError> {
-    for name in MESHOPT {
-        if let Some(found) = view.extension(name)? {
-            return Ok(Some(found));
-        }
-    }
-    Ok(None)
-}
-
 /// A decoded buffer view.
 struct DecodedView {
     bytes: Vec<u8>,
-    /// Bytes of an element of attributes.
+    /// Stride in bytes of vertex attributes.
     stride: Option<usize>,
 }
 
-/// The content of a view that is compressed.
+/// Decodes a buffer view, if it is compressed.
 fn meshopt_view(
     root: &Item<'_>,
     view: &Item<'_>,
@@ -129,11 +118,12 @@ fn meshopt_view(
     Ok(Some(DecodedView { bytes, stride: (mode == "ATTRIBUTES").then_some(stride) }))
 }
 
-/// Undoes a filter of elements: data, count and bytes of an element.
+/// Function that reverses a filter. Its arguments are the data, the number of elements and the size
+/// of an element in bytes.
 type UnfilterFn =
     fn(&mut [u8], usize, usize, &mut Workspace) -> Result<(), meshoptimizer_rs::Error>;
 
-/// Counts decoded bytes before they are made.
+/// Counts decoded bytes against the limits before they are allocated.
 fn reserve(bytes: u64, item: &Item<'_>, context: &Context) -> Result<(), LoadError> {
     if bytes > MAX_BYTES {
         let message = format!("it has {bytes} bytes when decoded; expected at most {MAX_BYTES}");
@@ -142,7 +132,7 @@ fn reserve(bytes: u64, item: &Item<'_>, context: &Context) -> Result<(), LoadErr
     context.reserve(bytes).map(drop).map_err(|why| item.error(why))
 }
 
-/// Lets a buffer view refer to decoded bytes.
+/// Makes a buffer view refer to decoded bytes.
 fn replace_view(json: &mut Value, index: usize, view: DecodedView, buffers: &mut Buffers<'_>) {
     let mut new = new_view(json, view.bytes, buffers);
     if let (Some(stride), Value::Object(new)) = (view.stride, &mut new) {
@@ -153,12 +143,12 @@ fn replace_view(json: &mut Value, index: usize, view: DecodedView, buffers: &mut
     }
 }
 
-/// A view of all of a new buffer.
+/// Adds a buffer and returns a view of all of it.
 fn new_view(json: &mut Value, bytes: Vec<u8>, buffers: &mut Buffers<'_>) -> Value {
     let length = bytes.len();
     let number = buffers.push(bytes);
     if let Some(Value::Array(all)) = json.get_mut("buffers") {
-        // Buffers that cannot be read have entries, too.
+        // Unreadable buffers have entries as well.
         all.resize(number, Value::Object(Map::new()));
         all.push(json!({ "byteLength": length }));
     }
@@ -167,13 +157,13 @@ fn new_view(json: &mut Value, bytes: Vec<u8>, buffers: &mut Buffers<'_>) -> Valu
 
 /// A decoded primitive.
 struct DecodedPrimitive {
-    /// Three for each triangle.
+    /// Indices of 32 bits, three per triangle.
     indices: Vec<u8>,
-    /// Names of attributes, and the accessors that describe them.
+    /// Name, accessor and data of each attribute.
     attributes: Vec<(String, Value, Vec<u8>)>,
 }
 
-/// The triangles and attributes of a primitive that is compressed.
+/// Decodes a primitive, if it is compressed.
 fn draco_primitive(
     root: &Item<'_>,
     primitive: &Item<'_>,
@@ -226,7 +216,7 @@ fn draco_primitive(
     Ok(Some(DecodedPrimitive { indices, attributes }))
 }
 
-/// The code of a type of numbers, and its bytes. [glTF 2.0, §3.6.2.2]
+/// Returns the code of a component type and its size in bytes. [glTF 2.0, §3.6.2.2]
 fn component(kind: DataType) -> Option<(u32, usize)> {
     Some(match kind {
         DataType::Int8 => (5120, 1),
@@ -243,7 +233,7 @@ fn component(kind: DataType) -> Option<(u32, usize)> {
     })
 }
 
-/// The values of an attribute at all points, side by side; `None` if some are missing.
+/// Returns the values of an attribute at all points, tightly packed, or `None` if some are missing.
 fn values(attribute: &PointAttribute, points: usize, size: usize) -> Option<Vec<u8>> {
     let (data, stride) =
         (attribute.buffer().data(), usize::try_from(attribute.byte_stride()).ok()?);
@@ -256,7 +246,7 @@ fn values(attribute: &PointAttribute, points: usize, size: usize) -> Option<Vec<
     Some(values)
 }
 
-/// Lets a primitive refer to decoded triangles and attributes.
+/// Makes a primitive refer to decoded triangles and attributes.
 fn replace_primitive(
     json: &mut Value,
     [mesh, primitive]: [usize; 2],
@@ -287,7 +277,7 @@ fn replace_primitive(
     }
 }
 
-/// Adds an accessor of all of a new buffer, and gives its number.
+/// Adds an accessor for all of a new buffer and returns its index.
 fn new_accessor(
     json: &mut Value,
     mut described: Value,
@@ -306,7 +296,7 @@ fn new_accessor(
     accessors.len() - 1
 }
 
-/// A list at the top of a file, which is made if it is missing.
+/// Returns a top-level array, which is created if it is missing.
 fn list<'j>(json: &'j mut Value, name: &str) -> &'j mut Vec<Value> {
     if !json[name].is_array() {
         json[name] = Value::Array(Vec::new());

@@ -1,13 +1,13 @@
-//! What is around the description of a scene: a file of JSON, or a binary one with the JSON and a
-//! buffer in it.
+//! Container formats: JSON text, or a binary file with the JSON and a buffer.
 
 use std::path::Path;
 
+use pt_scene::Span;
 use serde_json::Value;
 
 use super::super::Limits;
-use super::super::{mesh_file, text};
-use crate::{LoadError, Span};
+use crate::LoadError;
+use crate::shared::{mesh_file, text};
 
 /// The first four bytes of a binary file, "glTF". [glTF 2.0, §4.4.2]
 const MAGIC: u32 = 0x4654_6C67;
@@ -15,10 +15,10 @@ const MAGIC: u32 = 0x4654_6C67;
 const JSON: u32 = 0x4E4F_534A;
 /// The type of a chunk with a buffer, "BIN\0".
 const BINARY: u32 = 0x004E_4942;
-/// Most values in the JSON: they take about 64 bytes each.
+/// Maximum number of JSON values, each of which takes about 64 bytes.
 const MAX_VALUES: usize = 1 << 23;
 
-/// The JSON, and the buffer of a binary file, if it has one.
+/// Parses a file into its JSON and, for binary files, the optional buffer.
 pub(super) fn open<'a>(
     bytes: &'a [u8],
     path: &Path,
@@ -49,19 +49,19 @@ pub(super) fn open<'a>(
     Ok((parsed, binary))
 }
 
-/// Bytes without the zeros with which some writers fill up, in place of spaces.
+/// Removes trailing zeros, with which some writers pad instead of spaces.
 fn without_trailing_zeros(bytes: &[u8]) -> &[u8] {
     let last = bytes.iter().rposition(|byte| *byte != 0);
     &bytes[..last.map_or(0, |last| last + 1)]
 }
 
-/// What is wrong, without the place, which messages have in front.
+/// Message of a JSON error without the position, which is part of the location.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.split(" at line ").next().unwrap_or_default().to_owned()
 }
 
-/// The chunks of a binary file. [glTF 2.0, §4.4.3]
+/// Splits a binary file into its JSON chunk and its optional binary chunk. [glTF 2.0, §4.4.3]
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     match word(bytes, 4) {
         Some(2) => {}
@@ -82,7 +82,8 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     Ok((json, chunk(&mut rest, BINARY)?))
 }
 
-/// Takes the content of the first chunk; `None` if it is not of that type or there is none.
+/// Removes the first chunk and returns its content; `None` if it has another type or there is no
+/// chunk.
 fn chunk<'b>(rest: &mut &'b [u8], kind: u32) -> Result<Option<&'b [u8]>, String> {
     let (Some(length), Some(found)) = (word(rest, 0), word(rest, 4)) else { return Ok(None) };
     if found != kind {
@@ -97,16 +98,16 @@ fn chunk<'b>(rest: &mut &'b [u8], kind: u32) -> Result<Option<&'b [u8]>, String>
     Ok(Some(content))
 }
 
-/// The 32-bit number at an offset, lowest byte first.
+/// Reads the little-endian 32-bit integer at an offset.
 fn word(bytes: &[u8], offset: usize) -> Option<u32> {
     let word = bytes.get(offset..offset.checked_add(4)?)?;
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 
-/// A binary file of JSON and a buffer, of which the latter may be empty.
+/// Builds a binary file of JSON and a buffer, which may be empty.
 ///
 /// # Errors
-/// If it would be larger than 4 GiB, which its header cannot say.
+/// If the file would exceed 4 GiB, the limit of its header.
 pub(super) fn pack(mut json: Vec<u8>, binary: &[u8]) -> Result<Vec<u8>, String> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let chunks = [(JSON, json.as_slice()), (BINARY, binary)];

@@ -1,15 +1,15 @@
-//! Skins: meshes that are bent by the nodes of a skeleton. [glTF 2.0, §3.7.3]
+//! Skins: meshes that are deformed by the joints of a skeleton. [glTF 2.0, §3.7.3]
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::Reader;
 use super::item::Item;
-use super::nodes::affine;
+use super::transform::affine;
 use crate::LoadError;
 
 impl<'a> Reader<'a> {
-    /// What each joint of a skin does to the vertices that it moves, from where they were when the
-    /// mesh was bound to the world. `placed` gives the transform of a node.
+    /// Returns the transform of each joint of a skin, from bind space to the world. `placed`
+    /// returns the transform of a node.
     pub(super) fn joints_of(
         &mut self,
         skin: &Item<'a>,
@@ -33,8 +33,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Moves vertices to where their joints have them: the mean of what these do, by weights whose sum
-/// is made 1. Normals are turned by the transposed inverse, tangents go with the surface.
+/// Applies linear blend skinning to vertices; the weights of each vertex are normalized. Normals
+/// are transformed by the inverse transpose, tangents by the transform itself.
 pub(super) fn bend(
     influences: &[Vec<(u32, f32)>],
     joints: &[DAffine3],
@@ -58,16 +58,16 @@ pub(super) fn bend(
     }
 }
 
-/// The transposed inverse times the determinant, which is there for what cannot be undone, too.
+/// Returns the inverse transpose times the determinant, which exists for singular matrices as well.
 fn cofactors(matrix: &DMat3) -> DMat3 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *matrix;
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
 }
 
-/// The mean of the transforms of joints; that which changes nothing if there are none.
+/// Returns the weighted mean of the transforms of joints; the identity if there are none.
 fn blend(influences: &[(u32, f32)], joints: &[DAffine3]) -> DAffine3 {
     let total: f64 = influences.iter().map(|(_, weight)| f64::from(*weight)).sum();
-    // Weights that are below 0 have no mean.
+    // Negative weights have no mean.
     if total <= 0.0 {
         return DAffine3::IDENTITY;
     }

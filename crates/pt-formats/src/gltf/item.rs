@@ -1,12 +1,13 @@
-//! Objects of a JSON text, which know where they stand, so that errors can say so.
+//! JSON objects with their paths in the file, for error messages.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use pt_scene::Span;
 use serde_json::{Map, Value};
 
-use super::super::xml::quote;
-use crate::{LoadError, Span};
+use crate::LoadError;
+use crate::shared::names::quote;
 
 /// An object, such as `{"mesh": 3}`, and its path in the file, such as `nodes[2]`.
 #[derive(Clone, Debug)]
@@ -17,80 +18,80 @@ pub(super) struct Item<'a> {
 }
 
 impl<'a> Item<'a> {
-    /// The outermost object of a file.
+    /// Returns the root object of a file.
     ///
     /// # Errors
-    /// If the text is something else.
+    /// If the value is not an object.
     pub(super) fn root(value: &'a Value, file: &'a Path) -> Result<Self, LoadError> {
         object(value, String::new(), file)
     }
 
-    /// Where it stands, for messages.
+    /// Location of this object, for messages.
     pub(super) fn span(&self) -> Span {
         span(self.file, self.path.clone())
     }
 
-    /// Where one of its fields stands.
+    /// Location of a field, for messages.
     pub(super) fn span_of(&self, field: &str) -> Span {
         span(self.file, self.path_of(field))
     }
 
-    /// An error about the whole of it.
+    /// Returns an error at this object.
     pub(super) fn error(&self, message: impl Into<String>) -> LoadError {
         LoadError::Content { at: self.span(), message: message.into() }
     }
 
-    /// An error about one of its fields.
+    /// Returns an error at a field.
     pub(super) fn refuse(&self, field: &str, message: impl Into<String>) -> LoadError {
         LoadError::Content { at: self.span_of(field), message: message.into() }
     }
 
-    /// Returns true if there is such a field.
+    /// Returns true if the object has this field.
     pub(super) fn has(&self, field: &str) -> bool {
         self.fields.contains_key(field)
     }
 
-    /// The names of its fields.
+    /// Returns the names of all fields.
     pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
         self.fields.keys().map(String::as_str)
     }
 
-    /// Its fields without some.
+    /// Returns the fields except those with the given names.
     pub(super) fn without(&self, names: &[&str]) -> Map<String, Value> {
         let mut fields = self.fields.clone();
         fields.retain(|name, _| !names.contains(&name.as_str()));
         fields
     }
 
-    /// The name that its author gave it, or else its path.
+    /// Returns the value of the field `name`, or the path if there is none.
     pub(super) fn name(&self) -> String {
         let given = self.fields.get("name").and_then(Value::as_str).filter(|name| !name.is_empty());
         given.map_or_else(|| self.path.clone(), str::to_owned)
     }
 
-    /// A field that is an object.
+    /// Returns a field that is an object.
     pub(super) fn child(&self, field: &str) -> Result<Option<Self>, LoadError> {
         let found = self.fields.get(field);
         found.map(|value| object(value, self.path_of(field), self.file)).transpose()
     }
 
-    /// The object of an extension.
+    /// Returns the object of an extension.
     pub(super) fn extension(&self, name: &str) -> Result<Option<Self>, LoadError> {
         self.child("extensions")?.map_or(Ok(None), |extensions| extensions.child(name))
     }
 
-    /// The objects of a list; none if it is missing.
+    /// Returns the objects of an array; empty if it is missing.
     pub(super) fn children(&self, field: &str) -> Result<Vec<Self>, LoadError> {
         let all = self.list(field)?.iter().enumerate();
         all.map(|(i, value)| object(value, self.path_at(field, i), self.file)).collect()
     }
 
-    /// How long a list is; 0 if it is missing.
+    /// Returns the length of an array; 0 if it is missing.
     pub(super) fn count(&self, field: &str) -> Result<usize, LoadError> {
         Ok(self.list(field)?.len())
     }
 
-    /// One object of a list, which `from` refers to in its field `by`.
+    /// Returns the object of an array to which field `by` of `from` refers.
     pub(super) fn member(
         &self,
         list: &str,
@@ -110,7 +111,7 @@ impl<'a> Item<'a> {
         object(value, self.path_at(list, index), self.file)
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     pub(super) fn number(&self, field: &str) -> Result<Option<f64>, LoadError> {
         let read = |value: &Value| {
             let number = value.as_f64().filter(|x| x.is_finite());
@@ -119,7 +120,7 @@ impl<'a> Item<'a> {
         self.fields.get(field).map(read).transpose()
     }
 
-    /// A number in a range, or a default.
+    /// Returns a number in a range, or a default.
     pub(super) fn number_in(
         &self,
         field: &str,
@@ -139,7 +140,7 @@ impl<'a> Item<'a> {
         Err(self.refuse(field, format!("expected a number {expected}, found {number}")))
     }
 
-    /// A list of `N` finite numbers.
+    /// Returns an array of `N` finite numbers.
     pub(super) fn vector<const N: usize>(
         &self,
         field: &str,
@@ -155,7 +156,7 @@ impl<'a> Item<'a> {
         Ok(Some(vector))
     }
 
-    /// A colour with channels from 0 to the highest one that is allowed, or a default.
+    /// Returns a colour with channels from 0 to `highest`, or a default.
     pub(super) fn color(
         &self,
         field: &str,
@@ -174,7 +175,7 @@ impl<'a> Item<'a> {
         Ok(color.map(|c| c as f32))
     }
 
-    /// Finite numbers, as many as there are; none if the list is missing.
+    /// Returns an array of finite numbers of any length; empty if it is missing.
     pub(super) fn numbers(&self, field: &str) -> Result<Vec<f64>, LoadError> {
         let number = |value: &Value| {
             let number = value.as_f64().filter(|x| x.is_finite());
@@ -183,7 +184,7 @@ impl<'a> Item<'a> {
         self.list(field)?.iter().map(number).collect()
     }
 
-    /// A whole number from 0 up: an index, a size or a code.
+    /// Returns a non-negative integer: an index, a size or a code.
     pub(super) fn whole(&self, field: &str) -> Result<Option<usize>, LoadError> {
         let read = |value: &Value| {
             whole(value).ok_or_else(|| self.unexpected(field, value, "a whole number from 0 up"))
@@ -191,12 +192,12 @@ impl<'a> Item<'a> {
         self.fields.get(field).map(read).transpose()
     }
 
-    /// Like [`Self::whole`], of a field that has to be there.
+    /// Like [`Self::whole`], for a required field.
     pub(super) fn needed(&self, field: &str) -> Result<usize, LoadError> {
         self.whole(field)?.ok_or_else(|| self.error(format!("its \"{field}\" is missing")))
     }
 
-    /// Whole numbers from 0 up; none if the list is missing.
+    /// Returns an array of non-negative integers; empty if it is missing.
     pub(super) fn wholes(&self, field: &str) -> Result<Vec<usize>, LoadError> {
         let read = |value: &Value| {
             whole(value).ok_or_else(|| self.unexpected(field, value, "whole numbers from 0 up"))
@@ -204,7 +205,7 @@ impl<'a> Item<'a> {
         self.list(field)?.iter().map(read).collect()
     }
 
-    /// A text.
+    /// Returns a string.
     pub(super) fn text(&self, field: &str) -> Result<Option<&'a str>, LoadError> {
         let read = |value: &'a Value| {
             value.as_str().ok_or_else(|| self.unexpected(field, value, "a text"))
@@ -212,14 +213,14 @@ impl<'a> Item<'a> {
         self.fields.get(field).map(read).transpose()
     }
 
-    /// Texts; none if the list is missing.
+    /// Returns an array of strings; empty if it is missing.
     pub(super) fn texts(&self, field: &str) -> Result<Vec<&'a str>, LoadError> {
         let read =
             |value: &'a Value| value.as_str().ok_or_else(|| self.unexpected(field, value, "texts"));
         self.list(field)?.iter().map(read).collect()
     }
 
-    /// True or false; false if it is missing.
+    /// Returns a boolean; false if it is missing.
     pub(super) fn flag(&self, field: &str) -> Result<bool, LoadError> {
         let Some(value) = self.fields.get(field) else { return Ok(false) };
         value.as_bool().ok_or_else(|| self.unexpected(field, value, "true or false"))
@@ -258,7 +259,7 @@ fn object<'a>(value: &'a Value, path: String, file: &'a Path) -> Result<Item<'a>
     }
 }
 
-/// Exporters write 3.0 for 3.
+/// Returns a non-negative integer. Some exporters write 3.0 for 3.
 fn whole(value: &Value) -> Option<usize> {
     const LARGEST: f64 = 9_007_199_254_740_992.0; // 2⁵³: up to here all whole numbers are exact
     let whole = match value.as_u64() {
@@ -268,7 +269,7 @@ fn whole(value: &Value) -> Option<usize> {
     usize::try_from(whole).ok()
 }
 
-/// A value in a few words.
+/// Describes a value briefly, for messages.
 fn described(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),

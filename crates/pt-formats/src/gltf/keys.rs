@@ -1,52 +1,53 @@
-//! Values between the keys of animations. [glTF 2.0, app. C]
+//! Interpolation of animation keyframes. [glTF 2.0, app. C]
 
 use pt_math::DQuat;
 
-/// What is between two keys.
+/// Interpolation between two keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
-    /// What is at the key before.
+    /// The value of the previous key.
     Step,
-    /// A straight line; of rotations the shorter way at constant speed.
+    /// Linear; rotations take the shorter arc at constant speed.
     Linear,
-    /// A cubic curve with the tangents of the keys, which stand before and behind their values.
+    /// Cubic Hermite spline. Each key has an in-tangent before its value and an out-tangent after
+    /// it.
     CubicSpline,
 }
 
 impl Interpolation {
-    /// Elements of a key.
+    /// Number of elements per key.
     pub(super) fn parts(self) -> usize {
         if self == Self::CubicSpline { 3 } else { 1 }
     }
 }
 
-/// What keys are about.
+/// Kind of an animated property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Value {
-    /// Three numbers.
+    /// Translation or scale: three numbers.
     Vector,
     /// A quaternion x y z w.
     Rotation,
-    /// As many numbers as there are morph targets.
+    /// Weights, one per morph target.
     Weights,
 }
 
 /// Keys of a value.
 #[derive(Debug)]
 pub(super) struct Keys {
-    /// When, in seconds, each later than the one before.
+    /// Times in seconds, strictly increasing.
     times: Vec<f64>,
-    /// The numbers of the elements of each key.
+    /// Numbers of all elements, key by key.
     values: Vec<f64>,
     kind: Value,
-    /// Number of numbers of an element.
+    /// Numbers per element.
     width: usize,
     interpolation: Interpolation,
 }
 
 impl Keys {
-    /// Keys at times, of which there is at least one; `None` if the numbers are not those of so
-    /// many keys.
+    /// Creates keys at times, of which there is at least one; `None` if the number of values does
+    /// not match the number of keys.
     pub(super) fn new(
         times: Vec<f64>,
         values: Vec<f64>,
@@ -63,8 +64,7 @@ impl Keys {
         fits.then_some(Self { times, values, kind, width, interpolation })
     }
 
-    /// The value at a time; before the first key that of the first one, and after the last key that
-    /// of the last one.
+    /// Evaluates the keys at a time. The first and the last value are held outside of the keys.
     pub(super) fn at(&self, time: f64) -> Vec<f64> {
         let after = self.times.partition_point(|key| *key <= time);
         let (Some(before), Some(next)) = (after.checked_sub(1), self.times.get(after)) else {
@@ -95,14 +95,14 @@ impl Keys {
         self.element(key, self.interpolation.parts() / 2)
     }
 
-    /// One of the elements of a key.
+    /// Returns an element of a key.
     fn element(&self, key: usize, element: usize) -> &[f64] {
         let index = key * self.interpolation.parts() + element;
         &self.values[index * self.width..][..self.width]
     }
 }
 
-/// The cubic polynomial with these values and slopes at 0 and 1.
+/// Cubic polynomial with the given values and slopes at 0 and 1.
 fn hermite([from, to]: [f64; 2], [leaving, arriving]: [f64; 2], t: f64) -> f64 {
     let (t2, t3) = (t * t, t * t * t);
     (2.0 * t3 - 3.0 * t2 + 1.0) * from
@@ -111,10 +111,10 @@ fn hermite([from, to]: [f64; 2], [leaving, arriving]: [f64; 2], t: f64) -> f64 {
         + (t3 - t2) * arriving
 }
 
-/// From one rotation to another, the shorter way at constant speed. [Shoemake 1985, "Animating
-/// Rotation with Quaternion Curves", §3.3]
+/// Spherical linear interpolation along the shorter arc. [Shoemake 1985, "Animating Rotation with
+/// Quaternion Curves", §3.3]
 fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
-    /// Cosine from which on the arc is as good as straight.
+    /// Cosine above which linear interpolation is used.
     const STRAIGHT: f64 = 1.0 - 1e-12;
     let (from, to) = (from.normalize(), to.normalize());
     let to = if from.dot(to) < 0.0 { -to } else { to };

@@ -1,73 +1,73 @@
-//! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9 and app. B]
+//! Metallic-roughness materials and their extensions. [glTF 2.0, §3.9 and app. B]
 
 use std::sync::Arc;
 
 use pt_math::trig;
+use pt_scene::material::{Black, CoatNormals, MetallicRoughness, SurfaceDetail};
+use pt_scene::medium::{Medium, MediumProperties, Phase};
+use pt_scene::texture::{Blend, Color, Input, NormalOrBump, Pattern, Scalar, Texture};
+use pt_scene::{Material, Surface};
 
-use super::super::placeholder;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted, placement};
-use crate::material::{Black, CoatNormals, MetallicRoughness, SurfaceDetail};
-use crate::medium::{Medium, MediumProperties, Phase};
-use crate::texture::{Blend, Color, Input, NormalOrBump, Pattern, Scalar, Texture};
-use crate::{LoadError, Material, Surface};
+use crate::LoadError;
+use crate::shared::placeholder;
 
-/// The highest number that is a channel or an intensity.
+/// Upper limit of channels and intensities without a limit: the largest single-precision number.
 const ANY: f64 = f32::MAX as f64;
-/// Light that is left of a channel behind the distance of its attenuation, at least: 0 would be an
-/// endless extinction.
+/// Minimum transmittance at the attenuation distance; 0 would require an infinite extinction.
 const MIN_TRANSMITTANCE: f32 = 1e-4;
 
-/// How the textures of a material lie on a mesh.
+/// Texture coordinates and alpha mode of a material.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
-    /// The set of texture coordinates of the first of them, which is that of the normals if there
-    /// are some; `None` if there is no texture.
+    /// Texture coordinate set of the first texture, which is the normal map if there is one; `None`
+    /// without textures.
     pub(super) uv_set: Option<usize>,
-    /// The other sets on which some of them lie, in no order.
+    /// Other texture coordinate sets that are used, in no particular order.
     pub(super) other_sets: Vec<u32>,
-    /// True if one of them has normals, or there is anisotropy: both differ where coordinates lie
-    /// mirrored.
+    /// True if there is a normal map or anisotropy, which differ on triangles with mirrored
+    /// coordinates.
     pub(super) has_frame: bool,
-    /// True if opacities between 0 and 1 are seen.
+    /// True if the alpha mode is BLEND.
     pub(super) is_blended: bool,
-    /// True if the surface is cut where its opacity is below a number.
+    /// True if the alpha mode is MASK.
     pub(super) is_masked: bool,
 }
 
-/// The values of a mesh that its material shows.
+/// Mesh attributes that a material uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Values {
-    /// Colours of vertices.
+    /// True if the vertices have colours.
     pub(super) colors: bool,
-    /// Directions along which the normals of an image lie.
+    /// True if the mesh has tangents for normal maps.
     pub(super) tangents: bool,
-    /// Opacities of vertices.
+    /// True if the vertices have opacities.
     pub(super) opacities: bool,
 }
 
 impl Values {
-    /// The name of the directions among the [attributes](crate::Attributes) of a mesh.
+    /// Name of the tangents among the [attributes](pt_scene::Attributes) of a mesh.
     pub(super) const TANGENTS: &str = "TANGENT";
-    /// That of the opacities.
+    /// Name of the opacities among the attributes of a mesh.
     pub(super) const OPACITIES: &str = "opacity of COLOR_0";
 }
 
-/// A material that was made, and the medium inside.
+/// Indices of a material and its interior medium.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Made {
-    /// Index into [`crate::Scene::materials`].
+    /// Index into [`pt_scene::Scene::materials`].
     pub(super) material: u32,
-    /// Index into [`crate::Scene::media`], of what is inside.
+    /// Index into [`pt_scene::Scene::media`] of the interior medium.
     pub(super) medium: Option<u32>,
-    /// Index into [`crate::Scene::materials`], of what emits behind a surface that does so on both
+    /// Index into [`pt_scene::Scene::materials`] of the emitter behind a surface that emits on both
     /// sides.
     pub(super) back: Option<u32>,
 }
 
 impl<'a> Reader<'a> {
-    /// How the textures of a material lie on a mesh.
+    /// Finds the texture coordinate sets and the alpha mode of a material.
     pub(super) fn layout(material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
         let Some(material) = material else { return Ok(Layout::default()) };
         let mut sets = Vec::new();
@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         Ok(Layout { uv_set, other_sets, has_frame, is_blended, is_masked })
     }
 
-    /// The material of a primitive, made once for each kind of values.
+    /// Returns the material of a primitive, which is created once per set of mesh attributes.
     pub(super) fn material(
         &mut self,
         index: Option<usize>,
@@ -169,8 +169,7 @@ impl<'a> Reader<'a> {
         Ok((material, medium))
     }
 
-    /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and
-    /// reflects nothing.
+    /// KHR_materials_unlit: a surface that emits its base colour and reflects nothing.
     fn unlit(
         &mut self,
         item: &Item<'a>,
@@ -188,7 +187,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// All that a material is but its relief, its holes and its glow.
+    /// Reads the scattering parameters of a material, without normal map, alpha and emission.
     fn look(&mut self, item: &Item<'a>, values: Values) -> Result<MetallicRoughness, LoadError> {
         let mut made = MetallicRoughness { metallic: 1.0.into(), ..MetallicRoughness::default() };
         if let Some(base) = item.child("pbrMetallicRoughness")? {
@@ -219,7 +218,7 @@ impl<'a> Reader<'a> {
         Ok(made)
     }
 
-    /// A factor from 0 to 1, times what is meant of an image.
+    /// Reads a factor from 0 to 1 times a channel of a texture.
     fn factor(
         &mut self,
         found: &Item<'a>,
@@ -232,7 +231,7 @@ impl<'a> Reader<'a> {
         Ok(measured(factor, texture.filter(|_| factor > 0.0)))
     }
 
-    /// A colour of channels up to a number, times an image.
+    /// Reads a colour factor with channels up to a maximum times a texture.
     fn colored(
         &mut self,
         found: &Item<'a>,
@@ -260,7 +259,7 @@ impl<'a> Reader<'a> {
                 let message = format!("expected an index of at least 1, or 0, found {ior}");
                 return Err(found.refuse("ior", message));
             }
-            // 0 stands for an index without end; that of 100 reflects 96 %.
+            // 0 stands for an infinite index; an index of 100 reflects 96 %.
             made.ior = if ior == 0.0 { 100.0 } else { ior.min(100.0) as f32 };
         }
         if let Some(found) = item.extension("KHR_materials_specular")? {
@@ -307,7 +306,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The normals of a coat: its own, or else those of the shape, whatever is below it.
+    /// Normals of a clearcoat: its own normal map, or the normals of the shape regardless of the
+    /// base's normal map.
     pub(super) fn coat_normals(
         &mut self,
         item: &Item<'a>,
@@ -336,8 +336,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_anisotropy: an image has the direction in its first two channels, and a share
-    /// of the strength in the third.
+    /// KHR_materials_anisotropy: the first two channels of the texture are the direction, the third
+    /// one is a factor of the strength.
     fn anisotropy(
         &mut self,
         item: &Item<'a>,
@@ -359,7 +359,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_iridescence: without an image, the film is as thick as can be.
+    /// KHR_materials_iridescence: without a texture, the film has its maximum thickness.
     fn film(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_iridescence")? else { return Ok(()) };
         let names = ["iridescenceFactor", "iridescenceTexture"];
@@ -382,8 +382,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_volume: what is left of light behind a distance says the extinction, σt =
-    /// −ln(c) / d.
+    /// KHR_materials_volume: the extinction is σt = −ln(c) / d, where c is the attenuation colour
+    /// and d the attenuation distance.
     fn medium(&mut self, item: &Item<'a>, volume: &Item<'a>) -> Result<Option<u32>, LoadError> {
         let color = volume.color("attenuationColor", 1.0, [1.0; 3])?;
         if color == [1.0; 3] || !volume.has("attenuationDistance") {
@@ -405,7 +405,7 @@ impl<'a> Reader<'a> {
         Ok(Some(self.scene.media.len() as u32 - 1))
     }
 
-    /// A surface with the relief of its normal texture, if it has one.
+    /// Adds the normal map of a material to its surface, if it has one.
     fn embossed(
         &mut self,
         item: &Item<'a>,
@@ -418,7 +418,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The normals of an image, which perhaps lies mirrored, or along tangents.
+    /// Reads a normal map, for mirrored texture coordinates or along tangents if so specified.
     pub(super) fn relief(
         &mut self,
         item: &Item<'a>,
@@ -440,7 +440,7 @@ impl<'a> Reader<'a> {
         Ok(self.texture(item, field, content)?.map(made))
     }
 
-    /// Radiance, in candela per square metre.
+    /// Reads the emitted radiance, in candela per square metre.
     fn emission(&mut self, item: &Item<'a>) -> Result<Color, LoadError> {
         let strength = item.extension("KHR_materials_emissive_strength")?;
         let strength = strength
@@ -459,7 +459,7 @@ impl<'a> Reader<'a> {
         Ok(painted(factor, texture))
     }
 
-    /// The share of the surface that is there, by its alpha mode.
+    /// Reads the opacity according to the alpha mode.
     fn opacity(&mut self, item: &Item<'a>, values: Values) -> Result<Scalar, LoadError> {
         let mode = item.text("alphaMode")?.unwrap_or("OPAQUE");
         if mode == "OPAQUE" {
@@ -488,7 +488,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A share of the opacities of vertices.
+/// Multiplies an opacity by those of the vertices.
 fn covered(share: Scalar) -> Scalar {
     let opacities: Arc<Texture> =
         Arc::new(Pattern::VertexAttribute(Values::OPACITIES.into()).into());
@@ -501,17 +501,17 @@ fn covered(share: Scalar) -> Scalar {
     }
 }
 
-/// What emits the same behind a surface, and lets all light through to it.
+/// Creates the emitter behind a two-sided surface: the same emission, and no surface.
 fn back_of(front: &Material) -> Material {
     Material { surface: Black.into(), opacity: 0.0.into(), ..front.clone() }
 }
 
-/// The tangents of a mesh, as shares of ∂p/∂u and ∂p/∂v.
+/// Tangents of a mesh as coefficients of ∂p/∂u and ∂p/∂v.
 fn tangents() -> Arc<Texture> {
     Arc::new(Pattern::FaceAttribute(Values::TANGENTS.into()).into())
 }
 
-/// What has no material: a rough white metal. [glTF 2.0, §3.9.6]
+/// Default material: a rough white metal. [glTF 2.0, §3.9.6]
 fn default_material(is_colored: bool) -> Material {
     let surface = MetallicRoughness {
         base_color: tinted([1.0; 3].into(), is_colored),
@@ -528,7 +528,7 @@ fn default_material(is_colored: bool) -> Material {
     }
 }
 
-/// Textures of extensions that are read.
+/// Textures of supported extensions.
 const EXTENSION_TEXTURES: [(&str, &str); 12] = [
     ("KHR_materials_anisotropy", "anisotropyTexture"),
     ("KHR_materials_clearcoat", "clearcoatRoughnessTexture"),
@@ -544,11 +544,11 @@ const EXTENSION_TEXTURES: [(&str, &str); 12] = [
     ("KHR_materials_transmission", "transmissionTexture"),
 ];
 
-/// Extensions of materials without effect, and what that means.
+/// Material extensions that are ignored, with the consequence of that.
 const PASSED_OVER: [(&str, &str); 1] =
     [("KHR_materials_dispersion", "all colours are refracted alike")];
 
-/// The factor of the base colour and of the opacity.
+/// Reads the factor of base colour and opacity.
 fn base_factor(base: &Item<'_>) -> Result<[f32; 4], LoadError> {
     let Some(factor) = base.vector::<4>("baseColorFactor")? else { return Ok([1.0; 4]) };
     if let Some(bad) = factor.iter().find(|c| !(0.0..=1.0).contains(*c)) {
@@ -558,7 +558,7 @@ fn base_factor(base: &Item<'_>) -> Result<[f32; 4], LoadError> {
     Ok(factor.map(|c| c as f32))
 }
 
-/// A colour times those of the vertices.
+/// Multiplies a colour by the vertex colours, if there are any.
 fn tinted(color: Color, is_colored: bool) -> Color {
     if !is_colored {
         return color;

@@ -5,45 +5,44 @@ use std::sync::Arc;
 use bytemuck::allocation::try_cast_vec;
 use glam::DVec2;
 use pt_math::{DAffine3, DVec3};
+use pt_scene::{Attribute, Attributes, Mesh, Submesh};
 
-use super::Reader;
 use super::accessor::all_parts;
-use super::compressed;
-use super::deform;
 use super::item::Item;
 use super::material::{Layout, Values};
-use crate::{Attribute, Attributes, LoadError, Mesh, Submesh};
+use super::{Reader, compressed, deform};
+use crate::LoadError;
 
-/// Triangles one by one, in a strip and in a fan.
+/// Modes of primitives of triangles: list, strip and fan.
 const TRIANGLES: [usize; 3] = [4, 5, 6];
 
-/// How a mesh is laid out and bent where a node shows it.
+/// Deformation and texture mapping of a mesh at a node.
 #[derive(Clone)]
 pub(super) struct Form<'f> {
     /// Weights of the morph targets.
     pub(super) weights: &'f [f64],
-    /// What each joint does, if the node has a skin.
+    /// Joint transforms, if the node has a skin.
     pub(super) joints: Option<&'f [DAffine3]>,
-    /// How the textures of its material lie on it.
+    /// Texture coordinates that the material uses.
     pub(super) layout: Layout,
-    /// True if a transform mirrors it somewhere.
+    /// True if the transform of some instance mirrors the mesh.
     pub(super) is_mirrored: bool,
 }
 
-/// The attributes of a primitive, and its positions.
+/// Attributes and positions of a primitive.
 type Vertices<'a> = (Item<'a>, Vec<[f32; 3]>);
 
-/// The colours of vertices.
+/// Colours and opacities of vertices.
 #[derive(Default)]
 pub(super) struct Colored {
-    /// Linear.
+    /// Linear colours.
     pub(super) colors: Option<Vec<[f32; 3]>>,
-    /// Their opacities, in all three channels, if some are below 1.
+    /// Opacities, repeated in three channels; `None` if all are 1.
     pub(super) opacities: Option<Vec<[f32; 3]>>,
 }
 
 impl<'a> Reader<'a> {
-    /// The triangles of a primitive; `None` if it has none, with a note.
+    /// Reads the triangles of a primitive; returns `None` and reports a warning if it has none.
     pub(super) fn primitive(
         &mut self,
         primitive: &Item<'a>,
@@ -51,7 +50,7 @@ impl<'a> Reader<'a> {
         form: &Form<'_>,
     ) -> Result<Option<Arc<Mesh>>, LoadError> {
         if primitive.extension(compressed::DRACO)?.is_some() {
-            // It cannot be decoded.
+            // The compressed data could not be decoded.
             return Err(LoadError::AlreadyReported);
         }
         let mode = primitive.whole("mode")?.unwrap_or(4);
@@ -89,7 +88,7 @@ impl<'a> Reader<'a> {
         for set in &form.layout.other_sets {
             let uvs = self.set_of_coordinates(primitive, &attributes, *set, vertices)?;
             let values = uvs.into_iter().map(|[u, v]| [u, v, 0.0]).collect();
-            named.vertices.insert(crate::texture::TextureMapping::set_name(*set), values);
+            named.vertices.insert(pt_scene::texture::TextureMapping::set_name(*set), values);
         }
         let mirrored = match &uvs {
             Some(uvs) if form.layout.has_frame => match &tangents {
@@ -128,7 +127,8 @@ impl<'a> Reader<'a> {
         Ok(Some(Arc::new(mesh)))
     }
 
-    /// The attributes of a primitive and its positions; `None` without these, with a note.
+    /// Reads the attributes and positions of a primitive; returns `None` and reports a warning if
+    /// it has no positions.
     pub(super) fn vertices(
         &mut self,
         primitive: &Item<'a>,
@@ -143,7 +143,8 @@ impl<'a> Reader<'a> {
         Ok(Some((attributes, positions)))
     }
 
-    /// The indices of a primitive, of vertices that exist; `None` if it has none.
+    /// Reads the indices of a primitive and checks that their vertices exist; `None` if it has
+    /// none.
     pub(super) fn indices(
         &mut self,
         primitive: &Item<'a>,
@@ -163,7 +164,7 @@ impl<'a> Reader<'a> {
         Ok(Some(indices))
     }
 
-    /// Values at the vertices of a primitive.
+    /// Reads a vertex attribute of a primitive.
     pub(super) fn attribute<const N: usize>(
         &mut self,
         attributes: &Item<'_>,
@@ -174,7 +175,7 @@ impl<'a> Reader<'a> {
         values.map(|values| as_many(values, attributes, name, vertices)).transpose()
     }
 
-    /// Texture coordinates, whose v runs down the rows of an image there, and up here.
+    /// Reads texture coordinates. In glTF v increases downwards, here upwards.
     fn coordinates(
         &mut self,
         primitive: &Item<'a>,
@@ -193,8 +194,8 @@ impl<'a> Reader<'a> {
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
     }
 
-    /// The coordinates of textures that lie on another set than the first; without it, they all see
-    /// one texel, with a note.
+    /// Reads an additional texture coordinate set. If it is missing, a warning is reported and all
+    /// coordinates are 0, so that the textures show a single texel.
     fn set_of_coordinates(
         &mut self,
         primitive: &Item<'a>,
@@ -213,7 +214,7 @@ impl<'a> Reader<'a> {
         Ok(uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect())
     }
 
-    /// The colours of a primitive.
+    /// Reads the vertex colours of a primitive.
     pub(super) fn colors(
         &mut self,
         attributes: &Item<'_>,
@@ -245,7 +246,7 @@ impl<'a> Reader<'a> {
         Ok(Colored { colors, opacities })
     }
 
-    /// Adds morph targets, each by its weight. [glTF 2.0, §3.7.2.2]
+    /// Adds morph targets, multiplied by their weights. [glTF 2.0, §3.7.2.2]
     pub(super) fn morph(
         &mut self,
         primitive: &Item<'a>,
@@ -265,7 +266,7 @@ impl<'a> Reader<'a> {
             {
                 add(normals, &turned, *weight);
             }
-            // The side, which is their fourth number, stays.
+            // The handedness, the fourth component, is not morphed.
             if let Some(tangents) = &mut tangents
                 && let Some(turned) = self.attribute::<3>(target, "TANGENT", count)?
             {
@@ -275,7 +276,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Which joints move each vertex, and how much; up to eight. [glTF 2.0, §3.7.3.3]
+    /// Returns the joints of each vertex with their weights, up to eight. [glTF 2.0, §3.7.3.3]
     pub(super) fn influences(
         &mut self,
         attributes: &Item<'_>,
@@ -307,7 +308,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Refuses positions that are too far away.
+/// Checks that positions are finite in single precision.
 pub(super) fn check_finite(primitive: &Item<'_>, positions: &[[f32; 3]]) -> Result<(), LoadError> {
     let are_finite = |part: &[[f32; 3]]| part.as_flattened().iter().all(|x| x.is_finite());
     if all_parts(positions, are_finite) {
@@ -316,23 +317,23 @@ pub(super) fn check_finite(primitive: &Item<'_>, positions: &[[f32; 3]]) -> Resu
     Err(primitive.error("its vertices are too far away for numbers of single precision"))
 }
 
-/// The normals and the tangents of vertices, where there are some.
+/// Optional normals and tangents of vertices.
 type Frames<'m> = (Option<&'m mut Vec<[f32; 3]>>, Option<&'m mut Vec<[f32; 4]>>);
 
-/// Puts some of the triangles last, and counts them.
+/// Moves the triangles for which `is_last` holds to the end and returns their number.
 fn last(triangles: &mut [[u32; 3]], is_last: impl Fn(&[u32; 3]) -> bool) -> usize {
     triangles.sort_by_key(&is_last);
     triangles.len() - triangles.partition_point(|triangle| !is_last(triangle))
 }
 
-/// Returns true if texture coordinates lie mirrored on a triangle.
+/// Returns true if the texture coordinates of a triangle are mirrored.
 fn lies_mirrored(uvs: &[[f32; 2]], triangle: &[u32; 3]) -> bool {
     let [a, b, c] = triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
     (b - a).perp_dot(c - a) < 0.0
 }
 
-/// The mean tangent of each triangle as a ∂p/∂u + b ∂p/∂v, in the plane of the triangle: (a, b, 0).
-/// Along u where the coordinates of a triangle are on a line, or its tangents cancel.
+/// Returns the mean tangent of each triangle as a ∂p/∂u + b ∂p/∂v in the plane of the triangle: (a,
+/// b, 0). It is u if the coordinates of the triangle are collinear, or if its tangents cancel.
 fn along_tangents(
     triangles: &[[u32; 3]],
     (positions, uvs): (&[[f32; 3]], &[[f32; 2]]),
@@ -355,14 +356,15 @@ fn along_tangents(
         let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
         let (tu, tv) = (mean.dot(u), mean.dot(v));
         let along = DVec2::new(tu * vv - tv * uv, tv * uu - tu * uv) / (uu * vv - uv * uv);
-        // Of the size of u, so that no digits are lost.
+        // Normalized, so that no precision is lost.
         let along = along.try_normalize().unwrap_or(DVec2::X).as_vec2();
         [along.x, along.y, 0.0]
     };
     triangles.iter().map(of).collect()
 }
 
-/// All triangles, of which the last ones are of a second material.
+/// Divides the triangles into submeshes: the last ones have mirrored texture coordinates and the
+/// second material.
 fn parts(triangles: usize, mirrored: usize) -> Vec<Submesh> {
     let (first, all) = ((triangles - mirrored) as u32, triangles as u32);
     let parts =
@@ -370,7 +372,7 @@ fn parts(triangles: usize, mirrored: usize) -> Vec<Submesh> {
     parts.into_iter().filter(|part| !part.triangles.is_empty()).collect()
 }
 
-/// Values, of which there have to be as many as vertices.
+/// Checks that there is one value per vertex.
 fn as_many<T>(
     values: Vec<T>,
     attributes: &Item<'_>,
@@ -384,7 +386,7 @@ fn as_many<T>(
     Err(attributes.refuse(name, message))
 }
 
-/// Values whose indices are those of the positions.
+/// Creates an attribute that is indexed like the positions.
 fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
     Attribute { values, indices: None }
 }
@@ -397,12 +399,12 @@ fn add<const N: usize>(values: &mut [[f32; N]], more: &[[f32; 3]], weight: f64) 
     }
 }
 
-/// The corners of triangles; what is left over makes none. [glTF 2.0, §3.7.2.1]
+/// Returns the vertex indices of triangles; incomplete triangles are ignored. [glTF 2.0, §3.7.2.1]
 fn triangles(mode: usize, mut corners: Vec<u32>) -> Vec<[u32; 3]> {
     match mode {
         4 => {
             corners.truncate(corners.len() / 3 * 3);
-            // The memory of many corners is kept, as it has room for nothing else.
+            // Large lists are converted in place, as there may be no memory for a copy.
             try_cast_vec(corners).unwrap_or_else(|(_, corners)| corners.as_chunks().0.to_vec())
         }
         5 => corners

@@ -1,17 +1,19 @@
-//! Materials on triangles on which texture coordinates lie mirrored, and on objects that their
-//! nodes mirror: there, the second axis of directions along the surface is on the other side.
+//! Materials of triangles with mirrored texture coordinates, and of objects with mirroring
+//! transforms. Their bitangents point to the opposite side.
+
+use pt_scene::Surface;
+use pt_scene::material::{CoatNormals, MetallicRoughness};
+use pt_scene::texture::{Input, NormalOrBump, Scalar};
 
 use super::Reader;
 use super::item::Item;
 use super::material::Made;
 use super::texture::Content;
-use crate::material::{CoatNormals, MetallicRoughness};
-use crate::texture::{Input, NormalOrBump, Scalar};
-use crate::{LoadError, Surface};
+use crate::LoadError;
 
 impl<'a> Reader<'a> {
-    /// The material of the triangles on which texture coordinates lie mirrored: there, the normals
-    /// of an image lean to the other side of u.
+    /// Returns the material for triangles with mirrored texture coordinates, on which the v
+    /// component of normal maps is reversed.
     pub(super) fn mirrored(&mut self, item: &Item<'a>, made: Made) -> Result<u32, LoadError> {
         if let Some(known) = self.mirrored.get(&made.material) {
             return Ok(*known);
@@ -43,8 +45,8 @@ impl<'a> Reader<'a> {
         Ok(mirrored)
     }
 
-    /// Turns the direction of anisotropy to the other side of u, for triangles on which texture
-    /// coordinates lie mirrored; tells whether there is one.
+    /// Mirrors the direction of anisotropy about u, for triangles with mirrored texture
+    /// coordinates. Returns true if the material is anisotropic.
     fn mirror_anisotropy(
         &mut self,
         item: &Item<'a>,

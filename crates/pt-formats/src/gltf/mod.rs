@@ -1,24 +1,24 @@
-//! Scenes of glTF 2.0, in JSON and binary. [Khronos, "glTF 2.0 Specification", ISO/IEC 12113:2022,
-//! and the registry of its extensions]
+//! Reader and writer of glTF 2.0 scenes, in JSON and binary. [Khronos, "glTF 2.0 Specification",
+//! ISO/IEC 12113:2022, and the registry of its extensions]
 //!
 //! ```text
 //! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer ◀─ compressed
-//!         and a buffer   objects that       ├▶ animation ─▶ keys
-//!                        know their path    ├▶ deform (skins)
+//!         and a buffer   objects with       ├▶ animation ─▶ keys
+//!                        their paths        ├▶ deform (skins)
 //!                                           ├▶ material ─▶ texture
-//!                                           └▶ sight (cameras, lights)
+//!                                           └▶ camera (cameras, lights)
 //! ```
 //!
-//! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What
-//! becomes something like it has a note, and so has an extension that is not read; where a file
-//! cannot be read without it, it is an error. Something loud stands in for images that cannot be
-//! read, and boxes for buffers.
+//! Invalid content is an error with its path in the file, such as `nodes[2].mesh`. Approximated
+//! features and unsupported extensions are reported as warnings; an unsupported extension that the
+//! file requires is an error. Images that cannot be read are replaced by a placeholder, meshes of
+//! missing buffers by boxes.
 //!
-//! Coordinates stay as they are: +y is up, lengths are metres. Nodes, skins and morph targets are
-//! as the file has them at rest, or where its animations have them at the time that is asked for.
+//! Coordinates are kept: +y is up, lengths are in metres. Nodes, skins and morph targets have their
+//! rest pose, or the pose of the animations at the requested time.
 //!
-//! Files may be hostile: everything that is referred to is looked up, each node is visited once,
-//! and there are budgets for values, numbers, texels, bytes and objects.
+//! Files may be hostile: all references are checked, each node is visited once, and there are
+//! limits on values, numbers, texels, bytes and objects.
 
 mod accessor;
 mod animation;
@@ -35,6 +35,7 @@ mod mirrored;
 mod nodes;
 mod points;
 mod texture;
+mod transform;
 mod write;
 
 use std::collections::{HashMap, HashSet};
@@ -47,14 +48,15 @@ use buffer::Buffers;
 use item::Item;
 use material::{Made, Values};
 use pt_math::DAffine3;
+use pt_scene::{Mesh, Points, Scene, Warning};
 use texture::Images;
 pub(super) use write::encode;
 
-use super::context::Context;
-use super::xml::quote;
-use crate::{LoadError, Mesh, Points, Scene, Warning};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::names::quote;
 
-/// Extensions that are read, or of which a material tells what becomes of them.
+/// Supported extensions, including those that a material reports as approximated.
 const EXTENSIONS: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -82,7 +84,7 @@ const EXTENSIONS: [&str; 24] = [
     "MSFT_texture_dds",
 ];
 
-/// A scene.
+/// Parses a scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let (mut json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
@@ -123,32 +125,33 @@ struct Reader<'a> {
     accessors: Accessors<'a>,
     scene: Scene,
     images: Images,
-    /// The set of texture coordinates of meshes that show the material under way.
+    /// Texture coordinate set of the material that is being read.
     uv_set: Option<usize>,
-    /// By index, and the values of meshes that they show.
+    /// Materials by index and mesh attributes that they use.
     materials: HashMap<(Option<usize>, Values), Made>,
-    /// What materials with normals of images are where they lie mirrored, and the other way round.
+    /// Index of the mirrored material of each material with a normal map or anisotropy, and vice
+    /// versa.
     mirrored: HashMap<u32, u32>,
-    /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
+    /// Meshes by the indices of mesh and primitive, without the skin and the weights of a node.
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
-    /// The same of points and lines.
+    /// Points and lines by the indices of mesh and primitive.
     points: HashMap<(usize, usize), Option<Arc<Points>>>,
-    /// Backs of those that emit on both sides.
+    /// Back sides of meshes that emit on both sides.
     backs: HashMap<(usize, usize), Arc<Mesh>>,
-    /// Joint transforms of each skin.
+    /// Joint transforms by skin index.
     joints: HashMap<usize, Arc<Vec<DAffine3>>>,
-    /// What animations say of nodes, by their indices.
+    /// Animated properties by node index.
     poses: HashMap<usize, Pose>,
-    /// Number of primitives shown, counted per instance.
+    /// Number of primitives, counted once per instance.
     shown: usize,
-    /// Notes that were given.
+    /// Warnings that were already reported.
     warned: HashSet<String>,
 }
 
 impl Reader<'_> {
     fn warn(&mut self, item: &Item<'_>, message: impl Into<String>) {
         let warning = Warning { at: item.span(), message: message.into() };
-        // What is shown often is looked at often.
+        // Nodes that share a mesh repeat its warnings.
         if self.warned.insert(warning.to_string()) {
             self.scene.warnings.push(warning);
         }
@@ -163,7 +166,7 @@ impl Reader<'_> {
     }
 }
 
-/// Checks the version and the extensions; gives notes about those that are not read.
+/// Checks the version and the extensions; returns warnings about unsupported extensions.
 fn check(root: &Item<'_>) -> Result<Vec<Warning>, LoadError> {
     let asset = root.child("asset")?;
     let version = asset.map_or(Ok(None), |asset| asset.text("version"))?.unwrap_or_default();

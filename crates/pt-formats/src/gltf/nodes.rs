@@ -1,36 +1,38 @@
-//! Nodes: what stands where. [glTF 2.0, §3.5]
+//! Nodes: the hierarchy of objects, and their transforms. [glTF 2.0, §3.5]
 
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DQuat, DVec3};
+use pt_math::DAffine3;
+use pt_scene::medium::Sides;
+use pt_scene::{Geometry, Material, Mesh, Object, shapes};
 
-use super::super::context::Context;
-use super::super::placeholder;
 use super::Reader;
 use super::animation::Pose;
 use super::item::Item;
 use super::material::{Layout, Values};
 use super::mesh::Form;
-use crate::medium::Sides;
-use crate::{Geometry, LoadError, Material, Mesh, Object, shapes};
+use crate::LoadError;
+use crate::gltf::transform::{affine, composed, quaternion};
+use crate::shared::context::Context;
+use crate::shared::placeholder;
 
-/// Most primitives that are shown, each as often as it is. A few lines can ask for any number:
-/// meshes of many primitives, and many nodes that show them.
+/// Maximum number of primitives, counted once per instance. Short files can request any number:
+/// meshes of many primitives, and many nodes that refer to them.
 const MAX_OBJECTS: usize = 1_000_000;
 
-/// Most morph targets of a mesh.
+/// Maximum number of morph targets of a mesh.
 const MAX_TARGETS: usize = 1024;
 
-/// The nodes of a scene, each of which is there once.
+/// Nodes of a scene, each of which occurs once.
 struct Placed {
-    /// In the order of the file, parents before children.
+    /// Node indices in the order of the file, parents before children.
     order: Vec<usize>,
-    /// To the world, by index; `None` if the node is in no part of the scene.
+    /// Transform to the world by node index; `None` if the node is not part of the scene.
     to_world: Vec<Option<DAffine3>>,
 }
 
 impl<'a> Reader<'a> {
-    /// Reads all that the nodes of the scene show.
+    /// Reads the cameras, lights and meshes of all nodes of the scene.
     pub(super) fn nodes(&mut self) -> Result<(), LoadError> {
         self.poses = self.read_poses()?;
         let placed = self.placed()?;
@@ -47,7 +49,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Where the nodes of the scene are.
+    /// Computes the transforms of all nodes of the scene.
     fn placed(&self) -> Result<Placed, LoadError> {
         let count = self.root.count("nodes")?;
         let mut to_world = vec![None; count];
@@ -80,8 +82,8 @@ impl<'a> Reader<'a> {
         Ok(Placed { order, to_world })
     }
 
-    /// The outermost nodes, and where they are named: those of the scene that is to be shown, or of
-    /// the first one, or, without a scene, all that are nobody's children.
+    /// Returns the root nodes and the items that refer to them: the roots of the default scene, or
+    /// of the first scene, or, without scenes, all nodes without a parent.
     fn roots(&self, count: usize) -> Result<Vec<(usize, Item<'a>, &'static str)>, LoadError> {
         let root = &self.root;
         let asked = root.whole("scene")?;
@@ -89,7 +91,7 @@ impl<'a> Reader<'a> {
         let scene = match asked {
             Some(number) => {
                 let scene = root.member("scenes", number, root, "scene");
-                // Without any scene, there is nothing else that could be meant.
+                // Without any scene, all nodes are the only possible meaning.
                 let instead = "all nodes are shown";
                 if scenes == 0 { self.context.forgive(scene, instead)? } else { Some(scene?) }
             }
@@ -112,7 +114,7 @@ impl<'a> Reader<'a> {
         Ok(roots.map(|node| (node, root.clone(), "nodes")).collect())
     }
 
-    /// Places the primitives of a mesh, which a node of a number shows.
+    /// Adds the primitives of the mesh of a node.
     fn mesh(
         &mut self,
         (number, node): (usize, &Item<'a>),
@@ -131,7 +133,7 @@ impl<'a> Reader<'a> {
             Some(weights) => weights,
             None => weights(if node.has("weights") { node } else { &mesh })?,
         };
-        // The vertices of a skin are where its joints are, wherever its node is.
+        // Skinned vertices are placed by the joints, regardless of the transform of the node.
         let places = match joints {
             Some(_) => vec![DAffine3::IDENTITY],
             None => self.instances(node)?.into_iter().map(|place| to_world * place).collect(),
@@ -173,8 +175,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A primitive with its material, at the origin, and its back if that emits, too; nothing if it
-    /// has no triangles. By the key it is kept for all nodes that show it alike.
+    /// Creates the objects of a primitive with its material, without a transform: the primitive,
+    /// and its back if that emits as well. Returns none if it has no triangles. The mesh is cached
+    /// under `key` for all nodes that share it.
     fn object(
         &mut self,
         node: &Item<'a>,
@@ -238,15 +241,14 @@ impl<'a> Reader<'a> {
         Ok(std::iter::once(front).chain(back).collect())
     }
 
-    /// Lets the normals of images lean as in the mirror image of the object, which its transform
-    /// makes of it.
+    /// Replaces the materials of a mirrored object by their mirrored variants.
     fn mirror(&self, object: &mut Object) {
         for material in object.materials.iter_mut().flatten() {
             *material = self.mirrored.get(material).copied().unwrap_or(*material);
         }
     }
 
-    /// The back of a mesh, by the key made once.
+    /// Returns the back of a mesh, which is cached under `key`.
     fn back_of(&mut self, key: Option<(usize, usize)>, mesh: &Mesh) -> Arc<Mesh> {
         let made = || Arc::new(shapes::back_of(mesh));
         match key {
@@ -255,8 +257,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A box in the place of a primitive whose buffer is missing, by the extent that the file
-    /// tells; `None` if it does not tell that.
+    /// Creates a box in place of a primitive whose buffer is missing, from the bounds of the
+    /// accessor; `None` if the file does not contain them.
     fn stand_in(
         &mut self,
         node: &Item<'a>,
@@ -297,7 +299,7 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    /// Joint transforms of a skin.
+    /// Returns the joint transforms of a skin.
     fn skin(
         &mut self,
         node: &Item<'a>,
@@ -314,7 +316,7 @@ impl<'a> Reader<'a> {
         Ok(joints)
     }
 
-    /// Adds an object, unless its place flattens space; then it has a note.
+    /// Adds an object. If its transform is singular, it is omitted with a warning.
     fn place(&mut self, node: &Item<'a>, object: Object) -> Result<(), LoadError> {
         let determinant = object.to_world.matrix3.determinant();
         if determinant == 0.0 {
@@ -328,8 +330,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Where copies of a mesh stand in the node, by EXT_mesh_gpu_instancing; once where it is,
-    /// without that.
+    /// Returns the transforms of the instances of a mesh in the node, from EXT_mesh_gpu_instancing;
+    /// without the extension, a single identity.
     fn instances(&mut self, node: &Item<'a>) -> Result<Vec<DAffine3>, LoadError> {
         let Some(instancing) = node.extension("EXT_mesh_gpu_instancing")? else {
             return Ok(vec![DAffine3::IDENTITY]);
@@ -370,7 +372,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Weights of the morph targets of a mesh, or of a node that shows it.
+/// Reads the weights of the morph targets of a mesh or a node.
 fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
     let count = item.count("weights")?;
     if count > MAX_TARGETS {
@@ -380,8 +382,8 @@ fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
     item.numbers("weights")
 }
 
-/// From a node to the world; `parent` is from its parent to the world, and the pose is what
-/// animations say.
+/// Computes the transform from a node to the world. `parent` is that of its parent, `pose` contains
+/// its animated properties.
 fn place_of(node: &Item<'_>, pose: Option<&Pose>, parent: DAffine3) -> Result<DAffine3, LoadError> {
     let here = parent * transform(node, pose)?;
     if here.is_finite() {
@@ -390,7 +392,7 @@ fn place_of(node: &Item<'_>, pose: Option<&Pose>, parent: DAffine3) -> Result<DA
     Err(node.error("its place is too far away, or too large"))
 }
 
-/// From a node to its parent. [glTF 2.0, §3.5.3]
+/// Computes the transform from a node to its parent. [glTF 2.0, §3.5.3]
 fn transform(node: &Item<'_>, pose: Option<&Pose>) -> Result<DAffine3, LoadError> {
     if let Some(matrix) = node.vector::<16>("matrix")? {
         if [matrix[3], matrix[7], matrix[11], matrix[15]] != [0.0, 0.0, 0.0, 1.0] {
@@ -409,22 +411,4 @@ fn transform(node: &Item<'_>, pose: Option<&Pose>) -> Result<DAffine3, LoadError
         pose.and_then(|pose| pose.rotation).unwrap_or(rotation),
         pose.and_then(|pose| pose.scale).unwrap_or(scale),
     ))
-}
-
-/// A rotation; `None` if the numbers are all about 0.
-pub(super) fn quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
-    let rotation = DQuat::from_array(xyzw);
-    let length = rotation.length();
-    (length > 1e-12 && length.is_finite()).then(|| rotation.normalize())
-}
-
-/// Scales, then turns, then moves.
-fn composed(moved: [f64; 3], rotation: DQuat, scale: [f64; 3]) -> DAffine3 {
-    DAffine3::from_scale_rotation_translation(scale.into(), rotation, moved.into())
-}
-
-/// A matrix by its columns, without its last row.
-pub(super) fn affine(m: &[f64; 16]) -> DAffine3 {
-    let column = |c: usize| DVec3::new(m[4 * c], m[4 * c + 1], m[4 * c + 2]);
-    DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }

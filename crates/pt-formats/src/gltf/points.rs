@@ -2,27 +2,29 @@
 
 use std::sync::Arc;
 
-use super::Reader;
-use super::deform;
+use pt_scene::{Geometry, Object, Points};
+
 use super::item::Item;
 use super::material::Values;
 use super::mesh::{Form, check_finite};
-use crate::{Geometry, LoadError, Object, Points};
+use super::{Reader, deform};
+use crate::LoadError;
 
-/// The kinds of points, lines, and their loops and strips.
+/// Modes of primitives: points, line lists, line loops and line strips.
 const POINTS: usize = 0;
 const LINES: usize = 1;
 const LINE_LOOP: usize = 2;
 const LINE_STRIP: usize = 3;
 
 impl<'a> Reader<'a> {
-    /// True of primitives of points or lines.
+    /// Returns true if a primitive consists of points or lines.
     pub(super) fn is_of_points(primitive: &Item<'a>) -> Result<bool, LoadError> {
         Ok(primitive.whole("mode")?.is_some_and(|mode| mode <= LINE_STRIP))
     }
 
-    /// The object of a primitive of points or lines, at the origin; `None` without points, with a
-    /// note. By the key its points are kept for all nodes that show them alike.
+    /// Creates the object of a primitive of points or lines, without a transform; returns `None`
+    /// and reports a warning if it has no points. The points are cached under `key` for all nodes
+    /// that share them.
     pub(super) fn object_of_points(
         &mut self,
         node: &Item<'a>,
@@ -106,7 +108,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The segments between vertices; what is left over makes none.
+/// Returns the segments between vertices; an incomplete segment is ignored.
 fn segments(mode: usize, ends: &[u32]) -> Vec<[u32; 2]> {
     let strip = || ends.windows(2).map(|pair| [pair[0], pair[1]]);
     match mode {

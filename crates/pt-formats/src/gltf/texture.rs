@@ -1,77 +1,74 @@
-//! Textures: images, which part of them is meant, and how they lie on a surface. [glTF 2.0, §3.8]
+//! Textures: images, the channels that are used, and their mapping to surfaces. [glTF 2.0, §3.8]
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use pt_image::{Decoded, ImageError, PixelEncoding, Room};
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
-
-use super::super::context::Context;
-use super::super::placeholder;
-use super::super::prefetch::Prefetcher;
-use super::Reader;
-use super::buffer;
-use super::item::Item;
-use crate::LoadError;
-use crate::image::{self, Decoded, Image, ImageError, PixelEncoding, Room};
-use crate::texture::{
+use pt_scene::image::Image;
+use pt_scene::texture::{
     Bitmap, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
 
-/// Most texels that are read from all images of a scene, counted as often as they are read.
+use super::item::Item;
+use super::{Reader, buffer};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::placeholder;
+use crate::shared::prefetch::Prefetcher;
+
+/// Maximum number of texels in all images of a scene, counted each time they are read.
 const MAX_TEXELS: usize = 1 << 28;
 
-/// Fields of images of normals.
+/// Fields of normal maps.
 const NORMALS: [&str; 2] = ["normalTexture", "clearcoatNormalTexture"];
 
-/// Meaning of an image's values.
+/// Channels of an image, and their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Content {
-    /// Colours of sRGB.
+    /// Colours in sRGB.
     Colors,
-    /// One channel, 0 to 2, as it is.
+    /// One channel, 0 to 2, as stored.
     Channel(usize),
     /// 1 minus a channel.
     Opposite(usize),
-    /// The opacity; 1 if there is none.
+    /// Alpha; 1 if there is no such channel.
     Opacity,
-    /// Where the opacity is at least a number, given by its bits.
+    /// Alpha mask: 1 if alpha is at least the cutoff, whose bits are given.
     Mask(u32),
-    /// Normals.
+    /// Tangent-space normals.
     Normals {
-        /// By what their slopes are multiplied, given by its bits.
+        /// Bits of the factor of x and y.
         scale: u32,
-        /// True if they lean to the other side along v.
+        /// True if y is reversed, for mirrored texture coordinates.
         is_mirrored: bool,
     },
 }
 
-/// The images that were read.
+/// Cache of images.
 #[derive(Default)]
 pub(super) struct Images {
-    /// As they are stored, by index.
+    /// Decoded images by index.
     stored: HashMap<usize, Result<Arc<Decoded>, String>>,
     ahead: Prefetcher<usize, Result<Picture, String>>,
     made: HashMap<(usize, Content), Arc<Image>>,
     texels: usize,
 }
 
-/// What is in the file of an image.
+/// Decoded image file.
 struct Picture {
-    /// A name with the right ending.
+    /// File name with the extension of the format.
     name: &'static str,
-    /// The size of the file.
+    /// Size of the file in bytes.
     bytes: usize,
     decoded: Result<Decoded, ImageError>,
 }
 
 impl Picture {
-    /// Decodes a file.
-    ///
-    /// # Errors
-    /// If it is of no format that glTF has.
+    /// If it is none of the formats of glTF.
     fn of(bytes: &[u8], context: &Context) -> Result<Self, String> {
         let name = match bytes {
             [0x89, b'P', b'N', b'G', ..] => "image.png",
@@ -83,13 +80,13 @@ impl Picture {
         };
         let grant = |bytes| context.grant_picture(bytes);
         let room = Room::new(&grant);
-        let decoded = image::decode_in(bytes, Path::new(name), PixelEncoding::Stored, &room);
+        let decoded = pt_image::decode_in(bytes, Path::new(name), PixelEncoding::Stored, &room);
         Ok(Self { name, bytes: bytes.len(), decoded })
     }
 }
 
 impl Images {
-    /// Counts texels.
+    /// Counts texels against the limit.
     fn count(&mut self, texels: usize) -> Result<(), String> {
         self.texels = self.texels.saturating_add(texels);
         if self.texels > MAX_TEXELS {
@@ -100,8 +97,9 @@ impl Images {
 }
 
 impl<'a> Reader<'a> {
-    /// The texture that a field of a material names; `None` if there is none. Where its image is
-    /// missing, something loud stands in for it, and the material is told.
+    /// Returns the texture to which a field of a material refers; `None` if there is none. A
+    /// missing image is reported and replaced by a placeholder, which is noted in the context for
+    /// the material.
     pub(super) fn texture(
         &mut self,
         from: &Item<'a>,
@@ -131,7 +129,7 @@ impl<'a> Reader<'a> {
         }
         let to_pattern = placement(&info)?;
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
-        // Normals lie on the coordinates of the mesh.
+        // Normal maps use the texture coordinates of the mesh.
         let set = Self::uv_set_of(from, field)?
             .filter(|set| !NORMALS.contains(&field) && Some(*set) != self.uv_set);
         let layout = match set.map(u32::try_from) {
@@ -141,7 +139,7 @@ impl<'a> Reader<'a> {
         Ok(Some(Arc::new(Texture { pattern, layout, to_pattern })))
     }
 
-    /// The set of texture coordinates on which a texture lies, if the field names one.
+    /// Returns the texture coordinate set of the texture to which a field refers, if there is one.
     pub(super) fn uv_set_of(from: &Item<'a>, field: &str) -> Result<Option<usize>, LoadError> {
         let Some(info) = from.child(field)? else { return Ok(None) };
         let moved = info.extension("KHR_texture_transform")?;
@@ -149,7 +147,7 @@ impl<'a> Reader<'a> {
         Ok(Some(set.or(info.whole("texCoord")?).unwrap_or(0)))
     }
 
-    /// What is meant of an image, made once. The error is a message.
+    /// Returns the requested channels of an image, which are cached. The error is a message.
     fn image(
         &mut self,
         index: usize,
@@ -173,8 +171,7 @@ impl<'a> Reader<'a> {
         Ok(image)
     }
 
-    /// The numbers of an image as they are stored: what a file says about its colours does not
-    /// count.
+    /// Decodes the stored values of an image; colour space metadata of the file are ignored.
     fn decoded(&mut self, index: usize, described: &Item<'a>) -> Result<Decoded, String> {
         if self.images.stored.is_empty() && self.context.limits().memory.is_none() {
             self.images.ahead.expect(self.shown_images());
@@ -185,24 +182,24 @@ impl<'a> Reader<'a> {
         };
         let context = self.context;
         let ahead = self.images.ahead.get(&index, bytes, |bytes| Picture::of(&bytes?, context))?;
-        // There may be too little memory for several at a time.
+        // There may not be enough memory for several images at a time.
         let alone =
             if ahead.decoded.is_err() { Picture::of(&bytes(&index)?, context)? } else { ahead };
         let Picture { name, bytes, decoded } = alone;
-        // Those that fail late took time, too.
+        // Images that fail late cost time as well.
         self.images.count(bytes)?;
         let decoded = self.context.check_picture(decoded, Path::new(name))?;
         self.images.count(decoded.image.pixels.len())?;
         Ok(decoded)
     }
 
-    /// The images that textures show, in the order of the textures.
+    /// Returns the images of all textures, in the order of the textures.
     fn shown_images(&self) -> Vec<usize> {
         let textures = self.root.children("textures").unwrap_or_default();
         textures.iter().filter_map(|texture| source_of(texture).ok()?).collect()
     }
 
-    /// The file of an image, wherever it is.
+    /// Returns the file of an image, from a URI or a buffer view.
     fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
         let text = |error: LoadError| match error {
             LoadError::AlreadyReported => "its buffer is missing".to_owned(),
@@ -220,9 +217,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What a sampler says is beyond the edges and between the texels.
+    /// Reads the wrap modes and the filter of the sampler of a texture.
     fn sampler(&self, texture: &Item<'a>) -> Result<(Wrap, Filter), LoadError> {
-        /// The code for the nearest texel.
+        /// Code of nearest filtering.
         const NEAREST: usize = 9728;
         let Some(index) = texture.whole("sampler")? else {
             return Ok((Wrap::REPEAT, Filter::Trilinear));
@@ -246,8 +243,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of the image of a texture, if there is one: that of an extension before the one for
-/// programs that do not know the extension.
+/// Returns the image index of a texture, if there is one. An extension takes precedence over the
+/// fallback for readers without that extension.
 fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
     for name in ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"] {
         if let Some(other) = texture.extension(name)? {
@@ -257,10 +254,10 @@ fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
     texture.whole("source")
 }
 
-/// From the coordinates of a surface, with v upwards, to those of an image, by
-/// KHR_texture_transform: with v downwards, coordinates are scaled, then turned by an angle so that
-/// +u goes to −v, then moved. The listing in the text of the extension turns the other way than its
-/// words and all who read it. [KhronosGroup/glTF, issue 1563]
+/// Returns the transform of KHR_texture_transform, from the coordinates of a surface to those of an
+/// image, both with v upwards. With v downwards, coordinates are scaled, then rotated by an angle
+/// such that +u turns to −v, then translated. The listing in the text of the extension rotates in
+/// the opposite direction from its words and all readers. [KhronosGroup/glTF, issue 1563]
 pub(super) fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
     let Some(moved) = info.extension("KHR_texture_transform")? else { return Ok(DMat3::IDENTITY) };
     let [scale_u, scale_v] = moved.vector("scale")?.unwrap_or([1.0; 2]);
@@ -276,7 +273,7 @@ pub(super) fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
     Ok(upside_down * placed * upside_down)
 }
 
-/// What is meant of an image.
+/// Extracts the requested channels of an image.
 pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     let Decoded { image: Image { width, height, pixels }, alpha, .. } = stored;
     let opacity = |i: usize| alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
@@ -299,7 +296,7 @@ pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     Image { width: *width, height: *height, pixels }
 }
 
-/// Levels of sRGB as light.
+/// Converts sRGB to linear values.
 fn linear(pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let table: [f32; 256] = std::array::from_fn(|level| linear_from_srgb(level as f32 / 255.0));
     let light = |share: f32| {
@@ -309,14 +306,14 @@ fn linear(pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
     pixels.iter().map(|pixel| pixel.map(light)).collect()
 }
 
-/// A normal, as a colour, whose x and y are multiplied. [glTF 2.0, §5.20.3]
+/// Scales x and y of a normal that is encoded as a colour, and normalizes it. [glTF 2.0, §5.20.3]
 fn steeper(color: [f32; 3], [x, y]: [f32; 2]) -> [f32; 3] {
     let normal = 2.0 * Vec3::from_array(color) - Vec3::ONE;
     let normal = (normal * Vec3::new(x, y, 1.0)).normalize_or(Vec3::Z);
     (0.5 * normal + Vec3::splat(0.5)).to_array()
 }
 
-/// A colour times a texture, if there is one.
+/// Multiplies a colour by a texture, if there is one.
 pub(super) fn painted(factor: [f32; 3], texture: Option<Arc<Texture>>) -> Color {
     match texture {
         None => factor.into(),
@@ -328,7 +325,7 @@ pub(super) fn painted(factor: [f32; 3], texture: Option<Arc<Texture>>) -> Color 
     }
 }
 
-/// A number times a texture, if there is one.
+/// Multiplies a number by a texture, if there is one.
 pub(super) fn measured(factor: f32, texture: Option<Arc<Texture>>) -> Scalar {
     match painted([factor; 3], texture) {
         Input::Value([value, ..]) => Input::Value(value),
@@ -342,7 +339,7 @@ mod tests {
 
     use super::*;
 
-    /// A quarter turn takes +u to −v where v runs down, which is up: counter-clockwise to the eye.
+    /// A quarter turn takes +u to −v. Since v increases downwards, that is counter-clockwise.
     #[test]
     fn coordinates_turn_counter_clockwise() {
         let turn = json!({"extensions": {"KHR_texture_transform": {
@@ -350,8 +347,8 @@ mod tests {
         }}});
         let info = Item::root(&turn, Path::new("a.gltf")).expect("an object");
         let placed = placement(&info).expect("a transform");
-        // With v downwards: (1, 0) is scaled to (2, 0), turned to (0, −2), and moved to (0.25,
-        // −1.5).
+        // With v downwards: (1, 0) is scaled to (2, 0), rotated to (0, −2), and translated to
+        // (0.25, −1.5).
         let found = placed * DVec3::new(1.0, 1.0, 1.0);
         assert!(found.distance(DVec3::new(0.25, 1.0 + 1.5, 1.0)) < 1e-12, "{found}");
     }

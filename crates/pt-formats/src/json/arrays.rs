@@ -1,11 +1,11 @@
-//! Files of arrays with names, types and sizes. [Hugging Face 2022, "Safetensors", format 0.4]
+//! Files of named, typed arrays. [Hugging Face 2022, "Safetensors", format 0.4]
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 
-/// The ending of files that hold all of a mesh.
+/// Extension of files that contain all arrays of a mesh.
 pub(super) const ENDING: &str = "safetensors";
 
-/// An array: its name, type, numbers in a row, and bytes.
+/// An array: its name, type, numbers per row, and bytes.
 pub(super) type Array = (String, Dtype, usize, Vec<u8>);
 
 pub(super) fn reals<const N: usize>(name: &str, values: &[[f32; N]]) -> Array {
@@ -18,7 +18,7 @@ pub(super) fn wholes<const N: usize>(name: &str, values: &[[u32; N]]) -> Array {
     (name.to_owned(), Dtype::U32, N, bytes)
 }
 
-/// The file of these arrays.
+/// Encodes arrays as a file.
 pub(super) fn encode(arrays: &[Array]) -> Result<Vec<u8>, String> {
     let views = arrays.iter().map(|(name, kind, width, bytes)| {
         let shape = vec![bytes.len() / (4 * width), *width];
@@ -28,12 +28,12 @@ pub(super) fn encode(arrays: &[Array]) -> Result<Vec<u8>, String> {
     serialize(views, None).map_err(|e| e.to_string())
 }
 
-/// The arrays of a file.
+/// Decodes the arrays of a file.
 pub(super) fn decode(bytes: &[u8]) -> Result<SafeTensors<'_>, String> {
     SafeTensors::deserialize(bytes).map_err(|e| format!("it is no file of arrays: {e}"))
 }
 
-/// Refuses arrays of other names than those that are known.
+/// Returns an error if an array has an unknown name.
 pub(super) fn check_names(
     all: &SafeTensors<'_>,
     known: &[&str],
@@ -45,12 +45,12 @@ pub(super) fn check_names(
     }
 }
 
-/// The message about an array that is not there.
+/// Returns the message about a missing array.
 pub(super) fn missing(name: &str) -> String {
     format!("the array \"{name}\" is missing")
 }
 
-/// Rows of an array of such numbers, if it is there.
+/// Returns the rows of an array of this type, or `None` if it does not exist.
 fn rows<const N: usize>(
     all: &SafeTensors<'_>,
     name: &str,

@@ -1,21 +1,21 @@
-//! Cameras, and what moves.
+//! Cameras and animations.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::DAffine3;
+use pt_scene::motion::Key;
+use pt_scene::{Aperture, Camera, Fit, Geometry, Meter, Motion, Placement, Projection, Quantity};
 use serde_json::{Value, json};
 
 use super::codec::{JsonCodec, Plain, StructCodec, json_struct, json_unit_enum, put};
+use super::context::{JsonReader, JsonWriter, Tables};
 use super::node::{Keys, Node, TYPE};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, PerhapsInfinite};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Numbered, Shared, Tables};
-use crate::motion::Key;
-use crate::{
-    Aperture, Camera, Fit, Geometry, LoadError, Meter, Motion, Placement, Projection, Quantity,
-};
+use super::shared::{Numbered, Shared};
+use crate::LoadError;
 
 json_struct! {
     Camera {
@@ -123,8 +123,8 @@ impl StructCodec for Projection {
     }
 }
 
-/// A horizontal and a vertical size, of which one may be missing: it follows from the other and the
-/// shape of the image by a function of these.
+/// Reads a horizontal and a vertical size, one of which may be missing: it is `other` of the given
+/// one and the aspect ratio of the image.
 fn sizes(
     keys: &mut Keys<'_>,
     [x, y]: [&'static str; 2],

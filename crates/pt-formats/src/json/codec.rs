@@ -1,45 +1,45 @@
-//! How types are described once, so that they can be read, written, and told in a schema.
+//! Descriptions of types, from which reader, writer and schema are derived.
 //!
-//! A struct is a `json_struct!` of its fields, an enum is `json_enum!` (an object whose "type" says
-//! which variant it is) or made of `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a
-//! default; what has its default is not written.
+//! A struct is a `json_struct!` of its fields; an enum is a `json_enum!` (an object with the
+//! variant as its "type") or a `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a
+//! default; fields with their default value are not written.
 
+use super::context::{JsonReader, JsonWriter};
 use super::node::{Keys, Node};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
 
-/// How a field is read and written.
+/// Reader, writer and schema of a field.
 pub(super) trait FieldCodec<T> {
-    /// True if it stands in files.
+    /// True if the field is written to files.
     const IS_WRITTEN: bool = true;
-    /// True if it has to be there if the field has no default.
+    /// True if the field is required unless it has a default.
     const IS_NEEDED: bool = true;
 
     fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError>;
     fn write(&self, value: &T, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(&self, schemas: &mut Schemas) -> serde_json::Value;
 
-    /// What it is in an object that does not say, if the field has no default.
+    /// Returns the value for an object without the field, if the field has no default.
     fn missing(&self, _object: &Node<'_>, _cx: &JsonReader<'_>) -> Option<T> {
         None
     }
 
-    /// Returns true if it would be the same if it were missing.
+    /// Returns true if a missing field would have this value, so that it need not be written.
     fn is_understood(&self, _value: &T, _cx: &JsonWriter<'_>) -> bool {
         false
     }
 }
 
-/// Types that are read and written in one way only.
+/// Types with a single representation.
 pub(super) trait JsonCodec: Sized {
     fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
     fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(schemas: &mut Schemas) -> serde_json::Value;
 }
 
-/// The kind of fields whose type says it all.
+/// Codec of fields whose type implements [`JsonCodec`].
 pub(super) struct Plain;
 
 impl<T: JsonCodec> FieldCodec<T> for Plain {
@@ -56,14 +56,14 @@ impl<T: JsonCodec> FieldCodec<T> for Plain {
     }
 }
 
-/// What is an object, or some keys of one.
+/// Types that are represented by an object, or by some keys of one.
 pub(super) trait StructCodec: Sized {
-    /// True if a text stands for an object with nothing but that as its "type".
+    /// True if a string represents an object with only that value as its "type".
     const IS_TAGGED: bool = false;
 
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
     fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String>;
-    /// The keys that it may have: one set of them, or several of which one is chosen.
+    /// Returns the possible keys: one set, or alternative sets.
     fn properties(schemas: &mut Schemas) -> Vec<Properties>;
 }
 
@@ -87,9 +87,51 @@ impl<T: StructCodec> JsonCodec for T {
 
     fn schema(schemas: &mut Schemas) -> serde_json::Value {
         let path = std::any::type_name::<T>();
-        // A box has the schema of what is in it.
+        // A box has the schema of its content.
         let name = path.rsplit("::").next().unwrap_or(path).trim_end_matches('>');
         schemas.define(name, |schemas| Properties::any_of(&T::properties(schemas), T::IS_TAGGED))
+    }
+}
+
+impl Keys<'_> {
+    /// Reads the value of a key, or returns the default; without a default, the key is required.
+    pub(super) fn read<T, K: FieldCodec<T>>(
+        &mut self,
+        name: &'static str,
+        kind: &K,
+        default: Option<T>,
+        cx: &mut JsonReader<'_>,
+    ) -> Result<T, LoadError> {
+        let found = if K::IS_WRITTEN { self.take(name) } else { None };
+        match found {
+            Some(node) => kind.read(&node, cx),
+            None => default
+                .or_else(|| kind.missing(&self.node, cx))
+                .ok_or_else(|| self.node.error(format!("its {} is missing", quote(name)))),
+        }
+    }
+}
+
+impl Properties {
+    /// Adds a field of a struct; `_field` determines the type only.
+    pub(super) fn with<T, K: FieldCodec<T>, S>(
+        self,
+        name: &str,
+        kind: &K,
+        _field: fn(&S) -> &T,
+        default: Option<T>,
+        schemas: &mut Schemas,
+    ) -> Self {
+        if !K::IS_WRITTEN {
+            return self;
+        }
+        let mut schema = kind.schema(schemas);
+        let is_required = default.is_none() && K::IS_NEEDED;
+        let written = default.and_then(|value| kind.write(&value, &mut JsonWriter::default()).ok());
+        if let Some(default) = written.filter(|default| *default != Out::Null) {
+            schema["default"] = serde_json::from_str(&default.print()).unwrap_or_default();
+        }
+        self.with_schema(name, schema, is_required)
     }
 }
 
@@ -109,7 +151,7 @@ impl<T: StructCodec> StructCodec for Box<T> {
     }
 }
 
-/// Writes a field, unless it has its default.
+/// Writes a field, unless it has its default value.
 pub(super) fn put<T, K: FieldCodec<T>>(
     out: &mut Entries,
     name: &str,
@@ -129,7 +171,7 @@ pub(super) fn put<T, K: FieldCodec<T>>(
     Ok(())
 }
 
-/// The name of a variant in files: `linear_spot` for `LinearSpot`.
+/// Returns the name of a variant in files: `linear_spot` for `LinearSpot`.
 pub(super) fn snake(name: &str) -> String {
     let mut snake = String::new();
     for c in name.chars() {
@@ -141,34 +183,7 @@ pub(super) fn snake(name: &str) -> String {
     snake
 }
 
-/// Former names of types and of enum values, each with its current name.
-const FORMER_TYPES: [(&str, &str); 8] = [
-    ("matte", "diffuse"),
-    ("sided", "two_sided"),
-    ("embossed", "surface_detail"),
-    ("cubes", "checkerboard3d"),
-    ("facing", "abs_normal_dot"),
-    ("root", "sqrt"),
-    ("between", "pixel_centers"),
-    ("from_pole_to_pole", "endpoints_at_poles"),
-];
-
-/// Former keys, each with its current name.
-const FORMER_KEYS: [(&str, &str); 3] =
-    [("saturates", "nonlinear"), ("film_offset", "principal_point_offset"), ("share", "amount")];
-
-/// Returns the former name of a key, if it had one.
-pub(super) fn former_key(name: &str) -> Option<&'static str> {
-    FORMER_KEYS.iter().find(|(_, current)| *current == name).map(|(former, _)| *former)
-}
-
-/// Returns the current name of a type or enum value; files may have its former one.
-pub(super) fn current_type(name: &str) -> &str {
-    let renamed = FORMER_TYPES.iter().find(|(former, _)| *former == name);
-    renamed.map_or(name, |(_, current)| current)
-}
-
-/// A default, or none.
+/// An optional default.
 macro_rules! default_of {
     () => {
         None
@@ -179,17 +194,17 @@ macro_rules! default_of {
 }
 pub(super) use default_of;
 
-/// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where
-/// `+` says that the keys of a field stand among those of the record, and `check` refuses what does
-/// not fit together.
+/// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`: the
+/// keys of the field after `+` are among those of the struct itself, and `check` rejects
+/// inconsistent values.
 macro_rules! json_struct {
     ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)? $(; $check:ident)?) => {
-        impl $crate::format::json::codec::StructCodec for $type {
-            const IS_TAGGED: bool = false $(|| <$flat_type as $crate::format::json::codec::StructCodec>::IS_TAGGED)?;
+        impl $crate::json::codec::StructCodec for $type {
+            const IS_TAGGED: bool = false $(|| <$flat_type as $crate::json::codec::StructCodec>::IS_TAGGED)?;
 
             fn read_fields(
-                keys: &mut $crate::format::json::node::Keys<'_>,
-                cx: &mut $crate::format::json::shared::JsonReader<'_>,
+                keys: &mut $crate::json::node::Keys<'_>,
+                cx: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 let _ = (&keys, &cx);
                 let made = Self {
@@ -197,7 +212,7 @@ macro_rules! json_struct {
                     $($field: keys.read(
                         stringify!($field),
                         &$kind,
-                        $crate::format::json::codec::default_of!($($default)?),
+                        $crate::json::codec::default_of!($($default)?),
                         cx,
                     )?),*
                 };
@@ -207,36 +222,36 @@ macro_rules! json_struct {
 
             fn write_fields(
                 &self,
-                out: &mut $crate::format::json::printer::Entries,
-                cx: &mut $crate::format::json::shared::JsonWriter<'_>,
+                out: &mut $crate::json::printer::Entries,
+                cx: &mut $crate::json::context::JsonWriter<'_>,
             ) -> Result<(), String> {
                 let _ = (&out, &cx);
                 $(self.$flat.write_fields(out, cx)?;)?
-                $($crate::format::json::codec::put(
+                $($crate::json::codec::put(
                     out,
                     stringify!($field),
                     &$kind,
                     &self.$field,
-                    $crate::format::json::codec::default_of!($($default)?),
+                    $crate::json::codec::default_of!($($default)?),
                     cx,
                 )?;)*
                 Ok(())
             }
 
             fn properties(
-                schemas: &mut $crate::format::json::schema::Schemas,
-            ) -> Vec<$crate::format::json::schema::Properties> {
-                let own = $crate::format::json::schema::Properties::default();
+                schemas: &mut $crate::json::schema::Schemas,
+            ) -> Vec<$crate::json::schema::Properties> {
+                let own = $crate::json::schema::Properties::default();
                 $(let own = own.with::<_, _, Self>(
                     stringify!($field),
                     &$kind,
                     |made| &made.$field,
-                    $crate::format::json::codec::default_of!($($default)?),
+                    $crate::json::codec::default_of!($($default)?),
                     schemas,
                 );)*
                 let _ = &schemas;
                 let all = vec![own];
-                $(let all = $crate::format::json::schema::Properties::each_with(
+                $(let all = $crate::json::schema::Properties::each_with(
                     <$flat_type>::properties(schemas), &all[0]);)?
                 all
             }
@@ -245,18 +260,18 @@ macro_rules! json_struct {
 }
 pub(super) use json_struct;
 
-/// The variants of an enum: `Variant { field: kind = default }`, `Variant(Record)`, `Variant[key:
-/// kind]` for a single field without a name, and `Variant()`.
+/// An enum with variants `Variant { field: kind = default }`, `Variant(Record)`,
+/// `Variant[key: kind]` for a single unnamed field, and `Variant()`.
 macro_rules! json_enum {
     ($type:ident { $($variant:ident $body:tt),* $(,)? }) => {
-        impl $crate::format::json::codec::StructCodec for $type {
+        impl $crate::json::codec::StructCodec for $type {
             const IS_TAGGED: bool = true;
 
             fn read_fields(
-                keys: &mut $crate::format::json::node::Keys<'_>,
-                cx: &mut $crate::format::json::shared::JsonReader<'_>,
+                keys: &mut $crate::json::node::Keys<'_>,
+                cx: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::codec::{current_type, read_variant, snake};
+                use $crate::json::codec::{read_variant, snake}; use $crate::json::former_names::current_type;
                 let _ = &cx;
                 let tag = keys.tag()?;
                 let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
@@ -270,11 +285,11 @@ macro_rules! json_enum {
 
             fn write_fields(
                 &self,
-                out: &mut $crate::format::json::printer::Entries,
-                cx: &mut $crate::format::json::shared::JsonWriter<'_>,
+                out: &mut $crate::json::printer::Entries,
+                cx: &mut $crate::json::context::JsonWriter<'_>,
             ) -> Result<(), String> {
-                use $crate::format::json::codec::{variant_pattern, write_variant, snake};
-                use $crate::format::json::{node::TYPE, printer::Out};
+                use $crate::json::codec::{variant_pattern, write_variant, snake};
+                use $crate::json::{node::TYPE, printer::Out};
                 let _ = &cx;
                 match self {
                     $(variant_pattern!(inner, $type, $variant, $body) => {
@@ -286,10 +301,10 @@ macro_rules! json_enum {
             }
 
             fn properties(
-                schemas: &mut $crate::format::json::schema::Schemas,
-            ) -> Vec<$crate::format::json::schema::Properties> {
-                use $crate::format::json::codec::{describe_variant, snake};
-                use $crate::format::json::schema::Properties;
+                schemas: &mut $crate::json::schema::Schemas,
+            ) -> Vec<$crate::json::schema::Properties> {
+                use $crate::json::codec::{describe_variant, snake};
+                use $crate::json::schema::Properties;
                 let _ = &schemas;
                 let mut all = Vec::new();
                 $(let tag = Properties::tag(&snake(stringify!($variant)));
@@ -306,7 +321,7 @@ macro_rules! read_variant {
         $type::$variant
     };
     ($type:ident, $variant:ident, ($record:ty), $keys:ident, $cx:ident) => {
-        $type::$variant(<$record as $crate::format::json::codec::StructCodec>::read_fields($keys, $cx)?)
+        $type::$variant(<$record as $crate::json::codec::StructCodec>::read_fields($keys, $cx)?)
     };
     ($type:ident, $variant:ident, [$key:ident: $kind:expr], $keys:ident, $cx:ident) => {
         $type::$variant($keys.read(stringify!($key), &$kind, None, $cx)?)
@@ -316,7 +331,7 @@ macro_rules! read_variant {
             $($field: $keys.read(
                 stringify!($field),
                 &$kind,
-                $crate::format::json::codec::default_of!($($default)?),
+                $crate::json::codec::default_of!($($default)?),
                 $cx,
             )?),*
         }
@@ -343,18 +358,18 @@ pub(super) use variant_pattern;
 macro_rules! write_variant {
     ($inner:ident, (), $out:ident, $cx:ident) => {};
     ($inner:ident, ($record:ty), $out:ident, $cx:ident) => {
-        $crate::format::json::codec::StructCodec::write_fields($inner, $out, $cx)?
+        $crate::json::codec::StructCodec::write_fields($inner, $out, $cx)?
     };
     ($inner:ident, [$key:ident: $kind:expr], $out:ident, $cx:ident) => {
-        $crate::format::json::codec::put($out, stringify!($key), &$kind, $inner, None, $cx)?
+        $crate::json::codec::put($out, stringify!($key), &$kind, $inner, None, $cx)?
     };
     ($inner:ident, { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? }, $out:ident, $cx:ident) => {
-        $($crate::format::json::codec::put(
+        $($crate::json::codec::put(
             $out,
             stringify!($field),
             &$kind,
             $field,
-            $crate::format::json::codec::default_of!($($default)?),
+            $crate::json::codec::default_of!($($default)?),
             $cx,
         )?;)*
     };
@@ -367,7 +382,7 @@ macro_rules! describe_variant {
     };
     ($type:ident, $variant:ident, ($record:ty), $tag:ident, $schemas:ident) => {
         Properties::each_with(
-            <$record as $crate::format::json::codec::StructCodec>::properties($schemas),
+            <$record as $crate::json::codec::StructCodec>::properties($schemas),
             &$tag,
         )
     };
@@ -391,7 +406,7 @@ macro_rules! describe_variant {
                 $type::$variant { $field, .. } => $field,
                 _ => unreachable!("it is of this variant"),
             },
-            $crate::format::json::codec::default_of!($($default)?),
+            $crate::json::codec::default_of!($($default)?),
             $schemas,
         );)*
         vec![$tag]
@@ -399,15 +414,15 @@ macro_rules! describe_variant {
 }
 pub(super) use describe_variant;
 
-/// An enum of names.
+/// An enum of unit variants, represented by their names.
 macro_rules! json_unit_enum {
     ($type:ident { $($variant:ident),* $(,)? }) => {
-        impl $crate::format::json::codec::JsonCodec for $type {
+        impl $crate::json::codec::JsonCodec for $type {
             fn read(
-                node: &$crate::format::json::node::Node<'_>,
-                _: &mut $crate::format::json::shared::JsonReader<'_>,
+                node: &$crate::json::node::Node<'_>,
+                _: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::format::json::codec::{current_type, snake};
+                use $crate::json::codec::{snake}; use $crate::json::former_names::current_type;
                 let name = node.text().ok_or_else(|| node.unexpected("a name"))?;
                 let name = current_type(name);
                 $(if name == snake(stringify!($variant)) {
@@ -419,20 +434,22 @@ macro_rules! json_unit_enum {
 
             fn write(
                 &self,
-                _: &mut $crate::format::json::shared::JsonWriter<'_>,
-            ) -> Result<$crate::format::json::printer::Out, String> {
-                use $crate::format::json::codec::snake;
-                use $crate::format::json::printer::Out;
+                _: &mut $crate::json::context::JsonWriter<'_>,
+            ) -> Result<$crate::json::printer::Out, String> {
+                use $crate::json::codec::snake;
+                use $crate::json::printer::Out;
                 Ok(match self {
                     $(Self::$variant => Out::text(snake(stringify!($variant)))),*
                 })
             }
 
-            fn schema(_: &mut $crate::format::json::schema::Schemas) -> serde_json::Value {
-                use $crate::format::json::codec::snake;
+            fn schema(_: &mut $crate::json::schema::Schemas) -> serde_json::Value {
+                use $crate::json::codec::snake;
                 serde_json::json!({"enum": [$(snake(stringify!($variant))),*]})
             }
         }
     };
 }
 pub(super) use json_unit_enum;
+
+use crate::shared::names::quote;

@@ -1,27 +1,30 @@
-//! What lies in files beside a scene: images, grids, profiles of luminaires, and measurements of
+//! Items in files beside a scene: images, grids, profiles of luminaires, and measurements of
 //! materials.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use pt_image::{PixelEncoding, SaveOptions, encode};
+use pt_scene::image::Image;
+use pt_scene::light::IesProfile;
+use pt_scene::measured::Measurements;
+use pt_scene::medium::Grid;
 use serde_json::{Value, json};
 
-use super::super::context::Unusable;
-use super::super::{measured, placeholder, vol};
+use super::super::{measured, vol};
 use super::codec::JsonCodec;
+use super::context::{JsonReader, JsonWriter, Tables};
 use super::node::Node;
 use super::number::{ANY, numbers, vector_schema};
 use super::printer::Out;
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Shared, Tables};
+use super::shared::Shared;
 use crate::LoadError;
-use crate::image::{Image, PixelEncoding, SaveOptions, encode};
-use crate::light::IesProfile;
-use crate::measured::Measurements;
-use crate::medium::Grid;
+use crate::shared::context::Unusable;
+use crate::shared::placeholder;
 
-/// Lists of up to so many numbers stand in the scene itself.
+/// Maximum number of values of an inline list.
 pub(super) const MAX_INLINE: usize = 300;
 
 /// `{"file": "a.png", "raw": true}`.
@@ -184,7 +187,7 @@ impl Shared for IesProfile {
             return Ok(Arc::clone(known));
         }
         let bytes = cx.read(&path, &file)?;
-        let profile = Arc::new(IesProfile::parse(&bytes, &path)?);
+        let profile = Arc::new(crate::ies::parse(&bytes, &path)?);
         cx.files.profiles.insert(path, Arc::clone(&profile));
         Ok(profile)
     }
@@ -244,8 +247,8 @@ impl Shared for Measurements {
     }
 }
 
-/// A profile as a file of its kind. Numbers are those of double precision, so that they are read as
-/// they were.
+/// Encodes a profile as an IES file. Numbers have the digits of double precision, so that they are
+/// read back exactly.
 fn ies_text(profile: &IesProfile) -> String {
     let (vertical, horizontal, candela) = profile.table();
     let mut text = String::from("IESNA:LM-63-2002\n[TEST] written by pathtracer\nTILT=NONE\n");

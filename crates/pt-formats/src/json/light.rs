@@ -1,18 +1,18 @@
 //! Lights.
 
 use pt_math::DAffine3;
-
+use pt_scene::light::{Daylight, GeoLocation, Portal, Rows, TimeRange};
+use pt_scene::{Light, LightKind};
 use serde_json::Value;
 
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
+use super::context::{JsonReader, JsonWriter};
 use super::medium::Here;
 use super::node::Node;
 use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE, numbers, vector, vector_schema};
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{JsonReader, JsonWriter};
-use crate::light::{Daylight, GeoLocation, Portal, Rows, TimeRange};
-use crate::{Light, LightKind, LoadError};
+use crate::LoadError;
 
 json_struct! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
 
@@ -37,7 +37,7 @@ json_enum! {
 }
 json_unit_enum! { Rows { PixelCenters, EndpointsAtPoles } }
 
-/// The corners of a portal; left out where there is none.
+/// Codec of the corners of a portal, which are omitted if there is none.
 struct Corners;
 
 impl FieldCodec<Option<Portal>> for Corners {

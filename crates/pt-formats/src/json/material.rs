@@ -4,29 +4,31 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
-use serde_json::{Value, json};
-
-use super::codec::{
-    FieldCodec, JsonCodec, Plain, StructCodec, json_enum, json_struct, json_unit_enum, put,
-};
-use super::node::{Keys, Node};
-use super::number::{ABOVE_0, ANY, Each, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
-use super::printer::{Entries, Out};
-use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Name, Shared, Tables};
-use super::transform::{OfTexture, ToTexture};
-use crate::material::{
+use pt_scene::Material;
+use pt_scene::material::{
     Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, Diffuse,
     DiffuseTransmission, Distribution, FresnelPlastic, Glass, Hair, Masking, Measured,
     MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
     RoughCoatedDiffuse, RoughDiffuse, Roughness, Surface, SurfaceDetail, ThinGlass, TwoSided,
 };
-use crate::medium::GridFilter;
-use crate::texture::{
+use pt_scene::medium::GridFilter;
+use pt_scene::texture::{
     Bitmap, Blend, Color, Edge, Filter, Marble, Noise, NormalOrBump, Pattern, Scalar, Texture,
     TextureMapping, Wrap,
 };
-use crate::{LoadError, Material};
+use serde_json::{Value, json};
+
+use super::codec::{
+    FieldCodec, JsonCodec, Plain, StructCodec, json_enum, json_struct, json_unit_enum, put,
+};
+use super::context::{JsonReader, JsonWriter, Tables};
+use super::node::{Keys, Node};
+use super::number::{ABOVE_0, ANY, Each, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
+use super::printer::{Entries, Out};
+use super::schema::{Properties, Schemas};
+use super::shared::{Name, Shared};
+use super::transform::{OfTexture, ToTexture};
+use crate::LoadError;
 
 json_struct! {
     Material {
@@ -37,16 +39,16 @@ json_struct! {
     } + surface: Surface
 }
 
-/// Most sets of texture coordinates that a mesh may have by their numbers.
+/// Maximum number of a set of texture coordinates.
 const MAX_SETS: u32 = 1000;
 
-/// The variants of surfaces are the structs of their names.
+/// The variants of surfaces are the structs of the same name.
 macro_rules! surface_fields {
     ($($name:ident),* $(,)?) => {
         json_enum! { Surface { $($name ($name)),* } }
     };
 }
-crate::surfaces!(surface_fields);
+pt_scene::surfaces!(surface_fields);
 
 json_struct! { Diffuse { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
 json_struct! {
@@ -234,7 +236,7 @@ impl StructCodec for Black {
 json_unit_enum! { Distribution { Beckmann, Ggx } }
 json_unit_enum! { Masking { Correlated, Separable } }
 
-/// `{"alpha": 0.1}`, or two numbers, along u and along v.
+/// `{"alpha": 0.1}`, or a list of two numbers, along u and along v.
 impl StructCodec for Roughness {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let one = keys.take("alpha").map(|node| ABOVE_0.read(&node, cx)).transpose()?;
@@ -292,8 +294,8 @@ impl StructCodec for Roughness {
     }
 }
 
-/// A colour as `reflectance`, what is absorbed as `absorption`, or concentrations as `eumelanin`
-/// and `pheomelanin`; without any, that of brown hair.
+/// A colour as `reflectance`, an absorption as `absorption`, or concentrations as `eumelanin` and
+/// `pheomelanin`; by default, that of brown hair.
 impl StructCodec for Pigment {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS.map(|key| keys.take(key));
@@ -342,10 +344,10 @@ impl StructCodec for Pigment {
     }
 }
 
-/// What tells pigments.
+/// Keys of pigments.
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
-/// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or
+/// A texture as a `normal_map`, perhaps with the directions `along` of its frame, as a
 /// `turned_normal_map`, or as a `height_map` with its `height`.
 impl StructCodec for NormalOrBump {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
@@ -440,7 +442,7 @@ json_struct! {
 }
 json_unit_enum! { Edge { Repeat, Mirror, Clamp, Black } }
 
-/// A word for both directions, or a list of one for u and one for v.
+/// A name for both directions, or a list of one for u and one for v.
 impl JsonCodec for Wrap {
     fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.text().is_some() {
@@ -473,7 +475,7 @@ impl Shared for Texture {
     fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         const MAX_PARTS: usize = 1000;
         let texture = Self::read(node, cx)?;
-        // Products of products of the same texture would grow without end.
+        // Nested products of the same texture would grow without bound.
         if parts(&texture) > MAX_PARTS {
             return Err(node.error(format!(
                 "with all that it is made of, the texture has more than {MAX_PARTS} parts"
@@ -491,7 +493,7 @@ impl Shared for Texture {
     }
 }
 
-/// Returns the number of textures put together.
+/// Returns the number of textures that a texture consists of, including itself.
 fn parts(texture: &Texture) -> usize {
     1 + texture.pattern.parts().map(|t| parts(t)).sum::<usize>()
 }

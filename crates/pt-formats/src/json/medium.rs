@@ -1,18 +1,20 @@
 //! Media.
 
 use pt_math::DAffine3;
+use pt_scene::medium::{
+    BlackBody, Cloud, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase,
+    PhaseBlend, PlacedGrid, Sides, Volume,
+};
+use pt_scene::{Medium, Span};
 
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
+use super::context::{JsonReader, JsonWriter};
 use super::node::Node;
 use super::number::{ABOVE_0, ANY, Each, FROM_0, SHARE};
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{JsonReader, JsonWriter, Name, Numbered};
-use crate::medium::{
-    BlackBody, Cloud, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase,
-    PhaseBlend, PlacedGrid, Sides, Volume,
-};
-use crate::{LoadError, Medium, Span};
+use super::shared::{Name, Numbered};
+use crate::LoadError;
 
 json_struct! { Medium { name: Name, phase: Plain => Phase::default(), at: Here } + matter: MediumProperties }
 
@@ -51,7 +53,7 @@ json_enum! {
 json_struct! { PhaseBlend { first: Plain, second: Plain, amount: SHARE => 0.5 } }
 json_struct! { Sides { interior: Numbered::Medium => None, exterior: Numbered::Medium => None } }
 
-/// A colour, or a grid.
+/// Codec of a colour or a grid.
 struct Albedo;
 
 impl FieldCodec<Volume> for Albedo {
@@ -75,7 +77,7 @@ impl FieldCodec<Volume> for Albedo {
     }
 }
 
-/// A colour, a grid, or temperatures.
+/// Codec of a colour, a grid, or temperatures.
 struct Glow;
 
 impl FieldCodec<MediumEmission> for Glow {
@@ -104,7 +106,7 @@ impl FieldCodec<MediumEmission> for Glow {
     }
 }
 
-/// Where it was written: no key says so.
+/// Codec of the location in the file, which has no key.
 pub(super) struct Here;
 
 impl FieldCodec<Span> for Here {

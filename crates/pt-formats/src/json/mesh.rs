@@ -1,37 +1,39 @@
-//! Meshes: in the scene itself, by the name of a shape, or in files.
+//! Meshes: inline, by the name of a shape, or in files.
 //!
-//! What is too large for the scene is written as safetensors: arrays with names, types and sizes.
-//! [Hugging Face 2022, "Safetensors", format 0.4]
+//! Meshes too large for the scene file are written as safetensors: arrays with names, types and
+//! sizes. [Hugging Face 2022, "Safetensors", format 0.4]
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pt_scene::shapes::{cube, cylinder, disk, rectangle, single_part};
+use pt_scene::{Attribute, Attributes, Mesh, Submesh};
 use safetensors::SafeTensors;
 use serde_json::{Value, json};
 
-use super::super::mesh_file;
-use super::super::xml::quote;
 use super::super::{obj, ply, serialized, stl};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::codec::JsonCodec;
+use super::context::{JsonReader, JsonWriter, Tables};
 use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{ANY, numbers, vector, vector_schema};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Shared, Tables};
-use crate::shapes::{cube, cylinder, disk, rectangle, single_part};
-use crate::{Attribute, Attributes, LoadError, Mesh, Submesh};
+use super::shared::Shared;
+use crate::LoadError;
+use crate::shared::mesh_file;
+use crate::shared::names::quote;
 
-/// Makes a mesh by rule.
+/// Constructor of a generated mesh.
 pub(super) type Maker = fn() -> Mesh;
 
-/// Meshes that are known by a name.
+/// Generated meshes by name.
 pub(super) const SHAPES: [(&str, Maker); 4] =
     [("rectangle", rectangle), ("cube", cube), ("disk", disk), ("cylinder", cylinder)];
 
-/// What stands in such files before the names of attributes.
+/// Prefixes of the names of attributes in such files.
 const VERTEX_PREFIX: &str = "vertex_attributes.";
 const FACE_PREFIX: &str = "face_attributes.";
 
@@ -126,7 +128,7 @@ impl Shared for Mesh {
     }
 }
 
-/// Numbers of a mesh.
+/// Returns the number of values of a mesh.
 fn count(mesh: &Mesh) -> usize {
     let of = |values: usize, indices: Option<&Vec<[u32; 3]>>| {
         values + indices.map_or(0, |i| 3 * i.len())
@@ -145,7 +147,7 @@ fn count(mesh: &Mesh) -> usize {
         + 3 * mesh.submeshes.len()
 }
 
-/// A shape; without a name of its own, all who ask for it share it.
+/// Returns a generated mesh, which is shared by all references without a name of their own.
 fn of_shape(
     node: &Node<'_>,
     name: Option<String>,
@@ -166,13 +168,13 @@ pub(super) fn shape_named(
     cx: &mut JsonReader<'_>,
 ) -> Arc<Mesh> {
     let name = name.unwrap_or_else(|| shape.to_owned());
-    // No path of a file is empty.
+    // Paths of files are not empty.
     let place = (PathBuf::new(), format!("{shape} {name}"));
     let known = cx.files.meshes.entry(place);
     Arc::clone(known.or_insert_with(|| Arc::new(Mesh { name, ..make() })))
 }
 
-/// The mesh of a file.
+/// Reads the mesh of a file.
 fn of_file(
     node: &Node<'_>,
     group: u32,
@@ -204,7 +206,7 @@ fn of_file(
     Ok(mesh)
 }
 
-/// The readers of mesh files.
+/// Extensions of mesh files.
 const ENDINGS: [&str; 5] = [arrays::ENDING, "ply", "obj", "stl", "serialized"];
 
 fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh, LoadError> {
@@ -226,7 +228,7 @@ fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh,
     }
 }
 
-/// What every user of a mesh relies on.
+/// Checks the invariants of meshes.
 fn check(mesh: &Mesh) -> Result<(), String> {
     if mesh.triangles.is_empty() {
         return Err("the mesh has no triangles".to_owned());
@@ -292,8 +294,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     Ok(())
 }
 
-// ---- in the scene itself
-// -------------------------------------------------------------------------
+// ---- inline -------------------------------------------------------------------------------------
 
 fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadError> {
     let Some((positions, triangles)) = keys.take("positions").zip(keys.take("triangles")) else {
@@ -328,7 +329,7 @@ fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadErro
     })
 }
 
-/// Values by their names.
+/// Reads named values.
 fn named_values(node: Option<Node<'_>>) -> Result<BTreeMap<String, Vec<[f32; 3]>>, LoadError> {
     let entries = node.map_or(Ok(Vec::new()), |node| node.entries())?;
     let values = |(name, node): (&str, Node<'_>)| Ok((name.to_owned(), vectors(&node)?));
@@ -398,7 +399,7 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Resu
     Ok(())
 }
 
-/// First triangle, triangle behind the last one, and slot of each part.
+/// Returns the first triangle, the end of the range of triangles, and the slot of each part.
 fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
     mesh.submeshes
         .iter()
@@ -406,8 +407,7 @@ fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
         .collect()
 }
 
-// ---- in files of arrays
-// --------------------------------------------------------------------------
+// ---- files of arrays ----------------------------------------------------------------------------
 
 fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     let mut arrays =
@@ -435,7 +435,7 @@ fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     encode(&arrays)
 }
 
-/// The mesh of a file, without a name.
+/// Decodes the mesh of a file, without a name.
 fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
     let all = decode(bytes)?;
     let known = [
@@ -477,7 +477,7 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// Values by their names, which follow a prefix.
+/// Decodes named values with a prefix.
 fn named_points(
     all: &SafeTensors<'_>,
     prefix: &str,

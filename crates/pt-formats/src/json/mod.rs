@@ -1,15 +1,18 @@
-//! Our own scene files: all of a [`Scene`], in JSON with comments, for people and for programs.
+//! The scene format of this program: all of a [`Scene`], in JSON with comments, for people and for
+//! programs.
 //!
-//! What a file may hold is told once for each type, beside its neighbours of the same concept
-//! (`material.rs`, `light.rs` …), in the words of `codec.rs`; reading, writing and the schema all
-//! follow from that. `node.rs` knows where values stand, `printer.rs` prints, and `shared.rs` has
-//! what is referred to by names. Meshes, images and grids of any size are written to files beside
-//! the scene (`mesh.rs`, `files.rs`).
+//! The content of a file is described once for each type, in the file of its concept
+//! (`material.rs`, `light.rs` …), with the macros of `codec.rs`; reader, writer and schema follow
+//! from that. `node.rs` has values with their locations, `printer.rs` prints, and `shared.rs` has
+//! the tables of named items. Images, and all but small meshes and grids, are written to files
+//! beside the scene (`mesh.rs`, `files.rs`).
 
 mod arrays;
 mod camera;
 mod codec;
+mod context;
 mod files;
+mod former_names;
 mod light;
 mod material;
 mod medium;
@@ -28,37 +31,38 @@ use std::path::Path;
 use std::sync::Arc;
 
 use codec::{JsonCodec, Plain, put};
+use context::{JsonReader, JsonWriter, OutFile, Unique};
 use node::{Document, Keys, Node};
 use number::ABOVE_0;
 use printer::{Entries, Out};
+use pt_scene::image::Image;
+use pt_scene::light::IesProfile;
+use pt_scene::measured::Measurements;
+use pt_scene::medium::Grid;
+use pt_scene::{
+    Camera, Light, Material, Medium, Mesh, Motion, Object, Points, RenderHints, Scene, Texture,
+};
 use schema::{Properties, Schemas};
 use serde_json::{Value, json};
-use shared::{JsonReader, JsonWriter, OutFile, Shared, Unique, read_table};
+use shared::{Shared, read_table};
 
-use super::context::Context;
-use super::save::Encoded;
-use super::text;
-use super::xml::quote;
-use crate::image::Image;
-use crate::light::IesProfile;
-use crate::measured::Measurements;
-use crate::medium::Grid;
-use crate::{
-    Camera, Light, LoadError, Material, Medium, Mesh, Motion, Object, Points, RenderHints, Scene,
-    Texture,
-};
+use super::encoded::Encoded;
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::names::quote;
+use crate::shared::text;
 
-/// The version that is written; all up to it are read.
+/// Version that is written; all versions up to it are read.
 const VERSION: u32 = 1;
-/// The key of the version, which every file has.
+/// Key of the version, which is required.
 const HEADER: &str = "pathtracer";
 
-/// A scene.
+/// Reads a scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let bytes = &*text::lines(bytes, path)?;
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
-        super::mesh_file::error(path, line as u32, "the text is not in UTF-8")
+        crate::shared::mesh_file::error(path, line as u32, "the text is not in UTF-8")
     })?;
     let value = node::parse(text, path)?;
     let document = Document::new(text, path);
@@ -90,7 +94,7 @@ fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
     }
 }
 
-/// All of the file but its version. Tables come first, whatever their order in the file.
+/// Reads everything except the version. Tables are read first, whatever their order in the file.
 fn scene(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadError> {
     let defaults = Scene::default();
     let settings: RenderHints = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
@@ -135,7 +139,7 @@ fn scene(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadErro
     })
 }
 
-/// The entries of a table whose order counts, and their names.
+/// Reads the entries of a table whose order is significant, and their names.
 fn named<T: JsonCodec>(
     table: &'static str,
     keys: &mut Keys<'_>,
@@ -154,7 +158,7 @@ fn named<T: JsonCodec>(
     Ok(entries)
 }
 
-/// The items of a list, without those that have an error or a mesh that is missing.
+/// Reads the items of a list, except those with an error or a missing mesh.
 fn list<T: JsonCodec>(
     key: &'static str,
     keys: &mut Keys<'_>,
@@ -173,10 +177,10 @@ fn numbers_of<T>(entries: &[(String, T)]) -> std::collections::HashMap<String, u
     entries.iter().zip(0..).map(|((name, _), index)| (name.clone(), index)).collect()
 }
 
-/// Turns a scene into a file of this name, and files beside it.
+/// Encodes a scene as a file of this name, and files beside it.
 ///
 /// # Errors
-/// If a number is not finite, or an index refers to nothing.
+/// Returns a message if a number is not finite, or an index is out of range.
 pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = format!("{stem}_files");
@@ -206,7 +210,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     Ok(Encoded { bytes: Out::Object(head).print().into_bytes(), files, notes: Vec::new() })
 }
 
-/// The tables of what is shared, in the order in which they refer to each other.
+/// Tables of shared items; each refers to previous ones only.
 const TABLES: [&str; 8] = [
     Image::TABLE.0,
     Grid::TABLE.0,
@@ -242,7 +246,7 @@ fn write_named<T: JsonCodec>(
     Ok(())
 }
 
-/// The [schema](https://json-schema.org) of scene files, in JSON.
+/// Returns the [schema](https://json-schema.org) of scene files, in JSON.
 pub fn schema() -> String {
     schema::of(schema_of_file)
 }

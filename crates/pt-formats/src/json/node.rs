@@ -1,4 +1,4 @@
-//! Values of a JSON text with comments, which know where they stand, so that errors can say so.
+//! Values of JSON with comments, with their locations for error messages.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -6,17 +6,16 @@ use std::path::Path;
 use jsonc_parser::ast::{ObjectProp, Value};
 use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+use pt_scene::Span;
 
-use super::super::xml::quote;
-use super::codec::{FieldCodec, former_key};
-use super::shared::JsonReader;
-use crate::spelling::suggestions;
-use crate::{LoadError, Span};
+use super::former_names::former_key;
+use crate::LoadError;
+use crate::shared::names::{quote, suggestions};
 
-/// How deep values may stand in each other.
+/// Maximum nesting of values.
 const MAX_DEPTH: u32 = 100;
 
-/// JSON with `//` and `/* */`, and nothing else that JSON lacks.
+/// JSON with `//` and `/* */` comments, and no other extensions.
 const OPTIONS: ParseOptions = ParseOptions {
     allow_comments: true,
     allow_loose_object_property_names: false,
@@ -30,10 +29,10 @@ const OPTIONS: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
-/// The value of a whole text.
+/// Parses a text.
 ///
 /// # Errors
-/// If it is no JSON.
+/// Returns an error if it is no valid JSON.
 pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadError> {
     let error = |line: usize, column: usize, message: String| {
         let [line, column] = [line, column].map(|n| n as u32);
@@ -51,11 +50,11 @@ pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadErr
     }
 }
 
-/// A text and the file that it was read from.
+/// A text and its file.
 pub(super) struct Document<'a> {
     text: &'a str,
     file: &'a Path,
-    /// Where each line begins.
+    /// Offset of each line.
     lines: Vec<usize>,
 }
 
@@ -65,7 +64,8 @@ impl<'a> Document<'a> {
         Self { text, file, lines: lines.collect() }
     }
 
-    /// The line of a byte; columns are counted for errors alone, as lines may be long.
+    /// Returns the line of an offset. Columns are computed for errors only, since lines may be
+    /// long.
     fn line(&self, byte: usize) -> usize {
         self.lines.partition_point(|start| *start <= byte)
     }
@@ -94,7 +94,7 @@ impl<'a> Node<'a> {
         Self { value, path: String::new(), depth: 0, document }
     }
 
-    /// Where it stands, without a column.
+    /// Returns the location, without a column.
     pub(super) fn span(&self) -> Span {
         let line = self.document.line(self.value.range().start) as u32;
         Span { file: self.document.file.to_owned(), line, column: 0, element: self.path.clone() }
@@ -104,12 +104,12 @@ impl<'a> Node<'a> {
         self.document.error(self.value.range(), &self.path, message.into())
     }
 
-    /// An error that tells what is there.
+    /// Returns an error that describes the value found.
     pub(super) fn unexpected(&self, expected: &str) -> LoadError {
         self.error(format!("expected {expected}, found {}", described(self.value)))
     }
 
-    /// An error about a name that is not among those that are known.
+    /// Returns an error about an unknown name.
     pub(super) fn unknown<'c>(
         &self,
         what: &str,
@@ -123,24 +123,24 @@ impl<'a> Node<'a> {
         self.value
     }
 
-    /// The text, if it is one.
+    /// Returns the string, or `None` for other values.
     pub(super) fn text(&self) -> Option<&'a str> {
         self.value.as_string_lit().map(|text| &*text.value)
     }
 
-    /// The digits of a number, if it is one.
+    /// Returns the digits of a number, or `None` for other values.
     pub(super) fn digits(&self) -> Option<&'a str> {
         self.value.as_number_lit().map(|number| number.value)
     }
 
-    /// What a list holds.
+    /// Returns the items of a list.
     pub(super) fn list(&self, expected: &str) -> Result<Vec<Self>, LoadError> {
         let list = self.value.as_array().ok_or_else(|| self.unexpected(expected))?;
         let children = list.elements.iter().enumerate();
         children.map(|(i, value)| self.child(value, format!("{}[{i}]", self.path))).collect()
     }
 
-    /// Keys and values of an object, each key once.
+    /// Returns the keys and values of an object; keys must be unique.
     pub(super) fn entries(&self) -> Result<Vec<(&'a str, Self)>, LoadError> {
         let object = self.value.as_object().ok_or_else(|| self.unexpected("an object {…}"))?;
         let mut seen = HashSet::new();
@@ -154,13 +154,13 @@ impl<'a> Node<'a> {
         properties.map(|p| Ok((p.name.as_str(), self.child(&p.value, self.path_of(p))?))).collect()
     }
 
-    /// The keys of an object.
+    /// Returns the object as [`Keys`].
     pub(super) fn keys(&self) -> Result<Keys<'a>, LoadError> {
         let entries = self.entries()?;
         Ok(Keys { node: self.clone(), entries, known: Vec::new() })
     }
 
-    /// A text in the place of an object that has nothing but this as its "type".
+    /// Returns the keys of an object with only this string as its "type".
     pub(super) fn word(&self) -> Keys<'a> {
         let entries = vec![(TYPE, self.clone())];
         Keys { node: self.clone(), entries, known: Vec::new() }
@@ -184,14 +184,14 @@ impl<'a> Node<'a> {
     }
 }
 
-/// The key that says which of several things an object is.
+/// Key of the variant of an enum.
 pub(super) const TYPE: &str = "type";
 
-/// The keys of an object, of which those that were asked for are known.
+/// Keys of an object, and those that its reader requested.
 pub(super) struct Keys<'a> {
     pub(super) node: Node<'a>,
-    entries: Vec<(&'a str, Node<'a>)>,
-    known: Vec<&'static str>,
+    pub(super) entries: Vec<(&'a str, Node<'a>)>,
+    pub(super) known: Vec<&'static str>,
 }
 
 impl<'a> Keys<'a> {
@@ -208,29 +208,12 @@ impl<'a> Keys<'a> {
         Some(node)
     }
 
-    /// The value of a key, or a default; without one, the key has to be there.
-    pub(super) fn read<T, K: FieldCodec<T>>(
-        &mut self,
-        name: &'static str,
-        kind: &K,
-        default: Option<T>,
-        cx: &mut JsonReader<'_>,
-    ) -> Result<T, LoadError> {
-        let found = if K::IS_WRITTEN { self.take(name) } else { None };
-        match found {
-            Some(node) => kind.read(&node, cx),
-            None => default
-                .or_else(|| kind.missing(&self.node, cx))
-                .ok_or_else(|| self.node.error(format!("its {} is missing", quote(name)))),
-        }
-    }
-
-    /// The value of the key "type".
+    /// Returns the value of the key "type".
     pub(super) fn tag(&mut self) -> Result<Node<'a>, LoadError> {
         self.take(TYPE).ok_or_else(|| self.node.error(format!("its {} is missing", quote(TYPE))))
     }
 
-    /// Refuses keys that nobody asked for.
+    /// Returns an error if there are keys that were not requested.
     pub(super) fn finish(self) -> Result<(), LoadError> {
         let Some((name, node)) = self.entries.iter().find(|(key, _)| !self.known.contains(key))
         else {
@@ -253,7 +236,7 @@ fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> 
     format!("unknown {what} {}; {meant}there are {listed}{more}", quote(name))
 }
 
-/// A value in a few words.
+/// Describes a value in a few words.
 fn described(value: &Value<'_>) -> String {
     match value {
         Value::NullKeyword(_) => "null".to_owned(),

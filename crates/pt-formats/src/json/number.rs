@@ -1,22 +1,22 @@
-//! Numbers, colours, texts, and lists of them.
+//! Numbers, colours, strings, and lists of them.
 
+use pt_scene::texture::Input;
 use serde_json::{Value, json};
 
 use super::codec::{FieldCodec, JsonCodec, Plain};
+use super::context::{JsonReader, JsonWriter};
 use super::node::Node;
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
-use crate::texture::Input;
 
-/// Finite numbers in a range.
+/// Codec of finite numbers in a range.
 #[derive(Clone, Copy)]
 pub(super) struct Within {
     least: f64,
-    /// True if the least number is not in the range.
+    /// True if `least` is excluded from the range.
     is_open: bool,
-    /// True if 0 is, if the others around it are.
+    /// False if 0 is excluded from a range around it.
     has_zero: bool,
     most: f64,
     expected: &'static str,
@@ -33,10 +33,10 @@ pub(super) const ANY: Within = Within {
 /// Any finite number but 0.
 pub(super) const NOT_0: Within =
     Within { has_zero: false, expected: "a number that is not 0", ..ANY };
-/// Numbers from 0 up.
+/// Numbers of at least 0.
 pub(super) const FROM_0: Within =
     Within { least: 0.0, expected: "a number that is not negative", ..ANY };
-/// Numbers from 1 up.
+/// Numbers of at least 1.
 pub(super) const FROM_1: Within = Within { least: 1.0, expected: "a number of at least 1", ..ANY };
 /// Numbers above 0.
 pub(super) const ABOVE_0: Within =
@@ -62,7 +62,7 @@ impl Within {
         is_above && x <= self.most && (self.has_zero || x != 0.0)
     }
 
-    /// A number in the range.
+    /// Reads a number in the range.
     pub(super) fn number<T: Real>(&self, node: &Node<'_>) -> Result<T, LoadError> {
         let read = node.digits().and_then(T::of_digits);
         read.filter(|x| self.has((*x).into())).ok_or_else(|| node.unexpected(self.expected))
@@ -84,7 +84,7 @@ impl Within {
     }
 }
 
-/// Floating-point numbers, which are read and written exactly.
+/// Floating-point types, which are read and written exactly.
 pub(super) trait Real: Copy + Into<f64> + std::fmt::Debug {
     fn of_digits(digits: &str) -> Option<Self>;
 }
@@ -101,7 +101,7 @@ impl Real for f64 {
     }
 }
 
-/// The fewest digits that mean this number.
+/// Returns the shortest digits that represent a number.
 pub(super) fn digits<T: Real>(x: T) -> Result<Out, String> {
     if !x.into().is_finite() {
         return Err(format!("{x:?} is no number that a file can hold"));
@@ -157,7 +157,7 @@ impl FieldCodec<[f32; 3]> for Within {
     }
 }
 
-/// A value, or the texture that shows it.
+/// A value or a texture.
 impl<T> FieldCodec<Input<T>> for Within
 where
     Within: FieldCodec<T>,
@@ -178,11 +178,11 @@ where
 
     fn schema(&self, schemas: &mut Schemas) -> Value {
         let value = FieldCodec::<T>::schema(self, schemas);
-        json!({"anyOf": [value, std::sync::Arc::<crate::Texture>::schema(schemas)]})
+        json!({"anyOf": [value, std::sync::Arc::<pt_scene::Texture>::schema(schemas)]})
     }
 }
 
-/// Several numbers of a range, in a list.
+/// Codec of a list of numbers in a range.
 pub(super) struct Each(pub(super) Within);
 
 impl<T: Real, const N: usize> FieldCodec<[T; N]> for Each {
@@ -213,7 +213,7 @@ impl FieldCodec<Vec<f32>> for Each {
     }
 }
 
-/// A list of so many numbers.
+/// Reads a list of N numbers.
 pub(super) fn vector<T: Real, const N: usize>(
     node: &Node<'_>,
     range: &Within,
@@ -224,7 +224,7 @@ pub(super) fn vector<T: Real, const N: usize>(
     read.try_into().map_err(|_| node.unexpected(expected))
 }
 
-/// A list of numbers.
+/// Writes a list of numbers.
 pub(super) fn numbers<T: Real>(values: &[T]) -> Result<Out, String> {
     values.iter().map(|x| digits(*x)).collect::<Result<_, _>>().map(Out::List)
 }
@@ -233,7 +233,7 @@ pub(super) fn vector_schema(item: &Value, count: usize) -> Value {
     json!({"type": "array", "items": item, "minItems": count, "maxItems": count})
 }
 
-/// A number that may be infinite: left out then.
+/// Codec of a number that may be infinite, in which case it is omitted.
 pub(super) struct PerhapsInfinite;
 
 impl FieldCodec<f64> for PerhapsInfinite {
@@ -275,7 +275,7 @@ impl JsonCodec for u32 {
     }
 }
 
-/// Whole numbers from 0 up to this one.
+/// Codec of integers from 0 to this one.
 pub(super) struct UpTo(pub(super) u32);
 
 impl FieldCodec<u32> for UpTo {
@@ -371,7 +371,7 @@ impl<T: JsonCodec, const N: usize> JsonCodec for [T; N] {
     }
 }
 
-/// Two of the same kind, in a list.
+/// Codec of a list of two values.
 pub(super) struct Pair(pub(super) Within);
 
 impl<T> FieldCodec<[T; 2]> for Pair
@@ -394,7 +394,7 @@ where
     }
 }
 
-/// The same, in a box.
+/// A boxed pair.
 impl<T> FieldCodec<Box<[T; 2]>> for Pair
 where
     Within: FieldCodec<T>,

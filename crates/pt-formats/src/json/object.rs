@@ -1,18 +1,20 @@
-//! Shapes placed in the world.
+//! Objects placed in the world.
 
 use std::sync::Arc;
 
 use pt_math::DAffine3;
+use pt_scene::{Geometry, Mesh, Motion, Object, Points, Sides};
 use serde_json::json;
 
 use super::codec::{FieldCodec, JsonCodec, Plain, StructCodec, put};
+use super::context::{JsonReader, JsonWriter};
 use super::mesh::{SHAPES, shape_named};
 use super::node::{Keys, TYPE};
 use super::number::{ABOVE_0, NOT_0};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Numbered};
-use crate::{Geometry, LoadError, Mesh, Motion, Object, Points, Sides};
+use super::shared::Numbered;
+use crate::LoadError;
 
 impl StructCodec for Object {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
@@ -120,7 +122,7 @@ fn slots(geometry: &Geometry) -> usize {
     }
 }
 
-/// `material` for all slots, or `materials` for each.
+/// Reads `material` for all slots, or `materials` for each.
 fn materials(
     keys: &mut Keys<'_>,
     slots: usize,

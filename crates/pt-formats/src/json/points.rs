@@ -1,22 +1,25 @@
-//! Points and segments: in the scene itself, or in files.
+//! Points and segments: inline, or in files.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use pt_scene::Points;
 use safetensors::SafeTensors;
 use serde_json::{Value, json};
 
-use super::super::xml::quote;
-use super::super::{mesh_file, obj, ply};
+use super::super::{obj, ply};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::codec::JsonCodec;
+use super::context::{JsonReader, JsonWriter, Tables};
 use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{numbers, vector_schema};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{JsonReader, JsonWriter, Shared, Tables};
-use crate::{LoadError, Points};
+use super::shared::Shared;
+use crate::LoadError;
+use crate::shared::mesh_file;
+use crate::shared::names::quote;
 
 /// `{"file": "cloud.ply"}`, or `{"positions": […], "colors": […], "segments": […]}`.
 impl Shared for Points {
@@ -90,7 +93,7 @@ impl Shared for Points {
     }
 }
 
-/// The points of a file, which is read once.
+/// Reads the points of a file, once per file.
 fn of_file(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, LoadError> {
     let path = cx.path(node)?;
     if let Some(known) = cx.files.points.get(&path) {
@@ -135,7 +138,7 @@ fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, LoadEr
     })
 }
 
-/// The invariants of points.
+/// Checks the invariants of points.
 fn check(points: &Points) -> Result<(), String> {
     let count = points.positions.len();
     if count == 0 {
@@ -159,7 +162,7 @@ fn to_bytes(points: &Points) -> Result<Vec<u8>, String> {
     encode(&arrays)
 }
 
-/// The points of a file of arrays, without a name.
+/// Decodes the points of a file of arrays, without a name.
 fn of_bytes(bytes: &[u8]) -> Result<Points, String> {
     let all: SafeTensors<'_> = decode(bytes)?;
     check_names(&all, &["positions", "colors", "segments"], |_| false)?;

@@ -1,8 +1,9 @@
-//! JSON texts for people: what fits into a line stands in one.
+//! Printer of readable JSON: values that fit are on a single line.
 
 use std::fmt::Write;
 
-/// A value to be written. Numbers are digits already, so that each type of number keeps its own.
+/// A value to print. Numbers are stored as digits, so that each numeric type keeps its
+/// representation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Out {
     Null,
@@ -13,10 +14,10 @@ pub(super) enum Out {
     Object(Entries),
 }
 
-/// Keys and values in their order.
+/// Keys and values in order.
 pub(super) type Entries = Vec<(String, Out)>;
 
-/// Columns of a line.
+/// Maximum line length in columns.
 const WIDTH: usize = 100;
 
 impl Out {
@@ -24,7 +25,7 @@ impl Out {
         Self::Text(text.into())
     }
 
-    /// The text of a file.
+    /// Returns the text of a file.
     pub(super) fn print(&self) -> String {
         let mut text = String::new();
         self.print_at(0, 0, &mut text);
@@ -32,7 +33,8 @@ impl Out {
         text
     }
 
-    /// On lines that are indented by so much, the first of which has so many columns already.
+    /// Prints the value on lines with this indentation, the first of which has `column` columns
+    /// already.
     fn print_at(&self, indent: usize, column: usize, text: &mut String) {
         let mut line = String::new();
         let fits = self.print_in_line(WIDTH.saturating_sub(column + 1), &mut line);
@@ -56,8 +58,8 @@ impl Out {
         line
     }
 
-    /// Writes it without a break, and tells whether it is no longer than so many bytes; if not, it
-    /// is cut.
+    /// Prints the value without line breaks. Returns true if it has at most `most` bytes; otherwise
+    /// the output is truncated.
     fn print_in_line(&self, most: usize, line: &mut String) -> bool {
         match self {
             Self::Null => line.push_str("null"),
@@ -108,7 +110,7 @@ fn print_block<'a>(
     let _ = write!(text, "\n{:indent$}{close}", "");
 }
 
-/// A text between quotation marks.
+/// Quotes and escapes a string.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

@@ -1,20 +1,18 @@
-//! The JSON schema of scene files, made of the descriptions by which they are read.
+//! JSON schema of scene files, derived from the descriptions of their types.
 
 use serde_json::{Map, Value, json};
 
-use super::codec::FieldCodec;
 use super::node::TYPE;
-use super::printer::Out;
-use super::shared::JsonWriter;
 
-/// Definitions that several places refer to.
+/// Shared definitions.
 #[derive(Default)]
 pub(super) struct Schemas {
     definitions: Map<String, Value>,
 }
 
 impl Schemas {
-    /// A reference to the definition of this name, which is made once; it may refer to itself.
+    /// Returns a reference to the definition of this name, which is created once and may refer to
+    /// itself.
     pub(super) fn define(&mut self, name: &str, make: impl FnOnce(&mut Self) -> Value) -> Value {
         if !self.definitions.contains_key(name) {
             self.definitions.insert(name.to_owned(), Value::Null);
@@ -25,7 +23,7 @@ impl Schemas {
     }
 }
 
-/// The schema of files whose outermost object is as told.
+/// Returns the schema of files whose outermost object has the schema of `make`.
 pub(super) fn of(make: impl FnOnce(&mut Schemas) -> Value) -> String {
     let mut schemas = Schemas::default();
     let mut schema = make(&mut schemas);
@@ -35,7 +33,7 @@ pub(super) fn of(make: impl FnOnce(&mut Schemas) -> Value) -> String {
     format!("{schema:#}\n")
 }
 
-/// Keys that an object may have, and those that it must have.
+/// Keys of an object, and which of them are required.
 #[derive(Clone, Default)]
 pub(super) struct Properties {
     properties: Map<String, Value>,
@@ -43,33 +41,12 @@ pub(super) struct Properties {
 }
 
 impl Properties {
-    /// Those of an object of this "type".
+    /// Returns the keys of an object of this "type".
     pub(super) fn tag(name: &str) -> Self {
         Self::default().with_schema(TYPE, json!({"const": name}), true)
     }
 
-    /// With the field of a type, of which `_field` says no more than which it is.
-    pub(super) fn with<T, K: FieldCodec<T>, S>(
-        self,
-        name: &str,
-        kind: &K,
-        _field: fn(&S) -> &T,
-        default: Option<T>,
-        schemas: &mut Schemas,
-    ) -> Self {
-        if !K::IS_WRITTEN {
-            return self;
-        }
-        let mut schema = kind.schema(schemas);
-        let is_required = default.is_none() && K::IS_NEEDED;
-        let written = default.and_then(|value| kind.write(&value, &mut JsonWriter::default()).ok());
-        if let Some(default) = written.filter(|default| *default != Out::Null) {
-            schema["default"] = serde_json::from_str(&default.print()).unwrap_or_default();
-        }
-        self.with_schema(name, schema, is_required)
-    }
-
-    /// With a key of this schema.
+    /// Adds a key with this schema.
     pub(super) fn with_schema(mut self, name: &str, schema: Value, is_required: bool) -> Self {
         self.properties.insert(name.to_owned(), schema);
         if is_required {
@@ -78,7 +55,7 @@ impl Properties {
         self
     }
 
-    /// Each of some with the keys of another.
+    /// Adds the keys of `more` to each set.
     pub(super) fn each_with(all: Vec<Self>, more: &Self) -> Vec<Self> {
         let with = |mut one: Self| {
             one.properties.extend(more.properties.clone());
@@ -88,8 +65,8 @@ impl Properties {
         all.into_iter().map(with).collect()
     }
 
-    /// An object that has one of these sets of keys, and no others; or a text that is enough as its
-    /// "type".
+    /// Returns the schema of an object with one of these sets of keys, and no others; or of a
+    /// string that suffices as its "type".
     pub(super) fn any_of(all: &[Self], is_tagged: bool) -> Value {
         let mut schemas: Vec<_> = all.iter().map(Self::object).collect();
         let words: Vec<_> = all.iter().filter_map(Self::word).collect();
@@ -109,7 +86,7 @@ impl Properties {
         })
     }
 
-    /// The "type" where nothing else is required.
+    /// Returns the "type" if nothing else is required.
     fn word(&self) -> Option<&Value> {
         let tag = &self.properties.get(TYPE)?["const"];
         (self.required.as_slice() == [TYPE]).then_some(tag)

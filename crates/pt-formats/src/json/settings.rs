@@ -1,19 +1,20 @@
-//! What a file asks for.
+//! Render settings.
 
+use pt_scene::{Filter, Hidden, RenderHints};
 use serde_json::json;
 
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
+use super::context::{JsonReader, JsonWriter};
 use super::node::Node;
 use super::number::{ABOVE_0, SHARE};
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{JsonReader, JsonWriter};
-use crate::{Filter, Hidden, LoadError, RenderHints};
+use crate::LoadError;
 
-/// The integrators that a file may ask for.
+/// Names of integrators.
 pub(super) const INTEGRATORS: [&str; 7] =
     ["path", "reference", "volpath", "direct", "ao", "normals", "cs184"];
-/// The channels that a file may ask for.
+/// Names of AOVs.
 pub(super) const AOVS: [&str; 17] = [
     "albedo",
     "normal",
@@ -89,7 +90,7 @@ json_enum! {
     }
 }
 
-/// What it is, and the names that there are.
+/// Codec of a name: the term for it, and the allowed names.
 struct OneOf(&'static str, &'static [&'static str]);
 
 impl OneOf {

@@ -1,18 +1,18 @@
-//! Transforms: a matrix, or steps that are done one after the other.
+//! Transforms: a matrix, or a list of steps in order of application.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
 
-use super::super::transform::{look_at, rotate};
 use super::codec::{FieldCodec, JsonCodec};
+use super::context::{JsonReader, JsonWriter};
 use super::node::Node;
 use super::number::{ANY, numbers, vector, vector_schema};
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{JsonReader, JsonWriter};
 use crate::LoadError;
+use crate::shared::transform::{look_at, rotate};
 
-/// What a step of a transform may be called.
+/// Keys of the steps of a transform.
 const STEPS: [&str; 5] = ["translate", "rotate", "scale", "look_at", "matrix"];
 
 impl JsonCodec for DAffine3 {
@@ -25,7 +25,7 @@ impl JsonCodec for DAffine3 {
         check(all, node)
     }
 
-    /// As scaling and translation where that is exact, or else as a matrix.
+    /// Writes scaling and translation if these are exact, and a matrix otherwise.
     fn write(&self, _: &mut JsonWriter<'_>) -> Result<Out, String> {
         let diagonal = self.matrix3.to_cols_array_2d();
         let scale = DVec3::new(diagonal[0][0], diagonal[1][1], diagonal[2][2]);
@@ -65,7 +65,7 @@ impl JsonCodec for DAffine3 {
     }
 }
 
-/// The bits of both are the same, of zeros as well.
+/// Returns true if both are bitwise equal, including the signs of zeros.
 fn same_bits(a: &DAffine3, b: &DAffine3) -> bool {
     a.to_cols_array().map(f64::to_bits) == b.to_cols_array().map(f64::to_bits)
 }
@@ -79,12 +79,12 @@ fn matrix_of(transform: &DAffine3) -> Result<Out, String> {
     Ok(Out::Object(vec![("matrix".to_owned(), Out::List(rows))]))
 }
 
-/// One step, which can be undone.
+/// Reads an invertible step.
 fn step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     check(any_step(node)?, node)
 }
 
-/// One step.
+/// Reads a step.
 fn any_step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     let three = |node: &Node<'_>| vector::<f64, 3>(node, &ANY, "[x, y, z]").map(DVec3::from_array);
     let mut keys = node.keys()?;
@@ -119,14 +119,14 @@ fn any_step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     Ok(transform)
 }
 
-/// Looks along −z, as cameras and lights do, with +y up.
+/// Returns a node with −z towards the target, as for cameras and lights, and +y up.
 fn look(from: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     let DAffine3 { matrix3, translation } = look_at(from, target, up)?;
     let turned = DMat3::from_cols(-matrix3.x_axis, matrix3.y_axis, -matrix3.z_axis);
     Some(DAffine3::from_mat3_translation(turned, translation))
 }
 
-/// Rows of a matrix, perhaps with the last one, which is always the same.
+/// Reads the rows of a matrix; the last one, which is constant, is optional.
 fn matrix(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     let expected = "3 or 4 rows of 4 numbers";
     let rows = node.list(expected)?;
@@ -144,7 +144,7 @@ fn matrix(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     Ok(DAffine3::from_mat3_translation(linear, column(3)))
 }
 
-/// What can be undone.
+/// Checks that a transform is invertible.
 fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
     let determinant = transform.matrix3.determinant();
     if transform.is_finite() && determinant != 0.0 && determinant.is_finite() {
@@ -153,7 +153,7 @@ fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
     Err(node.error("the transform flattens space, or its numbers are too large"))
 }
 
-/// From the world to where a texture is, which may flatten space.
+/// Codec of the transform from the world to the space of a texture, which may be singular.
 pub(super) struct ToTexture;
 
 impl FieldCodec<DAffine3> for ToTexture {
@@ -178,7 +178,8 @@ impl FieldCodec<DAffine3> for ToTexture {
     }
 }
 
-/// From (u, v, 1) of a surface to those of a texture: steps, or a matrix of 3 × 3 numbers.
+/// Codec of the transform from (u, v, 1) of a surface to those of a texture: steps, or a matrix of
+/// 3 × 3 numbers.
 pub(super) struct OfTexture;
 
 impl FieldCodec<DMat3> for OfTexture {

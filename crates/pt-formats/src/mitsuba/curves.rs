@@ -3,32 +3,34 @@
 use std::path::Path;
 
 use pt_math::{DAffine3, DVec3};
+use pt_scene::Mesh;
+use pt_scene::shapes::append;
 
-use super::super::xml::quote;
-use super::super::{Limits, mesh_file, text};
-use crate::shapes::append;
-use crate::shapes::tube::{Detail, Spline};
-use crate::{LoadError, Mesh};
+use super::super::Limits;
+use crate::LoadError;
+use crate::shared::names::quote;
+use crate::shared::tube::{Detail, Spline};
+use crate::shared::{mesh_file, text};
 
-/// Most triangles that the curves of a file are cut into.
+/// Maximum number of triangles of the curves of a file.
 const MAX_TRIANGLES: usize = 1 << 24;
 
-/// Number of pieces where a coarser cut would do.
+/// Number of triangles up to which a finer tessellation is used.
 const FINE_TRIANGLES: usize = 1 << 21;
 
-/// A curve, the radii at its control points, and the line behind it.
+/// A curve, the radii at its control points, and the line after it.
 struct Curve {
     spline: Spline,
     radii: Vec<f64>,
     end: usize,
 }
 
-/// A file of curves, with a control point in each line: x, y, z and the radius there. An empty line
-/// ends a curve. Points are transformed, and radii are not.
+/// Parses a file of curves, with a control point in each line: x, y, z and the radius. An empty
+/// line ends a curve. Points are transformed, radii are not.
 ///
 /// # Errors
-/// If a line has not four finite numbers, of which the last is not negative; if a curve has too few
-/// points, or there is none; or if the tubes have too many triangles.
+/// If a line does not have four finite numbers, of which the last is not negative; if a curve has
+/// too few points, or there is none; or if the tubes have too many triangles.
 pub(super) fn parse_mesh(
     bytes: &[u8],
     path: &Path,
@@ -69,11 +71,11 @@ pub(super) fn parse_mesh(
     made.ok_or_else(|| mesh_file::error(path, 0, "the file has no control points"))
 }
 
-/// All curves, or in which line something is wrong, and what.
+/// Parses all curves. The error is a line and a message.
 fn curves(text: &str, degree: usize, to_world: DAffine3) -> Result<Vec<Curve>, (usize, String)> {
     let mut curves = Vec::new();
     let (mut points, mut radii) = (Vec::new(), Vec::new());
-    // One more line, so that the last curve ends as the others do.
+    // An additional line ends the last curve.
     for (number, line) in text.lines().chain([""]).enumerate() {
         if !line.trim().is_empty() {
             let [x, y, z, radius] = numbers(line).map_err(|message| (number, message))?;
@@ -95,7 +97,7 @@ fn curves(text: &str, degree: usize, to_world: DAffine3) -> Result<Vec<Curve>, (
     Ok(curves)
 }
 
-/// The four numbers of a line.
+/// Parses the four numbers of a line.
 fn numbers(line: &str) -> Result<[f64; 4], String> {
     let mut words = line.split_ascii_whitespace();
     let mut found = [0.0; 4];
@@ -128,7 +130,7 @@ mod tests {
             .map_err(|error| error.to_string())
     }
 
-    /// Two lines of which the first has a joint: points are stretched, and radii are not.
+    /// Two polylines, of which the first has a joint. Points are stretched, radii are not.
     #[test]
     fn curves_end_at_empty_lines() {
         let text = "0 0 0 1\n0 0 1 2\n0 0 2 2\n\n \t\n5 0 0 .5\r\n5 0 1 .5";
@@ -183,7 +185,7 @@ mod tests {
         assert!(told.contains("more than 20 triangles; set --limit triangles"), "{told}");
     }
 
-    /// Curves that are many are less round.
+    /// Tubes of many curves have fewer sides.
     #[test]
     fn many_curves_have_fewer_sides() {
         let line = "0 0 0 1\n0 0 1 1\n\n";
@@ -193,7 +195,7 @@ mod tests {
         }
     }
 
-    /// What is read has finite corners, whatever stands in the file.
+    /// Damaged files that can be read have finite positions.
     #[test]
     fn damaged_curves_do_no_harm() {
         let good = b"0 0 0 .1\n0 1 0 .05\n.5 1 0 .05\n.5 2 1 0\n\n1 0 0 1e2\n1 1 0 .1\n1 -1 2 3\n0 0 1 1\n";

@@ -1,16 +1,17 @@
-//! `<emitter type="sunsky">`: the sun and a clear sky. There +z of the emitter is up, the sun of a
-//! time and place moves from −y in the morning over +x to +y, and `sun_direction` is one of the
-//! world. `timed_sunsky` is that over days, by the time of the shutter.
+//! `<emitter type="sunsky">`: the sun and a clear sky. In Mitsuba, +z of the emitter is up, the sun
+//! of a time and place moves from −y in the morning through +x to +y, and `sun_direction` is in
+//! world space. `timed_sunsky` covers a range of days, which the shutter times select.
 
 use std::ops::RangeInclusive;
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::{DateTime, Daylight, GeoLocation, Light, LightKind, TimeRange};
 
-use super::emitter::turn;
 use super::object::{Parameters, Role};
-use crate::{DateTime, Daylight, GeoLocation, Light, LightKind, LoadError, TimeRange};
+use super::turn::turn;
+use crate::LoadError;
 
-/// Parameters that say when and where, and what is meant without them: Tokyo, in the afternoon.
+/// Parameters of time and place, with defaults (Tokyo, in the afternoon) and ranges.
 const TIME_AND_PLACE: [(&str, f64, RangeInclusive<f64>); 9] = [
     ("latitude", 35.6894, -90.0..=90.0),
     ("longitude", 139.6917, -360.0..=360.0),
@@ -23,7 +24,7 @@ const TIME_AND_PLACE: [(&str, f64, RangeInclusive<f64>); 9] = [
     ("second", 0.0, 0.0..=60.0),
 ];
 
-/// The sun and the sky, and the axes in which +y is up.
+/// Reads the sun and the sky, and a transform from axes with +y up.
 pub(super) fn sunsky(parameters: &mut Parameters<'_>) -> Result<(DAffine3, LightKind), LoadError> {
     let node = turn(parameters)?;
     let direction = parameters.vector("sun_direction")?;
@@ -46,12 +47,12 @@ pub(super) fn sunsky(parameters: &mut Parameters<'_>) -> Result<(DAffine3, Light
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
 }
 
-/// From axes where +y is up to those of emitters.
+/// Returns the rotation from axes with +y up to those of emitters.
 fn up() -> DMat3 {
     DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y)
 }
 
-/// All but where the sun is.
+/// Reads all parameters except the position of the sun.
 fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
     let default = Daylight::default();
     let most = f64::from(f32::MAX);
@@ -66,8 +67,8 @@ fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
     })
 }
 
-/// The sun and the sky over days. The part of them that counts is that of the emitter's own
-/// shutter, `[open, close]` in seconds: [`see_spans`] makes it that of the sensor.
+/// Reads the sun and the sky over a range of days. The visible part is at first the emitter's own
+/// shutter, `[open, close]` in seconds; [`see_spans`] replaces it by that of the sensor.
 pub(super) fn timed_sunsky(
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
@@ -108,7 +109,7 @@ pub(super) fn timed_sunsky(
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
 }
 
-/// A year, month and day.
+/// Reads a year, month and day.
 fn date(
     parameters: &mut Parameters<'_>,
     names: [&'static str; 3],
@@ -123,8 +124,8 @@ fn date(
     Ok(date)
 }
 
-/// Makes the times of a sensor's shutter, which daylight over days was read with, the part of these
-/// days that is seen; what is before the first and after the last is as then.
+/// Maps the shutter times of the sensor to the part of each `timed_sunsky` that is visible: the
+/// shutter of the emitter covers all days. Times outside of it are clamped.
 pub(super) fn see_spans(lights: &mut [Light], shutter: [f64; 2]) {
     for light in lights {
         let LightKind::Daylight(Daylight { span: Some(span), .. }) = &mut light.kind else {
@@ -135,7 +136,7 @@ pub(super) fn see_spans(lights: &mut [Light], shutter: [f64; 2]) {
     }
 }
 
-/// Where the sun stands then and there, in the axes of the emitter.
+/// Computes the direction of the sun at a time and place, in the axes of the emitter.
 fn of_time_and_place(parameters: &mut Parameters<'_>) -> Result<DVec3, LoadError> {
     let mut values = [0.0; TIME_AND_PLACE.len()];
     for (value, (name, default, range)) in values.iter_mut().zip(TIME_AND_PLACE) {
@@ -160,7 +161,7 @@ fn of_time_and_place(parameters: &mut Parameters<'_>) -> Result<DVec3, LoadError
     Ok(DVec3::new(-sin * cos_azimuth, -sin * sin_azimuth, cos))
 }
 
-/// A number that has to lie in a range.
+/// Reads a number in a range.
 fn within(
     parameters: &mut Parameters<'_>,
     name: &'static str,

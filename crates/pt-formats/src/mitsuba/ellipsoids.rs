@@ -1,30 +1,31 @@
-//! `ellipsoids` and `ellipsoidsmesh`: the files of Gaussian splats, seen as surfaces.
+//! `ellipsoids` and `ellipsoidsmesh`: files of Gaussian splats, shown as surfaces.
 //!
-//! Each is a copy of one mesh, stretched, turned and moved. In Mitsuba rays meet them from outside
-//! alone; here they are closed surfaces, which is the same unless light gets into them.
+//! Each splat is an instance of one mesh. In Mitsuba, rays intersect it only from outside; here it
+//! is a closed surface, which is equivalent unless light enters it.
 
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DQuat, DVec3, Trs};
+use pt_scene::shapes::single_part;
+use pt_scene::{Geometry, Mesh, Warning, shapes};
 
 use super::super::ply;
-use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, error};
 use super::shape::{self, Meshes, Shape, shape};
-use crate::shapes::{self, single_part};
-use crate::{Geometry, LoadError, Mesh, Warning};
+use crate::LoadError;
+use crate::shared::names::quote;
 
 pub(super) const KINDS: [&str; 2] = ["ellipsoids", "ellipsoidsmesh"];
 
-/// Standard deviations from the middle of a splat to its surface.
+/// Distance from the centre of a splat to its surface, in standard deviations.
 const EXTENT: f64 = 3.0;
 
-/// The properties of a splat: its middle, the logarithms of its standard deviations, and a
-/// quaternion with its real part first.
+/// Properties of a splat: its centre, the logarithms of its standard deviations, and a quaternion
+/// with its real part first.
 const PROPERTIES: [&str; 10] =
     ["x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"];
 
-/// The ellipsoids that an object stands for; its children are left to the caller.
+/// Reads the ellipsoids of an object. Nested objects are left to the caller.
 pub(super) fn shapes(
     tree: &Tree,
     object: &Object,
@@ -82,8 +83,8 @@ pub(super) fn shapes(
     Ok(made)
 }
 
-/// A row without its opacity, and what that shortens the extent to; `None` where it is too clear to
-/// be there.
+/// Returns a row without its opacity, and the factor of the extent due to the opacity; `None` if
+/// the splat is too transparent.
 ///
 /// √(2 ln(opacity / 0.01)) / 3: there a Gaussian of this opacity falls to 0.01.
 fn faded(row: &[f32; 11]) -> Option<([f32; 10], f64)> {
@@ -102,9 +103,9 @@ struct Placing {
 }
 
 impl Placing {
-    /// From the unit sphere to the ellipsoid of a splat. Only the turn of `to_world` and the mean
-    /// of its stretches count, as in Mitsuba. `None` where numbers overflow or the quaternion
-    /// is zero.
+    /// Returns the transform from the unit sphere to the ellipsoid of a splat. Of `to_world`, only
+    /// the rotation and the mean scale are used, as in Mitsuba. `None` if numbers overflow or the
+    /// quaternion is zero.
     fn place(&self, pose: &Trs, row: &[f32; 10], share: f64) -> Option<DAffine3> {
         const MIN: f64 = 1e-6; // standard deviation
         let [x, y, z, a, b, c, real, i, j, k] = row.map(f64::from);
@@ -122,7 +123,7 @@ impl Placing {
     }
 }
 
-/// The mesh that stands for the unit sphere: a name, or a shape inside.
+/// Returns the mesh that represents the unit sphere: a named one, or a nested shape.
 fn shell(
     tree: &Tree,
     object: &Object,
@@ -158,8 +159,8 @@ fn shell(
     }
 }
 
-/// A mesh without normals and texture coordinates, so large that no corner and no middle of a
-/// triangle is inside of the unit sphere.
+/// Returns a mesh without normals and texture coordinates, scaled so that no vertex and no centroid
+/// of a triangle is inside of the unit sphere.
 fn around_unit_sphere(mesh: &Mesh, to_world: DAffine3) -> Mesh {
     let placed = |p: &[f32; 3]| to_world.transform_point3(DVec3::from_array(p.map(f64::from)));
     let points: Vec<DVec3> = mesh.positions.iter().map(placed).collect();
@@ -183,8 +184,9 @@ fn cube() -> Mesh {
     around_unit_sphere(&shapes::cube(), DAffine3::IDENTITY)
 }
 
-/// Rings of corners around the y axis between two poles, from below: its height and the turn of its
-/// first corner, in shares of the angle between two.
+/// Creates a mesh of rings of vertices around the y axis between two poles. Each ring, from below,
+/// is given by its height and the rotation of its first vertex, in units of the angle between two
+/// vertices.
 fn rings(name: &str, sides: u32, rings: &[(f64, f64)]) -> Mesh {
     let corner = |(height, turn): (f64, f64), i: u32| {
         let angle = std::f64::consts::TAU * (f64::from(i) + turn) / f64::from(sides);
@@ -213,14 +215,14 @@ fn rings(name: &str, sides: u32, rings: &[(f64, f64)]) -> Mesh {
     around_unit_sphere(&mesh, DAffine3::IDENTITY)
 }
 
-/// The icosahedron with two corners on the y axis; of the five below the middle, one is towards −x.
+/// Icosahedron with two vertices on the y axis; of the five below the equator, one is towards −x.
 fn icosahedron() -> Mesh {
     let height = 0.2f64.sqrt();
     rings("ico_sphere", 5, &[(-height, 0.5), (height, 1.0)])
 }
 
-/// Nine sides and four rings, 36° from one another and from the poles; a corner of each is at −10°
-/// about the y axis.
+/// Sphere of nine sides and four rings, 36° from one another and from the poles; a vertex of each
+/// is at −10° about the y axis.
 fn barrel() -> Mesh {
     let heights = [-36.0f64, -72.0, 72.0, 36.0].map(|degrees| {
         let cos = libm::cos(degrees.to_radians());
@@ -233,7 +235,7 @@ fn barrel() -> Mesh {
 mod tests {
     use super::*;
 
-    /// Closed, with the front outwards, and around the unit sphere.
+    /// Shells are closed, face outwards, and enclose the unit sphere.
     #[test]
     fn shells_are_closed_and_look_outwards() {
         for (mesh, corners, triangles) in
@@ -249,12 +251,13 @@ mod tests {
                 assert!(middle.length() > 1.0 - 1e-6, "{}: {t:?}", mesh.name);
                 volume += a.dot(b.cross(c)) / 6.0;
             }
-            // More than the unit sphere has, but for where the shells cut into it.
+            // More than the volume of the unit sphere, 4.19, less the parts where shells intersect
+            // it.
             assert!(volume > 4.0, "{}: {volume}", mesh.name);
         }
     }
 
-    /// The corners that Mitsuba 3.9.1 shows of its shells by `mesh.vertex_position`.
+    /// Vertices of the shells of Mitsuba 3.9.1, from `mesh.vertex_position`.
     #[test]
     fn shells_are_those_of_mitsuba() {
         let has = |mesh: &Mesh, corner: [f32; 3]| {

@@ -2,17 +2,19 @@
 
 use std::sync::Arc;
 
+use pt_image::{PixelEncoding, Transfer};
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::texture::{Bitmap, Color, Input, Pattern, Texture};
+use pt_scene::{Light, LightKind, Rows};
 
-use super::super::placeholder;
-use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::sensor::fields_of_view;
 use super::texture::Textures;
-use crate::image::{PixelEncoding, Transfer};
-use crate::texture::{Bitmap, Color, Input, Pattern, Texture};
-use crate::{IesProfile, Light, LightKind, LoadError, Rows};
+use crate::LoadError;
+use crate::mitsuba::turn::{TOLERANCE, turn, turned};
+use crate::shared::placeholder;
+use crate::shared::transform::perpendicular;
 
 const KINDS: [&str; 10] = [
     "area (inside a shape)",
@@ -27,10 +29,7 @@ const KINDS: [&str; 10] = [
     "timed_sunsky",
 ];
 
-/// Matrices are written with a few digits.
-const TOLERANCE: f64 = 1e-4;
-
-/// The radiance of an emitter that belongs to a shape.
+/// Reads the radiance of an area emitter of a shape.
 pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color, LoadError> {
     if object.kind != "area" {
         return Err(unsupported(object, &["area (inside a shape)"]));
@@ -45,7 +44,7 @@ pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color
     Ok(radiance)
 }
 
-/// An emitter that belongs to no shape.
+/// Reads an emitter without a shape.
 pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Light, LoadError> {
     let tree = textures.tree;
     let texture = match object.kind.as_str() {
@@ -94,7 +93,7 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
     Ok(Light { name: object.name().to_owned(), to_world, kind, at: object.at.clone() })
 }
 
-/// A point that shines into a cone; with a texture, one that throws a picture.
+/// Reads a spot light; with a texture, it projects an image.
 fn spot(
     parameters: &mut Parameters<'_>,
     texture: Option<Arc<Texture>>,
@@ -118,8 +117,8 @@ fn spot(
             );
             return Err(parameters.refuse("cutoff_angle", message));
         }
-        // A spot with a picture grows with x and y of the node there and here; only its axis is
-        // turned around, from +z to −z.
+        // In both systems, an image scales with x and y of the node; only the axis is reversed,
+        // from +z to −z.
         Some(_) => {
             require_even(parameters, node.matrix3, "with a texture,")?;
             node.matrix3 * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0))
@@ -129,12 +128,12 @@ fn spot(
     Ok((to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture }))
 }
 
-/// A picture on a plane across the z axis. As seen along that axis, +y is up in it and +x to the
-/// left.
+/// Reads a projector: an image on a plane perpendicular to the z axis. Seen along that axis, +y is
+/// up in the image and +x to the left.
 ///
-/// Where the picture is 1, the irradiance of the plane at distance 1 is π, times the scale, and
-/// times the size of the node (as measured with Mitsuba 3.9.1, whose documentation says nothing of
-/// either).
+/// For image values of 1, the irradiance on the plane at distance 1 is π, times the scale, and
+/// times the size of the node (as measured with Mitsuba 3.9.1, whose documentation mentions
+/// neither).
 fn projector(
     parameters: &mut Parameters<'_>,
     texture: Option<Arc<Texture>>,
@@ -162,7 +161,7 @@ fn projector(
     Ok((DAffine3 { matrix3: node.matrix3 * -1.0, ..node }, kind))
 }
 
-/// Refuses what does not only turn, mirror and scale evenly.
+/// Checks that a transform consists of rotation, reflection and uniform scale.
 fn require_even(parameters: &Parameters<'_>, node: DMat3, whom: &str) -> Result<(), LoadError> {
     let scale = node.x_axis.length_squared();
     let difference = node.transpose() * node - DMat3::from_diagonal(DVec3::splat(scale));
@@ -173,8 +172,9 @@ fn require_even(parameters: &Parameters<'_>, node: DMat3, whom: &str) -> Result<
     Ok(())
 }
 
-/// An image of the sky. There it is seen from inside as it is, with the middle along +z; here, its
-/// left edge looks along −x and it goes on towards +z: that is +x for +z, and +z for +x.
+/// Reads an environment map. In Mitsuba, the image is seen unmirrored from inside, with its centre
+/// along +z; here, its left edge is along −x and it continues towards +z. The axes x and z are
+/// exchanged.
 fn envmap(
     tree: &Tree,
     object: &Object,
@@ -206,8 +206,8 @@ fn envmap(
     Ok((DAffine3::from_mat3(node * swap), kind))
 }
 
-/// A luminaire, which Mitsuba lacks, by the photometric file of its maker. As a spot, it hangs
-/// along +z.
+/// Reads a luminaire by its photometric file, which Mitsuba does not support. Like a spot light, it
+/// is directed along +z.
 fn luminaire(
     tree: &Tree,
     object: &Object,
@@ -220,7 +220,7 @@ fn luminaire(
     let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
     let bytes =
         tree.context.read(&path).map_err(|message| parameters.refuse("filename", message))?;
-    let profile = IesProfile::parse(&bytes, &path);
+    let profile = crate::ies::parse(&bytes, &path);
     let profile = profile.map_err(|e| parameters.refuse("filename", e.to_string()))?;
     let hanging = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     let to_world = DAffine3::from_mat3_translation(
@@ -230,30 +230,13 @@ fn luminaire(
     Ok((to_world, LightKind::Ies { profile: Arc::new(profile), scale }))
 }
 
-/// The transform of an emitter that is all around.
-pub(super) fn turn(parameters: &mut Parameters<'_>) -> Result<DMat3, LoadError> {
-    let node = parameters.transform("to_world")?.matrix3;
-    turned(parameters, node, "the sky")
-}
-
-/// A transform that turns or mirrors; any other is refused.
-fn turned(parameters: &Parameters<'_>, node: DMat3, what: &str) -> Result<DMat3, LoadError> {
-    let difference = node.transpose() * node - DMat3::IDENTITY;
-    if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
-        let message =
-            format!("{what} has no size; expected a transform that only turns or mirrors");
-        return Err(parameters.refuse("to_world", message));
-    }
-    Ok(node)
-}
-
-/// The name of the file that an emitter cannot do without.
+/// Returns the required file name of an emitter.
 fn file_name<'t>(object: &Object, parameters: &mut Parameters<'t>) -> Result<&'t str, LoadError> {
     let missing = || error(&object.at, "the <string name=\"filename\"> is missing");
     parameters.text("filename")?.ok_or_else(missing)
 }
 
-/// A vector that may be given instead of `to_world`.
+/// Reads a vector that may be given instead of `to_world`.
 fn either(parameters: &mut Parameters<'_>, name: &'static str) -> Result<Option<DVec3>, LoadError> {
     let vector = parameters.vector(name)?;
     if vector.is_some() && parameters.find("to_world").is_some() {
@@ -262,7 +245,7 @@ fn either(parameters: &mut Parameters<'_>, name: &'static str) -> Result<Option<
     Ok(vector)
 }
 
-/// A node whose −z is a unit vector.
+/// Returns a transform whose −z axis is a unit vector.
 fn shining_along(direction: DVec3) -> DAffine3 {
     let z = -direction;
     let x = perpendicular(z);

@@ -1,32 +1,34 @@
 //! `<film>` with its `<rfilter>`.
 
-use super::super::xml::quote;
+use pt_scene::Filter;
+
 use super::meter::is_aimed;
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Filter, LoadError};
+use crate::LoadError;
+use crate::shared::names::quote;
 
 const FILTERS: [&str; 6] = ["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
 /// Largest width and height of an image.
 const MAX_SIZE: u32 = 65_536;
 
-/// The film of a sensor.
+/// Film of a sensor.
 pub(super) struct Film {
     /// Width and height in pixels, without the crop.
     pub(super) resolution: [u32; 2],
-    /// The part that is wanted, if it is not all.
+    /// Crop window x, y, width and height in pixels; `None` for the whole image.
     pub(super) crop: Option<[u32; 4]>,
     pub(super) filter: Filter,
-    /// True if its pixels have an opacity.
+    /// True if the pixel format has an alpha channel.
     pub(super) has_alpha: bool,
 }
 
-/// The objects inside of a sensor; one that may aim at a shape has that, too.
+/// Returns the objects inside of a sensor; a shape is allowed only in sensors with a target.
 pub(super) fn parts(tree: &Tree, sensor: &Object) -> Result<Vec<usize>, LoadError> {
     let supported = ["film", "sampler", "medium", "sensor", "shape"];
     tree.children(sensor, &supported[..if is_aimed(sensor) { 5 } else { 4 }])
 }
 
-/// Reads the film of a sensor; without one there is Mitsuba's default.
+/// Reads the film of a sensor; Mitsuba's default if there is none.
 pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     const DEFAULT: [u32; 2] = [768, 576];
     let children = parts(tree, sensor)?;
@@ -58,7 +60,7 @@ pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     Ok(Film { resolution: [width, height], crop, filter, has_alpha })
 }
 
-/// Returns true if the pixels have an opacity; they are colours in any case.
+/// Returns true if the pixel format has an alpha channel. All formats are written in colour.
 fn has_alpha(parameters: &mut Parameters<'_>) -> Result<bool, LoadError> {
     match parameters.text("pixel_format")?.unwrap_or("rgb").to_ascii_lowercase().as_str() {
         "rgba" | "luminance_alpha" | "xyza" => Ok(true),
@@ -73,7 +75,7 @@ fn has_alpha(parameters: &mut Parameters<'_>) -> Result<bool, LoadError> {
     }
 }
 
-/// The crop window, if it is not all of the image.
+/// Reads the crop window; `None` if it is the whole image.
 fn crop(
     parameters: &mut Parameters<'_>,
     [width, height]: [u32; 2],
@@ -98,7 +100,7 @@ fn crop(
     Ok((!is_all).then_some([x, y, crop_width, crop_height]))
 }
 
-/// A reconstruction filter.
+/// Reads a reconstruction filter.
 fn filter(tree: &Tree, object: &Object) -> Result<Filter, LoadError> {
     tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);

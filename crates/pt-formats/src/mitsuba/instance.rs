@@ -1,20 +1,20 @@
-//! `<shape type="shapegroup">` and `<shape type="instance">`: shapes that are placed many times.
+//! `<shape type="shapegroup">` and `<shape type="instance">`: instanced shapes.
 
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::super::context::Context;
 use super::object::{Object, Parameters, error};
 use super::scene::Builder;
 use crate::LoadError;
+use crate::shared::context::Context;
 
-/// Most objects of a scene. A few lines can ask for any number: groups of many shapes, and many
-/// instances of them.
+/// Maximum number of objects of a scene. Short files can request any number: groups of many shapes,
+/// and many instances of them.
 const MAX_OBJECTS: usize = 1_000_000;
 
 impl Builder<'_> {
-    /// The shapes of a group, as they stand in its own coordinates.
-    pub(super) fn group(&mut self, index: usize) -> Result<Rc<[crate::Object]>, LoadError> {
+    /// Returns the shapes of a group, in its own coordinates.
+    pub(super) fn group(&mut self, index: usize) -> Result<Rc<[pt_scene::Object]>, LoadError> {
         if let Some(known) = self.groups.get(&index) {
             return Ok(Rc::clone(known));
         }
@@ -50,7 +50,7 @@ impl Builder<'_> {
         Ok(shapes)
     }
 
-    /// Refuses what would make the shapes of the scene too many.
+    /// Checks that `more` objects do not exceed the limit of the scene.
     pub(super) fn require_room(&self, object: &Object, more: usize) -> Result<(), LoadError> {
         let most = self.tree.context.limits().shapes(MAX_OBJECTS);
         if self.scene.objects.len() + more <= most {
@@ -60,7 +60,7 @@ impl Builder<'_> {
         Err(Context::exceeded(object.at.clone(), message))
     }
 
-    /// Places the shapes of a group. Their meshes are shared.
+    /// Adds an instance of the shapes of a group. Their meshes are shared.
     pub(super) fn instance(&mut self, instance: &Object) -> Result<(), LoadError> {
         let tree = self.tree;
         let mut parameters = Parameters::new(instance);
@@ -85,7 +85,7 @@ impl Builder<'_> {
                 let message = "\"to_world\" flattens a shape of the group; it cannot be undone";
                 return Err(parameters.refuse("to_world", message));
             }
-            self.scene.objects.push(crate::Object {
+            self.scene.objects.push(pt_scene::Object {
                 name: format!("{} of {}", shape.name, instance.name()),
                 to_world: placed,
                 motion: motion.clone(),

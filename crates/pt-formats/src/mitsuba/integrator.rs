@@ -1,12 +1,14 @@
-//! `<integrator>`: those that find light, and those around them.
+//! `<integrator>`: light transport algorithms, and wrappers that add channels.
 
-use super::super::xml::quote;
+use pt_scene::material::{Black, Mix, ThinGlass};
+use pt_scene::texture::{Color, Scalar};
+use pt_scene::{Hidden, Light, LightKind, RenderHints, Scene, Warning};
+
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::material::{Black, Mix, ThinGlass};
-use crate::texture::{Color, Scalar};
-use crate::{Hidden, Light, LightKind, LoadError, RenderHints, Scene, Warning};
+use crate::LoadError;
+use crate::shared::names::quote;
 
-/// What is supported, for messages.
+/// Supported types, for messages.
 const KINDS: [&str; 12] = [
     "path",
     "direct",
@@ -22,8 +24,8 @@ const KINDS: [&str; 12] = [
     "direct_projective",
 ];
 
-/// Integrators whose picture is that of a path tracer: their names, whether they know media, and
-/// the `max_depth` that they have by default.
+/// Integrators whose image is that of a path tracer: type, support for media, and default
+/// `max_depth`.
 const PATHS: [(&str, bool, i64); 8] = [
     ("path", false, -1),
     ("ptracer", false, -1),
@@ -34,10 +36,10 @@ const PATHS: [(&str, bool, i64); 8] = [
     ("volpath", true, -1),
     ("volpathmis", true, -1),
 ];
-/// Those that see lights and what these light.
+/// Integrators for direct light only.
 const DIRECT: [&str; 2] = ["direct", "direct_projective"];
 
-/// Parameters that change how fast an image converges, or how its derivatives do.
+/// Ignored parameters, which affect only convergence, or derivatives.
 const PASSED_OVER: [&str; 15] = [
     "block_size",
     "bsdf_samples",
@@ -56,7 +58,7 @@ const PASSED_OVER: [&str; 15] = [
     "use_spectral_mis",
 ];
 
-/// Channels besides light by the names of Mitsuba, and by ours.
+/// Auxiliary channels (AOVs) by Mitsuba's names, with ours.
 const CHANNELS: [(&str, &str); 8] = [
     ("albedo", "albedo"),
     ("depth", "depth"),
@@ -67,10 +69,10 @@ const CHANNELS: [(&str, &str); 8] = [
     ("shape_index", "object"),
     ("uv", "uv"),
 ];
-/// Those that nothing here matches.
+/// Channels of Mitsuba without an equivalent.
 const UNMATCHED: [&str; 4] = ["dp_du", "dp_dv", "duv_dx", "duv_dy"];
 
-/// What an integrator is, how many interactions it allows, and which channels it asks for.
+/// Reads the integrator, its path depth and its channels into `settings`.
 pub(super) fn integrator(
     tree: &Tree,
     object: Option<&Object>,
@@ -107,9 +109,9 @@ pub(super) fn integrator(
     parameters.finish()
 }
 
-/// Makes holes ways in which their surfaces scatter light, as they are to Mitsuba's integrators
-/// without media: interactions that are counted, through which lights that have no extent are not
-/// found. Where neither can be seen, they stay holes.
+/// Converts opacities to specular transmission lobes, as Mitsuba's integrators without media treat
+/// them: passing through counts as an interaction, and lights without an extent are not sampled
+/// through them. If neither has an effect on the image, opacities are kept.
 pub(super) fn fill_holes(scene: &mut Scene) {
     use LightKind::{Directional, Ies, LinearSpot, Point, Projector, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
@@ -144,7 +146,8 @@ pub(super) fn fill_holes(scene: &mut Scene) {
     }
 }
 
-/// The integrator that finds light: the first one inside of those that only add channels, if any.
+/// Returns the light transport integrator: the first one inside of the wrappers that add channels,
+/// if there is one.
 fn inside_of_wrappers<'t>(
     tree: &'t Tree,
     outermost: &'t Object,
@@ -184,7 +187,8 @@ fn inside_of_wrappers<'t>(
     Ok(Some(object))
 }
 
-/// The channels of a list such as `dd.y:depth,nn:sh_normal`, each once. Ours have their own names.
+/// Reads the channels of a list such as `dd.y:depth,nn:sh_normal`, without duplicates. The names
+/// before the colons are ignored.
 fn channels(aov: &Object) -> Result<Vec<&'static str>, LoadError> {
     let mut parameters = Parameters::new(aov);
     parameters.pass_over(&PASSED_OVER);
@@ -206,7 +210,7 @@ fn channels(aov: &Object) -> Result<Vec<&'static str>, LoadError> {
     Ok(found)
 }
 
-/// The channel of an entry of the list.
+/// Parses an entry of the list.
 fn channel(entry: &str) -> Result<&'static str, String> {
     let Some((_, kind)) = entry.split_once(':') else {
         return Err(format!(
@@ -222,8 +226,7 @@ fn channel(entry: &str) -> Result<&'static str, String> {
     })
 }
 
-/// Returns the number of interactions that an integrator allows, by its `max_depth` or the usual
-/// one.
+/// Returns the maximum number of interactions from `max_depth`, or the default.
 fn max_depth(parameters: &mut Parameters<'_>, usual: i64) -> Result<u32, LoadError> {
     let depth = parameters.integer("max_depth")?.unwrap_or(usual);
     if depth == -1 {

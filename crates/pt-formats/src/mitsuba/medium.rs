@@ -4,27 +4,28 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
-
-use super::super::xml::quote;
-use super::object::{Object, Parameters, Role, Tree, error, unsupported};
-use super::value::numbers;
-use super::volume::{Field, Grids};
-use crate::medium::{
+use pt_scene::medium::{
     Grid, GridFilter, Heterogeneous, MediumEmission, MediumProperties, Phase, PhaseBlend,
     PlacedGrid, Volume,
 };
-use crate::{LoadError, Medium, Sides, Warning};
+use pt_scene::{Medium, Sides, Warning};
+
+use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::value::numbers;
+use super::volume::{Field, Grids};
+use crate::LoadError;
+use crate::shared::names::quote;
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
 const PHASES: [&str; 6] = ["blendphase", "hg", "isotropic", "rayleigh", "sggx", "tabphase"];
-/// Most phase functions of a medium, each counted as often as it is referred to.
+/// Maximum number of phase functions of a medium, each counted once per reference.
 const MAX_PHASES: usize = 32;
 
-/// The media of a scene, each made once, as are their grids.
+/// Cache of the media of a scene and their grids.
 pub(super) struct Media<'t> {
     tree: &'t Tree,
     pub(super) made: Vec<Medium>,
-    /// By the index of the object.
+    /// Medium indices by object index.
     known: HashMap<usize, u32>,
     grids: Grids,
     pub(super) warnings: Vec<Warning>,
@@ -36,7 +37,7 @@ impl<'t> Media<'t> {
         Self { tree, made, known: HashMap::new(), grids: Grids::default(), warnings }
     }
 
-    /// The media on both sides of a shape, if it has any.
+    /// Returns the media on both sides of a shape, if it has any.
     pub(super) fn sides(&mut self, shape: &Object) -> Result<Option<Sides>, LoadError> {
         let (mut interior, mut exterior) = (None, None);
         for child in &shape.children {
@@ -65,7 +66,7 @@ impl<'t> Media<'t> {
         Ok((sides != Sides::default()).then_some(sides))
     }
 
-    /// The medium around a sensor.
+    /// Returns the medium around a sensor, if there is one.
     pub(super) fn around(&mut self, sensor: &Object) -> Result<Option<u32>, LoadError> {
         let mut media = Vec::new();
         for child in &sensor.children {
@@ -75,7 +76,7 @@ impl<'t> Media<'t> {
         medium.map(|index| self.get(index)).transpose()
     }
 
-    /// The number of the medium that an object describes.
+    /// Returns the index of the medium of an object.
     fn get(&mut self, index: usize) -> Result<u32, LoadError> {
         if let Some(&known) = self.known.get(&index) {
             return Ok(known);
@@ -110,7 +111,7 @@ impl<'t> Media<'t> {
         Ok(number)
     }
 
-    /// A number that may differ from place to place: a parameter, or a volume.
+    /// Reads a spatially varying value: a parameter or a volume.
     fn field(
         &mut self,
         medium: &Object,
@@ -133,7 +134,7 @@ impl<'t> Media<'t> {
         Ok(Field::Constant(color, DAffine3::IDENTITY))
     }
 
-    /// What is the same everywhere is so in its box alone, as in Mitsuba.
+    /// Creates a heterogeneous medium. A constant extinction is confined to its box, as in Mitsuba.
     fn heterogeneous(
         &mut self,
         object: &Object,
@@ -167,7 +168,7 @@ impl<'t> Media<'t> {
         }))
     }
 
-    /// A phase function, in which `left` others may be.
+    /// Reads a phase function. `left` is the number of phase functions that are still allowed.
     fn phase_of(&mut self, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
         let tree = self.tree;
         let too_many =
@@ -221,7 +222,7 @@ impl<'t> Media<'t> {
         Ok(phase)
     }
 
-    /// Refuses volumes that nobody asked for.
+    /// Rejects volumes that are not supported.
     fn refuse_others(&self, medium: &Object) -> Result<(), LoadError> {
         for child in &medium.children {
             let is_volume = self.tree.objects[self.tree.target(child)?].tag == "volume";
@@ -256,7 +257,7 @@ fn homogeneous(
     Ok(MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] })
 }
 
-/// The values of a phase function at equal steps of the cosine.
+/// Reads the values of a phase function at equal steps of the cosine.
 fn table(parameters: &mut Parameters<'_>) -> Result<Vec<f32>, LoadError> {
     const EXPECTED: &str = "expected two or more numbers from 0 up, not all of them 0, for equal steps of the cosine \
                             from -1 to 1";
@@ -272,7 +273,7 @@ fn table(parameters: &mut Parameters<'_>) -> Result<Vec<f32>, LoadError> {
     Ok(values.into_iter().map(|v| v as f32).collect())
 }
 
-/// Returns true if the axes of a box are not those of the world.
+/// Returns true if the axes of a box are not aligned with those of the world.
 fn is_turned(axes: DMat3) -> bool {
     const TOLERANCE: f64 = 1e-6; // turns by quarters are rounded
     let is_along_one =

@@ -1,31 +1,32 @@
-//! Sensors of one pixel that are no cameras: `radiancemeter`, `distant` and `irradiancemeter`.
+//! Sensors with a single pixel: `radiancemeter`, `distant` and `irradiancemeter`.
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::{Camera, Fit, Geometry, Meter, Placement, Projection, Quantity, shapes};
 
-use super::super::transform::perpendicular;
-use super::super::xml::quote;
 use super::medium::Media;
 use super::object::{Object, Parameters, error};
-use super::sensor::{Seat, shutter};
-use crate::{Camera, Fit, Geometry, LoadError, Meter, Placement, Projection, Quantity, shapes};
+use super::seat::{Seat, shutter};
+use crate::LoadError;
+use crate::shared::names::quote;
+use crate::shared::transform::perpendicular;
 
 pub(super) const METERS: [&str; 3] = ["distant", "irradiancemeter", "radiancemeter"];
 
-/// A sphere in the world.
+/// A sphere in world space.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sphere {
     pub(super) center: DVec3,
     pub(super) radius: f64,
 }
 
-/// The camera of a meter, in a scene whose surfaces are in a sphere.
+/// Creates the camera of a meter. `around` encloses all surfaces of the scene.
 pub(super) fn meter(
     seat: &Seat<'_>,
     media: &mut Media<'_>,
     around: Sphere,
     resolution: [u32; 2],
 ) -> Result<Camera, LoadError> {
-    /// Half the width of the bundle of rays, which has to have one.
+    /// Half the width of the bundle of rays, which cannot be 0.
     const HALF: f64 = 1e-6;
     let object = seat.object;
     if resolution != [1; 2] {
@@ -69,7 +70,7 @@ pub(super) fn meter(
     })
 }
 
-/// Irradiance of the shape that holds a sensor.
+/// Irradiance at the shape that contains the sensor.
 fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     let Some((geometry, to_world)) = seat.surface.clone() else {
         let message = "it stands alone; expected an \"irradiancemeter\" inside of a <shape> that does not move, whose \
@@ -80,7 +81,7 @@ fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     Ok((DAffine3::IDENTITY, Some(meter)))
 }
 
-/// Radiance along a direction from beyond all surfaces: to a point, to a shape, or to the disk
+/// Radiance along a direction from outside of the scene, towards a point, a shape, or the disk
 /// around the scene.
 fn distant(
     seat: &Seat<'_>,
@@ -110,7 +111,7 @@ fn distant(
     Ok((looking(direction, around.center), Some(meter)))
 }
 
-/// The unit direction of a sensor, by itself or as that of its node, and the node.
+/// Reads the unit direction of a sensor, given explicitly or by its node, and the node.
 fn direction(parameters: &mut Parameters<'_>) -> Result<(DVec3, DAffine3), LoadError> {
     let node = parameters.transform("to_world")?;
     let given = parameters.vector("direction")?;
@@ -125,7 +126,7 @@ fn direction(parameters: &mut Parameters<'_>) -> Result<(DVec3, DAffine3), LoadE
     Ok((direction, node))
 }
 
-/// The node of a camera that looks along a unit direction.
+/// Returns the transform of a camera that faces a unit direction.
 fn looking(direction: DVec3, origin: DVec3) -> DAffine3 {
     let z = -direction;
     let x = perpendicular(z);

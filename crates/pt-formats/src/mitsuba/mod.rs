@@ -1,4 +1,4 @@
-//! Scenes of Mitsuba 3 (XML). [Jakob et al. 2022, "Mitsuba 3 renderer", documentation of
+//! Reader of Mitsuba 3 scenes (XML). [Jakob et al. 2022, "Mitsuba 3 renderer", documentation of
 //! version 3.9]
 //!
 //! ```text
@@ -7,33 +7,34 @@
 //!           values, transforms                               emitters, sensor, integrator
 //! ```
 //!
-//! A part of the format is read; what is not is an error that names the place and what is
-//! supported, so that no picture is silently another one. Parameters that change only how fast
-//! an image converges, or how its file is written, are passed over.
+//! A subset of the format is supported. Anything else is an error with its location and the
+//! supported alternatives, so that no image differs silently. Parameters that affect only
+//! convergence, or the output file, are ignored.
 //!
-//! Coordinates stay as they are, whichever axis the author takes as up. Differences between the
-//! two renderers:
+//! Coordinates are kept, regardless of the up axis of the author. Differences between the two
+//! renderers:
 //!
-//! * Mitsuba's camera looks along +z of its node with +x to the left, ours along −z with +x to the
-//!   right: half a turn about y.
-//! * Pixels at the edge of the image see light from beyond it through their filter, as with
-//!   `sample_border` there.
-//! * Parallel light shines along +z of its node there, and along −z here.
-//! * A `max_depth` of N there allows N − 1 interactions with surfaces, which is what is counted
-//!   here; −1 becomes `u32::MAX`.
-//! * The first sensor of a file is the one that Mitsuba uses; here it is the last.
+//! * The camera of Mitsuba faces +z of its node with +x to the left, ours faces −z with +x to the
+//!   right: they differ by half a turn about y.
+//! * Samples outside of the image contribute to the pixels at its edge through the filter, as with
+//!   Mitsuba's `sample_border`.
+//! * Directional lights shine along +z of their node in Mitsuba, along −z here.
+//! * A `max_depth` of N in Mitsuba allows N − 1 interactions with surfaces, which is the number
+//!   used here; −1 becomes `u32::MAX`.
+//! * Mitsuba uses the first sensor of a file. By default a scene uses the last one, so the reader
+//!   sets `used_camera`.
 //! * Spectra become colours when they are read, as in Mitsuba's RGB modes: `<spectrum>` with one
-//!   number is the equal-energy illuminant where light is emitted, and grey elsewhere.
-//! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
-//!   coordinates that they have there.
-//! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that
-//!   move, in their own coordinates.
-//! * Of `ellipsoids`, the inner side is seen too.
-//! * Disks and cylinders are meshes of 1024 sides here.
-//! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
-//! * v runs down the rows of an image there, and up here.
-//! * A grid of a medium that is turned ends at its own box here, and at the upright box around it
-//!   there.
+//!   number is the equal-energy illuminant for emission, and grey elsewhere.
+//! * The top row of an image is at v = 0 in Mitsuba, at v = 1 here. Meshes keep Mitsuba's texture
+//!   coordinates.
+//! * Missing smooth normals of a mesh are computed in world space, as in Mitsuba; those of moving
+//!   meshes in object space.
+//! * The inner side of `ellipsoids` is visible as well.
+//! * Disks and cylinders are meshes with 1024 sides.
+//! * Shapes, instances and sensors may be animated by `<animation>`, which Mitsuba 0.6 had and 3.9
+//!   does not have.
+//! * The grid of a rotated medium ends at its own box here, at the axis-aligned bounding box of
+//!   that in Mitsuba.
 
 mod bsdf;
 mod curves;
@@ -50,20 +51,24 @@ mod object;
 mod read;
 mod refused;
 mod scene;
+mod seat;
 mod sensor;
 mod shape;
 mod spectrum;
 mod texture;
+mod turn;
 mod value;
 mod volume;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use super::context::Context;
-use crate::{LoadError, Scene};
+use pt_scene::Scene;
 
-/// A scene, with what some `$name` stand for.
+use crate::LoadError;
+use crate::shared::context::Context;
+
+/// Parses a scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let tree = read::read(bytes, path, context)?;
     scene::build(&tree)

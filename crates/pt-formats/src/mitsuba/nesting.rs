@@ -1,51 +1,51 @@
-//! Objects that contain themselves, directly or through others, and those nested too deeply.
+//! Detection of objects that contain themselves, directly or through others, or are nested too
+//! deeply.
 //!
-//! References make a graph of the objects. Its readers recurse, and read a bsdf once for every way
-//! that leads to it; so the graph is walked once, without recursion, before any of them runs.
+//! References make a graph of the objects. Its readers recurse, and read a bsdf once per path that
+//! leads to it. The graph is therefore traversed once, without recursion, before any of them runs.
 
-use super::super::xml::quote;
 use super::object::{Tree, error};
-use super::read::MAX_DEPTH;
 use crate::LoadError;
+use crate::shared::names::quote;
 
-/// Most bsdfs that one bsdf is made of, each counted as often as it is referred to.
+/// Maximum number of bsdfs in a bsdf, each counted once per reference.
 const MAX_BSDFS: u64 = 1000;
-/// Most objects of a circle that a message names.
+/// Maximum number of objects of a cycle that a message names.
 const MAX_NAMED: usize = 8;
 
-/// What was found about an object.
+/// State of an object in the traversal.
 #[derive(Clone, Copy)]
 enum Found {
     Nothing,
-    /// It is being walked: who refers to it now is inside of it.
+    /// Being traversed: a reference to it closes a cycle.
     Open,
     Walked(Size),
 }
 
-/// What an object contains, itself included.
+/// Nesting depth and number of bsdfs of an object, including itself.
 #[derive(Clone, Copy, Default)]
 struct Size {
-    /// How deep objects are nested.
+    /// Nesting depth.
     depth: usize,
     bsdfs: u64,
 }
 
-/// An object that is being walked.
+/// An object that is being traversed.
 struct Step {
     index: usize,
     /// Number of children visited.
     seen: usize,
-    /// The size of those.
+    /// Combined size of the visited children.
     size: Size,
 }
 
-/// Marks each object that contains itself, or is nested too deeply, as broken, and reports it.
+/// Marks each object that contains itself or is nested too deeply as broken, and reports it.
 ///
 /// # Errors
-/// If there are too many errors to go on.
+/// If there are too many errors to continue.
 pub(super) fn check(tree: &mut Tree) -> Result<(), LoadError> {
     let mut found = vec![Found::Nothing; tree.objects.len()];
-    // The scene itself is the first object, and nothing can refer to it.
+    // The first object is the scene, to which nothing can refer.
     for index in 1..tree.objects.len() {
         if matches!(found[index], Found::Nothing) {
             walk(tree, &mut found, index)?;
@@ -54,7 +54,7 @@ pub(super) fn check(tree: &mut Tree) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Walks an object and all in it that was not walked before.
+/// Traverses an object and its unvisited descendants.
 fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadError> {
     let mut next = Some(start);
     let mut open: Vec<Step> = Vec::new();
@@ -70,7 +70,8 @@ fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadEr
             found[index] = Found::Walked(whole(tree, index, size)?);
             continue;
         };
-        // What is broken was reported; unknown identifiers are, by the reader of the object.
+        // Broken objects were reported. Unknown identifiers are reported by the reader of the
+        // object.
         let Ok(target) = tree.target(child) else {
             step.seen += 1;
             continue;
@@ -94,7 +95,7 @@ fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadEr
     }
 }
 
-/// The size of an object by that of its children; none if it is refused.
+/// Computes the size of an object from that of its children; zero if it is rejected.
 fn whole(tree: &mut Tree, index: usize, children: Size) -> Result<Size, LoadError> {
     let object = &tree.objects[index];
     let is_bsdf = object.tag == "bsdf";
@@ -113,14 +114,14 @@ fn whole(tree: &mut Tree, index: usize, children: Size) -> Result<Size, LoadErro
     Ok(Size::default())
 }
 
-/// Reports what is wrong with an object, which is then read by nobody.
+/// Reports an error of an object and marks it as broken, so that it is not read.
 fn refuse(tree: &mut Tree, index: usize, refusal: LoadError) -> Result<(), LoadError> {
     tree.context.ok_or_report::<()>(Err(refusal))?;
     tree.objects[index].is_broken = true;
     Ok(())
 }
 
-/// What to say of an object that contains itself by way of others.
+/// Message about an object that contains itself through others.
 fn circle(name: &str, way: &[&str]) -> String {
     let named: Vec<_> = way.iter().take(MAX_NAMED).map(|name| quote(name)).collect();
     let by = match (named.as_slice(), way.len()) {
@@ -132,3 +133,6 @@ fn circle(name: &str, way: &[&str]) -> String {
     };
     format!("{} contains itself{by}; refer to another object", quote(name))
 }
+
+/// Maximum nesting depth of objects, including referenced ones.
+pub(super) const MAX_DEPTH: usize = 64;

@@ -1,47 +1,48 @@
-//! Objects with typed parameters: what the XML says, before it means a scene.
+//! Objects with typed parameters: the content of XML files before interpretation.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
+use pt_scene::{Motion, Span, Warning};
 
-use super::super::context::Context;
-use super::super::xml::{did_you_mean, meant, quote};
 use super::refused;
 use super::value::Value;
-use crate::{LoadError, Motion, Span, Warning};
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::names::{did_you_mean, meant, quote};
 
-/// All objects of a scene and the files that it includes.
+/// All objects of a scene and its included files.
 #[derive(Debug)]
 pub(super) struct Tree {
     pub(super) context: Arc<Context>,
-    /// The scene itself is the first.
+    /// Objects, of which the first is the scene itself.
     pub(super) objects: Vec<Object>,
     /// Objects by their identifiers.
     pub(super) ids: BTreeMap<String, usize>,
     /// Identifiers of objects that could not be read.
     pub(super) lost: BTreeSet<String>,
-    /// True if a folder in which files are looked for is missing, so that no file is to be missed.
+    /// True if a search folder is missing, so that missing files are not reported.
     pub(super) has_lost_folder: bool,
-    /// Folders in which files are looked for, the first one first.
+    /// Search folders for files, in order.
     pub(super) search: Vec<PathBuf>,
     pub(super) warnings: Vec<Warning>,
 }
 
-/// `<shape type="sphere" id="ball">` and what it contains.
+/// Object such as `<shape type="sphere" id="ball">`, with its content.
 #[derive(Debug)]
 pub(super) struct Object {
-    /// `shape`.
+    /// Tag, such as `shape`.
     pub(super) tag: String,
-    /// `sphere`.
+    /// Type, such as `sphere`.
     pub(super) kind: String,
-    /// `ball`; empty if it has none.
+    /// Identifier, such as `ball`; empty if there is none.
     pub(super) id: String,
     pub(super) at: Span,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
-    /// True if something in it could not be read, which was told.
+    /// True if some of its content could not be read, which was reported.
     pub(super) is_broken: bool,
 }
 
@@ -56,27 +57,27 @@ pub(super) struct Parameter {
 /// An object inside an object.
 #[derive(Debug)]
 pub(super) struct Child {
-    /// What it is to the object around it, such as `reflectance`; empty if it does not say.
+    /// Role within the enclosing object, such as `reflectance`; empty if not specified.
     pub(super) name: String,
-    /// Where it stands, or is referred to.
+    /// Location of the object or of the reference.
     pub(super) at: Span,
     pub(super) target: Target,
 }
 
 #[derive(Debug)]
 pub(super) enum Target {
-    /// Written in place; an index into [`Tree::objects`].
+    /// Nested object; an index into [`Tree::objects`].
     Object(usize),
-    /// Written elsewhere under this identifier.
+    /// Object elsewhere with this identifier.
     Reference(String),
 }
 
-/// An error about a place.
+/// Returns an error at a location.
 pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
     LoadError::Content { at: at.clone(), message: message.into() }
 }
 
-/// An error about a kind of object that is not supported.
+/// Returns an error about a type of object that is not supported.
 pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
     let Object { tag, kind, .. } = object;
     let list = supported.join(", ");
@@ -90,7 +91,8 @@ pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
 }
 
 impl Tree {
-    /// The object that a child is, by its index; one that could not be read was told.
+    /// Returns the index of the object of a child. If that could not be read, the error was
+    /// reported.
     pub(super) fn target(&self, child: &Child) -> Result<usize, LoadError> {
         let index = match &child.target {
             Target::Object(index) => *index,
@@ -105,7 +107,7 @@ impl Tree {
         if self.objects[index].is_broken { Err(LoadError::AlreadyReported) } else { Ok(index) }
     }
 
-    /// The objects inside an object, each with one of the tags that are supported there.
+    /// Returns the nested objects, each of which must have one of the supported tags.
     pub(super) fn children(
         &self,
         object: &Object,
@@ -129,7 +131,7 @@ impl Tree {
         Ok(targets)
     }
 
-    /// The only object with a tag among some; `None` if there is none.
+    /// Returns the only object with a tag among the given ones; `None` if there is none.
     pub(super) fn only(&self, among: &[usize], tag: &str) -> Result<Option<usize>, LoadError> {
         let mut found = among.iter().copied().filter(|i| self.objects[*i].tag == tag);
         let first = found.next();
@@ -144,7 +146,7 @@ impl Tree {
 }
 
 impl Object {
-    /// `shape "sphere"`.
+    /// Returns the tag and type, such as `shape "sphere"`.
     pub(super) fn describe(&self) -> String {
         if self.kind.is_empty() {
             self.tag.clone()
@@ -167,34 +169,34 @@ impl Object {
         Ok(())
     }
 
-    /// The identifier, or else the kind.
+    /// Returns the identifier, or the type if there is none.
     pub(super) fn name(&self) -> &str {
         if self.id.is_empty() { &self.kind } else { &self.id }
     }
 }
 
-/// Meaning of a colour.
+/// Meaning and range of a colour.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Role {
-    /// A share of light, in [0, 1].
+    /// A reflectance or transmittance, in [0, 1].
     Share,
-    /// A colour of a texture, not negative; 1 stands for all light where it is reflected.
+    /// A texture value, non-negative; a reflectance of 1 reflects all light.
     Level,
-    /// Emitted light, not negative.
+    /// Emitted light, non-negative.
     Emission,
-    /// A part of an index of refraction, not negative.
+    /// Real or imaginary part of an index of refraction, non-negative.
     Index,
-    /// Light that is taken away per unit of length, not negative.
+    /// Extinction or absorption per unit of length, non-negative.
     Extinction,
 }
 
-/// Reads the parameters of an object and remembers which were asked for, so that those that
-/// nobody knows can be refused.
+/// Reads the parameters of an object and records which were requested, so that unknown ones can be
+/// rejected.
 pub(super) struct Parameters<'t> {
     object: &'t Object,
-    /// Those that were asked for.
+    /// Names that were requested.
     known: Vec<&'static str>,
-    /// Those that may be there without being asked for.
+    /// Names that are ignored.
     passed_over: Vec<&'static str>,
 }
 
@@ -203,12 +205,12 @@ impl<'t> Parameters<'t> {
         Self { object, known: Vec::new(), passed_over: Vec::new() }
     }
 
-    /// Knows parameters that change nothing here.
+    /// Ignores parameters without an effect here.
     pub(super) fn pass_over(&mut self, names: &[&'static str]) {
         self.passed_over.extend(names);
     }
 
-    /// Refuses parameters that nobody asked for.
+    /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(self) -> Result<(), LoadError> {
         let is_unknown = |p: &&Parameter| {
             let name = p.name.as_str();
@@ -227,7 +229,7 @@ impl<'t> Parameters<'t> {
         Err(error(&unknown.at, message))
     }
 
-    /// A parameter; `None` if the author did not write it.
+    /// Returns a parameter; `None` if it is not specified.
     pub(super) fn find(&mut self, name: &'static str) -> Option<&'t Parameter> {
         if !self.known.contains(&name) {
             self.known.push(name);
@@ -235,7 +237,7 @@ impl<'t> Parameters<'t> {
         self.object.parameters.iter().find(|p| p.name == name)
     }
 
-    /// A parameter of a type that `convert` accepts.
+    /// Returns a parameter of a type that `convert` accepts.
     fn get<T>(
         &mut self,
         name: &'static str,
@@ -256,7 +258,7 @@ impl<'t> Parameters<'t> {
         })
     }
 
-    /// A number above 0.
+    /// Returns a number above 0.
     pub(super) fn positive(&mut self, name: &'static str, default: f64) -> Result<f64, LoadError> {
         let x = self.float(name)?.unwrap_or(default);
         if x > 0.0 {
@@ -272,7 +274,7 @@ impl<'t> Parameters<'t> {
         })
     }
 
-    /// A whole number from 1 to `most`.
+    /// Returns an integer from 1 to `most`.
     pub(super) fn count(
         &mut self,
         name: &'static str,
@@ -317,8 +319,8 @@ impl<'t> Parameters<'t> {
         })
     }
 
-    /// A transform that can be undone, the identity if there is none; or what it is when it changes
-    /// with time, with the identity beside it.
+    /// Returns an invertible transform, the identity by default. For an animated transform, returns
+    /// the identity and the motion.
     pub(super) fn placement(
         &mut self,
         name: &'static str,
@@ -329,7 +331,7 @@ impl<'t> Parameters<'t> {
         Ok((self.transform(name)?, None))
     }
 
-    /// A transform that can be undone; the identity if there is none.
+    /// Returns an invertible transform; the identity by default.
     pub(super) fn transform(&mut self, name: &'static str) -> Result<DAffine3, LoadError> {
         if let Some(Parameter { value: Value::Animation(_), .. }) = self.find(name) {
             let what = self.object.describe();
@@ -350,7 +352,7 @@ impl<'t> Parameters<'t> {
         Err(self.refuse(name, format!("{} flattens space; it cannot be undone", quote(name))))
     }
 
-    /// A colour; `default` in all channels if there is none.
+    /// Returns a colour; `default` in all channels if there is none.
     pub(super) fn color(
         &mut self,
         name: &'static str,
@@ -360,7 +362,7 @@ impl<'t> Parameters<'t> {
         Ok(self.given_color(name, role)?.unwrap_or([default as f32; 3]))
     }
 
-    /// A colour, if there is one.
+    /// Returns a colour, if there is one.
     pub(super) fn given_color(
         &mut self,
         name: &'static str,
@@ -369,7 +371,7 @@ impl<'t> Parameters<'t> {
         let found = self.get(name, "an <rgb>", |value| match (value, role) {
             (Value::Rgb(rgb), _) => Some(*rgb),
             (Value::Spectrum(spectrum), Role::Emission) => Some(spectrum.emitted),
-            // What reflects no more than all light at any wavelength is cut to what can be shown.
+            // A reflectance of at most 1 at all wavelengths is clamped to 1 in all channels.
             (Value::Spectrum(spectrum), Role::Share | Role::Level) if spectrum.most <= 1.0 => {
                 Some(spectrum.reflected.map(|x| x.min(1.0)))
             }
@@ -397,13 +399,13 @@ impl<'t> Parameters<'t> {
         }
     }
 
-    /// Where a parameter stands, or the object if the author did not write it.
+    /// Location of a parameter, or of the object if the parameter is not specified.
     pub(super) fn place(&self, name: &str) -> &'t Span {
         let written = self.object.parameters.iter().find(|p| p.name == name);
         written.map_or(&self.object.at, |p| &p.at)
     }
 
-    /// An error about a parameter, or about the object if the author did not write it.
+    /// Returns an error at a parameter, or at the object if the parameter is not specified.
     pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
         error(self.place(name), message)
     }

@@ -1,4 +1,4 @@
-//! XML files to objects: parameters `$name`, includes, folders, aliases, values.
+//! Reads XML files into objects: parameters `$name`, includes, search folders, aliases, values.
 
 mod placing;
 
@@ -9,27 +9,27 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::DVec3;
+use pt_scene::Span;
 
-use super::super::context::Context;
-use super::super::mesh_file;
-use super::super::reference_stack::{ReferenceError, ReferenceStack};
-use super::super::spectra::Spectrum;
-use super::super::xml::{self, Document, Node, did_you_mean, quote};
-use super::nesting;
 use super::object::{Child, Object, Target, Tree};
-use super::spectrum;
 use super::value::{self, Value};
-use crate::{LoadError, Span};
+use super::{nesting, spectrum};
+use crate::LoadError;
+use crate::mitsuba::nesting::MAX_DEPTH;
+use crate::shared::context::Context;
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
+use crate::shared::spectra::Spectrum;
+use crate::shared::xml::{Document, Node};
+use crate::shared::{mesh_file, xml};
 
-/// Deepest nesting of objects, those included that are referred to.
-pub(super) const MAX_DEPTH: usize = 64;
-/// Deepest nesting of included files, as in Mitsuba.
+/// Maximum nesting depth of included files, as in Mitsuba.
 const MAX_INCLUDE_DEPTH: usize = 15;
-/// Most files that a scene may include; two that include one another twice would make many.
+/// Maximum number of included files. Files that include others twice multiply.
 const MAX_FILES: usize = 1000;
-/// Most names that `<default>` may define.
+/// Maximum number of names that `<default>` may define.
 const MAX_NAMES: usize = 1000;
-/// Longest attribute after `$name` was put in, in bytes; names in names would make long ones.
+/// Maximum length of an attribute after substitution of `$name`, in bytes. Nested names multiply.
 const MAX_SUBSTITUTED: usize = 4096;
 
 /// Tags of objects.
@@ -66,7 +66,7 @@ const OTHERS: [&str; 15] = [
     "vector",
 ];
 
-/// Reads a scene and all that it includes; names that are defined have to be used.
+/// Reads a scene and its included files. Names that are defined by the caller have to be used.
 pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Tree, LoadError> {
     let definitions = context.options().definitions.as_slice();
     for (i, (name, _)) in definitions.iter().enumerate() {
@@ -100,7 +100,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     let names = definitions.iter().map(given).collect();
     let way = ReferenceStack::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES);
     let mut reader = Reader { tree, names, lost_names: Vec::new(), way, depth: 0 };
-    let _ = reader.way.enter_file(path); // the first one always may be
+    let _ = reader.way.enter_file(path); // the first file is always allowed
     reader.file(bytes, path, 0)?;
     let (given, others) = reader.names.split_at(definitions.len());
     if let Some(name) = given.iter().find(|name| !name.is_used.get())
@@ -117,25 +117,25 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
 
 struct Reader {
     tree: Tree,
-    /// What `$name` stands for.
+    /// Values of `$name`.
     names: Vec<Name>,
-    /// Names whose value could not be read, which was told.
+    /// Names whose value could not be read, which was reported.
     lost_names: Vec<String>,
-    /// The files being read, each included by the one before.
+    /// Files being read, each included by the one before.
     way: ReferenceStack<PathBuf>,
     /// Number of objects that enclose the element being read.
     depth: usize,
 }
 
-/// What `$name` stands for.
+/// Definition of `$name`.
 struct Name {
     text: String,
     value: String,
-    /// True if it was put in anywhere.
+    /// True if the value was substituted somewhere.
     is_used: Cell<bool>,
 }
 
-/// The attributes of an element, with `$name` put in.
+/// Attributes of an element, after substitution of `$name`.
 struct Attributes<'a> {
     document: &'a Document<'a>,
     node: Node<'a>,
@@ -143,17 +143,17 @@ struct Attributes<'a> {
 }
 
 impl Attributes<'_> {
-    /// An attribute, if it is there.
+    /// Returns an attribute, if it is specified.
     fn find(&self, name: &str) -> Option<&str> {
         self.values.iter().find(|(n, _)| *n == name).map(|(_, value)| &**value)
     }
 
-    /// An attribute, or nothing.
+    /// Returns an attribute, or an empty string.
     fn text(&self, name: &str) -> &str {
         self.find(name).unwrap_or_default()
     }
 
-    /// An attribute as a value; `None` if it is not there.
+    /// Parses an attribute; `None` if it is not specified.
     fn parse<T>(
         &self,
         name: &str,
@@ -164,7 +164,7 @@ impl Attributes<'_> {
         result.map(Some).map_err(|message| self.error(text, format!("{name}: {message}")))
     }
 
-    /// `value="1 2 3"`, `value="1"`, or those given of x, y and z.
+    /// Reads `value="1 2 3"`, `value="1"`, or any of x, y and z.
     fn vector(&self, default: f64) -> Result<DVec3, LoadError> {
         if let Some(value) = self.parse("value", value::one_or_three)? {
             if ["x", "y", "z"].iter().any(|axis| self.find(axis).is_some()) {
@@ -176,7 +176,7 @@ impl Attributes<'_> {
         Ok(DVec3::new(axis("x")?, axis("y")?, axis("z")?))
     }
 
-    /// An error about a piece of an attribute.
+    /// Returns an error at a part of an attribute.
     fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
         self.document.error_at(self.node, piece, message)
     }
@@ -210,7 +210,7 @@ impl Reader {
         }
     }
 
-    /// Reads what is inside of an element into the object with an index.
+    /// Reads the children of an element into the object with an index.
     fn content<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -271,7 +271,7 @@ impl Reader {
         }
     }
 
-    /// `<float name="…" value="…"/>` and its like; `None` if the element is none of them.
+    /// Reads `<float name="…" value="…"/>` and similar elements; `None` for any other element.
     fn named_value<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -310,7 +310,7 @@ impl Reader {
         Ok(value.map(|value| (attributes.text("name").to_owned(), value)))
     }
 
-    /// `<spectrum name="…" value="…"/>`, or with a file of samples.
+    /// Reads `<spectrum name="…" value="…"/>`, or one with a file of samples.
     fn spectrum<'a>(
         &self,
         document: &'a Document<'a>,
@@ -329,7 +329,7 @@ impl Reader {
         Ok((attributes.text("name").to_owned(), Value::Spectrum(spectrum)))
     }
 
-    /// Reads an object and what it contains.
+    /// Reads an object and its content.
     fn object<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -360,7 +360,7 @@ impl Reader {
         self.content(document, node, index)
     }
 
-    /// Gives an object a second identifier.
+    /// Adds a second identifier for an object.
     fn alias<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["id", "as"], &[])?;
         let (id, alias) = (attributes.text("id"), attributes.text("as"));
@@ -375,7 +375,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Says what `$name` stands for, unless it was said before.
+    /// Defines `$name`, unless it is already defined.
     fn define<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["name", "value"], &[])?;
         let (name, value) = (attributes.text("name"), attributes.text("value"));
@@ -393,7 +393,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Adds a folder in which files are looked for before the others.
+    /// Adds a search folder in front of the others.
     fn search_path<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -408,7 +408,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads another file as if it stood here.
+    /// Reads another file in place of the element.
     fn include<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -436,7 +436,7 @@ impl Reader {
         done
     }
 
-    /// The attributes of an element: all that are required, and no others than those named.
+    /// Reads the attributes of an element: all that are required, and none but the given ones.
     fn attributes<'a>(
         &self,
         document: &'a Document<'a>,
@@ -468,8 +468,8 @@ impl Reader {
         Ok(Attributes { document, node, values })
     }
 
-    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar.
-    /// The error is a message, or nothing if it was told why a name stands for nothing.
+    /// Substitutes the values of `$name`. The longest matching name is used, and `\$` is a dollar
+    /// sign. The error is a message, or `None` if the cause was already reported.
     fn substitute<'a>(&self, text: &'a str) -> Result<Cow<'a, str>, Option<String>> {
         if !text.contains('$') {
             return Ok(Cow::Borrowed(text));
@@ -510,15 +510,15 @@ impl Reader {
 }
 
 impl Tree {
-    /// The first place where a file or folder exists.
+    /// Returns the first path at which a file or folder exists.
     pub(super) fn resolve(&self, text: &str) -> Option<PathBuf> {
         self.search.iter().map(|folder| folder.join(text)).find(|path| path.exists())
     }
 
-    /// Notes a file that cannot be used, and what was done instead.
+    /// Reports a file that cannot be used, with the fallback.
     ///
     /// # Errors
-    /// If that follows from a folder that is missing.
+    /// If the cause is a missing search folder.
     pub(super) fn miss(&self, at: &Span, why: &str, instead: &str) -> Result<(), LoadError> {
         if self.has_lost_folder {
             return Err(LoadError::AlreadyReported);
@@ -527,14 +527,14 @@ impl Tree {
         Ok(())
     }
 
-    /// What to say when there is none.
+    /// Message about a file that does not exist.
     pub(super) fn not_found(&self, text: &str) -> String {
         let folders: Vec<_> = self.search.iter().map(|f| f.display().to_string()).collect();
         format!("{} is not found; looked in {}", quote(text), folders.join(", "))
     }
 }
 
-/// Refuses scenes of Mitsuba 0.x, whose names are others.
+/// Rejects scenes of Mitsuba 0.x and 1.x, which use different names.
 fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), LoadError> {
     let version = root.attribute("version").unwrap_or_default();
     let major = version.split('.').next().and_then(|m| m.parse::<u32>().ok());

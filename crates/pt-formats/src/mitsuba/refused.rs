@@ -1,6 +1,6 @@
-//! Plugins of Mitsuba 3.9.1 that are refused by name.
+//! Plugins of Mitsuba 3.9.1 that are rejected with a specific reason.
 
-/// Their tags, names, and why.
+/// Tags, types and reasons.
 const REFUSED: [(&str, &str, &str); 7] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
@@ -15,7 +15,7 @@ const REFUSED: [(&str, &str, &str); 7] = [
     ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),
 ];
 
-/// Why a plugin is refused, if it is one that is known.
+/// Returns the reason why a plugin is rejected, if there is a specific one.
 pub(super) fn reason(tag: &str, kind: &str) -> Option<&'static str> {
     let found = REFUSED.iter().find(|(t, k, _)| (*t, *k) == (tag, kind));
     found.map(|(.., reason)| *reason)

@@ -1,22 +1,24 @@
-//! Objects to a scene.
+//! Converts objects to a scene.
 
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::super::{cameras, placeholder};
+use pt_scene::material::{Black, Diffuse};
+use pt_scene::{Color, Material, Scene, framing};
+
 use super::bsdf::{Scattering, scattering};
 use super::daylight::see_spans;
 use super::medium::Media;
 use super::meter::{Sphere, is_aimed};
 use super::object::{Object, Parameters, Tree, error};
-use super::sensor::Seat;
+use super::seat::Seat;
 use super::shape::{Meshes, Shape, shape};
 use super::texture::{self, Textures};
 use super::{ellipsoids, emitter, integrator, sensor};
-use crate::material::{Black, Diffuse};
-use crate::{Color, LoadError, Material, Scene, framing};
+use crate::LoadError;
+use crate::shared::{cameras, placeholder};
 
-/// The scene that a tree describes.
+/// Builds the scene of a tree.
 pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     let root = &tree.objects[0];
     if let Some(stray) = root.parameters.first() {
@@ -80,23 +82,23 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     Ok(builder.scene)
 }
 
-/// The sphere around the box around all surfaces.
+/// Returns the circumscribed sphere of the bounding box of all surfaces.
 fn sphere_around(scene: &Scene) -> Sphere {
     let [low, high] = framing::surface_extent(scene, None).unwrap_or_default();
     Sphere { center: 0.5 * (low + high), radius: 0.5 * (high - low).length() }
 }
 
-/// The only object of a tag inside of another, if there is one.
+/// Returns the only nested object with a tag, if there is one.
 fn inside(tree: &Tree, object: &Object, tag: &str) -> Result<Option<usize>, LoadError> {
     let children = object.children.iter().map(|child| tree.target(child));
     tree.only(&children.collect::<Result<Vec<_>, _>>()?, tag)
 }
 
-/// The sensor inside of a shape, if there is one.
+/// Returns the sensor inside of a shape, if there is one.
 fn attached<'t>(
     tree: &'t Tree,
     object: &'t Object,
-    made: &[crate::Object],
+    made: &[pt_scene::Object],
 ) -> Result<Option<Seat<'t>>, LoadError> {
     if object.tag != "shape" {
         return Ok(None);
@@ -109,32 +111,32 @@ fn attached<'t>(
     Ok(Some(Seat::alone(&tree.objects[sensor]).at(surface)))
 }
 
-/// The number of the sensor that is used: the one that is asked for, or the first.
+/// Returns the index of the sensor that is used: the requested one, or the first.
 fn used_sensor(tree: &Tree, sensors: &[Seat<'_>]) -> usize {
     let names: Vec<_> = sensors.iter().map(|seat| seat.object.name()).collect();
     let wanted = tree.context.options().camera.as_ref();
-    // One that is not there is refused when all has been read.
+    // A requested sensor that does not exist is reported after the whole scene is read.
     wanted.and_then(|wanted| cameras::find(wanted, &names).ok()).unwrap_or(0)
 }
 
-/// What a material is made of: a bsdf and an area emitter.
+/// Indices of the bsdf and the area emitter of a material.
 type MaterialKey = (Option<usize>, Option<usize>);
 
-/// A scene on its way.
+/// State of the conversion.
 pub(super) struct Builder<'t> {
     pub(super) tree: &'t Tree,
     pub(super) scene: Scene,
-    /// Materials of the scene by what they are made of.
+    /// Materials by bsdf and area emitter.
     materials: HashMap<MaterialKey, u32>,
     textures: Textures<'t>,
     media: Media<'t>,
     meshes: Meshes,
-    /// The content of shape groups.
-    pub(super) groups: HashMap<usize, Rc<[crate::Object]>>,
+    /// Contents of shape groups, by object index.
+    pub(super) groups: HashMap<usize, Rc<[pt_scene::Object]>>,
 }
 
 impl Builder<'_> {
-    /// Reads what a scene contains besides sensors and integrators.
+    /// Reads an item of the scene other than sensors and integrators.
     fn item(&mut self, index: usize) -> Result<(), LoadError> {
         let object = &self.tree.objects[index];
         match object.tag.as_str() {
@@ -142,7 +144,7 @@ impl Builder<'_> {
             // Area emitters may be described here and referred to by shapes.
             "emitter" if object.kind == "area" && !object.id.is_empty() => {}
             "emitter" => self.scene.lights.push(emitter::light(&mut self.textures, object)?),
-            // What these describe is read where it is referred to.
+            // These are read where they are referenced.
             "bsdf" | "film" | "medium" | "phase" | "rfilter" | "sampler" | "texture" | "volume" => {
             }
             tag => return Err(error(&object.at, format!("<{tag}> is not supported"))),
@@ -150,7 +152,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Finds the shape that a sensor aims at, which need not be one of the scene.
+    /// Sets the target shape of a sensor, which need not be part of the scene.
     fn aim(&mut self, seat: &mut Seat<'_>) -> Result<(), LoadError> {
         let tree = self.tree;
         let Some(target) = inside(tree, seat.object, "shape")? else { return Ok(()) };
@@ -165,11 +167,11 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Places a shape, or those that it stands for, in the world.
+    /// Adds a shape, or the shapes of a group or instance, to the scene.
     fn place(&mut self, index: usize) -> Result<(), LoadError> {
         let object = &self.tree.objects[index];
         match object.kind.as_str() {
-            // Not seen by itself, but its mistakes are.
+            // Not visible itself, but its errors are reported.
             "shapegroup" => drop(self.group(index)?),
             "instance" => self.instance(object)?,
             "merge" => {
@@ -191,8 +193,8 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A shape, or all that one stands for, with their material.
-    pub(super) fn shapes(&mut self, object: &Object) -> Result<Vec<crate::Object>, LoadError> {
+    /// Reads a shape, or several in the case of ellipsoids, with their material.
+    pub(super) fn shapes(&mut self, object: &Object) -> Result<Vec<pt_scene::Object>, LoadError> {
         let tree = self.tree;
         let shapes = if ellipsoids::KINDS.contains(&object.kind.as_str()) {
             let made =
@@ -209,7 +211,7 @@ impl Builder<'_> {
         let emitter = tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter))?;
         let media = self.media.sides(object)?;
-        let object = |Shape { geometry, to_world, motion }| crate::Object {
+        let object = |Shape { geometry, to_world, motion }| pt_scene::Object {
             name: object.name().to_owned(),
             to_world,
             motion,
@@ -221,8 +223,8 @@ impl Builder<'_> {
         Ok(shapes.into_iter().map(object).collect())
     }
 
-    /// The index of a material, which is added if it is new. Without a bsdf it is grey on the
-    /// front, or black if it emits.
+    /// Returns the index of a material, which is added if it is new. Without a bsdf it is grey on
+    /// the front, or black if it emits.
     fn material(&mut self, shape: &Object, key: MaterialKey) -> Result<u32, LoadError> {
         if let Some(index) = self.materials.get(&key) {
             return Ok(*index);
@@ -231,7 +233,7 @@ impl Builder<'_> {
         let (bsdf, emitter) = key;
         let emission = emitter.map(|i| emitter::area(&mut self.textures, &tree.objects[i]));
         let emission = emission.transpose()?;
-        tree.context.take_placeholder_used(); // what glows is loud by itself
+        tree.context.take_placeholder_used(); // a placeholder emission is visible as is
         let opaque = |surface| Scattering { surface, opacity: 1.0.into() };
         let (name, what) = match bsdf.map(|i| &tree.objects[i]) {
             Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),

@@ -1,13 +1,15 @@
 //! `<sensor>` with its sampler.
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::{Camera, Fit, Motion, Placement, Projection, RenderHints};
 
-use super::super::xml::quote;
 use super::film::{self, Film, film};
 use super::medium::Media;
 use super::meter::{METERS, Sphere, meter};
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::{Camera, Fit, Geometry, LoadError, Motion, Placement, Projection, RenderHints};
+use crate::LoadError;
+use crate::mitsuba::seat::{Seat, shutter};
+use crate::shared::names::quote;
 
 const SENSORS: [&str; 7] = [
     "batch",
@@ -20,36 +22,13 @@ const SENSORS: [&str; 7] = [
 ];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
 
-/// The diagonal of 35 mm film in millimetres, to which focal lengths refer.
+/// Diagonal of 35 mm film in millimetres, to which focal lengths refer.
 fn film_diagonal() -> f64 {
     f64::sqrt(36.0 * 36.0 + 24.0 * 24.0)
 }
 
-/// A sensor, and the sensor whose film and sampler it uses.
-#[derive(Clone)]
-pub(super) struct Seat<'t> {
-    pub(super) object: &'t Object,
-    holder: &'t Object,
-    /// Number of sensors that share the film, side by side.
-    count: u32,
-    /// The surface that a meter is attached to or aims at, and its place.
-    pub(super) surface: Option<(Geometry, DAffine3)>,
-}
-
-impl<'t> Seat<'t> {
-    /// A sensor with its own film.
-    pub(super) fn alone(object: &'t Object) -> Self {
-        Self { object, holder: object, count: 1, surface: None }
-    }
-
-    /// The same of a surface.
-    pub(super) fn at(self, surface: Option<(Geometry, DAffine3)>) -> Self {
-        Self { surface, ..self }
-    }
-}
-
-/// The sensors that one stands for: those of a "batch" share its film. A note says that they are
-/// not shown side by side.
+/// Returns the sensors of an object: several for a "batch", which share its film. A note reports
+/// that they are not shown side by side.
 pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'t>>, LoadError> {
     if object.kind != "batch" {
         return Ok(vec![Seat::alone(object)]);
@@ -83,7 +62,7 @@ pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'
     Ok(sensors.into_iter().map(seat).collect())
 }
 
-/// The film of a sensor, or its share of the one that it uses.
+/// Returns the film of a sensor, or its part of the film of a "batch".
 fn film_of(tree: &Tree, seat: &Seat<'_>) -> Result<Film, LoadError> {
     let mut film = film(tree, seat.holder)?;
     film.resolution[0] /= seat.count;
@@ -93,7 +72,7 @@ fn film_of(tree: &Tree, seat: &Seat<'_>) -> Result<Film, LoadError> {
     Ok(film)
 }
 
-/// A camera of a scene whose surfaces are in a sphere.
+/// Creates the camera of a sensor. `around` encloses all surfaces of the scene.
 pub(super) fn camera(
     tree: &Tree,
     seat: &Seat<'_>,
@@ -148,32 +127,16 @@ pub(super) fn camera(
     let moved = keys.iter().map(|key| key.to_world.matrix3 * camera.to_world.matrix3);
     let still = keys.is_empty().then_some(camera.to_world.matrix3);
     moved.chain(still).try_for_each(|axes| require_axes(axes, &parameters))?;
-    // Turned from Mitsuba's axes to ours.
+    // Rotated from Mitsuba's axes to ours.
     camera.to_world *= DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     parameters.finish()?;
     Ok(camera)
 }
 
-/// When the shutter opens and closes.
-pub(super) fn shutter(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
-    let open = parameters.float("shutter_open")?.unwrap_or(0.0);
-    let close = parameters.float("shutter_close")?.unwrap_or(0.0);
-    if open <= close {
-        return Ok([open, close]);
-    }
-    let name =
-        if parameters.find("shutter_close").is_some() { "shutter_close" } else { "shutter_open" };
-    let message = format!(
-        "the shutter closes at {close} s, before it opens at {open} s; expected a shutter_close of at \
-         least shutter_open"
-    );
-    Err(parameters.refuse(name, message))
-}
-
-/// Makes the scale of an orthographic camera's node the size of what it sees. Along the axis only
-/// the near plane is scaled: the far plane is as far behind it as without a scale.
+/// Moves the scale of the node of an orthographic camera to its view. Along the axis, only the near
+/// plane is scaled: the distance from the near to the far plane is unchanged.
 ///
-/// The scale of one that moves is that of its first key.
+/// The scale of an animated camera is that of its first key.
 fn take_scale(camera: &mut Camera) {
     let lengths = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
     let first = camera.motion.as_ref().map(|motion| motion.keys()[0].to_world.matrix3);
@@ -189,7 +152,7 @@ fn take_scale(camera: &mut Camera) {
     camera.far = camera.near + depth;
 }
 
-/// Refuses axes that are not at right angles to each other and of unit length.
+/// Checks that axes are orthogonal and of unit length.
 fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadError> {
     const TOLERANCE: f64 = 1e-3; // matrices are written with a few digits
     let error = axes.transpose() * axes - DMat3::IDENTITY;
@@ -201,7 +164,7 @@ fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadErro
     Ok(())
 }
 
-/// Where the axis leaves the middle of the film.
+/// Reads the offset of the principal point, as a fraction of the size of the film.
 fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
     const MAX: f64 = 1000.0; // films away, far more than any lens shifts
     let mut offset = |name| {
@@ -215,7 +178,7 @@ fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadErro
     Ok([offset("principal_point_offset_x")?, offset("principal_point_offset_y")?])
 }
 
-/// Horizontal and vertical field of view in degrees, for an aspect of width over height.
+/// Reads the horizontal and vertical field of view in degrees. `aspect` is width over height.
 pub(super) fn fields_of_view(
     parameters: &mut Parameters<'_>,
     aspect: f64,
@@ -259,7 +222,7 @@ pub(super) fn fields_of_view(
     Ok([degrees(half_x), degrees(half_x / aspect)])
 }
 
-/// What a sensor asks for with its film and its sampler.
+/// Reads the render settings of the film and sampler of a sensor.
 pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<RenderHints, LoadError> {
     let Film { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
     let settings = RenderHints {

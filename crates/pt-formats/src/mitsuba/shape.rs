@@ -1,20 +1,22 @@
-//! `<shape>`: surfaces placed in the world.
+//! `<shape>`: surfaces in the world.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Frame};
+use pt_scene::shapes::smooth_normals;
+use pt_scene::{Geometry, Mesh, Motion, Warning, shapes};
 
-use super::super::mesh_file::{self, ColorLevels, MeshFile};
 use super::super::ply::{self, attributes};
-use super::super::xml::quote;
 use super::super::{Limits, obj, serialized, vol};
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use super::{curves, texture};
-use crate::shapes::isosurface::{Distances, Normals};
-use crate::shapes::{self, smooth_normals};
-use crate::{Geometry, LoadError, Mesh, Motion, Warning};
+use crate::LoadError;
+use crate::shared::isosurface::{Distances, Normals};
+use crate::shared::mesh_file;
+use crate::shared::mesh_file::{ColorLevels, MeshFile};
+use crate::shared::names::quote;
 
 const KINDS: [&str; 16] = [
     "bsplinecurve",
@@ -39,46 +41,47 @@ const KINDS: [&str; 16] = [
 pub(super) struct Shape {
     pub(super) geometry: Geometry,
     pub(super) to_world: DAffine3,
-    /// How that moves, if it does.
+    /// Motion of the shape, if it is animated.
     pub(super) motion: Option<Arc<Motion>>,
 }
 
-/// A mesh file, and what is made of it.
+/// Key of a mesh: its file, and the options with which it is read.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "they are parameters that authors write")]
 struct MeshKey {
     path: PathBuf,
-    /// Which of the meshes of the file; of an "sdfgrid", 0 with analytic normals and 1 with smooth
+    /// Index of the mesh in the file. For an "sdfgrid": 0 with analytic normals, 1 with smooth
     /// ones.
     index: u32,
     is_flat: bool,
     flips: bool,
-    /// True if v becomes 1 − v.
+    /// True if v is replaced by 1 − v.
     flips_v: bool,
-    /// True if its transform mirrors.
+    /// True if the transform of the shape mirrors.
     mirrored: bool,
 }
 
 impl MeshKey {
-    /// The first mesh of a file, as it is.
+    /// Key of the first mesh of a file with default options.
     fn of_file(path: PathBuf) -> Self {
         Self { path, index: 0, is_flat: false, flips: false, flips_v: false, mirrored: false }
     }
 }
 
-/// Meshes that several shapes share.
+/// Cache of meshes, shared by shapes.
 #[derive(Default)]
 pub(super) struct Meshes {
-    /// With whether its smooth normals are ours, or why there is none.
+    /// Meshes of files, each with true if its smooth normals are computed, or the reason why it
+    /// cannot be read.
     of_files: HashMap<MeshKey, Result<(Arc<Mesh>, bool), String>>,
-    /// Those whose smooth normals are ours and are made in the world, by the bits of what places
-    /// them there.
+    /// Meshes whose smooth normals are computed in world space, by the bits of the linear part of
+    /// the transform.
     placed: HashMap<(MeshKey, [u64; 9]), Arc<Mesh>>,
-    /// Those made by rule, by the kind of shape and whether its front is on the other side.
+    /// Procedural meshes, by the type of shape, and true if the front is flipped.
     made: HashMap<(&'static str, bool), Arc<Mesh>>,
 }
 
-/// The shape that an object describes; its children are left to the caller.
+/// Reads the shape of an object. Nested objects are left to the caller.
 pub(super) fn shape(
     tree: &Tree,
     object: &Object,
@@ -103,7 +106,7 @@ pub(super) fn shape(
         kind @ ("bsplinecurve" | "linearcurve") => {
             let path = mesh_path(tree, object, &mut parameters)?;
             let degree = if kind == "linearcurve" { 1 } else { 3 };
-            // The radii do not grow with a transform, unless it moves.
+            // Radii are not transformed, unless the curves are animated.
             let (points, placed) = match motion {
                 None => (to_world, DAffine3::IDENTITY),
                 Some(_) => (DAffine3::IDENTITY, to_world),
@@ -164,7 +167,7 @@ pub(super) fn shape(
     Ok(shape)
 }
 
-/// The mesh file that an object names, and what is to be made of it; a missing one is noted.
+/// Reads the mesh file of an object and its options; a missing file is reported.
 fn mesh_key(
     tree: &Tree,
     object: &Object,
@@ -174,7 +177,7 @@ fn mesh_key(
     let is_flat = parameters.boolean("face_normals")?;
     let flips_v = match object.kind.as_str() {
         "serialized" => false,
-        // Images have their upper row at v = 0 in Mitsuba, and at v = 1 for most writers of OBJ.
+        // The top row of an image is at v = 0 in Mitsuba, and at v = 1 for most writers of OBJ.
         kind => parameters.boolean_or("flip_tex_coords", kind == "obj")?,
     };
     let index = match object.kind.as_str() {
@@ -189,7 +192,7 @@ fn mesh_key(
     Ok(MeshKey { path, index, is_flat, flips, flips_v, mirrored })
 }
 
-/// The file that an object names; a missing one is noted.
+/// Returns the file of an object; a missing file is reported.
 pub(super) fn mesh_path(
     tree: &Tree,
     object: &Object,
@@ -202,7 +205,7 @@ pub(super) fn mesh_path(
     tree.resolve(text).ok_or_else(|| left_out(tree, parameters, &tree.not_found(text)))
 }
 
-/// The "normals" of an "sdfgrid".
+/// Reads the parameter "normals" of an "sdfgrid".
 fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError> {
     parameters.pass_over(&["watertight"]);
     match parameters.text("normals")? {
@@ -216,9 +219,9 @@ fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError
     }
 }
 
-/// The surface in a file of signed distances.
+/// Extracts the surface of a file of signed distances.
 fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<MeshFile, String> {
-    /// Most triangles without a limit.
+    /// Maximum number of triangles if the caller sets no limit.
     const MAX_TRIANGLES: usize = 1 << 23;
     let grid = vol::parse(bytes)?.grid;
     let distances = Distances::new(&grid).ok_or_else(|| {
@@ -236,13 +239,13 @@ fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<Me
     Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() })
 }
 
-/// Notes a file that cannot be used, and why.
+/// Reports a file that cannot be used, with the reason.
 pub(super) fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
     let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
     told.err().unwrap_or(LoadError::AlreadyReported)
 }
 
-/// A mesh with its front on the other side if that is asked for.
+/// Flips the front of a mesh if requested.
 fn turned(mut mesh: Mesh, flips: bool) -> Arc<Mesh> {
     if flips {
         shapes::flip(&mut mesh);
@@ -250,8 +253,8 @@ fn turned(mut mesh: Mesh, flips: bool) -> Arc<Mesh> {
     Arc::new(mesh)
 }
 
-/// Where [`shapes::cylinder`] goes: its axis from `p0` to `p1`, with the frame that Mitsuba puts
-/// around it.
+/// Transform of [`shapes::cylinder`]: its axis from `p0` to `p1`, with the same frame around it as
+/// in Mitsuba.
 fn cylinder(parameters: &mut Parameters<'_>, to_world: DAffine3) -> Result<DAffine3, LoadError> {
     let p0 = parameters.vector("p0")?.unwrap_or(DVec3::ZERO);
     let p1 = parameters.vector("p1")?.unwrap_or(DVec3::Z);
@@ -268,7 +271,7 @@ fn cylinder(parameters: &mut Parameters<'_>, to_world: DAffine3) -> Result<DAffi
     Err(parameters.refuse("radius", "the cylinder is too thin or too large to be computed with"))
 }
 
-/// A sphere: the product of its transforms has to keep it one.
+/// Reads a sphere, whose transform has to scale uniformly.
 fn sphere(
     parameters: &mut Parameters<'_>,
     to_world: DAffine3,
@@ -291,7 +294,7 @@ fn sphere(
     }
     let mirrored = (linear.determinant() < 0.0) != (radius < 0.0);
     let sign = if flips == mirrored { 1.0 } else { -1.0 };
-    // What turns the sphere is kept for its texture coordinates.
+    // The rotation of the sphere is kept for its texture coordinates.
     let center = to_world.transform_point3(center);
     Ok(Shape {
         geometry: Geometry::Sphere { radius: sign * world_radius },
@@ -301,7 +304,7 @@ fn sphere(
 }
 
 impl Meshes {
-    /// A mesh made by rule.
+    /// Returns a procedural mesh.
     pub(super) fn made(
         &mut self,
         kind: &'static str,
@@ -312,8 +315,8 @@ impl Meshes {
         Arc::clone(mesh)
     }
 
-    /// The mesh of a file, read once for all shapes that are alike. Normals that Mitsuba makes are
-    /// made in the world: they depend on what stretches the mesh.
+    /// Returns the mesh of a file, which is read once per key. Smooth normals that Mitsuba computes
+    /// are computed in world space, since they depend on non-uniform scales.
     fn of_file(
         &mut self,
         key: &MeshKey,
@@ -341,7 +344,7 @@ impl Meshes {
     }
 }
 
-/// Returns true if a transform only turns, mirrors and scales evenly, up to rounding.
+/// Returns true if a transform consists of rotation, reflection and uniform scale, up to rounding.
 fn keeps_angles(linear: DMat3) -> bool {
     const TOLERANCE: f64 = 1e-6;
     let scale = linear.x_axis.length_squared();
@@ -349,11 +352,11 @@ fn keeps_angles(linear: DMat3) -> bool {
     error.to_cols_array().iter().all(|x| x.abs() <= TOLERANCE * scale)
 }
 
-/// A mesh with normals that are smooth where a transform places it: the angles by which they are
-/// weighted are those there.
+/// Computes smooth normals of a mesh in world space, in which their weights, the angles of
+/// triangles, are measured.
 ///
-/// Normals of the world are the inverse transpose of those of the mesh, and a transform that
-/// mirrors turns the front of triangles around: n = ± Mᵀ n_world, with the sign of det M.
+/// Normals of the world are the inverse transpose of those of the mesh, and a mirroring transform
+/// reverses the front of triangles: n = ± Mᵀ n_world, with the sign of det M.
 fn smoothed_in_world(mut mesh: Mesh, to_world: DMat3) -> Mesh {
     let placed = |p: &[f32; 3]| (to_world * DVec3::from_array(p.map(f64::from))).as_vec3();
     let in_world = mesh.positions.iter().map(|p| placed(p).to_array()).collect();
@@ -367,12 +370,12 @@ fn smoothed_in_world(mut mesh: Mesh, to_world: DMat3) -> Mesh {
     Mesh { positions, normals: Some(normals), ..mesh }
 }
 
-/// Gives a mesh the normals that Mitsuba gives it: those of the file, or smooth ones, or none.
+/// Sets the normals of a mesh as in Mitsuba: those of the file, or smooth ones, or none.
 ///
 /// A mirrored mesh keeps its front here. In Mitsuba it does so if the file has normals; otherwise
-/// normals are made from the mirrored triangles, whose front is on the other side.
+/// normals are computed from the mirrored triangles, whose front is on the other side.
 ///
-/// Whole numbers of colours are what they are there, not shares.
+/// As in Mitsuba, integer colours are not normalized.
 fn prepare(MeshFile { mut mesh, levels, .. }: MeshFile, key: &MeshKey) -> Mesh {
     mesh_file::map_colors(&mut mesh, |channel, of_faces| {
         channel * if of_faces { levels.faces } else { levels.vertices }

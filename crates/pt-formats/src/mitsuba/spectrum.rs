@@ -1,19 +1,19 @@
-//! Spectra as Mitsuba writes them; [`Spectrum`] turns them into colours as its RGB modes do.
+//! Spectra in the formats of Mitsuba, which [`Spectrum`] converts to colours as its RGB modes do.
 
 use std::path::Path;
 
-use super::super::context::Context;
-use super::super::spectra::Spectrum;
-use super::super::text;
-use super::super::xml::quote;
 use super::object::{Child, Object, Parameters, Role, Target, Tree, error, unsupported};
 use super::value::{self, Value};
 use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::names::quote;
+use crate::shared::spectra::Spectrum;
+use crate::shared::text;
 
 const KINDS: [&str; 6] = ["blackbody", "d65", "irregular", "regular", "srgb", "uniform"];
 
 impl Spectrum {
-    /// One number, or `WAVELENGTH:VALUE` several times.
+    /// Parses a number, or a list of `WAVELENGTH:VALUE`.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         if !text.contains(':') {
             return value::number(text).map(Self::constant);
@@ -27,7 +27,7 @@ impl Spectrum {
         Self::sampled(&samples?)
     }
 
-    /// The lines `WAVELENGTH VALUE` of a file; those that begin with `#` are comments.
+    /// Reads a file with lines of `WAVELENGTH VALUE`; lines that begin with `#` are comments.
     pub(in super::super) fn read(context: &Context, path: &Path) -> Result<Self, String> {
         let bytes = context.read(path)?;
         let mut samples = Vec::new();
@@ -46,10 +46,10 @@ impl Spectrum {
     }
 }
 
-/// Turns the objects `<spectrum type="…">` into parameters of the objects that they are in, or
-/// that refer to them.
+/// Converts objects `<spectrum type="…">` to parameters of the objects that contain or reference
+/// them.
 pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
-    // A spectrum is a texture to Mitsuba, and may be written as one.
+    // In Mitsuba a spectrum is a texture, and may be written as one.
     let is_spectrum = |object: &&Object| {
         object.tag == "spectrum" || object.tag == "texture" && KINDS.contains(&object.kind.as_str())
     };
@@ -77,7 +77,7 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
             let object = &mut tree.objects[i];
             match target.and_then(|target| values[target].clone()) {
                 None => object.children.push(child),
-                // Written for those who refer to it.
+                // A spectrum of the scene itself is only referenced by others.
                 Some(_) if i == 0 => {}
                 Some(value) => {
                     let added = add(object, child, value);
@@ -89,7 +89,7 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Makes a spectrum a parameter of the object around it; without a value, it was told why.
+/// Adds a spectrum as a parameter of the object around it. A missing value was reported.
 fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), LoadError> {
     if child.name.is_empty() {
         let message = "the attribute name=\"…\" is missing, which says what it is for";
@@ -98,7 +98,7 @@ fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), Lo
     object.add_parameter(child.name, value.ok_or(LoadError::AlreadyReported)?, child.at)
 }
 
-/// What an object `<spectrum type="…">` describes.
+/// Reads an object `<spectrum type="…">`.
 fn of_object(tree: &Tree, object: &Object) -> Result<Value, LoadError> {
     tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);
@@ -108,7 +108,7 @@ fn of_object(tree: &Tree, object: &Object) -> Result<Value, LoadError> {
             let kelvin = parameters.positive("temperature", 1.0)?;
             Value::Spectrum(Spectrum::black_body(kelvin))
         }
-        // Daylight is white, and so is what reflects equally at all wavelengths.
+        // Daylight is white, and so is a constant reflectance.
         "d65" => {
             let scale = parameters.float("scale")?.unwrap_or(1.0);
             let color = parameters.color("color", Role::Emission, 1.0)?;
@@ -145,7 +145,7 @@ fn of_object(tree: &Tree, object: &Object) -> Result<Value, LoadError> {
     Ok(value)
 }
 
-/// Refuses an object without a parameter.
+/// Checks that an object has a parameter.
 fn required(parameters: &mut Parameters<'_>, name: &'static str) -> Result<(), LoadError> {
     match parameters.find(name) {
         Some(_) => Ok(()),
@@ -153,14 +153,14 @@ fn required(parameters: &mut Parameters<'_>, name: &'static str) -> Result<(), L
     }
 }
 
-/// Numbers in a string, which has to be there.
+/// Reads the numbers of a required string parameter.
 fn list(parameters: &mut Parameters<'_>, name: &'static str) -> Result<Vec<f64>, LoadError> {
     required(parameters, name)?;
     let text = parameters.text(name)?.unwrap_or_default();
     value::numbers(text).map_err(|message| parameters.refuse(name, message))
 }
 
-/// A spectrum of samples that `values` gives.
+/// Creates a spectrum from samples of the parameter `values`.
 fn sampled(
     parameters: &Parameters<'_>,
     samples: impl Iterator<Item = (f64, f64)>,

@@ -1,32 +1,33 @@
-//! `<texture>`: numbers that vary over a surface.
+//! `<texture>`: values that vary over a surface.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use pt_image::PixelEncoding;
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::image::Image;
+use pt_scene::medium::PlacedGrid;
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, TextureMapping, Wrap};
 
-use super::super::placeholder;
 use super::super::ply::attributes::Wanted;
-use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use super::value::Value;
 use super::volume::{Field, Grids};
 use crate::LoadError;
-use crate::image::{Image, PixelEncoding};
-use crate::medium::PlacedGrid;
-use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, TextureMapping, Wrap};
+use crate::shared::names::quote;
+use crate::shared::placeholder;
 
 const KINDS: [&str; 5] = ["bitmap", "checkerboard", "mesh_attribute", "rawconstant", "volume"];
 
-/// A texture as Mitsuba 3.9.1 reads it where a number is expected: its `checkerboard` then has
-/// `color0` in place of `color1` and the other way round.
+/// Returns a texture as Mitsuba 3.9.1 reads it for a scalar parameter: its `checkerboard` then
+/// exchanges `color0` and `color1`.
 pub(super) fn as_number(texture: Arc<Texture>) -> Arc<Texture> {
     let Pattern::Checkerboard([first, second]) = texture.pattern else { return texture };
     Arc::new(Texture { pattern: Pattern::Checkerboard([second, first]), ..(*texture).clone() })
 }
 
-/// The number or vector of a `rawconstant`, as it is.
+/// Reads the number or vector of a `rawconstant`.
 fn raw_value(object: &Object, parameters: &mut Parameters<'_>) -> Result<[f32; 3], LoadError> {
     let is_vector = parameters.find("value").is_some_and(|p| matches!(p.value, Value::Vector(_)));
     let value = if is_vector {
@@ -44,12 +45,12 @@ fn raw_value(object: &Object, parameters: &mut Parameters<'_>) -> Result<[f32; 3
     Ok(value.map(|x| x as f32))
 }
 
-/// The textures of a scene, each made once, as are their images.
+/// Cache of the textures of a scene and their images.
 pub(super) struct Textures<'t> {
     pub(super) tree: &'t Tree,
-    /// By the index of the object; `None` if its image is missing.
+    /// Textures by object index; `None` if the image is missing.
     made: HashMap<usize, Option<Arc<Texture>>>,
-    /// By the file, and whether its numbers are taken as they are.
+    /// Images by file, and true if their values are used without conversion.
     images: HashMap<(PathBuf, bool), Arc<Image>>,
     grids: Grids,
 }
@@ -60,7 +61,7 @@ impl<'t> Textures<'t> {
         Self { tree, made, images, grids: Grids::default() }
     }
 
-    /// The texture that an object describes.
+    /// Returns the texture of an object.
     pub(super) fn get(&mut self, index: usize) -> Result<Arc<Texture>, LoadError> {
         if let Some(known) = self.made.get(&index) {
             return Ok(self.or_substitute(known.clone()));
@@ -94,7 +95,7 @@ impl<'t> Textures<'t> {
         Ok(self.or_substitute(texture))
     }
 
-    /// The numbers of a volume on a surface. Beyond its box, a grid is as at its walls.
+    /// Reads a volume as a texture. Outside of its box, a grid is extended from its boundary.
     fn volume(&mut self, object: &Object, children: &[usize]) -> Result<Texture, LoadError> {
         let [volume] = children else {
             let message =
@@ -126,7 +127,7 @@ impl<'t> Textures<'t> {
         }
     }
 
-    /// A texture, or what stands in for it; then the material that shows it is told.
+    /// Returns the texture, or a placeholder, whose use is noted in the context for the material.
     fn or_substitute(&self, texture: Option<Arc<Texture>>) -> Arc<Texture> {
         texture.unwrap_or_else(|| {
             self.tree.context.set_placeholder_used();
@@ -134,7 +135,7 @@ impl<'t> Textures<'t> {
         })
     }
 
-    /// The texture that is given for the only parameter of an object that may have one.
+    /// Returns the texture of the only parameter of an object that may have one.
     pub(super) fn of(
         &mut self,
         object: &Object,
@@ -155,7 +156,7 @@ impl<'t> Textures<'t> {
         Ok(found)
     }
 
-    /// An image; `None` if it is missing, which is noted.
+    /// Reads an image texture; `None` if the image is missing, which is reported.
     fn bitmap(
         &mut self,
         object: &Object,
@@ -198,7 +199,7 @@ impl<'t> Textures<'t> {
         Ok(Some(Texture::on_surface(pattern, UPSIDE_DOWN * to_uv)))
     }
 
-    /// The image of a file, read once.
+    /// Returns the image of a file, which is read once.
     fn image(&mut self, path: PathBuf, is_raw: bool) -> Result<Arc<Image>, String> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
@@ -210,7 +211,7 @@ impl<'t> Textures<'t> {
     }
 }
 
-/// The pictures that textures and the sky of a scene show.
+/// Returns the image files of the textures and environment maps of a scene.
 pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, PixelEncoding)> {
     tree.objects.iter().filter_map(|object| {
         if !matches!(object.kind.as_str(), "bitmap" | "envmap") {
@@ -223,11 +224,11 @@ pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, PixelEncod
     })
 }
 
-/// What begins the names of attributes of vertices, and of faces.
+/// Prefixes of the names of vertex and face attributes.
 const OF_VERTICES: &str = "vertex_";
 const OF_FACES: &str = "face_";
 
-/// The attributes of meshes that textures show, without colours.
+/// Returns the mesh attributes that textures use, except colours.
 pub(super) fn attributes(tree: &Tree) -> Wanted {
     let mut wanted = Wanted::default();
     for object in tree.objects.iter().filter(|object| object.kind == "mesh_attribute") {
@@ -243,7 +244,7 @@ pub(super) fn attributes(tree: &Tree) -> Wanted {
     wanted
 }
 
-/// The values of a mesh, times a number.
+/// Reads a texture of a mesh attribute times a number.
 fn mesh_attribute(object: &Object, parameters: &mut Parameters<'_>) -> Result<Texture, LoadError> {
     let name = parameters.text("name")?.unwrap_or_default();
     let pattern = match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
@@ -277,11 +278,11 @@ fn mesh_attribute(object: &Object, parameters: &mut Parameters<'_>) -> Result<Te
     Ok(Pattern::Product(Box::new(factors)).into())
 }
 
-/// v ↦ 1 − v: in Mitsuba it runs down the rows of an image.
+/// v ↦ 1 − v: in Mitsuba, v increases downwards in an image.
 const UPSIDE_DOWN: DMat3 =
     DMat3::from_cols(DVec3::X, DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
 
-/// The part of a transform that acts on (u, v, 1).
+/// Returns the part of a transform that acts on (u, v, 1).
 fn coordinates(transform: DAffine3) -> DMat3 {
     let DAffine3 { matrix3, translation } = transform;
     let flat = |c: DVec3, z: f64| DVec3::new(c.x, c.y, z);

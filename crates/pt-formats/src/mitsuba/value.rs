@@ -1,12 +1,12 @@
-//! Values of parameters: what the text of an attribute means.
+//! Values of parameters, parsed from the text of attributes.
 
-use super::super::spectra::Spectrum;
-use super::super::xml::quote;
+use crate::shared::names::quote;
+use crate::shared::spectra::Spectrum;
 
-/// Largest magnitude of a number; more than that would be infinite in single precision.
+/// Largest magnitude of a number; larger ones would be infinite in single precision.
 const LARGEST: f64 = f32::MAX as f64;
 
-/// The value of a parameter, in the type that its author gave it.
+/// Value of a parameter, with the type specified by the author.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     Float(f64),
@@ -17,10 +17,10 @@ pub(super) enum Value {
     Rgb([f64; 3]),
     Spectrum(Spectrum),
     Transform(pt_math::DAffine3),
-    Animation(crate::Motion),
+    Animation(pt_scene::Motion),
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(super) fn number(text: &str) -> Result<f64, String> {
     let parsed: Result<f64, _> = text.trim().parse();
     match parsed {
@@ -30,13 +30,13 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Numbers separated by white space or commas.
+/// Parses numbers separated by white space or commas.
 pub(super) fn numbers(text: &str) -> Result<Vec<f64>, String> {
     let words = text.split(|c: char| c.is_ascii_whitespace() || c == ',');
     words.filter(|w| !w.is_empty()).map(number).collect()
 }
 
-/// Three numbers, or one for all three.
+/// Parses three numbers, or one number for all three.
 pub(super) fn one_or_three(text: &str) -> Result<[f64; 3], String> {
     match numbers(text)?.as_slice() {
         [x] => Ok([*x; 3]),
@@ -45,19 +45,19 @@ pub(super) fn one_or_three(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// Three numbers.
+/// Parses three numbers.
 pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
     let numbers = numbers(text)?;
     let count = numbers.len();
     numbers.try_into().map_err(|_| format!("expected 3 numbers, but there are {count}"))
 }
 
-/// A whole number.
+/// Parses an integer.
 pub(super) fn integer(text: &str) -> Result<i64, String> {
     text.trim().parse().map_err(|_| format!("{} is no whole number", quote(text)))
 }
 
-/// `true` or `false`, in any case.
+/// Parses `true` or `false`, ignoring case.
 pub(super) fn boolean(text: &str) -> Result<bool, String> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" => Ok(true),
@@ -66,7 +66,7 @@ pub(super) fn boolean(text: &str) -> Result<bool, String> {
     }
 }
 
-/// A linear colour: one number, three numbers, or `#rrggbb` in steps of 1/255.
+/// Parses a linear colour: one number, three numbers, or `#rrggbb` in steps of 1/255.
 pub(super) fn rgb(text: &str) -> Result<[f64; 3], String> {
     let Some(digits) = text.trim().strip_prefix('#') else { return one_or_three(text) };
     let is_good = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());

@@ -1,37 +1,37 @@
-//! `<volume>`: numbers in space.
+//! `<volume>`: values in space.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::DAffine3;
+use pt_scene::medium::{Grid, GridFilter, PlacedGrid};
 
 use super::super::vol;
-use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use crate::LoadError;
-use crate::medium::{Grid, GridFilter, PlacedGrid};
+use crate::shared::names::quote;
 
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
-/// Numbers of a symmetric matrix.
+/// Number of channels of a symmetric 3 × 3 matrix.
 const MATRIX: u32 = 6;
 
-/// What a `<volume>` describes, and where.
+/// Values of a `<volume>`, and their placement.
 pub(super) enum Field {
-    /// The same in all of the unit cube, which a transform places.
+    /// Constant in the unit cube, with its transform.
     Constant([f32; 3], DAffine3),
     Grid(PlacedGrid),
 }
 
-/// The grids of files, each read once, with their boxes.
+/// Cache of grids of files, with the transforms to their boxes.
 #[derive(Default)]
 pub(super) struct Grids {
     read: HashMap<PathBuf, (Arc<Grid>, DAffine3)>,
 }
 
 impl Grids {
-    /// What a volume describes.
+    /// Reads a volume.
     pub(super) fn volume(
         &mut self,
         tree: &Tree,
@@ -54,7 +54,7 @@ impl Grids {
         Ok(field)
     }
 
-    /// A grid of symmetric matrices.
+    /// Reads a grid of symmetric matrices.
     pub(super) fn matrices(
         &mut self,
         tree: &Tree,
@@ -108,7 +108,7 @@ impl Grids {
         Ok(PlacedGrid { grid, to_world, filter })
     }
 
-    /// The grid of a file, read once, and its box.
+    /// Returns the grid of a file, which is read once, and the transform to its box.
     fn read(&mut self, tree: &Tree, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
         if let Some((grid, to_box)) = self.read.get(&path) {
             return Ok((Arc::clone(grid), *to_box));
@@ -121,7 +121,7 @@ impl Grids {
     }
 }
 
-/// Refuses a grid with other numbers of channels.
+/// Checks the number of channels of a grid.
 fn require(
     placed: &PlacedGrid,
     fits: impl Fn(u32) -> bool,

@@ -1,41 +1,42 @@
-//! Giving materials to the objects of a file.
+//! Assignment of materials to the objects of a file.
 
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::super::context::Folder;
-use super::super::mesh_file::place;
-use super::super::xml::quote;
+use pt_scene::{Geometry, Object, Scene};
+
 use super::library::Library;
 use super::material::Maker;
 use super::mtl;
 use super::notes::Notes;
 use super::slots::Named;
-use crate::spelling::suggestions;
-use crate::{Geometry, LoadError, Object, Scene};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::mesh_file::place;
+use crate::shared::names::{quote, suggestions};
 
-/// Most materials that are not found, of which each has a note.
+/// Maximum number of warnings about missing materials.
 const MAX_NOT_FOUND: usize = 20;
 
-/// What a file says of materials.
+/// Material references of a file.
 pub(super) struct MaterialAssigner<'a> {
-    /// The file.
+    /// Path of the file.
     pub(super) path: &'a Path,
-    /// What is named for each slot.
+    /// Material name of each slot.
     pub(super) slots: Vec<Option<Named>>,
-    /// Number of slots of the mesh; each of the others is that of an object of points and lines.
+    /// Number of slots of the mesh; each further slot is that of an object of points and lines.
     pub(super) of_mesh: usize,
-    /// The files of materials, as they are written.
+    /// Names of the material libraries, as written.
     pub(super) libraries: Vec<Named>,
     pub(super) folder: &'a Folder,
 }
 
 impl MaterialAssigner<'_> {
-    /// Gives the materials to the slots of the objects, which have default ones: slots without a
-    /// name, or with one that is not found, keep them.
+    /// Assigns the materials to the slots of the objects, which have default ones: slots without a
+    /// name, or with a name that is not found, keep them.
     ///
     /// # Errors
-    /// If nothing more can be read.
+    /// Returns an error if nothing more can be read.
     pub(super) fn assign(&self, scene: &mut Scene) -> Result<(), LoadError> {
         let mut notes = Notes::default();
         let library = self.library(&mut notes)?;
@@ -54,7 +55,7 @@ impl MaterialAssigner<'_> {
             };
             let material = match library.described.get(&named.name) {
                 Some(described) => maker.material(&named.name, described)?,
-                // It was in what is missing, which is said.
+                // The material may be in a missing file, which is reported.
                 None if library.is_incomplete => continue,
                 None => {
                     not_found.push(named);
@@ -79,7 +80,7 @@ impl MaterialAssigner<'_> {
         Ok(())
     }
 
-    /// What the files of materials say of those that are named.
+    /// Reads the material libraries.
     fn library(&self, notes: &mut Notes) -> Result<Library, LoadError> {
         let names = self.slots.iter().flatten().map(|named| named.name.as_str());
         let wanted: HashSet<&str> = names.collect();
@@ -90,7 +91,7 @@ impl MaterialAssigner<'_> {
         Ok(library)
     }
 
-    /// Notes the materials that are in no file.
+    /// Adds warnings about materials that are in no file.
     fn note_not_found(&self, not_found: &[&Named], library: &Library, notes: &mut Notes) {
         let Some(first) = not_found.first() else { return };
         if self.libraries.is_empty() {
@@ -115,7 +116,7 @@ impl MaterialAssigner<'_> {
         }
     }
 
-    /// Notes what is not seen of images and of the colours of vertices.
+    /// Adds warnings about images and vertex colours that have no effect.
     fn note_left_out(
         &self,
         scene: &Scene,

@@ -1,25 +1,25 @@
-//! Pieces of a file that are read side by side.
+//! Pieces of a file that are read in parallel.
 //!
-//! A corner may refer to what stands above it in the file, wherever that is. So a file is gone
-//! through three times, each time in parallel: what there is of each kind is counted, then the
-//! numbers of vertices are read, and then the faces, for which all numbers are there, and for which
-//! the counts tell what stands above.
+//! A corner may refer to anything above it in the file. So a file is traversed three times, each
+//! time in parallel: first, the items of each kind are counted, then the vertices are read, and
+//! then the faces, for which all vertices are known, and the counts give the numbers of items
+//! above.
 
 use std::path::Path;
 
 use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
-use super::super::decimal::{leading_f32, next};
-use super::super::line::Line;
-use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::slots::Named;
 use crate::LoadError;
+use crate::shared::decimal::{leading_f32, next};
+use crate::shared::line::Line;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
 
-/// Bytes of a piece, about.
+/// Approximate number of bytes of a piece.
 const BYTES: usize = 1 << 19;
 
-/// Number of vertices, texture coordinates and normals, in this order.
+/// Numbers of vertices, texture coordinates and normals, in this order.
 pub(super) type Counts = [usize; 3];
 
 /// Some lines of a file.
@@ -27,29 +27,29 @@ pub(super) type Counts = [usize; 3];
 pub(super) struct Chunk<'a> {
     pub(super) path: &'a Path,
     bytes: &'a [u8],
-    /// Number of its first line.
+    /// Number of the first line.
     line: u32,
-    /// What stands above it.
+    /// Counts above the chunk.
     pub(super) above: Counts,
-    /// What is in it.
+    /// Counts of the chunk.
     pub(super) own: Counts,
-    /// Number of its faces.
+    /// Number of faces.
     pub(super) faces: usize,
-    /// True if other statements are in it than those that `own` counts.
+    /// True if the chunk has statements that `own` does not count.
     pub(super) has_others: bool,
 }
 
-/// The numbers of vertices.
+/// Vertex data.
 #[derive(Default)]
 pub(super) struct Vertices {
     pub(super) positions: Vec<[f32; 3]>,
-    /// Linear; those of some positions, where not all have them.
+    /// Linear colours; possibly not of all positions.
     pub(super) colors: Vec<[f32; 3]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) normals: Vec<[f32; 3]>,
 }
 
-/// Cuts a file at line breaks.
+/// Splits a file at line breaks.
 pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
     let (mut chunks, mut rest) = (Vec::new(), bytes);
     while !rest.is_empty() {
@@ -70,7 +70,7 @@ pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
     chunks
 }
 
-/// Does the same with all chunks, in parallel where they are several.
+/// Applies `work` to all chunks, in parallel if there are several.
 pub(super) fn side_by_side<'a, P: Send>(
     chunks: &[Chunk<'a>],
     work: impl Fn(&Chunk<'a>) -> P + Sync + Send,
@@ -82,7 +82,7 @@ pub(super) fn side_by_side<'a, P: Send>(
 }
 
 impl<'a> Chunk<'a> {
-    /// Returns the number of its lines; and itself, with its statements counted.
+    /// Returns the number of lines, and the chunk with its statements counted.
     fn count(&self) -> (u32, Self) {
         let (mut lines, mut counted) = (0, *self);
         for (_, line) in self.lines() {
@@ -112,7 +112,7 @@ impl<'a> Chunk<'a> {
         })
     }
 
-    /// Gives the lines that are not blank, and notes what is wrong with them.
+    /// Passes the lines that are not blank to `each`, and records its errors.
     pub(super) fn statements(
         &self,
         faults: &mut MeshDiagnostics,
@@ -129,7 +129,7 @@ impl<'a> Chunk<'a> {
         }
     }
 
-    /// Reads the numbers of its vertices; 0 stands for those that are wrong.
+    /// Reads the vertices, with 0 in place of invalid numbers.
     pub(super) fn vertices(&self, faults: &mut MeshDiagnostics) -> Vertices {
         let mut vertices = Vertices::with_capacity(self.own);
         if self.own == [0; 3] {
@@ -148,25 +148,25 @@ pub(super) struct Statement<'a> {
     path: &'a Path,
     number: u32,
     line: &'a [u8],
-    /// Its first word.
+    /// First word.
     pub(super) keyword: &'a [u8],
 }
 
 impl<'a> Statement<'a> {
-    /// What follows the first word.
+    /// Returns the text after the first word.
     pub(super) fn rest(&self) -> &'a [u8] {
         let before = self.keyword.as_ptr().addr() - self.line.as_ptr().addr();
         &self.line[before + self.keyword.len()..]
     }
 
-    /// A name, and the number of the line in which it is.
+    /// Returns the rest as a name, with its line number.
     pub(super) fn named(&self) -> Named {
         let rest = String::from_utf8_lossy(self.rest());
         Named { name: uncommented(&rest).trim().to_owned(), line: self.number }
     }
 
-    /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of
-    /// them.
+    /// Reads the line as text. Names and comments may be in any encoding; numbers are ASCII in all
+    /// of them.
     pub(super) fn as_text<T>(
         &self,
         read: impl FnOnce(Line) -> Result<T, LoadError>,
@@ -177,15 +177,14 @@ impl<'a> Statement<'a> {
     }
 }
 
-/// A line without its comment, which follows a space: names may have a `#` in them.
+/// Removes the comment of a line, which follows a space: names may contain a `#`.
 pub(super) fn uncommented(line: &str) -> &str {
     let is_comment = |at: &usize| !line[..*at].ends_with(|c: char| !c.is_ascii_whitespace());
     let start = line.match_indices('#').map(|(at, _)| at).find(is_comment);
     &line[..start.unwrap_or(line.len())]
 }
 
-/// The finite numbers that a line consists of, if these are as many as are asked for: most lines
-/// do.
+/// Parses a line of exactly `N` finite numbers, as most lines are; `None` for other lines.
 fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
     let (mut numbers, mut rest) = ([0.0; N], bytes);
     for number in &mut numbers {
@@ -196,7 +195,7 @@ fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
     is_plain.then_some(numbers)
 }
 
-/// The first word of a line.
+/// Returns the first word of a line.
 fn keyword(line: &[u8]) -> &[u8] {
     let start = line.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(line.len());
     let word = &line[start..];
@@ -205,7 +204,7 @@ fn keyword(line: &[u8]) -> &[u8] {
 }
 
 impl Vertices {
-    /// Without numbers, and with room for so many.
+    /// Creates empty vertex data with this capacity.
     pub(super) fn with_capacity([positions, uvs, normals]: Counts) -> Self {
         Self {
             positions: pt_memory::with_capacity(positions),
@@ -238,7 +237,8 @@ impl Vertices {
         Ok(())
     }
 
-    /// A position, and perhaps a colour: less than that is a weight.
+    /// Reads a position and, if there are at least three more numbers, a colour; fewer numbers are
+    /// a weight.
     fn vertex(&mut self, line: Line, faults: &mut MeshDiagnostics) -> Result<(), LoadError> {
         let mut words = words_after_first(line);
         let position = put(&mut self.positions, line.numbers(words.by_ref().take(3)));
@@ -253,7 +253,7 @@ impl Vertices {
         position
     }
 
-    /// Positions, and their colours if all have some.
+    /// Returns the positions, and their colours if all have one.
     pub(super) fn into_cloud(self) -> (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>) {
         let has_colors = !self.colors.is_empty() && self.colors.len() == self.positions.len();
         (self.positions, has_colors.then_some(self.colors))
@@ -267,7 +267,7 @@ impl Vertices {
     }
 }
 
-/// Adds values, or zeros for those that are wrong.
+/// Adds a value, or zeros in place of an invalid one.
 fn put<const N: usize>(
     values: &mut Vec<[f32; N]>,
     value: Result<[f32; N], LoadError>,
@@ -284,7 +284,7 @@ fn normal(line: Line) -> Result<[f32; 3], LoadError> {
     line.numbers(words_after_first(line))
 }
 
-/// A texture coordinate, which may have one, two or three numbers.
+/// Reads a texture coordinate, which may have one, two or three numbers.
 fn uv(line: Line) -> Result<[f32; 2], LoadError> {
     let mut words = words_after_first(line).peekable();
     let [u] = line.numbers(words.by_ref().take(1))?;

@@ -1,18 +1,20 @@
-//! Faces, points and lines, and what else stands between them.
+//! Faces, points and lines, and the statements between them.
 
-use super::super::line::Line;
-use super::super::mesh_diagnostics::MeshDiagnostics;
-use super::super::mesh_file::Polygons;
-use super::super::xml::quote;
+use pt_scene::Span;
+
 use super::chunk::{Chunk, Counts};
 use super::slots::{Named, Slots};
 use super::smooth::{Groups, group};
 use super::strokes::Strokes;
-use crate::{LoadError, Span};
+use crate::LoadError;
+use crate::shared::line::Line;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file::Polygons;
+use crate::shared::names::quote;
 
-/// Index of what a corner does not have.
+/// Index that marks a missing texture coordinate or normal of a corner.
 pub(super) const MISSING: u32 = u32::MAX;
-/// Statements that mean nothing here: names and display.
+/// Statements without an effect: names and display.
 const PASSED_OVER: [&str; 11] = [
     "o",
     "g",
@@ -27,39 +29,39 @@ const PASSED_OVER: [&str; 11] = [
     "trace_obj",
 ];
 
-/// Most unknown statements that are told, each by its first word.
+/// Maximum number of unknown statements in warnings, each by its first word.
 const MAX_UNKNOWN: usize = 20;
 
-/// The faces of some lines.
+/// Faces of some lines.
 #[derive(Default)]
 pub(super) struct Faces {
     /// Indices of positions.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) uvs: Indices,
     pub(super) normals: Indices,
-    /// The materials of the triangles.
+    /// Materials of the triangles.
     pub(super) slots: Slots,
     /// Points and lines.
     pub(super) strokes: Strokes,
-    /// Where they are smooth.
+    /// Smoothing groups.
     pub(super) groups: Groups,
-    /// What files of materials are named, as they are written.
+    /// Names of material libraries, as written.
     pub(super) libraries: Vec<Named>,
-    /// The first words of the statements that are not known, and where each is first.
+    /// First words of unknown statements, with the first location of each.
     pub(super) unknown: Vec<(String, Span)>,
 }
 
-/// Indices of what not all corners have.
+/// Indices of an attribute that some corners lack.
 #[derive(Default)]
 pub(super) struct Indices {
-    /// For each triangle, once one of them has some.
+    /// Indices of each triangle; empty until a triangle has any.
     pub(super) of: Vec<[u32; 3]>,
-    /// Number of corners without one, of the triangles that are in `of`.
+    /// Number of corners without an index, of the triangles in `of`.
     pub(super) missing: usize,
 }
 
 impl Indices {
-    /// Adds the indices of a triangle, of which `before` are there.
+    /// Adds the indices of a triangle after `before` triangles.
     fn push(&mut self, indices: [u32; 3], before: usize) {
         let missing = indices.iter().filter(|i| **i == MISSING).count();
         if missing == 3 && self.of.is_empty() {
@@ -70,13 +72,13 @@ impl Indices {
         self.missing += missing;
     }
 
-    /// Makes the triangles up to a number known that have none.
+    /// Adds missing indices up to this number of triangles.
     fn fill(&mut self, triangles: usize) {
         self.missing += 3 * (triangles - self.of.len());
         self.of.resize(triangles, [MISSING; 3]);
     }
 
-    /// Gives an index to the corners that have none.
+    /// Sets the index of corners that have none.
     pub(super) fn replace_missing(&mut self, index: u32) {
         for corner in self.of.as_flattened_mut().iter_mut().filter(|i| **i == MISSING) {
             *corner = index;
@@ -84,7 +86,7 @@ impl Indices {
         self.missing = 0;
     }
 
-    /// Appends those of more triangles, `more_triangles` of them, to those of `triangles`.
+    /// Appends the indices of `more_triangles` triangles after those of `triangles`.
     fn append(&mut self, triangles: usize, mut more: Self, more_triangles: usize) {
         if more.of.is_empty() && self.of.is_empty() {
             return;
@@ -97,12 +99,12 @@ impl Indices {
 }
 
 impl Faces {
-    /// None, with room for so many triangles.
+    /// Creates an empty list with this capacity.
     pub(super) fn with_capacity(triangles: usize) -> Self {
         Self { triangles: pt_memory::with_capacity(triangles), ..Self::default() }
     }
 
-    /// Reads the faces of a chunk but for those that are wrong; `positions` are those of the file.
+    /// Reads the valid faces of a chunk; `positions` are those of the file.
     pub(super) fn read(
         chunk: &Chunk,
         positions: &[[f32; 3]],
@@ -159,7 +161,7 @@ impl Faces {
         faces
     }
 
-    /// Cuts a polygon into triangles.
+    /// Triangulates a polygon and adds its triangles.
     fn add(
         &mut self,
         line: Line,
@@ -187,7 +189,7 @@ impl Faces {
         self.normals.push(corners.map(|c| c[2]), before);
     }
 
-    /// A statement that is about no vertex and no face.
+    /// Handles a statement about neither vertices nor faces.
     fn other(&mut self, line: Line) {
         let word = line.keyword();
         if !PASSED_OVER.contains(&word) {
@@ -217,7 +219,7 @@ impl Faces {
     }
 }
 
-/// Reads the corners of a face, and notes those that are wrong; whether none is.
+/// Reads the corners of a face, and records the errors. Returns true if there are none.
 fn read_corners(
     line: Line,
     counts: Counts,
@@ -238,8 +240,8 @@ fn read_corners(
     all_good
 }
 
-/// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are
-/// so.
+/// Parses a line of exactly three corners with positive indices, as most faces are; `None` for
+/// other lines.
 fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
     let mut triangle = [[MISSING; 3]; 3];
     for corner in &mut triangle {
@@ -263,7 +265,7 @@ fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
     bytes.trim_ascii_start().is_empty().then_some(triangle)
 }
 
-/// An index that is written with up to nine digits.
+/// Parses a positive index of up to nine digits, and returns it from 0.
 fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
     let is_short = digits.len() <= 9;
     let number = is_short
@@ -272,8 +274,8 @@ fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
     Some(number - 1)
 }
 
-/// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many
-/// there are above.
+/// Parses `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` are the
+/// numbers of items above.
 fn corner(
     line: Line,
     word: &str,
@@ -311,7 +313,7 @@ fn corner(
     Ok(corner)
 }
 
-/// An index as it is written (from 1, or backwards from −1) into a list of `count`.
+/// Resolves a written index (from 1, or backwards from −1) into a list of `count` items.
 fn resolve(text: &str, count: usize) -> Option<u32> {
     let index: i64 = text.parse().ok()?;
     let count = i64::try_from(count).ok()?;

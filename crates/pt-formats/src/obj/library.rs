@@ -1,47 +1,48 @@
-//! Files of materials (MTL), as far as finding what they say of each material.
+//! Material libraries (MTL files), split into the statements of each material.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::context::{Context, Folder};
-use super::super::mesh_file::{locate, place};
-use super::super::text;
-use super::super::xml::quote;
 use super::chunk::uncommented;
 use super::notes::Notes;
 use super::slots::Named;
 use crate::LoadError;
+use crate::shared::context::{Context, Folder};
+use crate::shared::mesh_file::{locate, place};
+use crate::shared::names::quote;
+use crate::shared::text;
 
-/// Most files of materials.
+/// Maximum number of material libraries.
 const MAX_FILES: usize = 1000;
 
-/// What is said of a material.
+/// Statements of a material.
 pub(super) struct Described {
-    /// The file of materials.
+    /// Path of the library.
     pub(super) path: Arc<PathBuf>,
     /// Lines with their numbers, without comments.
     pub(super) lines: Vec<(u32, String)>,
 }
 
-/// What the files of materials say.
+/// Content of the material libraries.
 #[derive(Default)]
 pub(super) struct Library {
-    /// The materials that are wanted.
+    /// Statements of the requested materials.
     pub(super) described: HashMap<String, Described>,
-    /// The names of all.
+    /// Names of all materials.
     pub(super) names: Vec<String>,
-    /// True if a file is missing, so that any material may have been in it.
+    /// True if a library is missing, which may contain any material.
     pub(super) is_incomplete: bool,
     known: HashSet<String>,
     read: HashSet<PathBuf>,
 }
 
 impl Library {
-    /// Reads the files that a `mtllib` names; of materials of the same name, the first one stands.
+    /// Reads the files of a `mtllib` statement; of materials of the same name, the first one is
+    /// used.
     ///
     /// # Errors
-    /// If there are too many files.
+    /// Returns an error if there are too many files.
     pub(super) fn read(
         &mut self,
         named: &Named,
@@ -125,7 +126,8 @@ impl Library {
     }
 }
 
-/// The files that are named: by words, unless all words together are the name of one.
+/// Returns the named files: the words are separate names, unless all words together are the name of
+/// a file.
 fn files(folder: &Folder, names: &str) -> Vec<PathBuf> {
     let whole = file(folder, names);
     if whole.is_file() {
@@ -134,7 +136,7 @@ fn files(folder: &Folder, names: &str) -> Vec<PathBuf> {
     names.split_ascii_whitespace().map(|name| file(folder, name)).collect()
 }
 
-/// The path of a file.
+/// Returns the path of a file.
 pub(super) fn file(folder: &Folder, name: &str) -> PathBuf {
     locate(&folder.path, name)
 }

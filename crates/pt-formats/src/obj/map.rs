@@ -1,67 +1,68 @@
-//! Images that vary what a material says.
+//! Images that vary the values of a material.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use pt_image::PixelEncoding;
 use pt_math::{DMat3, DVec3};
+use pt_scene::Span;
+use pt_scene::image::Image;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 
-use super::super::context::Folder;
-use super::super::line::Line;
-use super::super::placeholder;
-use super::super::xml::quote;
 use super::library;
 use super::notes::Notes;
-use crate::image::{Image, PixelEncoding};
-use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
-use crate::{LoadError, Span};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::line::Line;
+use crate::shared::names::quote;
+use crate::shared::placeholder;
 
 /// A statement like `map_Kd -s 2 2 wood.png`.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     pub(super) at: Span,
     pub(super) file: String,
-    /// By what texture coordinates are multiplied.
+    /// Factor of the texture coordinates.
     scale: [f32; 2],
-    /// What is added to them then.
+    /// Offset of the scaled texture coordinates.
     offset: [f32; 2],
     wrap: Wrap,
-    /// `-bm`: by what heights are multiplied.
+    /// Factor of heights (`-bm`).
     pub(super) height: f32,
-    /// `-imfchan`: the channel of a number, 0 to 2.
+    /// Channel of a scalar (`-imfchan`), 0 to 2; `None` is the luminance.
     channel: Option<usize>,
 }
 
-/// Meaning of an image's values.
+/// Interpretation of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Content {
-    /// Colours of sRGB.
+    /// sRGB colours.
     Colors,
-    /// A number as it is, by its luminance or its channel.
+    /// A raw scalar: the luminance or a channel.
     Number,
-    /// The opacity if there is one, or else as [`Self::Number`].
+    /// The alpha channel if there is one, otherwise as [`Self::Number`].
     Opacity,
-    /// Normals or heights, as they are.
+    /// Raw normals or heights.
     Relief,
 }
 
 impl Content {
-    /// Encoding of an image's pixels.
+    /// Returns the encoding of the image's pixels.
     fn numbers(self) -> PixelEncoding {
         PixelEncoding::of_raw(self != Self::Colors)
     }
 }
 
-/// Options of one word that change nothing here, or only how texels are filtered: `-blendu on`,
+/// Options with one word that have no effect, or only on the filtering of texels: `-blendu on`,
 /// `-boost 2` …
 const PASSED_OVER: [&str; 5] = ["-blendu", "-blendv", "-boost", "-texres", "-type"];
 
 impl Map {
-    /// Reads a line whose first word says what the image is for; `None` if it names no file, which
-    /// is noted.
+    /// Reads a statement with an image; `None`, with a warning, if it names no file.
     ///
     /// # Errors
-    /// If an option has no number where it needs one.
+    /// Returns an error if an option lacks its number.
     pub(super) fn parse(line: Line, notes: &mut Notes) -> Result<Option<Self>, LoadError> {
         let keyword = line.keyword();
         let mut map = Self {
@@ -147,7 +148,7 @@ impl Map {
     }
 }
 
-/// Words of a line, and what follows them.
+/// Words of a line, with the text that follows them.
 struct Words<'a>(&'a str);
 
 impl<'a> Words<'a> {
@@ -170,7 +171,7 @@ fn is_number(word: &str) -> bool {
     word.parse::<f32>().is_ok()
 }
 
-/// One to three numbers for u, v and w, of which w means nothing for images.
+/// Reads one to three numbers for u, v and w; w is ignored for images.
 fn pair<'a>(line: Line<'a>, rest: &mut Words<'a>, default: f32) -> Result<[f32; 2], LoadError> {
     let [u] = line.numbers(&mut *rest)?;
     let mut next = || match rest.peek().filter(|word| is_number(word)) {
@@ -181,7 +182,7 @@ fn pair<'a>(line: Line<'a>, rest: &mut Words<'a>, default: f32) -> Result<[f32; 
     Ok([u, v])
 }
 
-/// The channel that a word names; `None` is the luminance.
+/// Returns the channel that a word names; `None` is the luminance.
 fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> Option<usize> {
     match word {
         Some("r") => Some(0),
@@ -196,10 +197,10 @@ fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> O
     }
 }
 
-/// An image, or why there is none.
+/// An image, or the reason why there is none.
 type Made = Result<Arc<Image>, String>;
 
-/// The images that were read, each once for each content.
+/// Images that were read, once per content.
 pub(super) struct Images<'f> {
     folder: &'f Folder,
     made: HashMap<(PathBuf, Content, Option<usize>), Made>,
@@ -210,8 +211,8 @@ impl<'f> Images<'f> {
         Self { folder, made: HashMap::new() }
     }
 
-    /// The texture of a map. Where its image is missing, something loud stands in for it, and the
-    /// material is told.
+    /// Returns the texture of a map. A missing image is replaced by a placeholder, and its use is
+    /// recorded for the material.
     pub(super) fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
         let context = &self.folder.context;
         let image = match self.image(map, content) {
@@ -223,7 +224,7 @@ impl<'f> Images<'f> {
                 return placeholder::texture();
             }
         };
-        // The mean of normals is none.
+        // The mean of normals is not a normal.
         let filter = if content == Content::Relief { Filter::Bilinear } else { Filter::Trilinear };
         let [u, v] = map.scale.map(f64::from);
         let offset = DVec3::new(map.offset[0].into(), map.offset[1].into(), 1.0);
@@ -232,7 +233,7 @@ impl<'f> Images<'f> {
         Arc::new(Texture::on_surface(pattern, to_pattern))
     }
 
-    /// The image of a map. The error is a message.
+    /// Reads the image of a map. The error is a message.
     fn image(&mut self, map: &Map, content: Content) -> Result<Arc<Image>, String> {
         let path = library::file(self.folder, &map.file);
         let channel = map.channel.filter(|_| matches!(content, Content::Number | Content::Opacity));

@@ -1,4 +1,4 @@
-//! Materials of MTL as those of ours.
+//! Conversion of MTL materials.
 //!
 //! | in the file | becomes |
 //! |---|---|
@@ -6,43 +6,44 @@
 //! | `illum` 6 or 7, without `map_d` | [`Glass`] |
 //! | `illum` 4 or 9, without `map_d`, and `d` missing or 0 | [`ThinGlass`] |
 //! | `illum` 3 or 5, `Kd` black and `Ks` not | [`Mirror`] |
-//! | `illum` 0 or 1, or `Ks` missing or black | [`Diffuse`](crate::material::Diffuse) |
-//! | others | [`Plastic`](crate::material::Plastic) |
+//! | `illum` 0 or 1, or `Ks` missing or black | [`Diffuse`](pt_scene::material::Diffuse) |
+//! | others | [`Plastic`](pt_scene::material::Plastic) |
 
 use std::sync::Arc;
 
-use super::super::context::Folder;
-use super::super::xml::quote;
-use super::super::{legacy_specular, placeholder};
+use pt_scene::image::Image;
+use pt_scene::material::{Glass, MetallicRoughness, Mirror, SurfaceDetail, ThinGlass};
+use pt_scene::texture::{Color, Input, NormalOrBump, Pattern, Scalar, Texture};
+use pt_scene::{Material, Surface};
+
 use super::library::Described;
 use super::map::{Content, Images, Map};
 use super::mtl::{self, Values};
 use super::notes::Notes;
-use crate::image::Image;
-use crate::material::{Glass, MetallicRoughness, Mirror, SurfaceDetail, ThinGlass};
-use crate::texture::{Color, Input, NormalOrBump, Pattern, Scalar, Texture};
-use crate::{LoadError, Material, Surface};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::names::quote;
+use crate::shared::{legacy_specular, placeholder};
 
-/// √α of the sheen, of which files say nothing.
+/// √α of the sheen, which files do not specify.
 const SHEEN_ROUGHNESS: f32 = 0.5;
-/// Diffuse colour of materials that give neither one nor an image: that of things without a
-/// material.
+/// Default diffuse colour of materials without an image: that of objects without a material.
 const DEFAULT_DIFFUSE: f32 = 0.5;
-/// Index of refraction of glass that gives none: that of windows.
+/// Default index of refraction of glass: that of windows.
 const DEFAULT_IOR: f32 = 1.5;
-/// Indices from here on reflect 96 %.
+/// Maximum index of refraction, whose reflectance is 96 %.
 const MAX_IOR: f32 = 100.0;
-/// Roughness of a physically based material that gives neither one nor `Ns`.
+/// Default roughness of a physically based material without `Ns`.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
-/// Statements of which each makes a material physically based.
+/// Statements that make a material physically based.
 const PHYSICAL: [&str; 8] = ["Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "map_Pr", "map_Pm"];
 
-/// Makes the materials of a file.
+/// Converter of the materials of a file.
 pub(super) struct Maker<'f, 'n> {
     folder: &'f Folder,
     images: Images<'f>,
     notes: &'n mut Notes,
-    /// True if one of them shows an image.
+    /// True if any material has an image.
     pub(super) shows_images: bool,
 }
 
@@ -51,10 +52,10 @@ impl<'f, 'n> Maker<'f, 'n> {
         Self { folder, images: Images::new(folder), notes, shows_images: false }
     }
 
-    /// The material that is described.
+    /// Converts a material.
     ///
     /// # Errors
-    /// If nothing more can be read.
+    /// Returns an error if nothing more can be read.
     pub(super) fn material(
         &mut self,
         name: &str,
@@ -67,7 +68,7 @@ impl<'f, 'n> Maker<'f, 'n> {
         let (surface, opacity) = made.surface();
         let surface = made.embossed(surface);
         let emission = made.painted("Ke", "map_Ke", 0.0);
-        // Only what is there emits.
+        // Transparent parts do not emit.
         let emission = emission.times(&opacity);
         let is_loud = context.take_placeholder_used();
         Ok(Material {
@@ -80,7 +81,7 @@ impl<'f, 'n> Maker<'f, 'n> {
     }
 }
 
-/// A material that is being made.
+/// A material under construction.
 struct Made<'m, 'd, 'f, 'n> {
     maker: &'m mut Maker<'f, 'n>,
     described: &'d Described,
@@ -88,7 +89,7 @@ struct Made<'m, 'd, 'f, 'n> {
 }
 
 impl Made<'_, '_, '_, '_> {
-    /// Adds a note to a statement.
+    /// Adds a warning about a statement.
     fn note(&mut self, word: &str, message: String) {
         let at = self.values.at(word).unwrap_or_else(|| mtl::place(self.described));
         self.maker.notes.add(at, message);
@@ -99,7 +100,7 @@ impl Made<'_, '_, '_, '_> {
         self.maker.images.texture(map, content)
     }
 
-    /// How light is scattered, and the share of the surface that is there.
+    /// Returns the scattering and the opacity of the surface.
     fn surface(&mut self) -> (Surface, Scalar) {
         let model = self.values.number("illum").unwrap_or(2.0);
         if model.fract() != 0.0 || model == 10.0 {
@@ -130,7 +131,7 @@ impl Made<'_, '_, '_, '_> {
         (surface, self.opacity(dissolve))
     }
 
-    /// The share of the surface that is there, as a number, if it is given.
+    /// Returns the opacity as a number, if it is given.
     fn dissolve(&mut self) -> Option<f32> {
         let inverse = self.values.number("Tr").map(|transparency| 1.0 - transparency);
         let Some(dissolve) = self.values.number("d") else { return inverse };
@@ -154,7 +155,7 @@ impl Made<'_, '_, '_, '_> {
         dissolve.unwrap_or(1.0).into()
     }
 
-    /// The index of refraction of glass.
+    /// Returns the index of refraction of glass.
     fn ior(&mut self) -> f32 {
         match self.values.number("Ni") {
             Some(0.0) => {
@@ -177,7 +178,7 @@ impl Made<'_, '_, '_, '_> {
         }
     }
 
-    /// A surface without refraction, of the model of Phong.
+    /// Returns an opaque surface with the Phong model.
     fn opaque(&mut self, is_mirror: bool, has_gloss: bool) -> Surface {
         let tints = self.values.color("Tf").is_some_and(|tf| tf != [1.0; 3] && tf != [0.0; 3]);
         if tints {
@@ -199,7 +200,7 @@ impl Made<'_, '_, '_, '_> {
         legacy_specular::phong(diffuse, specular, exponent)
     }
 
-    /// `Ns`, from 0 up.
+    /// Returns `Ns`, clamped to at least 0.
     fn exponent(&mut self) -> Option<f32> {
         let exponent = self.values.number("Ns")?;
         if exponent < 0.0 {
@@ -208,15 +209,15 @@ impl Made<'_, '_, '_, '_> {
         Some(exponent.max(0.0))
     }
 
-    /// A physically based surface, for which `Ks` and `illum` mean nothing but that light goes
-    /// through.
+    /// Returns a physically based surface, for which `Ks` is ignored, and `illum` except for
+    /// transmission.
     fn metallic_roughness(&mut self, is_glass: bool) -> MetallicRoughness {
         let number = |word| self.values.number(word).unwrap_or(0.0);
         let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
-        // A share of a turn.
+        // The rotation is a fraction of a turn.
         let (anisotropy, rotation) = (number("aniso"), number("anisor") * std::f32::consts::TAU);
         let through = self.values.color("Tf").map_or(1.0, legacy_specular::luminance);
-        // An exponent has the α of Beckmann, whose root is the roughness.
+        // The exponent gives the α of Beckmann, whose square root is the roughness.
         let roughness = if self.values.has("Pr") || self.values.has("map_Pr") {
             1.0
         } else {
@@ -239,8 +240,9 @@ impl Made<'_, '_, '_, '_> {
         }
     }
 
-    /// A colour, times an image if there is one. Beside an image, black is no colour, as nothing
-    /// would be seen of it; but a surface may well be without a gloss.
+    /// Returns a colour times an image, if there is one. Beside an image, black is ignored with a
+    /// warning, since the image would be invisible; except for `Ks`, where black removes the glossy
+    /// part.
     fn painted(&mut self, word: &str, map: &str, default: f32) -> Color {
         let color = self.values.color(word);
         let Some(image) = self.values.map(map).cloned() else {
@@ -259,7 +261,7 @@ impl Made<'_, '_, '_, '_> {
         }
     }
 
-    /// A number, times an image if there is one. Beside an image, 0 is none.
+    /// Returns a number times an image, if there is one; 0 is ignored beside an image.
     fn measured(&mut self, word: &str, map: &str, default: f32) -> Scalar {
         let number = self.values.number(word);
         match self.values.map(map).cloned() {
@@ -271,7 +273,7 @@ impl Made<'_, '_, '_, '_> {
         }
     }
 
-    /// The surface with its relief, if there is one: normals win over heights.
+    /// Returns the surface with its relief, if there is one: normals have precedence over heights.
     fn embossed(&mut self, surface: Surface) -> Surface {
         let words = ["norm", "map_bump", "bump"];
         let Some(word) = words.into_iter().find(|word| self.values.map(word).is_some()) else {
@@ -294,7 +296,7 @@ impl Made<'_, '_, '_, '_> {
         SurfaceDetail::new(surface, relief).into()
     }
 
-    /// Returns true if an image that should have heights has normals, as some tools write it.
+    /// Returns true if an image of heights contains normals, as some tools write it.
     fn shows_normals(&mut self, word: &str, texture: &Texture) -> bool {
         let is_found = match &texture.pattern {
             Pattern::Bitmap(bitmap) => has_normals(&bitmap.image),
@@ -308,8 +310,8 @@ impl Made<'_, '_, '_, '_> {
     }
 }
 
-/// Returns true if nearly all colours of an image are normals that point outwards, and not greys: 2
-/// c − 1 has length 1.
+/// Returns true if nearly all colours c of an image are normals that point outwards, and not greys:
+/// 2 c − 1 has length 1.
 fn has_normals(image: &Image) -> bool {
     let is_normal = |[r, g, b]: &&[f32; 3]| {
         let [x, y, z] = [r, g, b].map(|c| 2.0 * c - 1.0);

@@ -1,10 +1,10 @@
-//! Wavefront object files (OBJ): polygons with normals and texture coordinates of their own
-//! indices. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1]
-//! Vertices may have colours of sRGB, `v x y z r g b`, as several modelling tools write them.
+//! Wavefront object files (OBJ): polygons with separate indices for normals and texture
+//! coordinates. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app.
+//! B1] Vertices may have sRGB colours, `v x y z r g b`, as several modelling tools write them.
 //!
-//! A file becomes one mesh, whatever its groups and objects are, with a slot for each material that
-//! its faces have; and points and lines, of each material that they have. Without faces, points and
-//! lines, all vertices are points. Free-form surfaces are passed over.
+//! A file becomes one mesh, whatever its groups and objects are, with a slot for each material of
+//! its faces; and one object of points and lines for each material of these. Without faces, points
+//! and lines, all vertices are points. Free-form surfaces are ignored.
 
 mod assign_materials;
 mod chunk;
@@ -21,34 +21,36 @@ mod strokes;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::context::{Context, Folder};
-use super::mesh_diagnostics::{self, MeshDiagnostics};
-use super::mesh_file::{self, ColorLevels, MeshFile};
-use super::text;
-use super::xml::quote;
-use crate::shapes::single_part;
-use crate::{Attribute, Attributes, LoadError, Mesh, Points, Scene, Warning};
 use assign_materials::MaterialAssigner;
 use chunk::{Chunk, Vertices, side_by_side};
 use faces::{Faces, Indices};
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Attributes, Mesh, Points, Scene, Warning};
 use slots::Named;
 
-/// Pieces of the file that are read before what they hold is put together.
+use crate::LoadError;
+use crate::shared::context::{Context, Folder};
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file::{ColorLevels, MeshFile};
+use crate::shared::names::quote;
+use crate::shared::{mesh_diagnostics, mesh_file, text};
+
+/// Number of pieces of the file that are read before their contents are merged.
 const CHUNKS: usize = 64;
 
-/// The content of a file that is a scene.
+/// Content of a file that is a scene.
 struct Parsed {
-    /// Its faces, if there are some.
+    /// Mesh of the faces; `None` without faces.
     file: Option<MeshFile>,
-    /// The materials of the slots of the faces.
+    /// Materials of the slots of the faces.
     slots: Vec<Option<Named>>,
-    /// Points and lines, and the material of each; without faces and any of these, all vertices.
+    /// Points and lines, with the material of each; without faces and any of these, all vertices.
     clouds: Vec<(Points, Option<Named>)>,
     libraries: Vec<Named>,
     warnings: Vec<Warning>,
 }
 
-/// A scene of one object for all faces, and one for the points and lines of each material.
+/// Reads a scene: one object for all faces, and one for the points and lines of each material.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let read =
         |faults: &mut MeshDiagnostics| Content::read(bytes, path, faults)?.parsed(path, faults);
@@ -67,10 +69,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(scene)
 }
 
-/// The points and lines of a file; without any, all its vertices.
+/// Reads the points and lines of a file; without any, all its vertices.
 ///
 /// # Errors
-/// If a vertex or a line cannot be understood, or there is no vertex.
+/// Returns an error if a vertex or a line is invalid, or there is no vertex.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
     let read = |faults: &mut MeshDiagnostics| {
         let mut content = Content::read(bytes, path, faults)?;
@@ -86,15 +88,15 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
     mesh_diagnostics::of_part(read)
 }
 
-/// The mesh of a file.
+/// Reads the mesh of a file.
 ///
 /// # Errors
-/// If a vertex or a face cannot be understood, or there is no face.
+/// Returns an error if a vertex or a face is invalid, or there is no face.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
     mesh_diagnostics::of_part(|faults| Content::read(bytes, path, faults)?.finish(path, faults))
 }
 
-/// What a file holds.
+/// Vertices and faces of a file.
 #[derive(Default)]
 struct Content {
     vertices: Vertices,
@@ -102,7 +104,7 @@ struct Content {
 }
 
 impl Content {
-    /// Reads all vertices, with zeros for those that are wrong, and all faces that are not.
+    /// Reads all vertices, with zeros in place of invalid ones, and all valid faces.
     fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Self, LoadError> {
         let text = text::joined_lines(bytes, path)?;
         let chunks = chunk::cut(&text, path);
@@ -133,7 +135,7 @@ impl Content {
         Ok(content)
     }
 
-    /// All that there is.
+    /// Converts the content to meshes, points and materials.
     fn parsed(mut self, path: &Path, faults: &MeshDiagnostics) -> Result<Parsed, LoadError> {
         let faces = &mut self.faces;
         let (slots, groups) = (std::mem::take(&mut faces.slots), std::mem::take(&mut faces.groups));
@@ -162,7 +164,7 @@ impl Content {
         Ok(Parsed { file: None, slots, clouds, libraries, warnings })
     }
 
-    /// Notes about statements and colours that are not read.
+    /// Returns warnings about statements and colours that are ignored.
     fn warnings(&self, path: &Path) -> Vec<Warning> {
         let unknown = self.faces.unknown.iter().map(|(word, at)| Warning {
             at: at.clone(),
@@ -218,13 +220,13 @@ impl Content {
     }
 }
 
-/// The error about a file without faces, unless earlier ones may be the reason.
+/// Returns the error about a file without faces, unless earlier errors may be the cause.
 fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
     faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
 }
 
-/// Reads chunks, some at a time, and takes what they gave in the order of the file, until there are
-/// too many faults; tells how many chunks were read.
+/// Reads chunks, several at a time, and passes the results to `take` in file order, until there are
+/// too many errors. Returns the number of chunks read.
 fn each<'a, P: Send>(
     chunks: &[Chunk<'a>],
     faults: &mut MeshDiagnostics,

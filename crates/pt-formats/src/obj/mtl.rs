@@ -1,39 +1,39 @@
-//! Statements of materials. [Wavefront Technologies, "MTL material format (.mtl)", 1995; with the
-//! statements for physically based materials of Exocortex Clara.io, 2014]
+//! Statements of MTL materials. [Wavefront Technologies, "MTL material format (.mtl)", 1995; with
+//! the statements for physically based materials of Exocortex Clara.io, 2014]
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::super::context::{Context, Folder};
-use super::super::line::Line;
-use super::super::mesh_file;
-use super::super::xml::quote;
+use pt_image::PixelEncoding;
+use pt_scene::Span;
+
 use super::library::{self, Described};
 use super::map::Map;
 use super::notes::Notes;
-use crate::image::PixelEncoding;
-use crate::spelling::suggestions;
-use crate::{LoadError, Span};
+use crate::LoadError;
+use crate::shared::context::{Context, Folder};
+use crate::shared::line::Line;
+use crate::shared::mesh_file;
+use crate::shared::names::{quote, suggestions};
 
-/// What follows the first word of a statement.
+/// Type of the value of a statement.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// A colour that is a share of light.
+    /// A reflectance or transmittance.
     Share,
-    /// A colour without an end.
+    /// An unbounded colour.
     Light,
-    /// A number between two.
+    /// A number in a range.
     Number(f32, f32),
     /// An image.
     Map,
-    /// Nothing that is seen here: the light that comes from nowhere, or only how texels are
-    /// filtered.
+    /// Ignored without a warning: ambient light, or only the filtering of texels.
     Silent,
-    /// What is not read, and what that means.
+    /// Ignored with a warning, which describes the consequence.
     PassedOver(&'static str),
 }
 
-/// The statements by their first words, for which case means nothing.
+/// Statements by their first words, which are case-insensitive.
 const STATEMENTS: [(&str, Kind); 44] = [
     ("Kd", Kind::Share),
     ("Ks", Kind::Share),
@@ -81,22 +81,22 @@ const STATEMENTS: [(&str, Kind); 44] = [
     ("map_RMA", Kind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
 ];
 
-/// What a statement says.
+/// Value of a statement.
 enum Value {
     Color([f32; 3]),
     Number(f32),
     Map(Map),
 }
 
-/// What is said of a material: of several statements with the same word, the last one.
+/// Values of a material: of several statements with the same word, the last one.
 #[derive(Default)]
 pub(super) struct Values(HashMap<&'static str, (Value, Span)>);
 
 impl Values {
-    /// Reads all statements; those that are wrong are noted in the context.
+    /// Reads all statements; errors are recorded in the context.
     ///
     /// # Errors
-    /// If nothing more can be read.
+    /// Returns an error if nothing more can be read.
     pub(super) fn read(
         described: &Described,
         context: &Context,
@@ -133,18 +133,18 @@ impl Values {
         }
     }
 
-    /// Where a statement is.
+    /// Returns the location of a statement.
     pub(super) fn at(&self, word: &str) -> Option<Span> {
         self.0.get(word).map(|(_, at)| at.clone())
     }
 
-    /// Returns true if there is a statement.
+    /// Returns true if there is such a statement.
     pub(super) fn has(&self, word: &str) -> bool {
         self.0.contains_key(word)
     }
 }
 
-/// What a line says; `None` if it says nothing that is read.
+/// Reads the statement of a line; `None` if it is ignored.
 fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Value)>, LoadError> {
     let keyword = line.keyword();
     let Some((word, kind)) = STATEMENTS.iter().find(|(word, _)| word.eq_ignore_ascii_case(keyword))
@@ -180,7 +180,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
     Ok(value.map(|value| (*word, value)))
 }
 
-/// One number for all channels, or three; `None`, with a note, if it is written in another way.
+/// Reads one number for all channels, or three; `None`, with a warning, for other notations.
 fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(kind @ ("spectral" | "xyz")) = words.peek().copied() {
@@ -202,7 +202,7 @@ fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
     Ok(Some(color))
 }
 
-/// The number of a line, after the option `-halo`, which is noted.
+/// Reads the number of a line, after the option `-halo`, which is ignored with a warning.
 fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(halo) = words.next_if_eq(&"-halo") {
@@ -220,7 +220,7 @@ fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, L
     Err(line.error(word, format!("expected a number from {range}, found {number}")))
 }
 
-/// The pictures that materials show.
+/// Returns the images of materials.
 pub(super) fn pictures<'a>(
     described: impl Iterator<Item = &'a Described>,
     folder: &Folder,
@@ -236,7 +236,7 @@ pub(super) fn pictures<'a>(
     described.flat_map(|d| d.lines.iter().filter_map(|line| map(&d.path, line))).collect()
 }
 
-/// Where a material begins, for notes about the whole of it.
+/// Returns the first line of a material, for warnings about the whole of it.
 pub(super) fn place(described: &Described) -> Span {
     let line = described.lines.first().map_or(0, |(number, _)| *number);
     mesh_file::place(&described.path, line)

@@ -1,13 +1,13 @@
-//! Notes about materials, each kind once.
+//! Warnings about materials, without duplicates.
 
 use std::collections::HashSet;
 
-use crate::{Span, Warning};
+use pt_scene::{Span, Warning};
 
-/// Most notes that are kept.
+/// Maximum number of warnings.
 const MAX: usize = 100;
 
-/// Notes about reading materials.
+/// Warnings about materials.
 #[derive(Default)]
 pub(super) struct Notes {
     kept: Vec<Warning>,
@@ -16,7 +16,7 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Adds a note, unless the same was noted of another place.
+    /// Adds a warning, unless there is one with the same message.
     pub(super) fn add(&mut self, at: Span, message: String) {
         if self.kept.len() >= MAX {
             self.left_out += 1;
@@ -25,7 +25,7 @@ impl Notes {
         }
     }
 
-    /// All of them; `whole` is the place of one that says how many more there were.
+    /// Returns all warnings; `whole` is the location of one about the number of further ones.
     pub(super) fn finish(mut self, whole: Span) -> Vec<Warning> {
         if self.left_out > 0 {
             let message = format!("there are up to {} more notes about materials", self.left_out);

@@ -1,17 +1,17 @@
-//! Which triangles have which material.
+//! Assignment of materials to triangles.
 
 use std::collections::HashMap;
 
-use crate::mesh::Submesh;
+use pt_scene::mesh::Submesh;
 
-/// A material that is named.
+/// A name with its location.
 pub(super) struct Named {
     pub(super) name: String,
-    /// Where it is named first.
+    /// Line of the first occurrence.
     pub(super) line: u32,
 }
 
-/// Materials by the triangles from which on they are meant.
+/// Materials by their first triangle.
 #[derive(Default)]
 pub(super) struct Slots {
     named: Vec<Named>,
@@ -22,7 +22,7 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// From a triangle on, a material is meant.
+    /// Sets the material from a triangle on.
     pub(super) fn switch(&mut self, triangle: usize, named: Named) {
         let number = self.number(named);
         self.set(triangle, number);
@@ -45,7 +45,7 @@ impl Slots {
         next
     }
 
-    /// Appends those of the lines that follow, before which there are so many triangles.
+    /// Appends the materials of the lines that follow, after this number of triangles.
     pub(super) fn append(&mut self, triangles: usize, more: Self) {
         let numbers: Vec<_> = more.named.into_iter().map(|named| self.number(named)).collect();
         for (triangle, number) in more.switches {
@@ -53,8 +53,8 @@ impl Slots {
         }
     }
 
-    /// Cuts triangles into runs of the same slot, and says what material each slot has: `None` is
-    /// that of the triangles above the first name. Materials without triangles have no slot.
+    /// Splits triangles into runs of the same slot, and returns the material of each slot: `None`
+    /// for the triangles above the first name. Materials without triangles have no slot.
     pub(super) fn finish(self, triangles: usize) -> (Vec<Submesh>, Vec<Option<Named>>) {
         let starts = std::iter::once((0, None));
         let starts: Vec<_> =

@@ -1,19 +1,20 @@
-//! Smoothing groups, which say where surfaces are smooth whose corners have no normals.
-//! [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1, `s`]
+//! Smoothing groups, for surfaces whose corners have no normals. [Wavefront Technologies, "Object
+//! Files (.obj)", Advanced Visualizer manual, app. B1, `s`]
 
 use std::collections::HashMap;
 
-use super::super::line::Line;
-use crate::shapes::smooth_normals;
-use crate::{Attribute, Mesh};
+use pt_scene::shapes::smooth_normals;
+use pt_scene::{Attribute, Mesh};
 
-/// Groups by the triangles from which on they are meant; 0 is none.
+use crate::shared::line::Line;
+
+/// Smoothing groups by their first triangle; 0 is none.
 #[derive(Default)]
 pub(super) struct Groups {
     switches: Vec<(usize, u32)>,
 }
 
-/// The group that a statement names. Numbers are groups, `off` and 0 are none, and all else is
+/// Returns the group of a statement. Numbers are groups, `off` and 0 are none, and anything else is
 /// group 1.
 pub(super) fn group(line: Line) -> u32 {
     match line.text.split_ascii_whitespace().nth(1) {
@@ -24,19 +25,19 @@ pub(super) fn group(line: Line) -> u32 {
 }
 
 impl Groups {
-    /// From a triangle on, a group is meant.
+    /// Sets the group from a triangle on.
     pub(super) fn switch(&mut self, triangle: usize, group: u32) {
         self.switches.push((triangle, group));
     }
 
-    /// Appends those of the lines that follow, before which there are so many triangles.
+    /// Appends the groups of the lines that follow, after this number of triangles.
     pub(super) fn append(&mut self, triangles: usize, more: Self) {
         let moved = more.switches.into_iter().map(|(first, group)| (triangles + first, group));
         self.switches.extend(moved);
     }
 
-    /// Normals that are smooth within each group, and those of the triangles elsewhere; `None` if
-    /// no triangle is in a group.
+    /// Returns normals that are smooth within each group, and those of the triangles elsewhere;
+    /// `None` if no triangle is in a group.
     pub(super) fn normals(&self, mesh: &Mesh) -> Option<Attribute<[f32; 3]>> {
         let count = mesh.triangles.len();
         let ends = self.switches.iter().skip(1).map(|(first, _)| *first).chain([count]);

@@ -2,26 +2,27 @@
 
 use std::collections::HashMap;
 
-use super::slots::{Named, Slots};
-use crate::Points;
+use pt_scene::Points;
 
-/// Points and lines by the numbers of vertices.
+use super::slots::{Named, Slots};
+
+/// Points and lines by vertex index.
 #[derive(Default)]
 pub(super) struct Strokes {
-    /// The ends of segments of lines; those of points are the same.
+    /// End points of the segments of lines; both are equal for a point.
     ends: Vec<[u32; 2]>,
-    /// Their materials.
+    /// Materials of the segments.
     slots: Slots,
 }
 
 impl Strokes {
-    /// The segments of lines, by the numbers of vertices.
+    /// Returns the segments of lines, by vertex index.
     pub(super) fn into_segments(mut self) -> Vec<[u32; 2]> {
         self.ends.retain(|[a, b]| a != b);
         self.ends
     }
 
-    /// Sets the material of those that follow.
+    /// Sets the material of the following segments.
     pub(super) fn switch(&mut self, named: Named) {
         self.slots.switch(self.ends.len(), named);
     }
@@ -32,13 +33,13 @@ impl Strokes {
         self.ends.extend(vertices.zip(next).map(|(a, b)| [a, b]));
     }
 
-    /// Appends those of the lines of the file that follow.
+    /// Appends the points and lines of the part of the file that follows.
     pub(super) fn append(&mut self, mut more: Self) {
         self.slots.append(self.ends.len(), more.slots);
         self.ends.append(&mut more.ends);
     }
 
-    /// The points and segments of each material, which is named beside.
+    /// Returns the points and segments of each material, with its name.
     pub(super) fn finish(
         self,
         positions: &[[f32; 3]],
@@ -57,7 +58,7 @@ impl Strokes {
     }
 }
 
-/// Some vertices of a file, each once, and segments between them.
+/// Some vertices of a file, without duplicates, and segments between them.
 #[derive(Default)]
 struct Picked {
     vertices: Vec<u32>,

@@ -1,10 +1,11 @@
-//! What directives without a list of parameters take: texts and numbers, in brackets or not.
+//! Arguments of directives without a parameter list: texts and numbers, optionally in brackets.
 
 use super::entity::number;
-use super::token::{Kind, Token, TokenPosition, Tokens};
+use super::position::TokenPosition;
+use super::token::{Kind, Token, Tokens};
 use crate::LoadError;
 
-/// A text in quotes.
+/// Reads a text in quotes.
 pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String, LoadError> {
     let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
     if has_bracket {
@@ -24,7 +25,7 @@ pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String
     Ok(text)
 }
 
-/// So many numbers, in brackets or not.
+/// Reads `N` numbers, optionally in brackets.
 pub(super) fn numbers<const N: usize>(
     tokens: &mut Tokens<'_>,
     at: &TokenPosition,
@@ -68,7 +69,7 @@ fn close(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
     }
 }
 
-/// Which of the two transforms directives change.
+/// Reads which of the two transforms are active.
 pub(super) fn active(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<[bool; 2], LoadError> {
     match tokens.take()? {
         Some(Token { kind: Kind::Word("All"), .. }) => Ok([true; 2]),

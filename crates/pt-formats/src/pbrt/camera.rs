@@ -3,18 +3,18 @@
 use std::rc::Rc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::{Camera, Fit, Key, Motion, Placement, Projection, Warning};
 
-use super::super::context::Folder;
 use super::entity::Entity;
 use super::lens::{self, Lens};
-use super::medium::Interface;
-use super::state::Moving;
-use crate::{Camera, Fit, Key, LoadError, Motion, Placement, Projection, Warning};
+use super::types::{Interface, Moving};
+use crate::LoadError;
+use crate::shared::context::Folder;
 
 /// Camera, film, sampler, integrator and filter of a scene.
 #[derive(Default)]
 pub(super) struct CameraSetup {
-    /// With its transform to the world, and the media around it.
+    /// The camera, its transform to the world, and the media around it.
     pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
     pub(super) film: Option<Entity>,
     pub(super) sampler: Option<Entity>,
@@ -23,27 +23,27 @@ pub(super) struct CameraSetup {
 }
 
 const KINDS: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
-/// Distance before which nothing is seen. There is none in pbrt-v4.
+/// Distance of the near plane, which pbrt-v4 does not have.
 const NEAR: f64 = 1e-6;
-/// Distance behind which nothing is seen, which is nowhere.
+/// Distance of the far plane: practically infinite.
 const FAR: f64 = 1e30;
 
-/// What a camera sees besides what it says itself.
+/// Context of a camera: the state and settings outside of its directive.
 pub(super) struct Around<'a> {
-    /// Where it is at the two times.
+    /// Transforms to the world at the two times.
     pub(super) to_world: Moving,
     pub(super) times: [f64; 2],
     pub(super) medium: Option<u32>,
-    /// Columns and rows of the image.
+    /// Width and height of the image in pixels.
     pub(super) resolution: [u32; 2],
     /// Diagonal of the film in millimetres.
     pub(super) diagonal: f64,
-    /// Where its lens is looked for.
+    /// Folder of lens files.
     pub(super) folder: &'a Folder,
 }
 
-/// A camera, and by what it multiplies light: for how long it is open, in seconds, and what a lens
-/// leaves.
+/// Builds a camera and returns it with the factor by which it multiplies light: the exposure time
+/// in seconds, and the transmission of a lens.
 pub(super) fn camera(
     entity: &Entity,
     around: &Around<'_>,
@@ -112,7 +112,7 @@ pub(super) fn camera(
     Ok((camera, (shutter[1] - shutter[0]) * lens.map_or(1.0, |lens| lens.light)))
 }
 
-/// The lens of a realistic camera.
+/// Reads the lens of a realistic camera.
 fn realistic(
     entity: &Entity,
     around: &Around<'_>,
@@ -132,8 +132,8 @@ fn realistic(
     Ok(lens)
 }
 
-/// From the node of our panoramas, which look along −z with +x to the right, to a spherical camera,
-/// the left edge of whose picture looks along +x, and a quarter of its width further on, along +z.
+/// Rotation from the node of our panoramas, which face −z with +x to the right, to a spherical
+/// camera: the left edge of its image is along +x, and a quarter of its width further, it faces +z.
 const EAST: DMat3 = DMat3::from_cols(DVec3::new(0.0, 0.0, -1.0), DVec3::Y, DVec3::X);
 
 fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
@@ -148,8 +148,8 @@ fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
     }
 }
 
-/// What the window on the screen shows, and how far it is off the axis. The field of view is that
-/// of the square between −1 and 1, to which the shorter side of the window is fitted.
+/// Returns the projection and the principal point offset of the screen window. The field of view is
+/// that of the square from −1 to 1, to which the shorter side of the window is fitted.
 fn view(
     entity: &Entity,
     aspect: f64,
@@ -178,8 +178,8 @@ fn view(
             if entity.find("screenwindow").is_some() { "screenwindow" } else { "frameaspectratio" };
         return Err(entity.refuse(name, message));
     }
-    // The axis, which is in the middle without it, is at −x0/(x1 − x0) from the left and y1/(y1 −
-    // y0) from above.
+    // Without an offset the axis is in the centre. It is at −x0/(x1 − x0) from the left and y1/(y1
+    // − y0) from the top.
     let offset = [0.5 * (x0 + x1) / (x1 - x0), -0.5 * (y0 + y1) / (y1 - y0)];
     if !in_perspective {
         if offset.iter().any(|x| x.abs() > 1e-6) {

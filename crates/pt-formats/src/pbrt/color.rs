@@ -1,24 +1,26 @@
-//! Colours: `rgb`, `blackbody` and `spectrum`, by what they are for.
+//! Colours: `rgb`, `blackbody` and `spectrum`, by their use.
 
-use super::super::context::Folder;
-use super::super::spectra::Spectrum;
 use super::color_space::light_of;
-use super::entity::{Entity, Parameter, Values};
+use super::entity::Entity;
 use super::named_spectra::{self, Named};
+use super::parameter::{Parameter, Values};
 use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::spectra::Spectrum;
 
-/// Meaning of a colour.
+/// Meaning and range of a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
-    /// A share of light, in [0, 1].
+    /// A reflectance or transmittance, in [0, 1].
     Share,
-    /// Emitted light, not negative. Spectra that are no `rgb` are scaled to luminance 1.
+    /// Emitted light, non-negative. Spectra other than `rgb` are scaled to luminance 1.
     Light,
-    /// What is not negative: an index of refraction, or what is taken away per unit of length.
+    /// Non-negative: an index of refraction, or a coefficient per unit of length.
     Unbounded,
 }
 
-/// A colour in linear Rec. 709, if the author gives one; files are looked for in `folder`.
+/// Reads a colour, in linear Rec. 709; `None` if it is not specified. `folder` contains spectrum
+/// files.
 pub(super) fn color(
     entity: &Entity,
     name: &'static str,
@@ -65,7 +67,7 @@ pub(super) fn color(
     Err(refuse(format!("\"{name}\" is no finite colour")))
 }
 
-/// One number for all wavelengths: an index of refraction, where pbrt-v4 may know dispersion.
+/// Reads an index of refraction as one number for all wavelengths; pbrt-v4 supports dispersion.
 pub(super) fn index(
     entity: &Entity,
     name: &'static str,
@@ -94,7 +96,7 @@ pub(super) fn index(
         .refuse(name, format!("\"{name}\" is {index}; expected an index of refraction above 0")))
 }
 
-/// Pairs of a wavelength and a value.
+/// Creates a spectrum from pairs of a wavelength and a value.
 fn pairs(numbers: &[f64]) -> Result<Spectrum, String> {
     let (pairs, rest) = numbers.as_chunks::<2>();
     if !rest.is_empty() {
@@ -112,7 +114,7 @@ fn of_spectrum(spectrum: &Spectrum, role: Role) -> [f64; 3] {
     }
 }
 
-/// A spectrum that pbrt-v4 knows by name, or else that of a file.
+/// Returns the colour of a named spectrum of pbrt-v4, or of a file.
 fn named_or_file(text: &str, role: Role, folder: &Folder) -> Result<[f64; 3], String> {
     match (named_spectra::named(text)?, role) {
         (Some(Named::Illuminant(chromaticity)), Role::Light) => {
@@ -127,13 +129,13 @@ fn named_or_file(text: &str, role: Role, folder: &Folder) -> Result<[f64; 3], St
     }
 }
 
-/// Scaled to luminance 1, or black.
+/// Scales a colour to luminance 1; black if the luminance is not positive.
 fn normalized(color: [f64; 3]) -> [f64; 3] {
     let luminance = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
     if luminance > 0.0 { color.map(|c| c / luminance) } else { [0.0; 3] }
 }
 
-/// Luminance of linear Rec. 709.
+/// Luminance of a colour in linear Rec. 709.
 pub(super) fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }

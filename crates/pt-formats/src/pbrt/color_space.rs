@@ -1,8 +1,8 @@
-//! Colour spaces: which colour red, green and blue are.
+//! Colour spaces, by the chromaticities of their primaries.
 
 use pt_math::{DMat3, DVec3, cie};
 
-/// A colour space of linear red, green and blue by the chromaticities of these and of its white.
+/// A linear colour space, by the chromaticities of its primaries and its white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ColorSpace {
     pub(super) name: &'static str,
@@ -10,15 +10,16 @@ pub(super) struct ColorSpace {
     chromaticities: [[f64; 2]; 4],
 }
 
-/// White of D65. [ITU-R BT.709]
+/// Chromaticity of D65. [ITU-R BT.709]
 pub(super) const D65: [f64; 2] = [0.3127, 0.3290];
 
 impl ColorSpace {
-    /// Rec. 709, in which everything here is.
+    /// Rec. 709, the colour space of all scenes.
     pub(super) const SRGB: Self =
         Self { name: "srgb", chromaticities: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65] };
 
-    /// All that pbrt-v4 knows. [SMPTE RP 431-2 with white D65, ITU-R BT.2020, SMPTE ST 2065-1]
+    /// All colour spaces of pbrt-v4. [SMPTE RP 431-2 with white D65, ITU-R BT.2020, SMPTE ST
+    /// 2065-1]
     pub(super) const ALL: [Self; 4] = [
         Self::SRGB,
         Self { name: "dci-p3", chromaticities: [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65] },
@@ -32,8 +33,8 @@ impl ColorSpace {
         },
     ];
 
-    /// A colour of this space in linear Rec. 709. Channels below 0 become 0: they are colours that
-    /// Rec. 709 has not.
+    /// Converts a colour of this space to linear Rec. 709. Negative channels, of colours outside of
+    /// its gamut, become 0.
     ///
     /// The columns of RGB to XYZ are the primaries, scaled so that they add up to white with Y = 1.
     pub(super) fn to_rec709(self, rgb: [f64; 3]) -> [f64; 3] {
@@ -53,7 +54,7 @@ pub(super) fn xyz_of([x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
 }
 
-/// Light of a chromaticity in linear Rec. 709, with luminance 1.
+/// Returns light of a chromaticity in linear Rec. 709, with luminance 1.
 pub(super) fn light_of(chromaticity: [f64; 2]) -> [f64; 3] {
     cie::rec709_from_xyz(xyz_of(chromaticity).to_array()).map(|c| c.max(0.0))
 }

@@ -1,17 +1,18 @@
-//! `Shape "curve"`: hair, and whatever is long and thin, as tubes and ribbons of triangles.
+//! `Shape "curve"`: hair and other thin shapes, as tubes and ribbons of triangles.
 
 use pt_math::DVec3;
+use pt_scene::Mesh;
 
-use super::super::xml::quote;
 use super::entity::Entity;
-use crate::shapes::tube::{Detail, Spline, TubePoint};
-use crate::{LoadError, Mesh};
+use crate::LoadError;
+use crate::shared::names::quote;
+use crate::shared::tube::{Detail, Spline, TubePoint};
 
-/// Most segments of one curve.
+/// Maximum number of segments of a curve.
 const MAX_SEGMENTS: usize = 10_000;
 
-/// The curve as a mesh. Ribbons lie across their normals; others, also those that face the eye
-/// there, are tubes.
+/// Converts a curve to a mesh. Ribbons are perpendicular to their normals. All others, including
+/// those that face the camera in pbrt-v4, are tubes.
 pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     entity.pass_over(&["splitdepth"]);
     let spline = spline(entity)?;
@@ -58,7 +59,8 @@ fn spline(entity: &Entity) -> Result<Spline, LoadError> {
     Err(entity.refuse("P", message))
 }
 
-/// The normals of a ribbon where segments meet; `None` if the curve is none.
+/// Returns the normals of a ribbon at the ends of its segments; `None` if the curve is not a
+/// ribbon.
 fn ribbon(entity: &Entity, spline: &Spline) -> Result<Option<Vec<DVec3>>, LoadError> {
     let normals = entity.normals("N")?;
     match entity.text("type")? {

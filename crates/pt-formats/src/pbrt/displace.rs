@@ -1,24 +1,22 @@
-//! Displaced meshes: cut into small triangles, whose corners are moved along their normals. [Pharr,
-//! Jakob & Humphreys 2023, "plymesh" of the file format]
+//! Displaced meshes: subdivided into small triangles, whose vertices are moved along their normals.
+//! [Pharr, Jakob & Humphreys 2023, "plymesh" of the file format]
 
 use std::collections::HashMap;
 
 use pt_math::{DAffine3, DVec3};
+use pt_scene::image::Image;
+use pt_scene::shapes::{single_part, smooth_normals};
+use pt_scene::texture::{Bitmap, Filter, Input, Pattern, Scalar, Texture, TextureMapping};
+use pt_scene::{Attribute, Mesh};
 
-use crate::image::Image;
-use crate::shapes::{single_part, smooth_normals};
-use crate::texture::{Bitmap, Filter, Input, Pattern, Scalar, Texture, TextureMapping};
-use crate::{Attribute, Mesh};
-
-/// Most triangles of one displaced mesh.
+/// Maximum number of triangles of a displaced mesh.
 const MAX_TRIANGLES: usize = 1 << 22;
 
-/// A mesh with texture coordinates, of which no edge is longer than `edge` in the world, raised by
-/// `heights` in its own coordinates.
+/// Subdivides a mesh until no edge is longer than `edge` in the world, and displaces it by
+/// `heights` in its own coordinates. The result has texture coordinates.
 ///
 /// # Errors
-/// If it would have too many triangles, or the texture is none of those by which meshes can be
-/// displaced.
+/// If it would have too many triangles, or the texture is not supported for displacement.
 pub(super) fn displaced(
     mesh: &Mesh,
     heights: &Scalar,
@@ -41,8 +39,8 @@ pub(super) fn displaced(
         *position = (vector(*position) + normal * height).as_vec3().to_array();
     }
     cut.submeshes = single_part(cut.triangles.len());
-    // By positions alone: corners that stand in one place but differ in texture coordinates may be
-    // apart.
+    // By positions alone: vertices at the same position but with different texture coordinates may
+    // have moved apart.
     cut.normals = Some(smooth_normals(&Mesh { uvs: None, ..cut.clone() }));
     Ok(cut)
 }
@@ -51,7 +49,7 @@ fn vector(v: [f32; 3]) -> DVec3 {
     DVec3::from_array(v.map(f64::from))
 }
 
-/// The same mesh with one normal and one texture coordinate for each vertex.
+/// Returns the mesh with one normal and one texture coordinate per vertex.
 fn indexed(mesh: &Mesh) -> Mesh {
     let normals = mesh.normals.clone().unwrap_or_else(|| smooth_normals(mesh));
     let at = |indices: &Option<Vec<[u32; 3]>>, i: usize| {
@@ -79,8 +77,8 @@ fn indexed(mesh: &Mesh) -> Mesh {
     made
 }
 
-/// Cuts all edges in half that are too long, the same for all triangles that share them. False if
-/// there was none.
+/// Bisects all edges that are too long, consistently for the triangles that share them. Returns
+/// false if there were none.
 fn split(mesh: &mut Mesh, edge: f64, to_world: &DAffine3) -> bool {
     let (Some(normals), Some(uvs)) = (&mut mesh.normals, &mut mesh.uvs) else { return false };
     let mut middles: HashMap<[u32; 2], Option<u32>> = HashMap::new();
@@ -121,7 +119,7 @@ fn split(mesh: &mut Mesh, edge: f64, to_world: &DAffine3) -> bool {
     is_cut
 }
 
-/// A number that may vary, at texture coordinates.
+/// Evaluates a number at texture coordinates.
 fn number_at(number: &Scalar, uv: [f32; 2]) -> Result<f32, String> {
     match number {
         Input::Value(value) => Ok(*value),
@@ -129,7 +127,7 @@ fn number_at(number: &Scalar, uv: [f32; 2]) -> Result<f32, String> {
     }
 }
 
-/// A texture whose channels are equal.
+/// Evaluates a texture whose channels are equal.
 fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
     const EXPECTED: &str = "meshes are displaced by images, chess boards, and what is made of these, on their texture coordinates";
     if texture.layout != TextureMapping::Surface {
@@ -137,7 +135,7 @@ fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
     }
     let p = texture.to_pattern * DVec3::new(f64::from(u), f64::from(v), 1.0);
     let uv = [p.x, p.y];
-    let of_color = |color: &crate::Color| match color {
+    let of_color = |color: &pt_scene::Color| match color {
         Input::Value([value, ..]) => Ok(*value),
         Input::Texture(texture) => texture_at(texture, [uv[0] as f32, uv[1] as f32]),
     };
@@ -181,11 +179,11 @@ mod tests {
     use std::sync::Arc;
 
     use pt_math::DMat3;
+    use pt_scene::texture::Wrap;
 
     use super::*;
-    use crate::texture::Wrap;
 
-    /// A square in z = 0, with texture coordinates like its positions.
+    /// A square in z = 0 whose texture coordinates equal its positions.
     fn square() -> Mesh {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         Mesh {
@@ -201,14 +199,14 @@ mod tests {
         Input::Texture(Arc::new(pattern.into()))
     }
 
-    /// Heights that grow with u tilt the square: all corners lie in one plane, and no edge is
-    /// longer than asked.
+    /// Heights proportional to u tilt the square: all vertices lie in one plane, and no edge is
+    /// longer than requested.
     #[test]
     fn a_slope_tilts_a_square() {
         let pixels = [[0.25; 3], [0.75; 3]].to_vec();
         let image = Arc::new(Image { width: 2, height: 1, pixels });
         let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
-        // Between the middles of its two texels, the image is u.
+        // Between the centres of its two texels, the image is u.
         let to_pattern = DMat3::from_cols(DVec3::X * 0.5, DVec3::Y, DVec3::new(0.25, 0.0, 1.0));
         let slope = Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern);
         let heights = Input::Texture(Arc::new(slope));
@@ -221,7 +219,7 @@ mod tests {
         for n in &made.normals.as_ref().expect("normals").values {
             assert!((vector(*n) - normal).length() < 1e-5);
         }
-        // Before it was raised, edges were at most 0.15 long.
+        // Before displacement, edges were at most 0.15 long.
         for corners in &made.triangles {
             let p = corners.map(|i| made.positions[i as usize]);
             for i in 0..3 {
@@ -237,8 +235,7 @@ mod tests {
         assert!((sum - 1.25_f64.sqrt()).abs() < 1e-5, "{sum}");
     }
 
-    /// Of each triangle, some edges are too long and others are not: there are no gaps all the
-    /// same.
+    /// There are no gaps even if only some edges of a triangle are too long.
     #[test]
     fn cuts_fit_together() {
         let mut mesh = indexed(&square());
@@ -250,7 +247,8 @@ mod tests {
                 *edges.entry([p.min(q), p.max(q)]).or_insert(0) += if p < q { 1 } else { -1 };
             }
         }
-        // What has no counterpart is at the border of the square, on the lines between its corners.
+        // Edges without a counterpart are at the border of the square, on the lines between its
+        // corners.
         let border = edges.iter().filter(|(_, count)| **count != 0);
         let corners =
             [[0.0, 0.0], [1.0, 0.0], [3.0, 1.5], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));

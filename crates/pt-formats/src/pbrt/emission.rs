@@ -1,30 +1,31 @@
-//! `AreaLightSource`: shapes that shine.
+//! `AreaLightSource`: shapes that emit light.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use pt_image::{PixelEncoding, Transfer};
 use pt_math::{DAffine3, DVec3};
+use pt_scene::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use pt_scene::{Geometry, Mesh};
 
-use super::super::context::Folder;
-use super::super::placeholder;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::texture::product;
-use crate::image::{PixelEncoding, Transfer};
-use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
-use crate::{Geometry, LoadError, Mesh};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::placeholder;
 
-/// What a shape emits.
+/// Emission of a shape.
 pub(super) struct AreaLight {
-    /// Radiance of its front.
+    /// Radiance of the front.
     pub(super) radiance: Color,
-    /// True if its back emits as well.
+    /// True if the back emits as well.
     pub(super) two_sided: bool,
 }
 
 impl AreaLight {
-    /// What is emitted by a shape of which this share is there: only what is there emits. A shape
-    /// of which nothing is there is a light that nobody sees, and emits all.
+    /// Returns the emission of a shape with this opacity, which is multiplied by it. A shape with
+    /// opacity 0 is an invisible light and emits everything.
     pub(super) fn through(self, alpha: &Scalar) -> Color {
         let alpha = match alpha {
             Input::Value(0.0) => return self.radiance,
@@ -35,11 +36,11 @@ impl AreaLight {
     }
 }
 
-/// What a directive says of a shape of an area, in the square of the unit of the world; light is
-/// multiplied by `exposure`.
+/// Reads the area light of a shape. `area` is in squared world units; light is multiplied by
+/// `exposure`.
 ///
-/// Light has the luminance that its colour says, or 1 for spectra; with `power`, it is divided by
-/// π · area · sides, and an image by its mean luminance, as there.
+/// The luminance is that of the colour, or 1 for spectra. With `power`, it is divided by π · area ·
+/// sides, and an image by its mean luminance, as in pbrt-v4.
 pub(super) fn area_light(
     entity: &Entity,
     area: f64,
@@ -104,7 +105,8 @@ pub(super) fn area_light(
     Ok(AreaLight { radiance, two_sided })
 }
 
-/// The area of a shape in the world. That of a stretched sphere is of the one with its mean radius.
+/// Returns the area of a shape in the world. For a stretched sphere, that of a sphere with its mean
+/// radius.
 pub(super) fn area(geometry: &Geometry, to_world: &DAffine3) -> f64 {
     match geometry {
         Geometry::Sphere { radius } => {

@@ -1,21 +1,25 @@
-//! What a directive says: a type, and a list of typed parameters.
+//! Directives: a type, and a list of typed parameters.
 
 use std::cell::{Cell, RefCell};
 
 use pt_math::DVec3;
+use pt_scene::Warning;
 
-use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
-use super::token::{Kind, TokenPosition, Tokens};
-use crate::{LoadError, Warning};
+use super::position::TokenPosition;
+use super::token::{Kind, Tokens};
+use crate::LoadError;
+use crate::pbrt::parameter::{Parameter, Values};
+use crate::shared::names::{did_you_mean, quote};
 
-/// Largest magnitude of a number; more than that would be infinite in single precision.
+/// Largest magnitude of a number; larger ones would be infinite in single precision.
 const LARGEST: f64 = f32::MAX as f64;
 
-/// Most parameters of a directive; each is compared with each.
+/// Maximum number of parameters of a directive, which are compared pairwise.
 pub(super) const MAX_PARAMETERS: usize = 100;
 
-/// The types that parameters may have; those that stand beside each other are the same.
+/// Types of parameters. `point3`, `vector3` and `normal3` are synonyms of `point`, `vector` and
+/// `normal`.
 const TYPES: [&str; 16] = [
     "integer",
     "float",
@@ -35,45 +39,24 @@ const TYPES: [&str; 16] = [
     "texture",
 ];
 
-/// `"float radius" 0.5`.
-#[derive(Clone, Debug)]
-pub(super) struct Parameter {
-    /// One of [`TYPES`].
-    pub(super) kind: &'static str,
-    pub(super) name: String,
-    pub(super) values: Values,
-    pub(super) at: TokenPosition,
-    /// True if it comes from an `Attribute` and so need not be known to all that it is given to.
-    is_default: bool,
-    was_read: Cell<bool>,
-}
-
-/// The values of a parameter.
-#[derive(Clone, Debug)]
-pub(super) enum Values {
-    Numbers(Vec<f64>),
-    Texts(Vec<String>),
-    Booleans(Vec<bool>),
-}
-
 /// A directive with a type and parameters: `Shape "sphere" "float radius" 0.5`.
 #[derive(Clone, Debug)]
 pub(super) struct Entity {
-    /// `Shape`.
+    /// Name of the directive, such as `Shape`.
     pub(super) directive: &'static str,
-    /// `sphere`.
+    /// Type, such as `sphere`.
     pub(super) kind: String,
     pub(super) at: TokenPosition,
-    /// What its colours mean.
+    /// Colour space of its colours.
     pub(super) color_space: ColorSpace,
     parameters: Vec<Parameter>,
-    /// Names that were asked for.
+    /// Names that were requested.
     known: RefCell<Vec<&'static str>>,
 }
 
 impl Parameter {
-    /// Reads all parameters up to the next directive, also those that stand behind the end of an
-    /// included file. Of those with the same name, the last one counts.
+    /// Reads all parameters up to the next directive, including those that follow the end of an
+    /// included file. Of parameters with the same name, the last one is used.
     pub(super) fn list(tokens: &mut Tokens<'_>) -> Result<Vec<Self>, LoadError> {
         let mut list: Vec<Self> = Vec::new();
         Self::read(tokens, &mut list)?;
@@ -83,7 +66,7 @@ impl Parameter {
         Ok(list)
     }
 
-    /// An error about values of a type that is written without quotes.
+    /// Returns an error about values in quotes whose type is written without them.
     fn in_quotes(&self, what: &str, text: &str) -> LoadError {
         let Self { kind, name, at, .. } = self;
         at.error(format!(
@@ -91,7 +74,7 @@ impl Parameter {
         ))
     }
 
-    /// Adds one to a list, in place of another of the same name.
+    /// Adds a parameter to a list, or replaces the one with the same name.
     fn add(self, tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
         if let Some(first) = list.iter_mut().find(|p| p.name == self.name) {
             let message =
@@ -135,7 +118,7 @@ impl Parameter {
 }
 
 impl Values {
-    /// One value, or several in brackets.
+    /// Reads one value, or several in brackets.
     fn read(
         tokens: &mut Tokens<'_>,
         at: &TokenPosition,
@@ -168,7 +151,7 @@ impl Values {
         }
     }
 
-    /// Adds a value of a parameter of one of [`TYPES`]; it has to be of the same kind as those
+    /// Adds a value of a parameter of one of [`TYPES`]; it must be of the same kind as those
     /// before.
     fn push(values: &mut Option<Self>, of: &str, kind: &Kind<'_>) -> Result<(), String> {
         let mixed = |what: &Kind<'_>| {
@@ -210,7 +193,7 @@ fn is_boolean(word: &str) -> bool {
     matches!(word, "true" | "false")
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(super) fn number(word: &str) -> Result<f64, String> {
     let parsed: Result<f64, _> = word.parse();
     match parsed {
@@ -221,7 +204,7 @@ pub(super) fn number(word: &str) -> Result<f64, String> {
 }
 
 impl Entity {
-    /// With parameters that an `Attribute` gives where the author does not.
+    /// Creates a directive. Missing parameters are taken from `defaults`, set by an `Attribute`.
     pub(super) fn new(
         directive: &'static str,
         kind: String,
@@ -238,28 +221,28 @@ impl Entity {
         Self { directive, kind, at, color_space, parameters, known: RefCell::default() }
     }
 
-    /// `Shape "sphere"`.
+    /// Returns the directive and type, such as `Shape "sphere"`.
     pub(super) fn describe(&self) -> String {
         format!("{} {}", self.directive, quote(&self.kind))
     }
 
-    /// An error that this type is not supported.
+    /// Returns an error that this type is not supported.
     pub(super) fn unsupported(&self, supported: &[&str]) -> LoadError {
         let hint = supported.join(", ");
         self.at.error(format!("{} is not supported; supported: {hint}", self.describe()))
     }
 
-    /// Where a parameter stands, or the directive if the author did not write it.
+    /// Location of a parameter, or of the directive if the parameter is not specified.
     pub(super) fn place(&self, name: &str) -> &TokenPosition {
         self.parameters.iter().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
     }
 
-    /// An error about a parameter, or about the directive if the author did not write it.
+    /// Returns an error at a parameter, or at the directive if the parameter is not specified.
     pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
         self.place(name).error(message)
     }
 
-    /// A parameter; `None` if the author did not write it.
+    /// Returns a parameter; `None` if it is not specified.
     pub(super) fn find(&self, name: &'static str) -> Option<&Parameter> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&name) {
@@ -272,14 +255,14 @@ impl Entity {
         found
     }
 
-    /// Knows parameters that change nothing here.
+    /// Ignores parameters without an effect here.
     pub(super) fn pass_over(&self, names: &[&'static str]) {
         for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
             parameter.was_read.set(true);
         }
     }
 
-    /// Refuses parameters that nobody asked for.
+    /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(&self) -> Result<(), LoadError> {
         let is_unknown = |p: &&Parameter| !p.was_read.get() && !p.is_default;
         let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
@@ -293,7 +276,7 @@ impl Entity {
         Err(unknown.at.error(message))
     }
 
-    /// The values of a parameter of one of some types.
+    /// Returns a parameter, which must have one of the given types.
     fn values(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&Parameter>, LoadError> {
         let Some(parameter) = self.find(name) else { return Ok(None) };
         if kinds.contains(&parameter.kind) {
@@ -314,7 +297,7 @@ impl Entity {
         }
     }
 
-    /// The only value of a parameter.
+    /// Returns the only value of a parameter.
     fn one<T: Copy>(&self, name: &str, values: &[T]) -> Result<T, LoadError> {
         if let [value] = values {
             return Ok(*value);
@@ -332,7 +315,7 @@ impl Entity {
         Ok(self.given_float(name)?.unwrap_or(default))
     }
 
-    /// A number above 0.
+    /// Returns a number above 0.
     pub(super) fn positive(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
         let x = self.float(name, default)?;
         if x > 0.0 {
@@ -341,7 +324,7 @@ impl Entity {
         Err(self.refuse(name, format!("{} is {x}; expected a number above 0", quote(name))))
     }
 
-    /// A number of at least 0.
+    /// Returns a number of at least 0.
     pub(super) fn not_negative(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
         let x = self.float(name, default)?;
         if x >= 0.0 {
@@ -350,7 +333,7 @@ impl Entity {
         Err(self.refuse(name, format!("{} is {x}; expected a number of at least 0", quote(name))))
     }
 
-    /// A whole number from `least` to `most`.
+    /// Returns an integer from `least` to `most`.
     pub(super) fn count(
         &self,
         name: &'static str,
@@ -400,7 +383,7 @@ impl Entity {
         }
     }
 
-    /// The name of the texture that is given for a parameter, if one is.
+    /// Returns the name of the texture of a parameter, if it is a texture.
     pub(super) fn texture_name(&self, name: &'static str) -> Result<Option<&str>, LoadError> {
         let Some(parameter) = self.find(name).filter(|p| p.kind == "texture") else {
             return Ok(None);
@@ -413,12 +396,12 @@ impl Entity {
         }
     }
 
-    /// A list of numbers.
+    /// Returns a list of numbers.
     pub(super) fn floats(&self, name: &'static str) -> Result<Option<&[f64]>, LoadError> {
         self.numbers_of(name, &["float"])
     }
 
-    /// A list of whole numbers, each from 0 on and below `end`.
+    /// Returns a list of integers, each at least 0 and below `end`.
     pub(super) fn indices(
         &self,
         name: &'static str,
@@ -438,7 +421,7 @@ impl Entity {
         numbers.iter().map(index).collect::<Result<_, _>>().map(Some)
     }
 
-    /// A list of points or directions of `N` numbers each.
+    /// Returns a list of points or directions of `N` numbers each.
     fn tuples<const N: usize>(
         &self,
         name: &'static str,
@@ -454,39 +437,39 @@ impl Entity {
         Err(self.refuse(name, message))
     }
 
-    /// A list of points of space.
+    /// Returns a list of points in space.
     pub(super) fn points(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
         self.tuples(name, &["point3", "point"])
     }
 
-    /// A list of points of the plane.
+    /// Returns a list of points in the plane.
     pub(super) fn points2(&self, name: &'static str) -> Result<Option<Vec<[f64; 2]>>, LoadError> {
         self.tuples(name, &["point2"])
     }
 
-    /// A list of colours, without their meaning.
+    /// Returns a list of colours, uninterpreted.
     pub(super) fn rgbs(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
         self.tuples(name, &["rgb"])
     }
 
-    /// A list of normals.
+    /// Returns a list of normals.
     pub(super) fn normals(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
         self.tuples(name, &["normal", "normal3"])
     }
 
-    /// One point of space.
+    /// Returns a point in space.
     pub(super) fn point(&self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
         let Some(points) = self.points(name)? else { return Ok(None) };
         self.one(name, &points).map(|p| Some(DVec3::from_array(p)))
     }
 
-    /// One direction.
+    /// Returns a direction.
     pub(super) fn vector(&self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
         let Some(vectors) = self.tuples(name, &["vector3", "vector"])? else { return Ok(None) };
         self.one(name, &vectors).map(|v| Some(DVec3::from_array(v)))
     }
 
-    /// A colour or spectrum, without its meaning.
+    /// Returns a colour or spectrum, uninterpreted.
     pub(super) fn spectrum(&self, name: &'static str) -> Result<Option<&Parameter>, LoadError> {
         match self.find(name) {
             Some(p) if p.kind == "texture" => Err(p.at.error(format!(

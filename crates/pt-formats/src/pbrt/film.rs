@@ -1,9 +1,11 @@
-//! `Film`, `PixelFilter`, `Sampler`, `Integrator` and `Option`: how to render.
+//! `Film`, `PixelFilter`, `Sampler`, `Integrator` and `Option`: render settings.
 
-use super::super::xml::quote;
+use pt_scene::{Filter, RenderHints, Warning};
+
 use super::camera::CameraSetup;
 use super::entity::Entity;
-use crate::{Filter, LoadError, RenderHints, Warning};
+use crate::LoadError;
+use crate::shared::names::quote;
 
 const FILMS: [&str; 3] = ["rgb", "gbuffer", "spectral"];
 const FILTERS: [&str; 5] = ["box", "gaussian", "mitchell", "sinc", "triangle"];
@@ -12,7 +14,7 @@ const SAMPLERS: [&str; 7] =
 /// Largest width and height of an image.
 const MAX_SIZE: u32 = 65_536;
 
-/// How to render, and by what the sensor multiplies light that it sees for one second.
+/// Returns the render settings, and the sensitivity of the sensor for an exposure of one second.
 pub(super) fn settings(
     sight: &CameraSetup,
     warnings: &mut Vec<Warning>,
@@ -31,7 +33,7 @@ pub(super) fn settings(
     Ok((settings, sensitivity))
 }
 
-/// The film, with the sensitivity of its sensor.
+/// Reads the film and returns the sensitivity of its sensor.
 fn read_film(
     entity: &Entity,
     settings: &mut RenderHints,
@@ -72,10 +74,11 @@ fn read_film(
     Ok(iso / 100.0)
 }
 
-/// The temperature in kelvins of the daylight that is to be white.
+/// Reads the temperature in kelvins of the daylight that becomes white; `None` for no white
+/// balance.
 ///
 /// # Errors
-/// If there is no daylight of that.
+/// If it is out of range.
 pub(super) fn white_balance(film: &Entity) -> Result<Option<f64>, LoadError> {
     const RANGE: std::ops::RangeInclusive<f64> = 2000.0..=25_000.0;
     match film.float("whitebalance", 0.0)? {
@@ -90,7 +93,8 @@ pub(super) fn white_balance(film: &Entity) -> Result<Option<f64>, LoadError> {
     }
 }
 
-/// The crop window, if it is not all of the image; `cropwindow` goes before `pixelbounds`.
+/// Reads the crop window; `None` if it is the whole image. `cropwindow` takes precedence over
+/// `pixelbounds`.
 fn crop(entity: &Entity, size: [u32; 2]) -> Result<Option<[u32; 4]>, LoadError> {
     let pixels = match entity.indices("pixelbounds", MAX_SIZE as usize + 1)? {
         None => [[0, size[0]], [0, size[1]]],
@@ -120,7 +124,7 @@ fn crop(entity: &Entity, size: [u32; 2]) -> Result<Option<[u32; 4]>, LoadError> 
     Ok((crop != [0, 0, size[0], size[1]]).then_some(crop))
 }
 
-/// A reconstruction filter.
+/// Reads a reconstruction filter.
 fn filter(entity: &Entity, warnings: &mut Vec<Warning>) -> Result<Filter, LoadError> {
     let default = match entity.kind.as_str() {
         "box" => 0.5,
@@ -167,7 +171,7 @@ fn filter(entity: &Entity, warnings: &mut Vec<Warning>) -> Result<Filter, LoadEr
     Ok(filter)
 }
 
-/// Samples per pixel.
+/// Reads the number of samples per pixel.
 fn samples(entity: &Entity) -> Result<u32, LoadError> {
     if !SAMPLERS.contains(&entity.kind.as_str()) {
         return Err(entity.unsupported(&SAMPLERS));
@@ -183,7 +187,7 @@ fn samples(entity: &Entity) -> Result<u32, LoadError> {
     Ok(samples)
 }
 
-/// What an integrator is, and how many interactions it allows.
+/// Reads the integrator and its path depth.
 fn integrator(
     entity: Option<&Entity>,
     settings: &mut RenderHints,
@@ -233,7 +237,7 @@ fn integrator(
     entity.finish()
 }
 
-/// Refuses options that would change the picture.
+/// Rejects options that would change the image.
 pub(super) fn check_option(entity: &Entity) -> Result<(), LoadError> {
     entity.pass_over(&[
         "disabletexturefiltering",

@@ -1,12 +1,14 @@
-//! `hair`: fibres, and which of their shapes are closed.
+//! `hair`: hair fibres, and the treatment of closed tubes.
+
+use pt_scene::Surface;
+use pt_scene::material::{Hair, Mix, Pigment, SurfaceDetail};
 
 use super::entity::Entity;
-use super::scene::World;
-use crate::material::{Hair, Mix, Pigment, SurfaceDetail};
-use crate::{LoadError, Surface};
+use super::world::World;
+use crate::LoadError;
 
 impl World {
-    /// Fibres, whose shape may be open.
+    /// Reads a hair material, for shapes that may be open.
     pub(super) fn hair(&mut self, entity: &Entity) -> Result<Hair, LoadError> {
         const INDICES: [f32; 2] = [1.0, 100.0];
         const SHARE: [f32; 2] = [0.0, 1.0];
@@ -23,7 +25,7 @@ impl World {
             ["eumelanin", "pheomelanin"].map(|name| self.hair_number(entity, name, CONCENTRATIONS));
         let [eumelanin, pheomelanin] = melanin;
         let melanin = [eumelanin?, pheomelanin?];
-        // Public scenes call it by its older name.
+        // Published scenes use the older name.
         let color = ["reflectance", "color"].into_iter().find(|name| entity.find(name).is_some());
         if let Some(name) = color
             && (absorption.is_some() || melanin != [None; 2])
@@ -47,7 +49,7 @@ impl World {
         Ok(Hair { pigment, ior, roughness, azimuthal_roughness, scale_angle, two_sided: true })
     }
 
-    /// A number of fibres, which is the same on all of them.
+    /// Reads a number of a hair material, which is constant: the mean of a texture is used.
     fn hair_number(
         &mut self,
         entity: &Entity,
@@ -68,7 +70,7 @@ impl World {
     }
 }
 
-/// A surface with fibres on a closed tube, which has no back there; `None` if there are no fibres.
+/// Returns a surface with hair for a closed tube, which has no back; `None` if it contains no hair.
 pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
     match surface {
         Surface::Hair(hair) => Some(Hair { two_sided: false, ..hair.clone() }.into()),

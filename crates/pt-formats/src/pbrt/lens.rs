@@ -1,50 +1,53 @@
-//! `realistic` cameras: lenses of many surfaces, taken as the thin lens that does the same near the
-//! axis.
+//! `realistic` cameras: lens systems, approximated by the thin lens that is equivalent for paraxial
+//! rays.
 //!
-//! Rays near the axis are (y, u), a height and a slope, on which what a lens does is linear: a
-//! surface of radius R from index n to n′ makes n′u′ = nu − y(n′ − n)/R of a slope, and a distance
-//! s makes y + su of a height. [Hecht, Optics, 5th ed., §6.2] Lengths are in millimetres, and along
-//! the axis from the scene to the film.
+//! Paraxial rays are pairs (y, u) of a height and a slope, on which a lens acts linearly.
+//! Refraction at a surface of radius R from index n to n′ yields the slope u′ with n′u′ = nu − y(n′
+//! − n)/R, and propagation over a distance s the height y + su. [Hecht, Optics, 5th ed., §6.2]
+//! Lengths are in millimetres, and are measured along the axis from the scene to the film.
 
 use std::path::Path;
 
-use super::super::context::Folder;
-use super::super::text;
-use super::entity::{Entity, number};
-use crate::{LoadError, Projection};
+use pt_scene::Projection;
 
-/// The most surfaces of a lens.
+use super::entity::{Entity, number};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::text;
+
+/// Maximum number of surfaces of a lens.
 const MAX: usize = 1000;
-/// The least of what can be computed with; the greatest is its inverse.
+/// Smallest valid value of a property of a lens; the largest one is its inverse.
 const MIN: f64 = 1e-12;
-/// Lengths of lens files in those of a scene.
+/// Scene units (metres) per unit of lens files (millimetres).
 const METRES: f64 = 1e-3;
 
-/// A surface of a lens, and what is behind it.
+/// A surface of a lens, and the space behind it.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
-    /// Its radius, above 0 where the scene sees it bulge; 0 is the stop, or flat.
+    /// Radius of curvature, positive if the surface is convex towards the scene; 0 for the stop or
+    /// a plane.
     radius: f64,
-    /// The distance to the next one.
+    /// Distance to the next surface.
     thickness: f64,
     index: f64,
     aperture: f64,
 }
 
-/// A lens as seen from afar. Lengths are in metres.
+/// The equivalent thin lens. Lengths are in metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lens {
-    /// How far in front of the film what stands for it is: its entrance pupil.
+    /// Distance from the film to the thin lens, which is at the entrance pupil.
     pub(super) distance: f64,
-    /// Radius of the pupil.
+    /// Radius of the entrance pupil.
     pub(super) radius: f64,
-    /// How far in front of the pupil all is sharp.
+    /// Distance from the pupil to the plane in focus.
     pub(super) focal_distance: f64,
-    /// Tangents of half of what the film sees, along its sides.
+    /// Tangents of half the field of view, along the sides of the film.
     pub(super) extent: [f64; 2],
-    /// What arrives in the middle of the film, over the radiance that is there.
+    /// Irradiance at the centre of the film, per unit radiance.
     pub(super) light: f64,
-    /// The focal length in millimetres, and its number.
+    /// Focal length in millimetres; `number` is the f-number.
     pub(super) focal_length: f64,
     pub(super) number: f64,
 }
@@ -57,7 +60,7 @@ impl Lens {
     }
 }
 
-/// What happens to rays: (y, u) becomes (ay + bu, cy + du).
+/// Ray transfer matrix: (y, u) becomes (ay + bu, cy + du).
 #[derive(Clone, Copy, Debug)]
 struct Optics {
     a: f64,
@@ -69,12 +72,12 @@ struct Optics {
 impl Optics {
     const NONE: Self = Self { a: 1.0, b: 0.0, c: 0.0, d: 1.0 };
 
-    /// And then over a distance.
+    /// Appends propagation over a distance.
     fn over(self, distance: f64) -> Self {
         Self { a: self.a + distance * self.c, b: self.b + distance * self.d, ..self }
     }
 
-    /// And then through a surface.
+    /// Appends refraction at a surface.
     fn through(self, radius: f64, [before, behind]: [f64; 2]) -> Self {
         let power = if radius == 0.0 { 0.0 } else { (behind - before) / radius };
         let bent = |height: f64, slope: f64| (before * slope - height * power) / behind;
@@ -82,7 +85,7 @@ impl Optics {
     }
 }
 
-/// The lens of a camera before a film of this size, in millimetres.
+/// Reads the lens of a camera for a film of a size in millimetres.
 pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<Lens, LoadError> {
     let refuse = |message: String| entity.refuse("lensfile", message);
     let name = entity
@@ -96,7 +99,7 @@ pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<L
     thin(&surfaces, film, focus).map_err(|message| entity.refuse("focusdistance", message))
 }
 
-/// Reads a lens file, of which the stop has a diameter of its own.
+/// Reads a lens file. The diameter of the stop is at most `stop`.
 fn surfaces(text: &str, stop: f64) -> Result<Vec<Surface>, String> {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
     let numbers = lines.flat_map(str::split_whitespace).take(4 * MAX + 1).map(number);
@@ -124,11 +127,11 @@ fn surfaces(text: &str, stop: f64) -> Result<Vec<Surface>, String> {
         .collect()
 }
 
-/// The thin lens, focused at a distance in front of the film.
+/// Computes the thin lens, focused at a distance from the film.
 fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String> {
     let mut optics = Optics::NONE;
     let (mut length, mut before) = (0.0, 1.0);
-    // What limits rays that are parallel to the axis: its height there, and the optics up to it.
+    // Aperture stop of rays parallel to the axis: their height, and the optics up to it.
     let mut pupil: Option<(f64, Optics)> = None;
     for (i, surface) in surfaces.iter().enumerate() {
         let radius = 0.5 * surface.aperture / optics.a.abs();
@@ -149,7 +152,8 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
     let Some((radius, to_pupil)) = usable else {
         return Err("the lens makes no image; expected one with a focal length above 0".to_owned());
     };
-    // From the front to one principal plane, from the other to the film, and between the two.
+    // Positions of the principal planes: of the first one from the front surface, of the second one
+    // from the last surface; and the distance between the two.
     let front = (optics.d - 1.0) / optics.c;
     let back = (1.0 - optics.a) / optics.c;
     let between = length + back - front;
@@ -168,8 +172,8 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
     let distance = to_film + length - front_to_pupil;
     let focal_distance = focus - distance;
     let whole = optics.over(to_film);
-    // A ray of slope 1 through the middle of the pupil, and one from the point that is sharp
-    // through its edge.
+    // A ray of slope 1 through the centre of the pupil, and one from the point in focus through its
+    // edge.
     let height = whole.b - whole.a * front_to_pupil;
     let slope = radius / focal_distance;
     let arriving = optics.c * (radius - front_to_pupil * slope) + optics.d * slope;
@@ -198,7 +202,7 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
 mod tests {
     use super::*;
 
-    /// Lenses of glass around a stop, and a flat plate behind them.
+    /// Glass lenses around a stop, and a flat plate behind them.
     const TEXT: &str = "# radius thickness index diameter\n\
         40 6 1.62 24 -90 3 0 24\n 0 4 0 12\n-60 2 1.7 20\n 50 5 0 20 80 7 1.62 22 -35 2 1 22\n\
         0 1.5 1.5 40 0 0 1 40";
@@ -208,8 +212,8 @@ mod tests {
         surfaces.iter().rev().skip(1).map(|s| s.thickness).sum()
     }
 
-    /// Follows a ray with this height and slope at the first surface through all of them by Snell's
-    /// law, to those at the last one.
+    /// Traces a ray with this height and slope at the first surface through all surfaces by Snell's
+    /// law, and returns its height and slope at the last one.
     fn followed(surfaces: &[Surface], height: f64, slope: f64) -> [f64; 2] {
         let (mut z, mut y, mut angle) = (0.0, height, slope.atan());
         let (mut before, mut vertex) = (1.0, 0.0);
@@ -222,7 +226,8 @@ mod tests {
                 z = vertex;
                 angle = snell(angle.sin());
             } else {
-                // |o + td| = |R| with o as seen from the centre, where it is near the vertex.
+                // The solution of |o + td| = |R| near the vertex, with o relative to the centre of
+                // curvature.
                 let (dz, dy) = (angle.cos(), angle.sin());
                 let (oz, oy) = (z - vertex - surface.radius, y);
                 let b = oz * dz + oy * dy;
@@ -238,16 +243,16 @@ mod tests {
         [y + (vertex - z) * angle.tan(), angle.tan()]
     }
 
-    /// How far what is sharp is in front of the first surface, and the film behind the last one, by
-    /// rays near the axis.
+    /// Distances from the first surface to the plane in focus, and from the last surface to the
+    /// film, by paraxial rays.
     fn sharp(surfaces: &[Surface], focus: f64) -> [f64; 2] {
         const NEAR: f64 = 1e-4;
         let to_film = |to_front: f64| {
             let [y, u] = followed(surfaces, NEAR, NEAR / to_front);
             -y / u
         };
-        // From twice the focal length on, the film comes nearer more slowly than what is sharp goes
-        // away.
+        // Beyond twice the focal length, the film approaches more slowly than the plane in focus
+        // recedes.
         let (mut low, mut high) = (150.0, focus);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -257,8 +262,8 @@ mod tests {
         [low, to_film(low)]
     }
 
-    /// From a point of the plane that is sharp through different points of the pupil: rays arrive
-    /// in one point of the film, which is that where the thin lens has them from.
+    /// Rays from a point of the plane in focus through different points of the pupil meet in one
+    /// point of the film: the image point of the thin lens.
     #[test]
     fn near_the_axis_the_thin_lens_does_what_all_surfaces_do() {
         let surfaces = surfaces(TEXT, 100.0).expect("it makes sense");
@@ -283,7 +288,7 @@ mod tests {
         }
     }
 
-    /// Lenses of numbers of all sizes are refused, or give a camera that makes sense.
+    /// Lenses with numbers of any size are rejected, or yield a valid camera.
     #[test]
     fn no_lens_makes_no_sense() {
         let mut random = pt_testing::Random::new(2);
@@ -312,7 +317,7 @@ mod tests {
         assert!(good > 1000, "{good}");
     }
 
-    /// Of a thin lens of 100 mm and f/5 whose stop is just behind it.
+    /// A thin lens of 100 mm and f/5 whose stop is just behind it.
     #[test]
     fn numbers_are_those_of_text_books() {
         let text = "100 1e-9 1.5 50  -100 1e-9 1 50  0 0 0 50";

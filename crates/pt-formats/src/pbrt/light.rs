@@ -3,27 +3,28 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use pt_image::{PixelEncoding, Transfer};
 use pt_math::{DAffine3, DMat3, DVec2, DVec3};
+use pt_scene::image::Image;
+use pt_scene::light::Portal;
+use pt_scene::sky_layout::{latitude_longitude, square_of};
+use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use pt_scene::{IesProfile, Light, LightKind, Rows};
 
-use super::super::placeholder;
-use super::super::transform::perpendicular;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
-
-use super::scene::World;
 use super::state::State;
-use crate::image::{Image, PixelEncoding, Transfer};
-use crate::light::Portal;
-use crate::sky_layout::{latitude_longitude, square_of};
-use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
-use crate::{IesProfile, Light, LightKind, LoadError, Rows};
+use super::world::World;
+use crate::LoadError;
+use crate::shared::placeholder;
+use crate::shared::transform::perpendicular;
 
 const KINDS: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projection", "spot"];
-/// Matrices are written with a few digits.
+/// Tolerance of matrices, which are written with few digits.
 const TOLERANCE: f64 = 1e-4;
 
 impl World {
-    /// Adds a light.
+    /// Adds a light to the scene.
     pub(super) fn add_light(&mut self, entity: &Entity, state: &State) -> Result<(), LoadError> {
         let [node, end] = state.ctm;
         if node != end {
@@ -49,7 +50,7 @@ impl World {
         Ok(())
     }
 
-    /// A colour of light times its scale; white of the colour space by default.
+    /// Reads the colour of a light times its scale; white of the colour space by default.
     fn emitted(
         &self,
         entity: &Entity,
@@ -74,8 +75,8 @@ impl World {
         Ok((place, LightKind::Point { intensity }))
     }
 
-    /// Between two angles to its axis, the intensity falls by 3t² − 2t³ of the cosine: a table of
-    /// it.
+    /// Reads a spot light. Between two angles to its axis, the intensity falls off as 3t² − 2t³ of
+    /// the cosine, which is tabulated.
     fn spot(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
         const STEPS: u16 = 256;
         let from = entity.point("from")?.unwrap_or_default();
@@ -117,7 +118,7 @@ impl World {
         Ok((place, LightKind::Ies { profile, scale: intensity }))
     }
 
-    /// Intensities by direction, of a square map.
+    /// Reads a light whose intensities are given by a square map of directions.
     fn goniometric(
         &self,
         entity: &Entity,
@@ -129,8 +130,8 @@ impl World {
         let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
             / image.pixels.len() as f64;
         let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
-        // The table hangs along −z of its own, which is +z of the light: half a turn about x. The
-        // light exchanges y and z of the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
+        // The nadir of the table is −z, which is +z of the light: half a turn about x. The light
+        // exchanges y and z of the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
         let vertical: Vec<f32> = (0..=180 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let horizontal: Vec<f32> = (0..=360 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let mut candela = Vec::with_capacity(vertical.len() * horizontal.len());
@@ -151,16 +152,15 @@ impl World {
         ))
     }
 
-    /// A picture that is thrown along z; y is up in it, and its shorter side is as wide as the
-    /// angle.
+    /// Reads an image projected along z. y is up in it, and its shorter side spans the angle.
     fn projection(
         &self,
         entity: &Entity,
         node: DAffine3,
     ) -> Result<(DAffine3, LightKind), LoadError> {
-        /// By how much the cone reaches beyond the corners.
+        /// Factor by which the cone extends beyond the corners.
         const MARGIN: f64 = 1.0 + 1e-6;
-        /// Of a slide in degrees; beyond, single precision has no tangents.
+        /// Maximum angle of a slide in degrees; beyond, tangents exceed single precision.
         const WIDEST: f64 = 179.0;
         let fov = entity.float("fov", 90.0)?;
         if !(fov > 0.0 && fov <= WIDEST) {
@@ -174,7 +174,7 @@ impl World {
         let tangent = libm::tan(0.5 * fov.to_radians());
         let half = DVec2::new(aspect, 1.0) * (tangent / aspect.min(1.0));
         let intensity = entity.not_negative("scale", 1.0)? * power(entity, flux(&image, half))?;
-        // From the slide that is as wide as the cone to the picture in the middle of it.
+        // From the square slide of the cone to the image in its centre.
         let cone = half.length() * MARGIN;
         let scale = DVec2::splat(cone) / half;
         let to_pattern = DMat3::from_cols(
@@ -235,13 +235,14 @@ impl World {
             ));
         }
         let scale = entity.not_negative("scale", 1.0)? as f32;
-        // The map has +y up there; the axes y and z change places.
+        // The map has +y up in pbrt-v4; the axes y and z are exchanged.
         let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
         let to_world = DAffine3::from_mat3(turned(entity, node.matrix3)? * swap);
         Ok((to_world, LightKind::Environment { image, scale, rows: Rows::PixelCenters, portal }))
     }
 
-    /// The map of a sky in latitude and longitude, if it has one; that of a file is made once.
+    /// Returns the environment map of a light in latitude and longitude, if it has one; it is
+    /// created once per file.
     fn sky_map(&mut self, entity: &Entity) -> Result<Option<Arc<Image>>, LoadError> {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
@@ -253,7 +254,7 @@ impl World {
         Ok(map)
     }
 
-    /// The square map of a light, if it has one.
+    /// Reads the square map of a light, if it has one.
     fn square_map(&self, entity: &Entity) -> Result<Option<Image>, LoadError> {
         let image = self.picture(entity)?;
         if let Some(Image { width, height, .. }) = image.as_ref().filter(|i| i.width != i.height) {
@@ -265,7 +266,7 @@ impl World {
         Ok(image)
     }
 
-    /// The picture of a light, if it has one.
+    /// Reads the image of a light, if it has one.
     fn picture(&self, entity: &Entity) -> Result<Option<Image>, LoadError> {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
@@ -285,9 +286,9 @@ impl World {
     }
 }
 
-/// The rectangle through which the light of a sky arrives, whose corners stand in the world,
-/// whatever the transform. There, light comes from the side to which the product of the edges to
-/// the last and to the second corner looks.
+/// Reads the portal of an infinite light: a rectangle whose corners are in world space, regardless
+/// of the transform. In pbrt-v4, light arrives from the side to which the cross product of the
+/// edges to the last and to the second corner points.
 fn portal(entity: &Entity) -> Result<Option<Portal>, LoadError> {
     let Some(corners) = entity.points("portal")? else { return Ok(None) };
     let Ok(corners) = <[_; 4]>::try_from(corners) else {
@@ -302,8 +303,8 @@ fn no_file(entity: &Entity) -> LoadError {
     entity.at.error("the parameter \"string filename\" is missing")
 }
 
-/// What a light of intensity 1 sends through a slide at distance 1, which has half of these sides:
-/// ∫ I cos³ θ dA, by the middles of texels.
+/// Returns the power of a light of intensity 1 through a slide at distance 1 with half side lengths
+/// `half`: ∫ I cos³ θ dA, by the centres of texels.
 fn flux(image: &Image, half: DVec2) -> f64 {
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let texel = |(i, pixel): (usize, &[f32; 3])| {
@@ -316,14 +317,13 @@ fn flux(image: &Image, half: DVec2) -> f64 {
     sum * 4.0 * half.element_product() / size.element_product()
 }
 
-/// By what a light is multiplied to have the power that is asked for, if the one that it has is `k`
-/// for a colour of 1.
+/// Returns the factor that gives a light the requested power. `k` is its power for a colour of 1.
 fn power(entity: &Entity, k: f64) -> Result<f64, LoadError> {
     let power = entity.float("power", -1.0)?;
     Ok(if power > 0.0 { power / k } else { 1.0 })
 }
 
-/// A transform without its scale, which has to be the same in all directions.
+/// Removes the scale of a transform, which must be uniform.
 fn turned(entity: &Entity, node: DMat3) -> Result<DMat3, LoadError> {
     let scale = node.x_axis.length();
     let turn = node * scale.recip();
@@ -336,7 +336,7 @@ fn turned(entity: &Entity, node: DMat3) -> Result<DMat3, LoadError> {
     Ok(turn)
 }
 
-/// Axes of which −z is a unit vector.
+/// Returns a rotation whose −z axis is a unit vector.
 fn hanging_along(direction: DVec3) -> DMat3 {
     let z = -direction;
     let x = perpendicular(z);

@@ -1,13 +1,13 @@
-//! How textures lie on surfaces, and those that are noise in space.
+//! Texture mappings, and textures of noise in space.
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::texture::{Marble, Noise, Pattern, Texture, TextureMapping};
 
-use super::super::xml::quote;
 use super::entity::Entity;
 use crate::LoadError;
-use crate::texture::{Marble, Noise, Pattern, Texture, TextureMapping};
+use crate::shared::names::quote;
 
-/// What gives a surface the coordinates of a texture, and a transform of these.
+/// Reads the mapping of a texture, and the transform of its coordinates.
 pub(super) fn read(
     entity: &Entity,
     to_world: DAffine3,
@@ -47,7 +47,7 @@ pub(super) fn read(
     }
 }
 
-/// From the world to the coordinates that hold where a texture stands.
+/// Returns the transform from the world to the coordinates in which a texture is defined.
 pub(super) fn to_texture(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, LoadError> {
     let inverse = to_world.inverse();
     if inverse.is_finite() && to_world.matrix3.determinant() != 0.0 {
@@ -57,7 +57,7 @@ pub(super) fn to_texture(entity: &Entity, to_world: DAffine3) -> Result<DAffine3
     Err(entity.at.error(message))
 }
 
-/// A texture that is noise in space.
+/// Reads a texture of noise in space.
 pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, LoadError> {
     let mut to_texture = to_texture(entity, to_world)?;
     let pattern = match entity.kind.as_str() {

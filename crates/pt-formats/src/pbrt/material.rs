@@ -1,23 +1,26 @@
-//! `Material` and `MakeNamedMaterial`: how surfaces scatter.
+//! `Material` and `MakeNamedMaterial`: surface scattering.
 
 use std::rc::Rc;
 
-use super::super::context::{Folder, Unusable};
-use super::super::placeholder;
-use super::super::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
-use super::super::xml::{did_you_mean, quote};
-use super::color::{Role, index};
-use super::entity::Entity;
-use super::scene::{MaterialName, World, key_of};
-use super::texture::{product, square_root};
-use crate::material::{
+use pt_scene::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, DiffuseTransmission, Distribution,
     Glass, Masking, Measured, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness,
     SurfaceDetail, ThinGlass,
 };
-use crate::metals::Metal;
-use crate::texture::{Color, NormalOrBump, Scalar};
-use crate::{LoadError, Surface, Warning};
+use pt_scene::metals::Metal;
+use pt_scene::texture::{Color, NormalOrBump, Scalar};
+use pt_scene::{Surface, Warning};
+
+use super::color::{Role, index};
+use super::entity::Entity;
+use super::texture::{product, square_root};
+use super::types::{MaterialName, key_of};
+use super::world::World;
+use crate::LoadError;
+use crate::shared::context::{Folder, Unusable};
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::placeholder;
+use crate::shared::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
 
 const KINDS: [&str; 12] = [
     "coatedconductor",
@@ -33,15 +36,15 @@ const KINDS: [&str; 12] = [
     "subsurface",
     "thindielectric",
 ];
-/// Deepest nesting of mixtures.
+/// Maximum nesting depth of mixtures.
 const MAX_MIXES: usize = 8;
-/// Below, pbrt-v4 takes a surface as smooth.
+/// Roughness below which pbrt-v4 treats a surface as smooth.
 const MIN_ALPHA: f32 = 1e-3;
-/// The least that it takes along one axis if there is more along the other.
+/// Minimum roughness of pbrt-v4 along one axis if the surface is rougher along the other.
 const MIN_ALPHA_OF_ONE: f32 = 1e-4;
 
 impl World {
-    /// How a material scatters; `None` is the border of a medium and nothing else.
+    /// Returns the surface of a material; `None` for an invisible interface between media.
     pub(super) fn surface(&mut self, name: &MaterialName) -> Result<Option<Surface>, LoadError> {
         let entity = self.material_of(name)?;
         if matches!(entity.kind.as_str(), "interface" | "") {
@@ -125,7 +128,8 @@ impl World {
         self.scene.warnings.push(Warning { at: entity.at.span(""), message });
     }
 
-    /// Microfacets by the names of one roughness and those along u and v; `None` is smooth.
+    /// Reads the roughness; `names` are those of the isotropic one and of those along u and v.
+    /// `None` means smooth.
     pub(super) fn roughness(
         &mut self,
         entity: &Entity,
@@ -142,7 +146,7 @@ impl World {
         if alpha.iter().all(is_smooth) {
             return Ok(None);
         }
-        // Along one axis it may be smooth.
+        // One of the axes may be smooth.
         let alpha = alpha.map(|x| match x {
             Scalar::Value(x) => Scalar::Value(x.max(MIN_ALPHA_OF_ONE)),
             texture @ Scalar::Texture(_) => texture,
@@ -155,7 +159,7 @@ impl World {
         }))
     }
 
-    /// A metal by η and k, or by what it reflects of light that arrives at a right angle.
+    /// Reads a metal by η and k, or by its reflectance at normal incidence.
     fn metal(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
         let names = ["eta", "k", "reflectance"];
         if entity.texture_name("reflectance")?.is_none() {
@@ -186,8 +190,8 @@ impl World {
         .into())
     }
 
-    /// A metal that is the same everywhere. Without η and k, these are η = 1 and k = 2√(r / (1 −
-    /// r)). [Pharr, Jakob & Humphreys 2023, §10.5.3]
+    /// Reads a metal with constant parameters. If a reflectance r is given instead of η and k,
+    /// these are η = 1 and k = 2√(r / (1 − r)). [Pharr, Jakob & Humphreys 2023, §10.5.3]
     fn conductor(
         &mut self,
         entity: &Entity,
@@ -222,8 +226,8 @@ impl World {
         Ok(Conductor { eta, k, reflectance: [1.0; 3].into(), roughness, two_sided: true })
     }
 
-    /// A diffuse base under a coat. What pbrt-v4 finds by random walks between the two, is found
-    /// here by formulas of the light that goes to and fro; absorption in the coat is left out.
+    /// Reads a diffuse base under a coat. The interreflection between the two, which pbrt-v4
+    /// computes by random walks, is in closed form here; absorption in the coat is omitted.
     fn coated_diffuse(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
         self.leave_haze_out(entity)?;
@@ -240,7 +244,7 @@ impl World {
             .into())
     }
 
-    /// A sheet that scatters to both sides.
+    /// Reads a sheet that scatters to both sides.
     fn diffuse_transmission(&mut self, entity: &Entity) -> Result<DiffuseTransmission, LoadError> {
         let scale = entity.not_negative("scale", 1.0)? as f32;
         let share = |name| {
@@ -258,8 +262,8 @@ impl World {
         Ok(DiffuseTransmission { reflectance, transmittance })
     }
 
-    /// A metal under a coat. What pbrt-v4 finds by random walks between the two, is found here by
-    /// formulas.
+    /// Reads a metal under a coat. The interreflection between the two, which pbrt-v4 computes by
+    /// random walks, is in closed form here.
     fn coated_conductor(&mut self, entity: &Entity) -> Result<CoatedConductor, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples"]);
         self.leave_haze_out(entity)?;
@@ -287,7 +291,7 @@ impl World {
         Ok(CoatedConductor { eta, k, alpha, ior, coat_alpha, thickness, two_sided })
     }
 
-    /// What was measured, on both sides; something loud in place of a file that is missing.
+    /// Reads a measured material, on both sides. A missing file is replaced by a placeholder.
     fn measured(&self, entity: &Entity) -> Result<Surface, LoadError> {
         let Some(name) = entity.text("filename")? else {
             return Err(entity.at.error("the parameter \"string filename\" is missing"));
@@ -303,7 +307,7 @@ impl World {
         }
     }
 
-    /// The mean of roughnesses along u and v, where a layer has only one.
+    /// Returns the mean roughness of a layer that supports only a constant, isotropic one.
     fn one_alpha(&mut self, entity: &Entity, layer: &str, [u, v]: [&Scalar; 2]) -> f32 {
         if u != v || u.texture().is_some() {
             let message = format!(
@@ -314,7 +318,7 @@ impl World {
         0.5 * (u.mean() + v.mean())
     }
 
-    /// Tells that coats do not scatter.
+    /// Reports that scattering in coats is omitted.
     fn leave_haze_out(&mut self, entity: &Entity) -> Result<(), LoadError> {
         entity.pass_over(&["g"]);
         let albedo = self.textures.share(entity, "albedo", 0.0)?;
@@ -325,7 +329,7 @@ impl World {
         Ok(())
     }
 
-    /// A mixture; `way` leads to it through others.
+    /// Reads a mixture. `way` contains the mixtures that enclose it.
     fn mix(
         &mut self,
         entity: &Entity,
@@ -357,7 +361,7 @@ impl World {
         Ok(Mix { first, second, amount: share }.into())
     }
 
-    /// A surface with the relief that its material gives it, if any.
+    /// Adds the displacement or normal map of a material to its surface, if it has one.
     fn embossed(&mut self, entity: &Entity, surface: Surface) -> Result<Surface, LoadError> {
         const HEIGHTS: [f32; 2] = [f32::MIN, f32::MAX];
         let mut relief = None;
@@ -384,18 +388,18 @@ impl World {
         })
     }
 
-    /// What is not seen at all.
+    /// An invisible surface.
     pub(super) fn nothing() -> Surface {
         Black.into()
     }
 }
 
-/// An error that a metal is described in two ways.
+/// Returns an error about a metal that is specified in two ways.
 fn both_given(entity: &Entity, [eta, k, reflectance]: [&'static str; 3]) -> LoadError {
     let message =
         format!("both \"{reflectance}\" and \"{eta}\" or \"{k}\" are given; give one of the two");
     entity.refuse(reflectance, message)
 }
 
-/// Names of one roughness, and of those along u and v.
+/// Names of the isotropic roughness, and of those along u and v.
 pub(super) const ROUGHNESS: [&str; 3] = ["roughness", "uroughness", "vroughness"];

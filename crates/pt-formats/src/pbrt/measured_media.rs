@@ -1,8 +1,8 @@
-//! Media that were measured, by the names that pbrt-v4 gives them.
+//! Measured media, by their names in pbrt-v4.
 
-use super::super::xml::{did_you_mean, quote};
+use crate::shared::names::{did_you_mean, quote};
 
-/// What a medium absorbs and scatters per millimetre, for red, green and blue. What it scatters is
+/// Coefficients of a medium per millimetre, for red, green and blue. The scattering coefficient is
 /// reduced: σs (1 − g).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measured {
@@ -12,10 +12,10 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// The medium of a name.
+    /// Returns the medium with a name.
     ///
     /// # Errors
-    /// If there is none; the message names the nearest one.
+    /// If there is none; the message suggests the closest name.
     pub(super) fn named(name: &str) -> Result<Self, String> {
         let known = SOLID_AND_LIQUID.iter().chain(DILUTED);
         known.clone().find(|medium| medium.name == name).copied().ok_or_else(|| {
@@ -32,8 +32,8 @@ const fn medium(name: &'static str, scattered: [f32; 3], absorbed: [f32; 3]) -> 
     Measured { name, scattered, absorbed }
 }
 
-/// [Jensen, Marschner, Levoy & Hanrahan 2001, "A Practical Model for Subsurface Light Transport",
-/// figure 5]
+/// Solids and liquids. [Jensen, Marschner, Levoy & Hanrahan 2001, "A Practical Model for Subsurface
+/// Light Transport", figure 5]
 const SOLID_AND_LIQUID: &[Measured] = &[
     medium("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
     medium("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
@@ -49,8 +49,8 @@ const SOLID_AND_LIQUID: &[Measured] = &[
     medium("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
 ];
 
-/// By dilution in water, undone. [Narasimhan, Gupta, Donner, Ramamoorthi, Nayar & Jensen
-/// 2006, "Acquiring Scattering Properties of Participating Media by Dilution"]
+/// Liquids measured in dilution, with the dilution undone. [Narasimhan, Gupta, Donner, Ramamoorthi,
+/// Nayar & Jensen 2006, "Acquiring Scattering Properties of Participating Media by Dilution"]
 const DILUTED: &[Measured] = &[
     medium("Lowfat Milk", [0.891_87, 1.5136, 2.532], [0.002_875, 0.005_75, 0.0115]),
     medium("Reduced Milk", [2.4858, 3.1669, 4.5214], [0.002_555_6, 0.005_111_1, 0.012_778]),

@@ -1,48 +1,30 @@
-//! `MakeNamedMedium` and `MediumInterface`: what fills the space between surfaces.
+//! `MakeNamedMedium` and `MediumInterface`: participating media.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
+use pt_scene::medium::{
+    Cloud, Grid, GridFilter, Heterogeneous, MediumProperties, Phase, PlacedGrid, Volume,
+};
+use pt_scene::{Medium, Sides, Warning};
 
-use super::super::context::Folder;
-use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
 use super::measured_media::Measured;
 use super::medium_emission::{
     DARK, SCALES, TEMPERATURES, blackbody_emission, color_emission, hot, temperatures,
 };
+use super::position::TokenPosition;
 use super::sparse::{DENSITY, HEAT, SparseGrids};
 use super::state::State;
-use super::token::TokenPosition;
-use crate::medium::{
-    Cloud, Grid, GridFilter, Heterogeneous, MediumProperties, Phase, PlacedGrid, Volume,
-};
-use crate::{LoadError, Medium, Sides, Warning};
+use crate::LoadError;
+use crate::pbrt::media::{Media, check_count, resolution};
+use crate::pbrt::types::Interface;
+use crate::shared::context::Folder;
+use crate::shared::names::{did_you_mean, quote};
 
 const KINDS: [&str; 5] = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
-/// Most cells of a grid along an axis.
-const MAX_CELLS: u32 = 1 << 16;
-
-/// The names of the media on both sides of a surface; empty names are empty space.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Interface {
-    pub(super) inside: String,
-    pub(super) outside: String,
-    /// Where it was written, if it was.
-    pub(super) at: Option<TokenPosition>,
-}
-
-/// The media of a scene.
-pub(super) struct Media {
-    pub(super) folder: Folder,
-    pub(super) made: Vec<Medium>,
-    numbers: HashMap<String, u32>,
-    /// Names of media that cannot be read.
-    lost: HashSet<String>,
-    sparse: SparseGrids,
-}
 
 impl Media {
     pub(super) fn new(folder: Folder) -> Self {
@@ -55,7 +37,7 @@ impl Media {
         }
     }
 
-    /// Makes the medium that a directive describes.
+    /// Defines the medium of a directive.
     pub(super) fn define(
         &mut self,
         name: &str,
@@ -94,7 +76,7 @@ impl Media {
         Ok(())
     }
 
-    /// Adds a medium that scatters with the mean cosine g, and tells its number.
+    /// Adds a medium with mean cosine g and returns its index.
     pub(super) fn add(
         &mut self,
         name: &str,
@@ -107,12 +89,12 @@ impl Media {
         self.made.len() as u32 - 1
     }
 
-    /// Remembers that a medium of a name cannot be read, which was told.
+    /// Records the name of a medium that cannot be read, which was reported.
     pub(super) fn lose(&mut self, name: String) {
         self.lost.insert(name);
     }
 
-    /// What is taken away per length, and the share of it that is scattered.
+    /// Reads the extinction coefficient and the single-scattering albedo.
     fn coefficients(
         &self,
         entity: &Entity,
@@ -132,7 +114,7 @@ impl Media {
         extinction_and_albedo(entity, absorbed, scattered, scale)
     }
 
-    /// Densities in the cells of a box.
+    /// Reads a grid of densities in a box.
     fn grid(&self, entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let resolution = resolution(entity)?;
@@ -166,7 +148,7 @@ impl Media {
         })))
     }
 
-    /// Noise, in a box of the coordinates that `to_world` places.
+    /// Reads a cloud of noise in a box, placed by `to_world`.
     fn cloud(&self, entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let number = |name, default| Ok(entity.not_negative(name, default)? as f32);
@@ -183,7 +165,7 @@ impl Media {
         })))
     }
 
-    /// Densities of a file, as they lie there.
+    /// Reads a sparse grid of densities of a file, in the coordinates of the file.
     fn sparse_grid(
         &mut self,
         entity: &Entity,
@@ -241,7 +223,7 @@ impl Media {
         })))
     }
 
-    /// The number of a medium; `None` is empty space.
+    /// Returns the index of a medium; `None` for vacuum.
     pub(super) fn number(
         &self,
         name: &str,
@@ -258,8 +240,8 @@ impl Media {
         })
     }
 
-    /// The media on both sides of a surface; `None` if they are the same. What the material has
-    /// `within` goes before the medium inside.
+    /// Returns the media on both sides of a surface; `None` if they are the same. The medium of a
+    /// subsurface material, `within`, takes precedence over the interior medium.
     pub(super) fn sides(
         &self,
         interface: &Interface,
@@ -275,35 +257,15 @@ impl Media {
     }
 }
 
-/// The cells of a grid along x, y and z.
-pub(super) fn resolution(entity: &Entity) -> Result<[u32; 3], LoadError> {
-    let count = |name| entity.count(name, 1, [1, MAX_CELLS]);
-    Ok([count("nx")?, count("ny")?, count("nz")?])
-}
-
-/// Refuses lists that have not one entry for each cell.
-pub(super) fn check_count(
-    entity: &Entity,
-    name: &str,
-    what: &str,
-    [x, y, z]: [u32; 3],
-    found: usize,
-) -> Result<(), LoadError> {
-    let cells: u64 = [x, y, z].into_iter().map(u64::from).product();
-    if cells == found as u64 {
-        return Ok(());
-    }
-    Err(entity.refuse(name, format!("expected {x} · {y} · {z} {what}, but there are {found}")))
-}
-
-/// The corners of a box, the least and the greatest.
+/// Reads the minimum and maximum corners of a box.
 fn corners(entity: &Entity) -> Result<[DVec3; 2], LoadError> {
     let [a, b] =
         [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
     Ok([a.min(b), a.max(b)])
 }
 
-/// From the unit cube to the box of a grid, whose coordinates `to_world` places.
+/// Returns the transform from the unit cube to the box of a grid, which must be invertible with
+/// `to_world`.
 fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, LoadError> {
     let [low, high] = corners(entity)?;
     let to_box = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
@@ -314,7 +276,8 @@ fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, Loa
     Err(entity.refuse("p1", "the box of the grid is flat; expected one with a volume"))
 }
 
-/// What each cell of a box absorbs and scatters; one of the two may be 1 everywhere.
+/// Reads a grid of absorption and scattering coefficients; one of the two may be missing, and is 1
+/// then.
 fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, LoadError> {
     let scale = entity.not_negative("scale", 1.0)?;
     let resolution = resolution(entity)?;
@@ -357,7 +320,7 @@ fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, L
     })))
 }
 
-/// What is taken away per length, and the share of it that is scattered.
+/// Returns the extinction coefficient and the single-scattering albedo.
 pub(super) fn extinction_and_albedo(
     entity: &Entity,
     absorbed: [f32; 3],
@@ -375,7 +338,7 @@ pub(super) fn extinction_and_albedo(
     Ok([extinction, std::array::from_fn(share)])
 }
 
-/// The mean cosine g of the angle by which a medium turns light.
+/// Reads the mean cosine g of the phase function.
 pub(super) fn mean_cosine(entity: &Entity) -> Result<f32, LoadError> {
     let g = entity.float("g", 0.0)? as f32;
     if -1.0 < g && g < 1.0 {
@@ -384,6 +347,6 @@ pub(super) fn mean_cosine(entity: &Entity) -> Result<f32, LoadError> {
     Err(entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1")))
 }
 
-/// What a homogeneous medium absorbs and scatters by default, per unit of length.
+/// Default absorption and scattering coefficients of a homogeneous medium, per unit of length.
 pub(super) const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
 pub(super) const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];

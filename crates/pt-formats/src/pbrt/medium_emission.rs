@@ -1,29 +1,29 @@
-//! Media that emit light.
+//! Emission of media.
 
 use std::sync::Arc;
 
 use pt_math::DAffine3;
+use pt_scene::medium::{BlackBody, Grid, GridFilter, MediumEmission, MediumProperties, PlacedGrid};
 
 use super::color::{Role, color};
 use super::entity::Entity;
-use super::medium::{Media, check_count, resolution};
+use super::media::{Media, check_count, resolution};
 use crate::LoadError;
-use crate::medium::{BlackBody, Grid, GridFilter, MediumEmission, MediumProperties, PlacedGrid};
 
-/// The sum of ȳ over the wavelengths in nanometres. The light of heat, which has radiance 1 at its
-/// strongest wavelength there, and that of grids of colours, whose white has this luminance, are
-/// not divided by it as other light is. [CIE 1931, at each nanometre]
+/// Sum of ȳ over the wavelengths in nanometres. Unlike other light, thermal emission, whose
+/// radiance is 1 at its strongest wavelength, and grids of colours, whose white has this luminance,
+/// are not divided by it in pbrt-v4. [CIE 1931, at each nanometre]
 const EQUAL_ENERGY: f64 = 106.856_895;
 
 impl Media {
-    /// What a homogeneous medium emits.
+    /// Reads the emission of a homogeneous medium.
     pub(super) fn constant_emission(&self, entity: &Entity) -> Result<[f32; 3], LoadError> {
         let light = color(entity, "Le", Role::Light, &self.folder)?.unwrap_or_default();
         let scale = scale(entity)? as f32;
         Ok(light.map(|c| c * scale))
     }
 
-    /// What a grid of densities emits, which lies in the same place.
+    /// Reads the emission of a grid of densities, which has the same transform.
     pub(super) fn grid_emission(
         &self,
         entity: &Entity,
@@ -76,7 +76,7 @@ impl Media {
     }
 }
 
-/// What the cells of a grid of colours emit.
+/// Reads the emission of a grid of colours.
 pub(super) fn color_emission(
     entity: &Entity,
     resolution: [u32; 3],
@@ -99,7 +99,7 @@ pub(super) fn color_emission(
     Ok(MediumEmission::Grid(PlacedGrid { grid, to_world, filter: GridFilter::Trilinear }))
 }
 
-/// What a grid of temperatures in kelvins emits.
+/// Creates the emission of a grid of temperatures in kelvins.
 pub(super) fn blackbody_emission(
     entity: &Entity,
     grid: Arc<Grid>,
@@ -110,29 +110,29 @@ pub(super) fn blackbody_emission(
     Ok(MediumEmission::BlackBody(BlackBody { temperature, scale }))
 }
 
-/// No light.
+/// No emission.
 pub(super) const DARK: MediumEmission = MediumEmission::Constant([0.0; 3]);
 
-/// Names of what there is to tell of temperatures.
+/// Parameters of the conversion of temperatures.
 pub(super) const TEMPERATURES: [&str; 3] =
     ["temperatureoffset", "temperaturecutoff", "temperaturescale"];
 
-/// Both are in files.
+/// Names of the scale of the emission; both spellings occur in files.
 pub(super) const SCALES: [&str; 2] = ["Lescale", "LeScale"];
 
-/// What is taken from temperatures, and what they are multiplied by then.
+/// Reads the offset that is subtracted from temperatures, and the scale of the difference.
 pub(super) fn temperatures(entity: &Entity) -> Result<[f64; 2], LoadError> {
     let [offset, cutoff, scale] = TEMPERATURES;
     let offset = entity.float(offset, entity.float(cutoff, 0.0)?)?;
     Ok([offset, entity.float(scale, 1.0)?])
 }
 
-/// Kelvins of at least 0.
+/// Converts a temperature to kelvins, at least 0.
 pub(super) fn hot(temperature: f64, offset: f64, scale: f64) -> f32 {
     ((temperature - offset) * scale).max(0.0) as f32
 }
 
-/// Scale factor of radiance.
+/// Reads the scale of the emission.
 fn scale(entity: &Entity) -> Result<f64, LoadError> {
     let [first, second] = SCALES;
     let scale = entity.float(first, entity.float(second, 1.0)?)?;
@@ -151,7 +151,7 @@ fn list_of_scales(entity: &Entity) -> Result<Option<(&'static str, &[f64])>, Loa
     Ok(None)
 }
 
-/// Makes the light of a medium so many times as bright.
+/// Multiplies the emission of a medium by `exposure`.
 pub(super) fn expose(matter: &mut MediumProperties, exposure: f32) {
     let bright = |light: &mut [f32; 3]| *light = light.map(|c| c * exposure);
     match matter {

@@ -1,14 +1,15 @@
-//! Spectra that pbrt-v4 knows by name.
+//! Named spectra of pbrt-v4.
 
-use super::super::xml::{did_you_mean, quote};
-use crate::metals::Metal;
+use pt_scene::metals::Metal;
 
-/// What a name stands for.
+use crate::shared::names::{did_you_mean, quote};
+
+/// A named spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Named {
-    /// Light, by its chromaticity.
+    /// Illuminant, by its chromaticity.
     Illuminant([f64; 2]),
-    /// A part of an index of refraction, for red, green and blue.
+    /// Real or imaginary part of an index of refraction, for red, green and blue.
     Optical([f32; 3]),
 }
 
@@ -33,8 +34,8 @@ const ILLUMINANTS: [(&str, [f64; 2]); 16] = [
     ("illum-acesD60", [0.321_68, 0.337_67]),
 ];
 
-/// Indices of refraction of optical glasses at 587.6 nm; `F` stands for the dense flints SF there.
-/// [catalogue of Schott AG]
+/// Indices of refraction of optical glasses at 587.6 nm; in pbrt-v4, `F` denotes the dense flints
+/// SF. [catalogue of Schott AG]
 const GLASSES: [(&str, f64); 7] = [
     ("glass-BK7", 1.516_80),
     ("glass-BAF10", 1.670_03),
@@ -45,13 +46,13 @@ const GLASSES: [(&str, f64); 7] = [
     ("glass-F11", 1.784_72),
 ];
 
-/// Metals by the symbols of pbrt-v4, of those in [`crate::metals::METALS`].
+/// Symbols of metals of pbrt-v4, which are in [`pt_scene::metals::METALS`].
 const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
 
-/// The spectrum of a name; `None` if it is the name of a file.
+/// Returns the spectrum of a name; `None` if it is a file name.
 ///
 /// # Errors
-/// If it begins as the names of a kind do, and is none of them.
+/// If the prefix is that of a kind of spectrum, but there is none with this name.
 pub(super) fn named(name: &str) -> Result<Option<Named>, String> {
     if let Some(metal) = name.strip_prefix("metal-") {
         return optical(metal).map(|color| Some(Named::Optical(color))).ok_or_else(|| {
@@ -80,12 +81,12 @@ pub(super) fn named(name: &str) -> Result<Option<Named>, String> {
     Ok(found.map(|(_, chromaticity)| Named::Illuminant(*chromaticity)))
 }
 
-/// The index of refraction of a glass by its name.
+/// Returns the index of refraction of a glass by name.
 pub(super) fn glass(name: &str) -> Option<f64> {
     GLASSES.iter().find(|(known, _)| *known == name).map(|(_, index)| *index)
 }
 
-/// `Cu-eta` and the like.
+/// Returns a part of the index of a metal, such as `Cu-eta`.
 fn optical(name: &str) -> Option<[f32; 3]> {
     let (symbol, part) = name.rsplit_once('-')?;
     let metal = METALS.contains(&symbol).then(|| Metal::named(symbol)).flatten()?;

@@ -1,30 +1,30 @@
-//! Spheres, disks, cylinders and bilinear patches as meshes: surfaces by two parameters from 0 to
-//! 1.
+//! Spheres, disks, cylinders and bilinear patches as meshes: parametric surfaces over [0, 1]².
 
 use std::f64::consts::TAU;
 
 use pt_math::DVec3;
+use pt_scene::Mesh;
 
-use crate::Mesh;
-use crate::shapes::grid::grid;
+use crate::shared::grid::grid;
 
-/// Pieces of a full turn. Of a radius r, sides are at most r (1 − cos(π / 256)) = 7.5 · 10⁻⁵ r off.
+/// Number of segments of a full turn. For radius r, the deviation is at most r (1 − cos(π / 256)) =
+/// 7.5 · 10⁻⁵ r.
 const TURN: u32 = 256;
 
-/// Pieces of a part of a turn, given in radians.
+/// Number of segments of a partial turn, given in radians.
 fn pieces(phi_max: f64) -> u32 {
     ((phi_max / TAU * f64::from(TURN)).ceil() as u32).clamp(1, TURN)
 }
 
-/// A direction in the xy plane. Full turns end where they began, to the last bit.
+/// Returns a direction in the xy plane. Full turns end exactly at their beginning.
 fn around(u: f64, phi_max: f64) -> DVec3 {
     let phi = if u == 1.0 && phi_max == TAU { 0.0 } else { u * phi_max };
     let (sin, cos) = libm::sincos(phi);
     DVec3::new(cos, sin, 0.0)
 }
 
-/// The part of a sphere between two heights and from +x around to an angle; v grows from the lower
-/// to the upper height, in proportion to the angle to the axis.
+/// Creates a part of a sphere between two heights and from +x around to an angle. v increases from
+/// the lower to the upper height, linearly in the polar angle.
 pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mesh {
     let polar = |z: f64| libm::acos((z / radius).clamp(-1.0, 1.0));
     let (low, high) = (polar(z_min), polar(z_max));
@@ -32,7 +32,7 @@ pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mes
     grid("sphere", [pieces(phi_max), rows], |u, v| {
         let theta = low + v * (high - low);
         let (sin, cos) = libm::sincos(theta);
-        // The poles are one point.
+        // The poles are exact points.
         let sin =
             if (v == 0.0 && z_min <= -radius) || (v == 1.0 && z_max >= radius) { 0.0 } else { sin };
         let normal = around(u, phi_max) * sin + DVec3::Z * cos;
@@ -40,7 +40,7 @@ pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mes
     })
 }
 
-/// A disk, or a ring; v grows from the outer to the inner radius.
+/// Creates a disk or an annulus. v increases from the outer to the inner radius.
 pub(super) fn disk(height: f64, [radius, inner]: [f64; 2], phi_max: f64) -> Mesh {
     grid("disk", [pieces(phi_max), 1], |u, v| {
         let r = if v == 1.0 { inner } else { radius + v * (inner - radius) };
@@ -48,7 +48,7 @@ pub(super) fn disk(height: f64, [radius, inner]: [f64; 2], phi_max: f64) -> Mesh
     })
 }
 
-/// A cylinder around the z axis, open at both ends; v grows with the height.
+/// Creates a cylinder around the z axis, open at both ends. v increases with the height.
 pub(super) fn cylinder(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mesh {
     grid("cylinder", [pieces(phi_max), 1], |u, v| {
         let normal = around(u, phi_max);
@@ -56,8 +56,8 @@ pub(super) fn cylinder(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> M
     })
 }
 
-/// The surface between four corners, with straight lines along u and v:
-/// p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁.
+/// Creates a bilinear patch between four corners: p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1
+/// − u) v p₀₁ + u v p₁₁.
 pub(super) fn patch([p00, p10, p01, p11]: [DVec3; 4], pieces: u32) -> Mesh {
     grid("bilinearmesh", [pieces; 2], |u, v| {
         let across = (p10 - p00) * (1.0 - v) + (p11 - p01) * v;
@@ -76,7 +76,8 @@ mod tests {
 
     use super::*;
 
-    /// The area, and twice the integral of p · n, with the sides as they are turned.
+    /// Returns the area, and twice the integral of p · n by the orientation of the triangles.
+    /// Checks that the normals agree with the orientation.
     fn area_and_flux(mesh: &Mesh) -> (f64, f64) {
         let (mut area, mut flux) = (0.0, 0.0);
         for (i, triangle) in mesh.triangles.iter().enumerate() {

@@ -1,40 +1,40 @@
-//! Directives, one after the other.
+//! Processes directives in order.
 
 mod transforms;
 
 use std::collections::HashMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use flate2::read::GzDecoder;
 use pt_math::DAffine3;
+use pt_scene::Warning;
 
-use super::super::context::{Context, Folder};
-use super::super::mesh_file;
-use super::super::reference_stack::{ReferenceError, ReferenceStack};
-use super::super::text::characters;
-use super::super::xml::{did_you_mean, quote};
 use super::arguments::text;
 use super::camera::CameraSetup;
 use super::color_space::ColorSpace;
-use super::entity::{Entity, MAX_PARAMETERS, Parameter};
-use super::medium::Interface;
-use super::scene::{MaterialName, Placed, World};
-use super::state::{Moving, State, TARGETS};
+use super::entity::{Entity, MAX_PARAMETERS};
+use super::parameter::Parameter;
+use super::position::TokenPosition;
+use super::state::{State, TARGETS};
 use super::texture;
-use super::token::{Kind, Token, TokenPosition, Tokens};
-use crate::{LoadError, Warning};
+use super::token::{Kind, Token, Tokens};
+use super::types::{Interface, MaterialName, Moving, Placed};
+use super::world::World;
+use crate::LoadError;
+use crate::pbrt::content::content;
+use crate::shared::context::{Context, Folder};
+use crate::shared::mesh_file;
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
+use crate::shared::text::characters;
 
-/// Deepest nesting of included files.
+/// Maximum nesting depth of included files.
 const MAX_INCLUDE_DEPTH: usize = 32;
-/// Most files that a scene may include; two that include one another twice would make many.
+/// Maximum number of included files. Files that include others twice multiply.
 const MAX_FILES: usize = 1000;
-/// Deepest nesting of attributes.
+/// Maximum nesting depth of attributes.
 const MAX_DEPTH: usize = 10_000;
-/// Most bytes that a compressed file may hold.
-const MAX_UNPACKED: u64 = 1 << 30;
 
 /// All directives.
 const DIRECTIVES: [&str; 40] = [
@@ -80,26 +80,26 @@ const DIRECTIVES: [&str; 40] = [
     "WorldBegin",
 ];
 
-/// What `…End` goes back to.
+/// State saved by a `…Begin` directive, which `…End` restores.
 struct Saved {
-    /// The directive that began it, and where.
+    /// The directive that saved the state, and its position.
     by: &'static str,
     at: TokenPosition,
     state: State,
 }
 
-/// Reads directives, and remembers what they change.
+/// State of the reader.
 struct Reader {
-    /// That of the scene's own file, in which all others are looked for.
+    /// Folder of the scene file, to which all paths are relative.
     folder: Folder,
     /// The files being read, each included by the one before.
     way: ReferenceStack<PathBuf>,
     state: State,
     saved: Vec<Saved>,
-    /// Transforms that have a name.
+    /// Named coordinate systems.
     systems: HashMap<String, Moving>,
     in_world: bool,
-    /// The shapes of the object that is described, with its name.
+    /// Name and shapes of the object that is being defined.
     object: Option<(String, Vec<Placed>)>,
     world: World,
 }
@@ -117,7 +117,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         in_world: false,
         object: None,
     };
-    let _ = reader.way.enter_file(path); // the first one always may be
+    let _ = reader.way.enter_file(path); // the first file is always allowed
     reader.file(bytes, path, Vec::new())?;
     if let Some(Saved { by, at, .. }) = reader.saved.last()
         && !context.has_errors()
@@ -128,27 +128,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     Ok(reader.world)
 }
 
-/// The content of a file that a scene names; what is compressed (`.gz`) is unpacked.
-///
-/// # Errors
-/// If it cannot be read, for the place where the scene names it.
-pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String> {
-    let bytes = context.read(path)?;
-    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("gz")) {
-        return Ok(bytes);
-    }
-    let mut unpacked = Vec::new();
-    let message = |why: &str| format!("{} cannot be unpacked: {why}", path.display());
-    let unpack = GzDecoder::new(bytes.as_slice()).take(MAX_UNPACKED).read_to_end(&mut unpacked);
-    match unpack {
-        Err(error) => Err(message(&error.to_string())),
-        Ok(length) if length as u64 >= MAX_UNPACKED => Err(message("it holds 1 GiB or more")),
-        Ok(_) => Ok(unpacked),
-    }
-}
-
 impl Reader {
-    /// Reads a file, whose last directive goes on with more parameters.
+    /// Reads a file, whose last directive continues with the parameters `tail`.
     fn file(&mut self, bytes: &[u8], path: &Path, tail: Vec<Parameter>) -> Result<(), LoadError> {
         let text = characters(bytes, path)?;
         self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
@@ -307,7 +288,7 @@ impl Reader {
         Ok(())
     }
 
-    /// A directive with a type and parameters.
+    /// Reads a directive with a type and parameters.
     fn entity(
         &self,
         directive: &'static str,
@@ -326,7 +307,7 @@ impl Reader {
         Ok(Entity::new(directive, kind, at, parameters, defaults, self.state.color_space))
     }
 
-    /// A directive with a name, and a type among its parameters.
+    /// Reads a directive with a name, and a type among its parameters.
     fn named(
         &mut self,
         directive: &'static str,
@@ -344,7 +325,7 @@ impl Reader {
         Ok((name, entity))
     }
 
-    /// A directive with a type among its parameters.
+    /// Reads a directive with a type among its parameters.
     fn typed(
         &self,
         directive: &'static str,
@@ -371,7 +352,7 @@ impl Reader {
         defined.inspect_err(|_| self.world.textures.lose(name))
     }
 
-    /// Makes the texture of a name and a type.
+    /// Defines a texture with a name and a value type.
     fn defined(
         &mut self,
         name: &str,
@@ -401,7 +382,7 @@ impl Reader {
         Ok(())
     }
 
-    /// What belongs before the world.
+    /// Processes a directive that belongs before the world.
     fn option(
         &mut self,
         word: &str,
@@ -480,7 +461,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Goes back to what was saved by a directive, and gives it.
+    /// Restores the state saved by a directive, and returns it.
     fn restore(&mut self, by: &str, at: &TokenPosition) -> Result<State, LoadError> {
         let end = by.replace("Begin", "End");
         match self.saved.pop() {
@@ -549,7 +530,7 @@ impl Reader {
         done
     }
 
-    /// The content of an included file.
+    /// Reads an included file.
     fn included(
         &mut self,
         word: &str,

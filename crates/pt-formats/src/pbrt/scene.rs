@@ -1,127 +1,42 @@
-//! What directives describe, put together to a scene.
+//! Assembles the scene from the directives.
 
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::material::SurfaceDetail;
+use pt_scene::shapes::flip;
+use pt_scene::texture::{Input, Scalar};
+use pt_scene::{
+    Attribute, Camera, Geometry, Key, LightKind, Material, Mesh, Motion, Object, RenderHints,
+    Scene, Span, Surface, Warning,
+};
 
-use super::super::context::{Context, Folder};
-use super::super::placeholder;
-use super::super::xml::{did_you_mean, quote};
 use super::camera::CameraSetup;
 use super::color_space::ColorSpace;
 use super::curve::is_tube;
 use super::emission::{AreaLight, area, area_light};
 use super::entity::Entity;
-use super::medium::{Interface, Media};
+use super::media::Media;
+use super::position::TokenPosition;
 use super::shape::{Meshes, shape, sphere_mesh};
-use super::state::{Moving, State};
+use super::state::State;
 use super::texture::Textures;
-use super::token::{TokenPosition, Tokens};
+use super::token::Tokens;
+use super::types::Moving;
 use super::upsample::Illuminant;
 use super::{camera, displace, film, hair, medium_emission, subsurface, white_balance};
-use crate::image::Image;
-use crate::material::SurfaceDetail;
-use crate::shapes::flip;
-use crate::texture::{Input, Scalar};
-use crate::{
-    Attribute, Camera, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion, Object,
-    RenderHints, Scene, Span, Surface, Warning,
-};
+use crate::LoadError;
+use crate::pbrt::types::{MaterialName, Placed, Tube, is_same, key_of};
+use crate::pbrt::world::World;
+use crate::shared::context::{Context, Folder};
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::placeholder;
 
-/// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many
-/// instances of them.
+/// Maximum number of shapes of a scene. Short files can request any number: objects of many shapes,
+/// and many instances of them.
 const MAX_SHAPES: usize = 1_000_000;
-
-/// Which material a shape has.
-#[derive(Clone, Debug)]
-pub(super) enum MaterialName {
-    /// By its number among those without a name; 0 is the default.
-    Anonymous(usize),
-    /// By a name, which may be given later; and where it is asked for.
-    Named(Rc<str>, TokenPosition),
-}
-
-/// A material by its number or its name.
-pub(super) type MaterialKey = (usize, Option<Rc<str>>);
-
-/// A shape with all that its state says.
-#[derive(Clone)]
-pub(super) struct Placed {
-    name: String,
-    to_world: Moving,
-    geometry: Geometry,
-    material: MaterialName,
-    /// The share of it that is there.
-    alpha: Scalar,
-    light: Option<Rc<Entity>>,
-    media: Rc<Interface>,
-    tube: Option<Tube>,
-    at: TokenPosition,
-}
-
-/// Most triangles that curves which stand one behind the other are joined to.
-const MAX_JOINED: usize = 1 << 22;
-
-impl Placed {
-    /// Adds a curve to one that was described before it and lies, scatters and is surrounded in the
-    /// same way: hair would be many shapes. False if they differ.
-    pub(super) fn joins(&mut self, curve: &Self) -> bool {
-        let is_same_kind = [&*self, curve].iter().all(|p| p.name == "curve" && p.light.is_none())
-            && self.to_world == curve.to_world
-            && self.tube == curve.tube
-            && key_of(&self.material) == key_of(&curve.material)
-            && is_same(&self.alpha, &curve.alpha)
-            && Rc::ptr_eq(&self.media, &curve.media);
-        let (Geometry::Mesh(first), Geometry::Mesh(second)) = (&mut self.geometry, &curve.geometry)
-        else {
-            return false;
-        };
-        if !is_same_kind || first.triangles.len() + second.triangles.len() > MAX_JOINED {
-            return false;
-        }
-        Arc::get_mut(first).is_some_and(|first| crate::shapes::append(first, second))
-    }
-}
-
-/// A closed tube, and which side of it is its front.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Tube {
-    is_inside_out: bool,
-}
-
-/// All that was read.
-pub(super) struct World {
-    pub(super) scene: Scene,
-    pub(super) sight: CameraSetup,
-    pub(super) textures: Textures,
-    pub(super) media: Media,
-    pub(super) materials: Vec<Rc<Entity>>,
-    pub(super) named_materials: HashMap<String, Rc<Entity>>,
-    /// Names of materials that cannot be read, which was told.
-    pub(super) lost_materials: HashSet<String>,
-    pub(super) objects: HashMap<String, Rc<[Placed]>>,
-    /// When the first and the second transform hold.
-    pub(super) times: [f64; 2],
-    meshes: Meshes,
-    shapes: Vec<Placed>,
-    /// The surfaces of materials, by number or name.
-    surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
-    /// The media behind the surfaces of those that scatter below them.
-    pub(super) within: HashMap<MaterialKey, u32>,
-    /// Materials that are made, with the alpha that they were made with, and whether as fibres
-    /// that are tubes.
-    made: HashMap<MaterialKey, Vec<(Scalar, bool, u32)>>,
-    /// Meshes that were given texture coordinates, kept for their address, and what they became.
-    laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
-    /// Maps of the sky, by the paths of their files.
-    pub(super) skies: HashMap<PathBuf, Arc<Image>>,
-    /// Whole spheres as meshes, by the bits of their radius.
-    spheres: HashMap<u64, Arc<Mesh>>,
-    file: Span,
-}
 
 impl World {
     pub(super) fn new(folder: &Folder, file: Span) -> Self {
@@ -156,13 +71,13 @@ impl World {
         }
     }
 
-    /// A material without a name.
+    /// Adds an unnamed material.
     pub(super) fn add_material(&mut self, entity: Entity) -> MaterialName {
         self.materials.push(Rc::new(entity));
         MaterialName::Anonymous(self.materials.len() - 1)
     }
 
-    /// A material with a name.
+    /// Adds a named material.
     pub(super) fn name_material(&mut self, name: String, entity: Entity) -> Result<(), LoadError> {
         if self.named_materials.contains_key(&name) {
             return Err(entity.at.error(format!("there is already a material {}", quote(&name))));
@@ -171,7 +86,7 @@ impl World {
         Ok(())
     }
 
-    /// A shape in a state; what is in an object cannot shine.
+    /// Reads a shape with the current state. Shapes of objects cannot emit light.
     pub(super) fn shape(
         &mut self,
         entity: &Entity,
@@ -205,7 +120,7 @@ impl World {
         })
     }
 
-    /// The mesh of a file, raised by its `displacement` where it has one.
+    /// Applies the `displacement` of a mesh file, if it has one.
     fn displaced(
         &mut self,
         entity: &Entity,
@@ -234,7 +149,7 @@ impl World {
         &self.textures.folder.context
     }
 
-    /// Places a shape in the world.
+    /// Adds a shape to the world.
     pub(super) fn place(&mut self, placed: Placed) -> Result<(), LoadError> {
         if self.shapes.last_mut().is_some_and(|last| last.joins(&placed)) {
             return Ok(());
@@ -248,7 +163,7 @@ impl World {
         Ok(())
     }
 
-    /// Places the shapes of an object.
+    /// Adds the shapes of an object to the world.
     pub(super) fn instance(
         &mut self,
         name: &str,
@@ -267,7 +182,7 @@ impl World {
         Ok(())
     }
 
-    /// The scene.
+    /// Builds the scene.
     pub(super) fn finish(mut self) -> Result<Scene, LoadError> {
         let context = Arc::clone(&self.textures.folder.context);
         let settings = film::settings(&self.sight, &mut self.scene.warnings);
@@ -315,7 +230,7 @@ impl World {
         }
         self.scene.media = self.media.made;
         self.scene.settings = settings;
-        // What is wrong with the film was told above.
+        // Errors of the film were reported above.
         let white =
             self.sight.film.as_ref().and_then(|film| film::white_balance(film).ok().flatten());
         if let Some(kelvin) = white {
@@ -324,10 +239,10 @@ impl World {
         Ok(self.scene)
     }
 
-    /// The camera, and by what it multiplies light.
+    /// Builds the camera and returns it with the factor by which it multiplies light.
     fn camera(&mut self, resolution: [u32; 2]) -> Result<(Camera, f64), LoadError> {
         let Some((entity, to_world, media)) = &self.sight.camera else {
-            // One that could not be read was told.
+            // A camera that could not be read was reported.
             if self.context().has_errors() {
                 return Err(LoadError::AlreadyReported);
             }
@@ -350,7 +265,7 @@ impl World {
         camera::camera(entity, &around, &mut self.scene.warnings)
     }
 
-    /// A shape with its material; one that shines on both sides is two.
+    /// Adds a shape with its material; a two-sided emitter is two objects.
     fn object(&mut self, placed: Placed, exposure: f64) -> Result<(), LoadError> {
         let Placed { name, to_world: [start, end], mut geometry, .. } = placed;
         for map in [start, end] {
@@ -419,7 +334,7 @@ impl World {
             at: placed.at.span(""),
         };
         if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
-            let back = Geometry::Mesh(Arc::new(crate::shapes::back_of(mesh)));
+            let back = Geometry::Mesh(Arc::new(pt_scene::shapes::back_of(mesh)));
             let name = format!("back of {}", object.name);
             let materials = vec![Some(self.back_of(material))];
             let back = Object { name, geometry: back, media: None, materials, ..object.clone() };
@@ -429,7 +344,7 @@ impl World {
         Ok(())
     }
 
-    /// A shape with texture coordinates, which are made once for all that share its mesh.
+    /// Returns a shape with texture coordinates, which are created once per mesh.
     fn laid_out(&mut self, geometry: Geometry) -> Result<Geometry, String> {
         Ok(match geometry {
             Geometry::Sphere { radius } => {
@@ -450,7 +365,7 @@ impl World {
         })
     }
 
-    /// The surface of a material, made once.
+    /// Returns the surface of a material, which is created once.
     fn surface_once(&mut self, name: &MaterialName) -> Result<Rc<Option<Surface>>, LoadError> {
         let key = key_of(name);
         if let Some(known) = self.surfaces.get(&key) {
@@ -466,7 +381,7 @@ impl World {
         Ok(surface)
     }
 
-    /// The number of a material, which is new if it is not known with this alpha, or shines.
+    /// Returns the index of a material, which is added if it emits or is new with this opacity.
     fn material(
         &mut self,
         name: &MaterialName,
@@ -498,8 +413,8 @@ impl World {
         number
     }
 
-    /// The material of the second of two sheets that shine as one: where something of the first is
-    /// missing, nothing of this one is there but its light.
+    /// Returns the material of the back of a two-sided emitter. If the front is not opaque, the
+    /// back only emits.
     fn back_of(&mut self, number: u32) -> u32 {
         let front = &self.scene.materials[number as usize];
         if front.opacity == Input::Value(1.0) {
@@ -519,27 +434,20 @@ impl World {
     }
 }
 
-/// From a [`Geometry::Sphere`], whose v is 0 at +z, to a sphere of pbrt-v4, where it is 0 at −z.
-/// Both have their front outside.
+/// Transform from a [`Geometry::Sphere`], whose v is 0 at +z, to a sphere of pbrt-v4, whose v is 0
+/// at −z. Both face outwards.
 const SPHERE: DAffine3 = DAffine3 {
     matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)),
     translation: DVec3::ZERO,
 };
 
-pub(super) fn key_of(name: &MaterialName) -> MaterialKey {
-    match name {
-        MaterialName::Anonymous(i) => (*i, None),
-        MaterialName::Named(name, _) => (0, Some(Rc::clone(name))),
-    }
-}
-
-/// Returns true if a texture lies on texture coordinates.
+/// Returns true if a texture uses texture coordinates.
 fn is_laid<T>(input: &Input<T>) -> bool {
     input.texture().is_some_and(|texture| texture.uses_coordinates())
 }
 
-/// Returns true if a surface has a texture that lies on texture coordinates, or is not the same in
-/// all directions, so that it needs these.
+/// Returns true if a surface needs texture coordinates: it has a texture that uses them, or is
+/// anisotropic.
 fn shows_texture(surface: &Surface) -> bool {
     let varies = is_laid::<[f32; 3]>;
     match surface {
@@ -557,12 +465,12 @@ fn shows_texture(surface: &Surface) -> bool {
     }
 }
 
-fn is_laid_out(roughness: &crate::material::Roughness) -> bool {
+fn is_laid_out(roughness: &pt_scene::material::Roughness) -> bool {
     let [u, v] = &roughness.alpha;
     u != v || is_laid(u)
 }
 
-/// A mesh with the texture coordinates that one without has there: (0, 0), (1, 0) and (1, 1) at the
+/// Adds the default texture coordinates of pbrt-v4 to a mesh: (0, 0), (1, 0) and (1, 1) at the
 /// corners of each triangle.
 fn with_coordinates(mesh: &Mesh) -> Mesh {
     let values = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
@@ -570,16 +478,7 @@ fn with_coordinates(mesh: &Mesh) -> Mesh {
     Mesh { uvs: Some(Attribute { values, indices }), ..mesh.clone() }
 }
 
-/// Returns true if two numbers are the same value, or the same texture.
-fn is_same(a: &Scalar, b: &Scalar) -> bool {
-    match (a, b) {
-        (Input::Value(a), Input::Value(b)) => a == b,
-        (Input::Texture(a), Input::Texture(b)) => Arc::ptr_eq(a, b),
-        _ => false,
-    }
-}
-
-/// Multiplies a light.
+/// Multiplies the emission of a light.
 fn expose(kind: &mut LightKind, exposure: f32) {
     match kind {
         LightKind::Point { intensity: light }

@@ -1,4 +1,4 @@
-//! `Shape`: surfaces placed in the world.
+//! `Shape`: surfaces in the world.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -6,18 +6,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::DVec3;
+use pt_scene::shapes::{flip, single_part};
+use pt_scene::{Attribute, Geometry, Mesh, Warning};
 
-use super::super::context::Folder;
-use super::super::limits::Limits;
 use super::super::ply;
+use super::content::content;
 use super::curve::curve;
 use super::entity::Entity;
 use super::quadric;
-use super::read::content;
 use super::state::{State, mirrors};
 use super::subdivision::subdivide;
-use crate::shapes::{flip, single_part};
-use crate::{Attribute, Geometry, LoadError, Mesh, Warning};
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::limits::Limits;
 
 const KINDS: [&str; 8] = [
     "bilinearmesh",
@@ -29,27 +30,27 @@ const KINDS: [&str; 8] = [
     "sphere",
     "trianglemesh",
 ];
-/// Pieces along each side of a bilinear patch that is not flat.
+/// Number of segments along each side of a bilinear patch that is not flat.
 const PIECES: u32 = 16;
 
-/// Most triangles that round and bent shapes of a scene may be cut into; a short line asks for
-/// 65,536 of them.
+/// Maximum number of triangles of all curved shapes of a scene; a short line can request 65,536 of
+/// them.
 const MAX_TRIANGLES: usize = 1 << 24;
 
-/// The meshes of files, each read once, by their path and whether they are turned inside out.
+/// Cache of meshes.
 #[derive(Default)]
 pub(super) struct Meshes {
-    /// Or why there is none.
+    /// Meshes of files by path, and true if they are flipped; or the reason why a file cannot be
+    /// read.
     of_files: HashMap<(PathBuf, bool), Result<Arc<Mesh>, String>>,
-    /// Disks and cylinders by their numbers and whether they are turned inside out: each is made
-    /// once.
+    /// Disks and cylinders by their parameters, and true if they are flipped.
     round: HashMap<(&'static str, [u64; 4], bool), Arc<Mesh>>,
-    /// Triangles that shapes without files were cut into.
+    /// Number of triangles of shapes without files.
     cut: usize,
 }
 
 impl Meshes {
-    /// A disk or a cylinder of some numbers.
+    /// Returns a disk or a cylinder with the given parameters.
     fn round(
         &mut self,
         (kind, numbers, is_inside_out): (&'static str, [f64; 4], bool),
@@ -66,21 +67,21 @@ impl Meshes {
         Ok(Geometry::Mesh(mesh))
     }
 
-    /// Counts what a shape is cut into.
+    /// Counts the triangles of a shape.
     ///
     /// # Errors
-    /// If those of all shapes are too many.
+    /// If those of all shapes exceed the limit.
     pub(super) fn count(&mut self, mesh: &Mesh, limits: &Limits) -> Result<(), String> {
         self.expect(mesh.triangles.len(), limits)
     }
 
-    /// Counts triangles that a shape is about to be cut into.
+    /// Counts the triangles of a shape before they are created.
     ///
     /// # Errors
-    /// If those of all shapes are too many.
+    /// If those of all shapes exceed the limit.
     fn expect(&mut self, triangles: usize, limits: &Limits) -> Result<(), String> {
         let most = limits.triangles(MAX_TRIANGLES);
-        // A shape that is refused does not count, so that others may be small enough.
+        // A rejected shape is not counted, so that smaller ones may follow.
         if let Some(all) = self.cut.checked_add(triangles).filter(|all| *all <= most) {
             self.cut = all;
             return Ok(());
@@ -91,7 +92,7 @@ impl Meshes {
     }
 }
 
-/// A shape in its own coordinates.
+/// Reads a shape, in its own coordinates.
 pub(super) fn shape(
     entity: &Entity,
     state: &State,
@@ -102,7 +103,7 @@ pub(super) fn shape(
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
     let limits = folder.context.limits();
     let refuse = |message: String| entity.at.error(message);
-    // Round shapes that are mirrored have their front on the other side there. What they emit goes
+    // In pbrt-v4, a mirroring transform flips the front of round shapes. Their emission remains
     // outwards.
     let is_inside_out = state.reverses != (mirrors(&state.ctm[0]) && state.area_light.is_none());
     let geometry = match entity.kind.as_str() {
@@ -130,7 +131,7 @@ pub(super) fn shape(
         "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
         "curve" => mesh(turned(curve(entity)?, state.reverses)),
-        // Its normals look to the other side of its faces there.
+        // In pbrt-v4, its normals face opposite to its faces.
         "loopsubdiv" => {
             let subdivided = subdivided(entity, meshes, folder.context.limits())?;
             mesh(turned(subdivided, !state.reverses))
@@ -157,7 +158,7 @@ pub(super) fn shape(
     Ok(geometry)
 }
 
-/// A mesh, turned inside out if that is asked for.
+/// Flips the front of a mesh if requested.
 fn turned(mut mesh: Mesh, flips: bool) -> Mesh {
     if flips {
         flip(&mut mesh);
@@ -165,13 +166,13 @@ fn turned(mut mesh: Mesh, flips: bool) -> Mesh {
     mesh
 }
 
-/// How far a shape goes around its axis, in radians.
+/// Reads the angle that a shape spans around its axis, in radians.
 fn phi_max(entity: &Entity) -> Result<f64, LoadError> {
     let degrees = entity.positive("phimax", 360.0)?;
     Ok(if degrees >= 360.0 { TAU } else { degrees.to_radians() })
 }
 
-/// A range of heights.
+/// Returns a range of heights in increasing order.
 fn sorted(entity: &Entity, [a, b]: [f64; 2]) -> Result<[f64; 2], LoadError> {
     if a == b {
         return Err(
@@ -181,7 +182,7 @@ fn sorted(entity: &Entity, [a, b]: [f64; 2]) -> Result<[f64; 2], LoadError> {
     Ok([a.min(b), a.max(b)])
 }
 
-/// A sphere; a part of one, or one that is inside out, is a mesh.
+/// Reads a sphere. Partial or flipped spheres are meshes.
 fn sphere(entity: &Entity, is_inside_out: bool) -> Result<Geometry, LoadError> {
     let radius = entity.positive("radius", 1.0)?;
     let heights = [entity.float("zmin", -radius)?, entity.float("zmax", radius)?];
@@ -200,7 +201,7 @@ fn sphere(entity: &Entity, is_inside_out: bool) -> Result<Geometry, LoadError> {
     Ok(Geometry::Mesh(Arc::new(turned(part, is_inside_out))))
 }
 
-/// The whole sphere as a mesh.
+/// Creates a mesh of a whole sphere.
 pub(super) fn sphere_mesh(radius: f64) -> Mesh {
     quadric::sphere(radius, [-radius, radius], TAU)
 }
@@ -209,7 +210,7 @@ fn to_f32<const N: usize>(tuples: &[[f64; N]]) -> Vec<[f32; N]> {
     tuples.iter().map(|tuple| tuple.map(|x| x as f32)).collect()
 }
 
-/// Positions, normals and texture coordinates by vertex.
+/// Reads positions, normals and texture coordinates of vertices.
 fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
     let Some(positions) = entity.points("P")? else {
         return Err(entity.at.error("the parameter \"point3 P\" is missing"));
@@ -236,7 +237,7 @@ fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
     })
 }
 
-/// The corners of faces of `N` corners, which need not be given for one face.
+/// Reads the vertex indices of faces with `N` corners, which are optional for a single face.
 fn faces<const N: usize>(entity: &Entity, vertices: usize) -> Result<Vec<[u32; N]>, LoadError> {
     let indices = match entity.indices("indices", vertices)? {
         None if vertices == N => (0..N as u32).collect(),
@@ -260,7 +261,7 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
     Ok(mesh)
 }
 
-/// The limit of a mesh that is cut finer and finer.
+/// Reads a subdivision surface and computes its limit.
 fn subdivided(entity: &Entity, meshes: &mut Meshes, limits: &Limits) -> Result<Mesh, LoadError> {
     entity.pass_over(&["scheme"]);
     let levels = entity.count("levels", 3, [0, 10])?;
@@ -273,7 +274,7 @@ fn subdivided(entity: &Entity, meshes: &mut Meshes, limits: &Limits) -> Result<M
         .map_err(|message| entity.refuse("indices", message))
 }
 
-/// Makes the front of each triangle the side to which its normals look, if it has any.
+/// Orients each triangle to agree with its normals, if it has any.
 fn face_normals(mesh: &mut Mesh) {
     let Some(normals) = &mut mesh.normals else { return };
     for (i, triangle) in mesh.triangles.iter_mut().enumerate() {
@@ -292,7 +293,7 @@ fn face_normals(mesh: &mut Mesh) {
     }
 }
 
-/// Patches between four corners each; those that are flat are two triangles.
+/// Reads bilinear patches; flat ones become two triangles.
 fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
     if entity.text("emissionfilename")?.is_some() {
         return Err(entity.refuse(
@@ -338,7 +339,7 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
     Ok(all)
 }
 
-/// Returns true if a patch is a parallelogram, which two triangles show with its texture
+/// Returns true if a patch is a parallelogram, for which two triangles have the same texture
 /// coordinates.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     const TOLERANCE: f64 = 1e-6;
@@ -350,7 +351,7 @@ fn blend<const N: usize>(values: [[f32; N]; 4], weights: [f32; 4]) -> [f32; N] {
     std::array::from_fn(|c| (0..4).map(|i| values[i][c] * weights[i]).sum())
 }
 
-/// The mesh of a file.
+/// Reads the mesh of a file.
 fn ply_mesh(
     entity: &Entity,
     flips: bool,

@@ -1,32 +1,32 @@
-//! The sparse grids of a scene: each file is read once, and each grid that is made of one is made
-//! once.
+//! Sparse grids of a scene. Each file is read once, and each derived grid is created once.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::context::{Context, Folder};
-use super::super::nanovdb::{self, SparseGrid};
-use crate::medium::Grid;
+use pt_scene::medium::Grid;
 
-/// The grid of densities.
+use super::super::nanovdb::{self, SparseGrid};
+use crate::shared::context::{Context, Folder};
+
+/// Name of the grid of densities.
 pub(super) const DENSITY: &str = "density";
-/// The grid of temperatures.
+/// Name of the grid of temperatures.
 pub(super) const HEAT: &str = "temperature";
 
-/// What is read of a file.
+/// Grids of a file.
 #[derive(Clone)]
 pub(super) struct GridFile {
     pub(super) density: SparseGrid,
     pub(super) heat: Option<SparseGrid>,
-    /// The names of all its grids.
+    /// Names of all grids of the file.
     pub(super) names: Vec<String>,
 }
 
-/// The file of which a grid is made, and the numbers by which it is.
+/// File and parameters of a derived grid.
 type Key = (PathBuf, Vec<u64>);
 
-/// The files that were read, and the grids that were made of theirs.
+/// Cache of files and derived grids.
 #[derive(Default)]
 pub(super) struct SparseGrids {
     files: HashMap<PathBuf, Result<GridFile, String>>,
@@ -34,7 +34,7 @@ pub(super) struct SparseGrids {
 }
 
 impl SparseGrids {
-    /// The grids of a file. The error is a message.
+    /// Returns the grids of a file. The error is a message.
     pub(super) fn file(&mut self, folder: &Folder, path: &Path) -> Result<GridFile, String> {
         if let Some(known) = self.files.get(path) {
             return known.clone();
@@ -44,10 +44,10 @@ impl SparseGrids {
         file
     }
 
-    /// The grid with `N` numbers in each cell of another one with one.
+    /// Returns a derived grid, with `N` numbers per cell computed from a grid with one.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// If there is not enough memory.
     pub(super) fn made<const N: usize>(
         &mut self,
         folder: &Folder,

@@ -1,34 +1,32 @@
-//! What directives change for those after them: transforms and attributes.
+//! Graphics state: transforms and attributes that apply to subsequent directives.
 
 use std::rc::Rc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::color_space::ColorSpace;
-use super::entity::{Entity, Parameter};
-use super::medium::Interface;
-use super::scene::MaterialName;
+use super::entity::Entity;
+use super::parameter::Parameter;
+use super::types::{Interface, MaterialName};
+use crate::pbrt::types::Moving;
 
-/// A transform at the start and at the end of the motion.
-pub(super) type Moving = [DAffine3; 2];
-
-/// The attributes of what is described next.
+/// Graphics state.
 #[derive(Clone)]
 pub(super) struct State {
-    /// From its coordinates to the world.
+    /// Current transformation matrix, from object space to the world.
     pub(super) ctm: Moving,
-    /// Which of both directives change.
+    /// True for each of the two transforms that directives change.
     pub(super) active: [bool; 2],
     pub(super) reverses: bool,
     pub(super) material: MaterialName,
-    /// The light that shapes emit.
+    /// Area light of subsequent shapes.
     pub(super) area_light: Option<Rc<Entity>>,
     pub(super) media: Rc<Interface>,
     pub(super) color_space: ColorSpace,
     pub(super) defaults: Defaults,
 }
 
-/// What `Attribute` gives to the directives after it.
+/// Default parameters that `Attribute` sets for subsequent directives.
 #[derive(Clone, Default)]
 pub(super) struct Defaults {
     pub(super) shape: Rc<[Parameter]>,
@@ -38,11 +36,11 @@ pub(super) struct Defaults {
     pub(super) texture: Rc<[Parameter]>,
 }
 
-/// What `Attribute` may be about.
+/// Targets of `Attribute`.
 pub(super) const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
 
 impl Defaults {
-    /// Those of one of [`TARGETS`].
+    /// Returns the defaults of one of [`TARGETS`]; `None` for any other name.
     pub(super) fn of(&mut self, target: &str) -> Option<&mut Rc<[Parameter]>> {
         match target {
             "shape" => Some(&mut self.shape),
@@ -69,7 +67,7 @@ impl State {
         }
     }
 
-    /// Changes the transforms that are active.
+    /// Changes the active transforms.
     pub(super) fn change(&mut self, change: impl Fn(DAffine3) -> DAffine3) {
         for (ctm, is_active) in self.ctm.iter_mut().zip(self.active) {
             if is_active {
@@ -79,7 +77,7 @@ impl State {
     }
 }
 
-/// A matrix of 16 numbers, column after column.
+/// Converts 16 numbers in column-major order to a transform.
 ///
 /// # Errors
 /// If it is not affine.

@@ -4,20 +4,18 @@
 use std::f64::consts::{PI, TAU};
 
 use pt_math::DVec3;
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Attributes, Mesh};
 
-use crate::shapes::single_part;
-use crate::{Attribute, Attributes, Mesh};
-
-/// Most triangles that a surface may be cut into.
+/// Maximum number of triangles of a surface.
 const MAX_TRIANGLES: usize = 1 << 22;
 
-/// The surface to which a mesh comes when each triangle is cut into four again and again: after so
-/// many times, vertices are moved to their limits, with the normals that the limit has there.
-/// Fronts stay where they are.
+/// Subdivides each triangle of a mesh into four, `levels` times, and moves the vertices to their
+/// limit positions, with the normals of the limit surface. The orientation is kept.
 ///
 /// # Errors
-/// If an edge has more than two triangles, or two that are turned against each other, or there are
-/// too many triangles.
+/// If an edge has more than two triangles, or two of opposite orientation, or there are too many
+/// triangles.
 pub(super) fn subdivide(
     mut points: Vec<DVec3>,
     mut faces: Vec<[u32; 3]>,
@@ -59,32 +57,32 @@ pub(super) fn subdivide(
     })
 }
 
-/// The triangles around vertices, by their sides: those that run from a vertex are together, in the
-/// order of where they run to.
+/// Adjacency of triangles, by directed edges. Edges from the same vertex are contiguous and sorted
+/// by their end vertex.
 struct Fans {
-    /// Where the sides from each vertex begin, and behind all of them.
+    /// Index of the first edge from each vertex, followed by the number of edges.
     starts: Vec<u32>,
     sides: Vec<Side>,
-    /// A neighbour of each vertex, to which a side runs from it.
+    /// End vertex of an edge from each vertex.
     first: Vec<Option<u32>>,
 }
 
-/// A side of a triangle, from a vertex that is known.
+/// Directed edge of a triangle, from a known vertex.
 #[derive(Clone, Copy)]
 struct Side {
     to: u32,
-    /// The third corner of the triangle.
+    /// Third vertex of the triangle.
     third: u32,
 }
 
-/// The neighbours of a vertex, counter-clockwise seen from the front.
+/// Neighbours of a vertex, counter-clockwise as seen from the front.
 struct Ring {
     vertices: Vec<u32>,
-    /// True if they do not go all around.
+    /// True if they do not form a closed ring.
     is_at_border: bool,
 }
 
-/// The sides of a triangle: from where, to where, and the third corner.
+/// Returns the edges of a triangle: start, end, and the third vertex.
 fn sides_of([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }
@@ -126,14 +124,14 @@ impl Fans {
         Ok(Self { starts, sides, first })
     }
 
-    /// The number of the side that runs from one vertex to another, if there is one.
+    /// Returns the index of the edge from one vertex to another, if there is one.
     fn side(&self, from: u32, to: u32) -> Option<usize> {
         let [start, end] = [from, from + 1].map(|v| self.starts[v as usize] as usize);
         let found = self.sides[start..end].binary_search_by_key(&to, |side| side.to);
         found.ok().map(|i| start + i)
     }
 
-    /// The third corner of the triangle that runs from one vertex to another.
+    /// Returns the third vertex of the triangle with an edge from one vertex to another.
     fn third(&self, from: u32, to: u32) -> Option<u32> {
         self.side(from, to).map(|side| self.sides[side].third)
     }
@@ -164,9 +162,9 @@ impl Fans {
         Ring { vertices, is_at_border }
     }
 
-    /// Cuts each triangle into four. The vertices on its edges are added to `next`.
+    /// Splits each triangle into four. The vertices on its edges are added to `next`.
     fn cut(&self, faces: &[[u32; 3]], points: &[DVec3], next: &mut Vec<DVec3>) -> Vec<[u32; 3]> {
-        // By sides, of which the two of an edge have the same.
+        // By directed edges; the two of an undirected edge share a vertex.
         let mut middles: Vec<Option<u32>> = vec![None; self.sides.len()];
         let mut on_edge = |[a, b, c]: [u32; 3]| {
             let (own, opposite) = (self.side(a, b), self.side(b, a));
@@ -197,7 +195,7 @@ impl Ring {
         self.vertices.iter().map(|v| points[*v as usize]).sum()
     }
 
-    /// The first and the last of those at a border.
+    /// Returns the sum of the first and the last neighbour.
     fn ends(&self, points: &[DVec3]) -> Option<DVec3> {
         let [first, .., last] = self.vertices[..] else { return None };
         Some(points[first as usize] + points[last as usize])
@@ -209,7 +207,7 @@ impl Ring {
         if self.vertices.len() == 3 { 3.0 / 16.0 } else { 3.0 / (8.0 * n) }
     }
 
-    /// Where a vertex goes when its triangles are cut.
+    /// Returns the position of a vertex after a subdivision step.
     fn smoothed(&self, points: &[DVec3], p: DVec3) -> DVec3 {
         match self.ends(points) {
             Some(ends) if self.is_at_border => p * 0.75 + ends * 0.125,
@@ -218,8 +216,8 @@ impl Ring {
         }
     }
 
-    /// Where it is in the end. (At borders pbrt-v4 has the weights 3/5 and 1/5, which are not those
-    /// of the limit.)
+    /// Returns the limit position of a vertex. (At borders pbrt-v4 has the weights 3/5 and 1/5,
+    /// which are not those of the limit.)
     fn limit(&self, points: &[DVec3], p: DVec3) -> DVec3 {
         match self.ends(points) {
             Some(ends) if self.is_at_border => (p * 4.0 + ends) / 6.0, // as of cubic B-splines
@@ -236,7 +234,7 @@ impl Ring {
         p * (1.0 - n * weight) + self.sum(points) * weight
     }
 
-    /// The normal of the limit, by two tangents. [Hoppe et al. 1994, appendix A]
+    /// Returns the normal of the limit surface, from two tangents. [Hoppe et al. 1994, appendix A]
     fn normal(&self, points: &[DVec3], p: DVec3) -> DVec3 {
         let at = |i: usize| points[self.vertices[i] as usize];
         let n = self.vertices.len();
@@ -301,7 +299,7 @@ mod tests {
         }
     }
 
-    /// The limit of a vertex does not depend on how often the mesh was cut before.
+    /// The limit of a vertex does not depend on the number of previous subdivision steps.
     #[test]
     fn limits_are_limits() {
         let (points, faces) = octahedron();

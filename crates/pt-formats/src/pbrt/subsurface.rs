@@ -1,37 +1,38 @@
-//! `Material "subsurface"`: a boundary of a dielectric around a medium.
+//! `Material "subsurface"`: a dielectric boundary around a medium.
 //!
-//! pbrt-v4 looks up, for two points of the surface, how much light goes from one to the other: that
-//! of a flat half space, by diffusion. Here paths go through the boundary and are scattered in the
-//! medium until they leave again.
+//! pbrt-v4 computes the transport between two points of the surface as for a flat half space, by
+//! diffusion. Here, paths pass the boundary and are scattered in the medium until they leave it.
 
-use super::super::xml::quote;
+use pt_scene::material::Glass;
+use pt_scene::medium::MediumProperties;
+use pt_scene::{Color, RenderHints};
+
 use super::color::index;
 use super::entity::Entity;
 use super::measured_media::Measured;
 use super::medium::{DEFAULT_ABSORBED, DEFAULT_SCATTERED, extinction_and_albedo, mean_cosine};
-use super::scene::World;
-use crate::material::Glass;
-use crate::medium::MediumProperties;
-use crate::{Color, LoadError, RenderHints};
+use super::world::World;
+use crate::LoadError;
+use crate::shared::names::quote;
 
-/// Least interactions that paths may have where light is scattered below surfaces.
+/// Minimum path depth in scenes with subsurface scattering.
 const STEPS: u32 = 1000;
 
-/// The ways to say what the medium is like, of which one is given.
+/// Alternative sets of parameters of the medium, of which at most one is given.
 const WAYS: [(&str, [&str; 2]); 3] = [
     ("name", ["name"; 2]),
     ("sigma_a", ["sigma_a", "sigma_s"]),
     ("reflectance", ["reflectance", "mfp"]),
 ];
 
-/// Lets paths be as long as media below surfaces need, by an integrator that sees these.
+/// Selects an integrator that supports media, and the path depth that subsurface scattering needs.
 pub(super) fn prepare(settings: &mut RenderHints) {
     settings.integrator = Some("volpath");
     settings.max_depth = settings.max_depth.map(|depth| depth.max(STEPS));
 }
 
 impl World {
-    /// The boundary, and the number of the medium behind it.
+    /// Reads the boundary, and the index of the medium behind it.
     pub(super) fn subsurface(&mut self, entity: &Entity) -> Result<(Glass, u32), LoadError> {
         let ior = index(entity, "eta", 1.33, &self.textures.folder)?;
         let roughness = self.roughness(entity, &super::material::ROUGHNESS, 0.0)?;
@@ -49,7 +50,7 @@ impl World {
         Ok((Glass { reflectance, transmittance, ior, roughness }, number))
     }
 
-    /// What is taken away per length, the share of it that is scattered, and the mean cosine.
+    /// Returns the extinction coefficient, the single-scattering albedo and the mean cosine.
     fn matter(
         &mut self,
         entity: &Entity,
@@ -101,7 +102,7 @@ impl World {
         Ok((extinction, albedo, g))
     }
 
-    /// A colour that is the same in all of a medium: of a texture, the mean.
+    /// Returns a colour that is constant in a medium; the mean of a texture.
     fn everywhere(&mut self, entity: &Entity, name: &str, color: &Color) -> [f32; 3] {
         if color.texture().is_some() {
             self.warn(
@@ -116,7 +117,7 @@ impl World {
     }
 }
 
-/// By which of [`WAYS`] the medium is told.
+/// Returns which of [`WAYS`] specifies the medium.
 fn the_way(entity: &Entity) -> Result<Option<&'static str>, LoadError> {
     let mut given = WAYS.iter().filter_map(|(way, names)| {
         names.iter().find(|name| entity.find(name).is_some()).map(|name| (*way, *name))
@@ -129,8 +130,8 @@ fn the_way(entity: &Entity) -> Result<Option<&'static str>, LoadError> {
     Ok(first.map(|(way, _)| way))
 }
 
-/// The share of evenly spread light in a medium that its boundary throws back: F_i = ∫ 2 μ F(μ) dμ,
-/// with Fresnel's F for light from the side of which the index of refraction is `eta` times that of
+/// Fraction of diffuse light in a medium that its boundary reflects: F_i = ∫ 2 μ F(μ) dμ, with the
+/// Fresnel reflectance F for light from the side whose index of refraction is `eta` times that of
 /// the other.
 fn internal_reflectance(eta: f64) -> f64 {
     const PARTS: u32 = 1024;
@@ -141,7 +142,7 @@ fn internal_reflectance(eta: f64) -> f64 {
     (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS)
 }
 
-/// The share of light that is reflected on its way from the side with `eta` times the index of the
+/// Fresnel reflectance for light from the side whose index of refraction is `eta` times that of the
 /// other.
 fn fresnel(cos: f64, eta: f64) -> f64 {
     let square = 1.0 - eta * eta * (1.0 - cos * cos);
@@ -154,15 +155,14 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-/// The share of light that collisions in a deep medium scatter, where the `reflectance` of all
-/// light that enters leaves again, and the boundary throws the share `inner` of what arrives from
-/// below back.
+/// Single-scattering albedo of a deep medium with a given `reflectance`, the fraction of entering
+/// light that leaves again, where the boundary reflects the fraction `inner` of light from below.
 ///
-/// What would leave without a boundary is A: light that enters leaves with A (1 − F), or is thrown
-/// back and goes on likewise, so that R = A (1 − F) / (1 − A F). For A with s = √((1 − ϖ) / (1 − ϖ
-/// g)), A = (1 − s) (1 − 0.139 s) / (1 + 1.17 s), which is solved for s.
-/// [van de Hulst 1980, "Multiple Light Scattering"; Kulla & Conty 2017, "Revisiting Physically
-/// Based Shading at Imageworks"]
+/// Let A be the reflectance without a boundary. Light that enters leaves with A (1 − F), or is
+/// reflected and enters the medium again, so that R = A (1 − F) / (1 − A F). With s² = (1 − ϖ) / (1
+/// − ϖ g), A = (1 − s) (1 − 0.139 s) / (1 + 1.17 s), which is solved for s. [van de Hulst 1980,
+/// "Multiple Light Scattering"; Kulla & Conty 2017, "Revisiting Physically Based Shading at
+/// Imageworks"]
 fn scattering_albedo(reflectance: f64, inner: f64, g: f64) -> f64 {
     let a = reflectance / (1.0 - inner + inner * reflectance);
     let b = 1.139 + 1.17 * a;
@@ -178,7 +178,7 @@ mod tests {
 
     use super::*;
 
-    /// The cosine to the old direction after a collision. [Henyey & Greenstein 1941]
+    /// Samples the cosine of the scattering angle. [Henyey & Greenstein 1941]
     fn turned(u: f64, g: f64) -> f64 {
         if g == 0.0 {
             return 1.0 - 2.0 * u;
@@ -187,8 +187,9 @@ mod tests {
         (1.0 + g * g - x * x) / (2.0 * g)
     }
 
-    /// What is left of light that enters a half space below a smooth boundary, evenly spread, when
-    /// it leaves. Depths are in mean free paths, and cosines μ are to the way down.
+    /// Returns the weight of diffuse light that enters a half space below a smooth boundary, when
+    /// it leaves. Depths are in mean free paths, and cosines μ are relative to the downward
+    /// direction.
     fn walk(mut stream: RngStream, albedo: f64, eta: f64, g: f64) -> f64 {
         let mut next = || stream.next_2d().map(f64::from);
         let mut mu = loop {
@@ -217,8 +218,8 @@ mod tests {
         0.0
     }
 
-    /// Light that enters has had a cone of directions made of it, which the formula does not know:
-    /// so it is less good with an index, and least where much is scattered forwards.
+    /// Refraction confines entering light to a cone of directions, which the formula ignores: it is
+    /// less accurate with an index of refraction, and least with strong forward scattering.
     #[test]
     fn random_walks_in_the_medium_leave_with_the_reflectance_that_was_asked_for() {
         const WALKS: u32 = 5_000;
@@ -249,7 +250,7 @@ mod tests {
         }
     }
 
-    /// From both sides of a boundary as much light goes through, but for η².
+    /// The transmission from both sides of a boundary is equal, except for η².
     #[test]
     fn a_boundary_reflects_as_its_other_side_asks() {
         for eta in [1.2, 1.33, 1.8] {

@@ -4,23 +4,24 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pt_image::{Decoded, PixelEncoding};
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3, trig};
-
-use super::super::context::Folder;
-use super::super::placeholder;
-use super::super::xml::{did_you_mean, quote};
-use super::color::{Role, color};
-use super::entity::Entity;
-use super::mapping;
-use super::token::TokenPosition;
-use crate::LoadError;
-use crate::image::{Decoded, Image, PixelEncoding};
-use crate::texture::{
+use pt_scene::image::Image;
+use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
 
-/// Those of colours.
+use super::color::{Role, color};
+use super::entity::Entity;
+use super::mapping;
+use super::position::TokenPosition;
+use crate::LoadError;
+use crate::shared::context::Folder;
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::placeholder;
+
+/// Types of colour textures.
 const COLORS: [&str; 9] = [
     "bilerp",
     "checkerboard",
@@ -32,7 +33,7 @@ const COLORS: [&str; 9] = [
     "mix",
     "scale",
 ];
-/// Those of numbers.
+/// Types of number textures.
 const NUMBERS: [&str; 11] = [
     "bilerp",
     "checkerboard",
@@ -47,30 +48,30 @@ const NUMBERS: [&str; 11] = [
     "wrinkled",
 ];
 
-/// Most values and patterns that a texture is made of; products of products double with each line.
+/// Maximum number of values and patterns in a texture; products of products double with each line.
 const MAX_PARTS: usize = 64;
 
-/// Which image, and how its numbers are read.
+/// Key of an image: the file, and the options with which it is read.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct ImageKey {
     path: PathBuf,
     encoding: String,
-    /// True if it gives one number: the mean of its colours, or its opacity if it has that.
+    /// True for a number texture: the mean of the colours, or alpha if the image has it.
     is_number: bool,
     inverts: bool,
     scale_bits: u32,
 }
 
-/// The textures of a scene, by name.
+/// Textures of a scene, by name.
 pub(super) struct Textures {
     pub(super) folder: Folder,
     colors: HashMap<String, Color>,
-    /// One number is three that are equal.
+    /// Number textures, with three equal channels.
     numbers: HashMap<String, Color>,
     images: HashMap<ImageKey, Arc<Image>>,
-    /// Names of those that cannot be read, which was told.
+    /// Names of textures that cannot be read, which was reported.
     lost: HashSet<String>,
-    /// Names of those, and whether they are numbers, that show an image that is missing.
+    /// Textures with a missing image, by name, and true for number textures.
     loud: HashSet<(String, bool)>,
 }
 
@@ -86,8 +87,8 @@ impl Textures {
         }
     }
 
-    /// Gives a texture a name, and tells whether it lies in space. `to_world` goes from the
-    /// coordinates that hold where it stands.
+    /// Defines a texture. Returns true if it is in space. `to_world` is the transform from the
+    /// coordinates in which it is defined.
     pub(super) fn define(
         &mut self,
         name: &str,
@@ -134,18 +135,18 @@ impl Textures {
         Ok(is_in_space)
     }
 
-    /// Remembers that a texture of a name cannot be read, which was told.
+    /// Records the name of a texture that cannot be read, which was reported.
     pub(super) fn lose(&mut self, name: String) {
         self.lost.insert(name);
     }
 
-    /// Notes an image that is missing, and tells what shows it.
+    /// Reports a missing image, and notes in the context that a placeholder is used.
     pub(super) fn miss(&self, at: &TokenPosition, why: &str) {
         self.folder.context.missing(at.span(""), format!("{why}; {}", placeholder::INSTEAD));
         self.folder.context.set_placeholder_used();
     }
 
-    /// The texture of a name.
+    /// Returns the texture with a name.
     fn named(
         &self,
         entity: &Entity,
@@ -170,7 +171,7 @@ impl Textures {
         })
     }
 
-    /// A number or colour, or a texture.
+    /// Reads a number or colour, or a texture.
     fn input(
         &self,
         entity: &Entity,
@@ -188,7 +189,7 @@ impl Textures {
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
-    /// A colour of any size, if it is given.
+    /// Reads a colour without an upper limit, if it is specified.
     pub(super) fn unbounded(
         &self,
         entity: &Entity,
@@ -197,7 +198,7 @@ impl Textures {
         entity.find(name).map(|_| self.input(entity, name, false, 0.0)).transpose()
     }
 
-    /// A share of light.
+    /// Reads a reflectance or transmittance.
     pub(super) fn share(
         &self,
         entity: &Entity,
@@ -211,8 +212,7 @@ impl Textures {
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
-    /// A colour that has to be the same everywhere, and whether it is the mean of a texture that is
-    /// given instead.
+    /// Reads a colour that must be constant. Returns true with it if it is the mean of a texture.
     pub(super) fn mean_of(
         &self,
         entity: &Entity,
@@ -228,7 +228,7 @@ impl Textures {
         }
     }
 
-    /// One number from `range`, if it is given.
+    /// Reads a number in a range, if it is specified.
     pub(super) fn number(
         &self,
         entity: &Entity,
@@ -263,7 +263,8 @@ impl Textures {
         }
     }
 
-    /// The first of two where the surface looks along a line, the second where it looks across it.
+    /// Reads a mixture: the first texture where the normal is along a direction, the second one
+    /// where it is perpendicular.
     fn mix_by_direction(
         &self,
         entity: &Entity,
@@ -284,8 +285,8 @@ impl Textures {
         Ok(between(across, along, Input::Texture(Arc::new(facing.into()))))
     }
 
-    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and
-    /// [`Pattern::Checkerboard3d`].
+    /// Reads a checkerboard. Its squares or cubes have side 1 in pbrt-v4, and ½ in
+    /// [`Pattern::Checkerboard`] and [`Pattern::Checkerboard3d`].
     fn checkerboard(
         &self,
         entity: &Entity,
@@ -311,7 +312,7 @@ impl Textures {
         Ok(one_or_other(inputs, squares))
     }
 
-    /// What is called `inside` is seen outside of the dots, as in pbrt-v4, whose code exchanges the
+    /// Reads dots. `inside` is used outside of the dots, as in pbrt-v4, whose code exchanges the
     /// two.
     fn dots(
         &self,
@@ -328,7 +329,8 @@ impl Textures {
         Ok(one_or_other([dot, around], dots))
     }
 
-    /// An image of two by two texels, the middles of which are the corners of the unit square.
+    /// Reads a bilinear interpolation, as an image of 2 × 2 texels whose centres are the corners of
+    /// the unit square.
     fn bilerp(
         &self,
         entity: &Entity,
@@ -405,7 +407,7 @@ impl Textures {
         Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), layout, to_pattern))
     }
 
-    /// The image of a file, read once for all that read it alike.
+    /// Returns the image of a file, which is read once per key.
     fn image(&mut self, key: ImageKey, decode: &dyn Fn(f32) -> f32) -> Result<Arc<Image>, String> {
         if let Some(known) = self.images.get(&key) {
             return Ok(Arc::clone(known));
@@ -429,7 +431,7 @@ impl Textures {
         Ok(image)
     }
 
-    /// A picture whose numbers are not colours: a normal map.
+    /// Reads an image whose values are not colours: a normal map.
     pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
         let path = self.folder.join(name);
         let image = self.folder.context.pixels(&path, PixelEncoding::Stored)?.image;
@@ -439,20 +441,20 @@ impl Textures {
     }
 }
 
-/// The pictures with levels whose names stand in a file: they are those of textures, as lights and
-/// the film have others.
+/// Returns the image files with encoded values that a file names. They belong to textures, since
+/// lights and the film use other formats.
 pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, PixelEncoding)> {
     let names = text.split('"').filter(|text| has_levels(Path::new(text)));
     names.map(|name| (folder.join(name), PixelEncoding::Stored)).collect()
 }
 
-/// Returns true if the numbers of a picture are levels, which are light by an encoding.
+/// Returns true if an image file has encoded values rather than linear light.
 fn has_levels(path: &Path) -> bool {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// From the numbers of a file to light.
+/// Returns the conversion from stored values to linear light.
 fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
     if !has_levels(&key.path) {
         return Ok(Box::new(|x| x));
@@ -475,8 +477,7 @@ fn textured(pattern: Pattern, layout: TextureMapping, to_pattern: DMat3) -> Colo
     Input::Texture(Arc::new(Texture { pattern, layout, to_pattern }))
 }
 
-/// What a pattern of two colours makes of two values; of textures, it tells where the second one
-/// is.
+/// Applies a pattern of two colours. If one of them is a texture, the pattern selects between them.
 fn one_or_other(inputs: [Color; 2], pattern: impl Fn([[f32; 3]; 2]) -> Texture) -> Color {
     match inputs {
         [Input::Value(first), Input::Value(second)] => {
@@ -488,7 +489,7 @@ fn one_or_other(inputs: [Color; 2], pattern: impl Fn([[f32; 3]; 2]) -> Texture) 
     }
 }
 
-/// Two colours, of which one may be a texture, multiplied.
+/// Multiplies two colours, which may be textures.
 pub(super) fn product(factors: [Color; 2]) -> Color {
     match factors {
         [Input::Value(a), Input::Value(b)] => Input::Value(std::array::from_fn(|c| a[c] * b[c])),
@@ -497,14 +498,14 @@ pub(super) fn product(factors: [Color; 2]) -> Color {
     }
 }
 
-/// What is between two colours, by the share of the second.
+/// Interpolates between two colours; `share` is the weight of the second.
 fn between(first: Color, second: Color, share: Scalar) -> Color {
     Input::Texture(Arc::new(
         Pattern::Blend(Box::new(Blend { first, second, amount: share })).into(),
     ))
 }
 
-/// A colour of which all channels are equal, as a number.
+/// Converts a colour with equal channels to a number.
 fn number_of(color: Color) -> Scalar {
     match color {
         Input::Value([x, ..]) => Input::Value(x),
@@ -512,7 +513,7 @@ fn number_of(color: Color) -> Scalar {
     }
 }
 
-/// Returns the number of values and patterns a colour is made of.
+/// Returns the number of values and patterns in a colour.
 fn leaves(color: &Color) -> usize {
     fn of<T>(input: &Input<T>) -> usize {
         match input.texture().map(|texture| &texture.pattern) {
@@ -525,7 +526,7 @@ fn leaves(color: &Color) -> usize {
     of(color)
 }
 
-/// The square root of a number that may vary.
+/// Returns the square root of a number that may be a texture.
 pub(super) fn square_root(number: &Scalar) -> Scalar {
     match number {
         Input::Value(x) => Input::Value(x.max(0.0).sqrt()),
@@ -533,8 +534,9 @@ pub(super) fn square_root(number: &Scalar) -> Scalar {
     }
 }
 
-/// The root of a product is that of its factors, as all channels of a number are equal; that of
-/// what is between two is between theirs, which is right where there is one of the two.
+/// Returns the square root of a texture. The root of a product is the product of the roots, as all
+/// channels of a number are equal. A blend is approximated by the blend of the roots, which is
+/// exact at weights 0 and 1.
 fn root_of(texture: &Texture) -> Texture {
     let root = |color: [f32; 3]| color.map(|x| x.max(0.0).sqrt());
     let of = |color: &Color| match color {

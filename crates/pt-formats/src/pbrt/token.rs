@@ -1,40 +1,22 @@
-//! Words, quoted texts and brackets of a file.
+//! Tokenizer: words, quoted texts and brackets of a file.
 
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::super::xml::quote;
-use super::entity::Parameter;
-use crate::{LoadError, Span, Warning};
+use pt_scene::Warning;
 
-/// A place in a file.
-#[derive(Clone, Debug)]
-pub(super) struct TokenPosition {
-    file: Arc<Path>,
-    line: u32,
-    column: u32,
-}
+use super::parameter::Parameter;
+use crate::LoadError;
+use crate::pbrt::position::TokenPosition;
+use crate::shared::names::quote;
 
-impl TokenPosition {
-    /// The place of an element, as its author knows it; the element may be empty.
-    pub(super) fn span(&self, element: &str) -> Span {
-        let Self { file, line, column } = self;
-        Span { file: file.to_path_buf(), line: *line, column: *column, element: element.to_owned() }
-    }
-
-    /// An error here.
-    pub(super) fn error(&self, message: impl Into<String>) -> LoadError {
-        LoadError::Content { at: self.span(""), message: message.into() }
-    }
-}
-
-/// What a file is made of.
+/// Kind of a token.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind<'a> {
     /// A directive, a number, `true` or `false`.
     Word(&'a str),
-    /// What stands between quotes.
+    /// Text in quotes, with escapes resolved.
     Text(Cow<'a, str>),
     /// `[`
     Open,
@@ -43,7 +25,7 @@ pub(super) enum Kind<'a> {
 }
 
 impl Kind<'_> {
-    /// For messages.
+    /// Describes the token, for messages.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Word(word) => quote(word),
@@ -54,7 +36,7 @@ impl Kind<'_> {
     }
 }
 
-/// A piece of a file, and where it begins.
+/// A token and its position.
 #[derive(Clone, Debug)]
 pub(super) struct Token<'a> {
     pub(super) kind: Kind<'a>,
@@ -62,19 +44,20 @@ pub(super) struct Token<'a> {
     line: u32,
 }
 
-/// Cuts a file into tokens. `#` begins a comment, which ends with its line.
+/// Iterates over the tokens of a file. `#` begins a comment, which ends with its line.
 pub(super) struct Tokens<'a> {
     file: Arc<Path>,
     text: &'a str,
     next: usize,
     line: u32,
     ahead: Option<Token<'a>>,
-    /// True if there was a text without an end, behind which nothing is what it seems.
+    /// True after an error such as an unterminated text, which makes the rest of the file
+    /// meaningless.
     is_broken: bool,
-    /// Parameters of the last directive that stand behind the directive by which the file is
-    /// included.
+    /// Additional parameters of the last directive of the file, which follow the directive that
+    /// includes the file.
     tail: Vec<Parameter>,
-    /// What there is to say about what was read.
+    /// Warnings about the tokens read.
     pub(super) notes: Vec<Warning>,
 }
 
@@ -84,23 +67,23 @@ impl<'a> Tokens<'a> {
         Self { file, text, next: 0, line: 1, ahead: None, is_broken: false, tail, notes }
     }
 
-    /// Those of an included file, whose last directive goes on with parameters of the file that
-    /// includes it.
+    /// Creates the tokens of an included file, whose last directive continues with parameters of
+    /// the including file.
     pub(super) fn included(text: &'a str, file: &Path, tail: Vec<Parameter>) -> Self {
         Self { tail, ..Self::new(text, file) }
     }
 
-    /// The parameters with which the last directive goes on, once all of the file is read.
+    /// Returns the parameters with which the last directive continues, once the whole file is read.
     pub(super) fn take_tail(&mut self) -> Result<Vec<Parameter>, LoadError> {
         Ok(if self.peek()?.is_none() { std::mem::take(&mut self.tail) } else { Vec::new() })
     }
 
-    /// The place of a token.
+    /// Position of a token.
     pub(super) fn place(&self, token: &Token<'_>) -> TokenPosition {
         self.place_of(token.offset, token.line)
     }
 
-    /// Where the last line ends.
+    /// Position of the end of the file.
     pub(super) fn end(&self) -> TokenPosition {
         self.place_of(self.text.len(), self.line)
     }
@@ -112,7 +95,7 @@ impl<'a> Tokens<'a> {
         TokenPosition { file: Arc::clone(&self.file), line, column }
     }
 
-    /// The next token, which stays the next one.
+    /// Returns the next token without consuming it.
     pub(super) fn peek(&mut self) -> Result<Option<&Token<'a>>, LoadError> {
         if self.ahead.is_none() {
             self.ahead = self.read()?;
@@ -120,7 +103,7 @@ impl<'a> Tokens<'a> {
         Ok(self.ahead.as_ref())
     }
 
-    /// The next token; `None` at the end of the file.
+    /// Returns the next token; `None` at the end of the file.
     pub(super) fn take(&mut self) -> Result<Option<Token<'a>>, LoadError> {
         match self.ahead.take() {
             Some(token) => Ok(Some(token)),
@@ -128,7 +111,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// Leaves all out until the next word that fits; behind what is broken, there is none.
+    /// Skips tokens up to the next word that `fits`. After an unreadable token there is none.
     pub(super) fn skip_to(&mut self, fits: impl Fn(&str) -> bool) -> Result<(), LoadError> {
         while let Some(token) = self.peek()? {
             if matches!(token.kind, Kind::Word(word) if fits(word)) {
@@ -189,7 +172,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// What stands between quotes, with its escapes resolved; it ends on its line.
+    /// Reads a text in quotes and resolves its escapes; it ends on its line.
     fn quoted(&mut self) -> Result<Kind<'a>, LoadError> {
         let start = self.next + 1;
         let rest = &self.text[start..];
@@ -225,7 +208,7 @@ impl<'a> Tokens<'a> {
 /// Resolves `\"`, `\\`, `\'`, `\n`, `\t`, `\r`, `\b` and `\f`.
 ///
 /// # Errors
-/// The character behind a backslash that means nothing.
+/// The character after a backslash, if that is no escape.
 fn unescape(text: &str) -> Result<String, char> {
     let mut result = String::with_capacity(text.len());
     let mut characters = text.chars();

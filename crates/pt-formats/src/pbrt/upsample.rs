@@ -1,28 +1,27 @@
-//! Reflectances under coloured light: what a spectral renderer sees, where one of colours
-//! multiplies them.
+//! Reflectances under coloured light: a spectral renderer multiplies spectra where this renderer
+//! multiplies colours.
 //!
-//! pbrt-v4 takes a colour for a smooth spectrum, a sigmoid of a quadratic polynomial of the
-//! wavelength, and the light for another one times daylight. Their product has another colour than
+//! pbrt-v4 upsamples a reflectance to a smooth spectrum, a sigmoid of a quadratic polynomial of the
+//! wavelength, and light to such a spectrum times daylight. Their product has another colour than
 //! the product of their colours. [Jakob & Hanika 2019, "A Low-Dimensional Function Space for
 //! Efficient Spectral Upsampling"]
 
-use pt_math::{DMat3, DVec3, cie};
-
-use crate::material::{Hair, Mix, Pigment, SurfaceDetail};
-use crate::texture::{Color, Input, Pattern, Texture};
-use crate::{Light, LightKind, Material, Surface};
 use std::sync::Arc;
 
-/// Wavelengths that are summed over, in nanometres.
+use pt_math::{DMat3, DVec3, cie};
+use pt_scene::material::{Hair, Mix, Pigment, SurfaceDetail};
+use pt_scene::texture::{Color, Input, Pattern, Texture};
+use pt_scene::{Light, LightKind, Material, Surface};
+
+/// Step of the sum over wavelengths, in nanometres.
 const STEP: f64 = 5.0;
-/// Lights whose colours differ by less are of one colour, and colours that differ by less from grey
-/// are grey.
+/// Tolerance below which the colours of lights are equal, and colours are grey.
 const TOLERANCE: f64 = 1e-3;
 
-/// How materials look under light of one colour.
+/// Conversion of reflectances for light of one colour.
 pub(super) struct Illuminant {
-    /// What each wavelength of the light counts for red, green and blue, so that white is (1, 1,
-    /// 1).
+    /// Weights of the wavelengths of the light for red, green and blue. They add up to white,
+    /// (1, 1, 1).
     weights: Vec<[f64; 3]>,
 }
 
@@ -32,16 +31,16 @@ pub(super) struct Illuminant {
 struct Sigmoid(DVec3);
 
 impl Sigmoid {
-    /// The reflectance at t, and how it grows with x there.
+    /// Returns the reflectance at t, and its derivative with respect to x.
     fn at(self, t: f64) -> (f64, f64) {
         let x = self.0.dot(DVec3::new(1.0, t, t * t));
         let root = (1.0 + x * x).sqrt();
         (0.5 + 0.5 * x / root, 0.5 / (root * root * root))
     }
 
-    /// The one that has a colour under daylight; `None` if none comes near.
+    /// Fits the spectrum that has a colour under daylight; `None` if the fit does not converge.
     ///
-    /// Newton's method with the steps of Levenberg and Marquardt.
+    /// Uses the Levenberg-Marquardt method.
     fn of_color(rgb: [f64; 3], daylight: &[[f64; 3]]) -> Option<Self> {
         const ITERATIONS: u32 = 200;
         const NEAR: f64 = 1e-4;
@@ -69,7 +68,7 @@ impl Sigmoid {
         ((target - color).length() < NEAR).then_some(fit)
     }
 
-    /// Its colour, and how that grows with the coefficients.
+    /// Returns the colour, and its derivative with respect to the coefficients.
     fn seen(self, weights: &[[f64; 3]]) -> (DVec3, DMat3) {
         let (mut color, mut slope) = (DVec3::ZERO, DMat3::ZERO);
         for (t, weight) in shares(weights.len()).zip(weights) {
@@ -84,12 +83,12 @@ impl Sigmoid {
     }
 }
 
-/// From 0 to 1 in so many steps.
+/// Returns `count` equidistant numbers from 0 to 1.
 fn shares(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| i as f64 / (count - 1) as f64)
 }
 
-/// What each wavelength of daylight counts for red, green and blue.
+/// Returns the weights of the wavelengths of daylight for red, green and blue.
 fn daylight() -> Vec<[f64; 3]> {
     let [shortest, longest] = cie::WAVELENGTHS;
     let count = ((longest - shortest) / STEP) as usize + 1;
@@ -100,7 +99,7 @@ fn daylight() -> Vec<[f64; 3]> {
     normalized((0..count).map(weight).collect())
 }
 
-/// Scaled so that each channel adds up to 1.
+/// Scales weights so that each channel adds up to 1.
 fn normalized(mut weights: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     let sums: [f64; 3] = std::array::from_fn(|c| weights.iter().map(|w| w[c]).sum());
     for weight in &mut weights {
@@ -110,8 +109,8 @@ fn normalized(mut weights: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
 }
 
 impl Illuminant {
-    /// Light of a colour; `None` if it is white, under which colours are what they are, or no
-    /// spectrum has it.
+    /// Creates the illuminant of a colour; `None` for white, which leaves reflectances unchanged,
+    /// and for colours without a spectrum.
     pub(super) fn of_color(rgb: [f64; 3]) -> Option<Self> {
         let most = rgb.iter().fold(0.0, |a: f64, b| a.max(*b));
         if most <= 0.0 || rgb.iter().all(|c| most - c <= TOLERANCE * most) {
@@ -125,7 +124,8 @@ impl Illuminant {
         Some(Self { weights: normalized(weights) })
     }
 
-    /// The one colour that all lights of a scene have, if they have one and it is not white.
+    /// Creates the illuminant of a scene; `None` unless all lights have the same colour, other than
+    /// white.
     pub(super) fn of_scene(lights: &[Light], materials: &[Material]) -> Option<Self> {
         let mut found: Option<[f64; 3]> = None;
         let glow = materials.iter().map(|material| color_of_glow(&material.emission));
@@ -145,7 +145,7 @@ impl Illuminant {
         Self::of_color(found?)
     }
 
-    /// What a reflectance becomes: its colour under this light over that of the light.
+    /// Converts a reflectance: its colour under this light relative to that of the light.
     pub(super) fn reflected(&self, rgb: [f32; 3]) -> [f32; 3] {
         let [least, most] = [
             rgb.iter().fold(1.0, |a: f32, b| a.min(*b)),
@@ -159,7 +159,7 @@ impl Illuminant {
         color.clamp(DVec3::ZERO, DVec3::ONE).as_vec3().to_array()
     }
 
-    /// Changes all reflectances of a surface but those of images.
+    /// Converts all reflectances of a surface, except those of images.
     pub(super) fn light_up(&self, surface: &mut Surface) {
         match surface {
             Surface::Diffuse(s) => self.color(&mut s.reflectance),
@@ -207,8 +207,8 @@ impl Illuminant {
     }
 }
 
-/// The colour of what glows, if it has one; it still has where a texture says how much of it is
-/// there.
+/// Returns the colour of an emission, if it is constant. It may be multiplied by a texture, such as
+/// an opacity.
 fn color_of_glow(emission: &Color) -> Option<[f32; 3]> {
     match emission {
         Input::Value(value) => Some(*value),
@@ -222,7 +222,7 @@ fn color_of_glow(emission: &Color) -> Option<[f32; 3]> {
     }
 }
 
-/// The colour of a light that has one.
+/// Returns the colour of a light, if it is constant.
 fn color_of(kind: &LightKind) -> Option<[f32; 3]> {
     match kind {
         LightKind::Point { intensity: light }
@@ -256,7 +256,7 @@ mod tests {
         assert!(
             Illuminant::of_color([2.0; 3]).is_none() && Illuminant::of_color([0.0; 3]).is_none()
         );
-        // A reflectance stays one.
+        // Reflectances remain in [0, 1].
         let seen = warm.reflected([0.63, 0.065, 0.05]);
         assert!(
             seen.iter().all(|c| (0.0..=1.0).contains(c)) && seen != [0.63, 0.065, 0.05],

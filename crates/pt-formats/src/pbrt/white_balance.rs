@@ -1,22 +1,23 @@
-//! White balance: light of a colour temperature becomes white. There it is done to what the sensor
-//! sees, here to all light.
+//! White balance: light of a colour temperature becomes white. pbrt-v4 applies it to the sensor
+//! response, this reader to all light.
 
 use std::sync::Arc;
 
 use pt_math::{DMat3, DVec3, cie};
+use pt_scene::image::Image;
+use pt_scene::medium::{MediumEmission, MediumProperties};
+use pt_scene::texture::{Color, Input, Pattern, Texture};
+use pt_scene::{LightKind, Scene};
 
 use super::color_space::{D65, xyz_of};
-use crate::image::Image;
-use crate::medium::{MediumEmission, MediumProperties};
-use crate::texture::{Color, Input, Pattern, Texture};
-use crate::{LightKind, Scene};
 
-/// From CIE XYZ to what cones see, by columns. [Lam 1985, the Bradford transform; ICC.1:2010, annex
-/// E]
+/// Matrix from CIE XYZ to cone responses, by columns. [Lam 1985, the Bradford transform;
+/// ICC.1:2010, annex E]
 const CONES: [[f64; 3]; 3] =
     [[0.8951, -0.7502, 0.0389], [0.2664, 1.7135, -0.0685], [-0.1614, 0.0367, 1.0296]];
 
-/// From linear Rec. 709 to that in which daylight of a temperature is white. [von Kries 1905]
+/// Returns the matrix of linear Rec. 709 that maps daylight of a temperature to white. [von Kries
+/// 1905]
 pub(super) fn of_daylight(kelvin: f64) -> DMat3 {
     let cones = DMat3::from_cols_array_2d(&CONES);
     let [from, to] = [daylight(kelvin), D65].map(|white| cones * xyz_of(white));
@@ -27,8 +28,8 @@ pub(super) fn of_daylight(kelvin: f64) -> DMat3 {
     to_rec709 * adapted * to_rec709.inverse()
 }
 
-/// The chromaticity of daylight. [CIE 015:2004, §3.1; temperatures are those of the scale before
-/// 1968]
+/// Returns the chromaticity of daylight. [CIE 015:2004, §3.1; temperatures are those of the scale
+/// before 1968]
 fn daylight(kelvin: f64) -> [f64; 2] {
     let t = 1e3 / (kelvin * 1.4388 / 1.4380);
     let x = if kelvin <= 7000.0 {
@@ -39,7 +40,7 @@ fn daylight(kelvin: f64) -> [f64; 2] {
     [x, -3.0 * x * x + 2.87 * x - 0.275]
 }
 
-/// Does it to all light of a scene but that of heat.
+/// Applies the matrix to all light of a scene except thermal emission.
 pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
     for light in &mut scene.lights {
         match &mut light.kind {
@@ -73,7 +74,7 @@ pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
     }
 }
 
-/// A colour; what Rec. 709 has not is cut.
+/// Applies the matrix to a colour; negative channels become 0.
 fn seen(matrix: DMat3, color: [f32; 3]) -> [f32; 3] {
     let color = matrix * DVec3::from_array(color.map(f64::from));
     color.to_array().map(|c| c.max(0.0) as f32)
@@ -84,7 +85,7 @@ fn picture(image: &Image, matrix: DMat3) -> Arc<Image> {
     Arc::new(Image { pixels, ..*image })
 }
 
-/// Of what is multiplied, the first factor is light, and the others are shares of it.
+/// Applies the matrix to an emission. In products, only the first factor is light.
 fn tint(color: &mut Color, matrix: DMat3) {
     match color {
         Input::Value(value) => *value = seen(matrix, *value),
@@ -106,7 +107,7 @@ fn tint_texture(texture: &mut Arc<Texture>, matrix: DMat3) {
 mod tests {
     use super::*;
 
-    /// Daylight of a temperature becomes white with the same luminance, and what is bluer stays
+    /// Daylight of a temperature becomes white with the same luminance, and bluer light stays
     /// bluer.
     #[test]
     fn daylight_becomes_white() {
@@ -121,7 +122,7 @@ mod tests {
         assert!(r > 1.05 && b < 0.9, "{r} {b}");
     }
 
-    /// D50 and D65 have the chromaticities of their tables.
+    /// D50 and D65 have the tabulated chromaticities.
     #[test]
     fn daylight_has_its_chromaticity() {
         for (kelvin, [x, y]) in [(5000.0, [0.3457, 0.3585]), (6500.0, [0.3127, 0.3291])] {
@@ -133,10 +134,10 @@ mod tests {
     #[test]
     fn products_are_tinted_once() {
         let image = Arc::new(Image { width: 1, height: 1, pixels: vec![[2.0; 3]] });
-        let bitmap = crate::texture::Bitmap {
+        let bitmap = pt_scene::texture::Bitmap {
             image,
-            wrap: crate::texture::Wrap::CLAMP,
-            filter: crate::texture::Filter::Nearest,
+            wrap: pt_scene::texture::Wrap::CLAMP,
+            filter: pt_scene::texture::Filter::Nearest,
         };
         let shown: Color = Input::Texture(Arc::new(Pattern::Bitmap(bitmap).into()));
         let factors = Box::new([shown, Input::Value([0.5; 3])]);

@@ -1,27 +1,28 @@
-//! Values of vertices and faces that have names, as Mitsuba 3 groups and names them.
+//! Named attributes of vertices and faces, grouped and named as in Mitsuba 3.
 //!
-//! Properties that follow one another, with the same words before the last `_` and behind it `x y
-//! z`, `0 1 2`, `1 2 3`, or `x`, `0` or `1` alone, are an attribute by the name of these words;
-//! with `r g b` or `r` alone, `_color` is added to the name. The attributes of two or four numbers
-//! are none. [Measured with Mitsuba 3.9.1; its documentation, "PLY mesh loader"]
+//! Consecutive properties with the same words before the last `_`, and after it `x y z`, `0 1 2`,
+//! `1 2 3`, or `x`, `0` or `1` alone, are an attribute whose name is these words; with `r g b` or
+//! `r` alone, `_color` is appended to the name. Attributes of two or four numbers are ignored.
+//! [Measured with Mitsuba 3.9.1; its documentation, "PLY mesh loader"]
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, PropertyType};
+use pt_scene::Attributes;
 
-use super::super::{mesh_diagnostics, text};
-use crate::{Attributes, LoadError};
+use crate::LoadError;
+use crate::shared::{mesh_diagnostics, text};
 
-/// Names of attributes.
+/// Names of the requested attributes.
 #[derive(Debug, Default)]
 pub(in super::super) struct Wanted {
     pub(in super::super) vertices: BTreeSet<String>,
     pub(in super::super) faces: BTreeSet<String>,
 }
 
-/// Names of the properties that are read as colours in place of those that are colours.
+/// Names of properties that are read in place of colours.
 pub(super) struct Shown {
     pub(super) vertices: Vec<String>,
     pub(super) faces: Vec<String>,
@@ -33,10 +34,10 @@ impl Wanted {
     }
 }
 
-/// The attributes of a file that are wanted; those that it lacks are left out.
+/// Reads the requested attributes of a file, except those that it lacks.
 ///
 /// # Errors
-/// If the file cannot be read.
+/// Returns an error if the file cannot be read.
 pub(in super::super) fn parse(
     bytes: &[u8],
     path: &Path,
@@ -77,15 +78,15 @@ pub(in super::super) fn parse(
     Ok(attributes)
 }
 
-/// The name of an attribute, and its properties.
+/// Name of an attribute, and its properties.
 type Group = (String, Vec<String>);
 
-/// The attributes of an element.
+/// Returns the attributes of an element.
 fn groups(element: &ElementDef) -> Vec<Group> {
     const ENDINGS: [[&str; 4]; 4] =
         [["x", "y", "z", "w"], ["r", "g", "b", "a"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
     let mut groups: Vec<(&str, usize, Vec<String>)> = Vec::new();
-    let mut follows = false; // whether the last property is of the last group
+    let mut follows = false; // true if the last property is of the last group
     for (name, property) in &element.properties {
         let is_number = matches!(property.data_type, PropertyType::Scalar(_));
         let Some((words, ending)) = name.rsplit_once('_').filter(|_| is_number) else {
@@ -121,7 +122,7 @@ fn groups(element: &ElementDef) -> Vec<Group> {
 mod tests {
     use super::*;
 
-    /// What `mitsuba.traverse` of 3.9.1 showed of such meshes.
+    /// Output of `mitsuba.traverse` of 3.9.1 for such meshes.
     #[test]
     fn attributes_are_those_of_mitsuba() {
         for (properties, expected) in [

@@ -1,22 +1,22 @@
-//! Named numbers of all rows of an element, for files that are no meshes.
+//! Named values of all rows of an element, for files that are no meshes.
 
 use std::path::Path;
 
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
-use super::super::xml::quote;
-use super::super::{mesh_diagnostics, mesh_file, text};
 use super::layout::{Layout, SLOTS};
 use super::rows::{Body, Chunk};
 use super::{header_of, text_lines};
 use crate::LoadError;
+use crate::shared::names::quote;
+use crate::shared::{mesh_diagnostics, mesh_file, text};
 
-/// The numbers of some properties of the vertices, a row each, in the order of `names`, of which
-/// there are at most [`SLOTS`].
+/// Reads some properties of the vertices, one row each, in the order of `names`, of which there are
+/// at most [`SLOTS`].
 ///
 /// # Errors
-/// If the content is no PLY, ends early, has no vertices, a property is missing or a list, or a
-/// number is not finite.
+/// Returns an error if the content is no PLY, is truncated, has no vertices, a property is missing
+/// or a list, or a value is not finite.
 pub(in super::super) fn parse<const N: usize>(
     bytes: &[u8],
     path: &Path,

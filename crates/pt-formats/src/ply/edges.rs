@@ -2,17 +2,18 @@
 
 use ply_rs_bw::ply::ElementDef;
 
-use super::super::mesh_diagnostics::MeshDiagnostics;
 use super::layout::Layout;
 use super::rows::{Body, Chunk};
 use crate::LoadError;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
 
-/// The ends of a segment.
+/// Properties of the end points of a segment.
 const NAMES: [&str; 2] = ["vertex1", "vertex2"];
-/// More vertices than this are not numbered exactly by the numbers of rows, of single precision.
+/// Maximum number of vertices; rows are read in single precision, which does not represent larger
+/// indices exactly.
 const MAX_VERTICES: u32 = 1 << 24;
 
-/// The ends of all edges, each below `vertices`; those that refer to others have a fault.
+/// Reads the end points of all edges, each below `vertices`; those that refer to others are errors.
 pub(super) fn read(
     body: &mut Body,
     element: &ElementDef,

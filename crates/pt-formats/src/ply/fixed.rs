@@ -1,8 +1,7 @@
-//! What most binary files hold, in tight loops: rows of a size that is the same for all.
+//! Fast path for the rows of most binary files, whose size is constant.
 //!
-//! Those are vertices without lists, and faces that are triangles. Where anything else is met, or
-//! anything wrong, nothing is said but that: the general way through rows then finds out what it
-//! is.
+//! These are vertices without lists, and triangular faces. In all other cases, and for any error,
+//! the functions return `None`, and the general reader of rows determines the problem.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,34 +11,34 @@ use super::layout::{COLOR, Field, IMAGE_NAME, Kind, Layout, NORMAL, Number, POSI
 use super::rows::ROWS;
 use super::words::in_order;
 
-/// Rows of the same size, whose numbers have the highest byte first if `BIG`.
+/// Rows of constant size, big-endian if `BIG`.
 struct Rows<'a, const BIG: bool> {
     bytes: &'a [u8],
     /// Bytes of a row, > 0.
     stride: usize,
 }
 
-/// A number of a row.
+/// A property of a row.
 #[derive(Clone, Copy)]
 struct Column {
-    /// First byte in the row.
+    /// Offset in the row.
     offset: usize,
     number: Number,
     levels: f32,
 }
 
-/// The lists of the corners of triangles.
+/// The lists of corners of triangles.
 #[derive(Clone, Copy)]
 struct Lists {
-    /// First byte in the row.
+    /// Offset in the row.
     offset: usize,
     length: Number,
     of: Number,
-    /// Corners are below this.
+    /// Number of vertices, below which corners are.
     vertices: u32,
 }
 
-/// Vertices, with values for each where the file has them.
+/// Vertices, with the attributes of the file.
 pub(super) struct Vertices {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Option<Vec<[f32; 3]>>,
@@ -47,8 +46,8 @@ pub(super) struct Vertices {
     pub(super) colors: Option<Vec<[f32; 3]>>,
 }
 
-/// Faces that are triangles, with colours, texture coordinates at their corners and numbers of
-/// images where the file has them.
+/// Triangular faces, with colours, texture coordinates at their corners and image indices, if the
+/// file has them.
 #[derive(Default)]
 pub(super) struct Triangles {
     pub(super) corners: Vec<[u32; 3]>,
@@ -57,7 +56,7 @@ pub(super) struct Triangles {
     pub(super) images: Option<Vec<i64>>,
 }
 
-/// Reads all vertices at the beginning of the bytes, and tells how many bytes they take.
+/// Reads all vertices at the start of the bytes, and returns the number of bytes they take.
 pub(super) fn vertices<const BIG: bool>(
     layout: &Layout,
     bytes: &[u8],
@@ -78,8 +77,8 @@ pub(super) fn vertices<const BIG: bool>(
     Some((vertices, size))
 }
 
-/// Reads all faces at the beginning of the bytes if they are triangles with corners below
-/// `vertices`, and tells how many bytes they take.
+/// Reads all faces at the start of the bytes if they are triangles with corners below `vertices`,
+/// and returns the number of bytes they take.
 pub(super) fn triangles<const BIG: bool>(
     layout: &Layout,
     vertices: u32,
@@ -99,7 +98,7 @@ pub(super) fn triangles<const BIG: bool>(
     Some((Triangles { corners, colors, ..Triangles::default() }, size))
 }
 
-/// The sizes of the properties of triangles, whose only list is that of the corners.
+/// Returns the sizes of the properties of triangles, whose only list is that of the corners.
 fn sizes_of_triangles(layout: &Layout) -> impl Iterator<Item = Option<usize>> {
     layout.fields.iter().map(|field| match (field.kind, field.role) {
         (Kind::Scalar(number), _) => Some(number.size()),
@@ -109,8 +108,8 @@ fn sizes_of_triangles(layout: &Layout) -> impl Iterator<Item = Option<usize>> {
 }
 
 impl<'a, const BIG: bool> Rows<'a, BIG> {
-    /// All rows of an element, whose properties have these sizes, and the bytes that they take;
-    /// none if they are few or not all there.
+    /// Creates a view of all rows of an element, whose properties have these sizes, and returns the
+    /// number of bytes they take; `None` if they are few or truncated.
     fn new(
         layout: &Layout,
         sizes: impl Iterator<Item = Option<usize>>,
@@ -127,7 +126,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         self.bytes.len() / self.stride
     }
 
-    /// The numbers of all rows that have slots from this one on; none if one is not finite.
+    /// Reads the values of all rows in the slots from this one; `None` if any is not finite.
     fn values<const N: usize>(&self, layout: &Layout, slot: usize) -> Option<Vec<[f32; N]>> {
         let columns: [_; N] = std::array::from_fn(|k| column(layout, slot + k));
         let mut values = pt_memory::zeros(self.count());
@@ -142,7 +141,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         all_good.then_some(values)
     }
 
-    /// Fills values from rows in parallel; whether `fill` found all good.
+    /// Fills values from rows in parallel. Returns true if `fill` returned true for all rows.
     fn fill<T: Send>(
         &self,
         values: &mut [T],
@@ -158,7 +157,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         all_good.into_inner()
     }
 
-    /// Sets component `k` of values to the numbers of a column.
+    /// Sets component `k` of the values to the numbers of a column.
     fn column<const N: usize>(&self, rows: &[u8], at: Column, out: &mut [[f32; N]], k: usize) {
         match at.number {
             Number::Char => self.each(rows, at, out, k, |x| f32::from(i8::from_le_bytes(x))),
@@ -187,11 +186,11 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         }
     }
 
-    /// The corners of triangles, whose lists are `at`; none if a list has not three items, or one
-    /// is no vertex.
+    /// Reads the corners of triangles, whose lists are `at`; `None` if a list does not have three
+    /// items, or one is no vertex.
     fn corners(&self, at: Lists) -> Option<Vec<[u32; 3]>> {
         match at.of {
-            // Negative corners are far above all vertices then, so they are found to be wrong.
+            // Negative corners become larger than the number of vertices, and are rejected.
             Number::Char => self.lists(at, |x| i32::from(i8::from_le_bytes(x)) as u32),
             Number::UChar => self.lists(at, |x| u32::from(u8::from_le_bytes(x))),
             Number::Short => self.lists(at, |x| i32::from(i16::from_le_bytes(x)) as u32),
@@ -227,7 +226,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
     }
 }
 
-/// The number of a slot in the rows of an element, the last one if several have it.
+/// Returns the column of a slot in the rows of an element; the last one if several have it.
 fn column(layout: &Layout, slot: usize) -> Option<Column> {
     let mut offset = 0;
     let mut found = None;

@@ -1,4 +1,4 @@
-//! What the properties of an element are, and what is read of them.
+//! Properties of an element, and the roles in which they are read.
 
 use ply_rs_bw::ply::{ElementDef, PropertyType, ScalarType};
 
@@ -6,10 +6,10 @@ use ply_rs_bw::ply::{ElementDef, PropertyType, ScalarType};
 const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
 /// Names of the properties of a colour.
 const COLOR_NAMES: [[&str; 3]; 2] = [["r", "g", "b"], ["red", "green", "blue"]];
-/// Names of the list of the corners of a face.
+/// Names of the list of corners of a face.
 const CORNER_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// Types of numbers, by the names that the parser of headers gives them.
+/// Numeric types, named as in the parser of headers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     Char,
@@ -36,7 +36,7 @@ impl Number {
         }
     }
 
-    /// Bytes in a binary file.
+    /// Returns the size in a binary file, in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::Char | Self::UChar => 1,
@@ -50,8 +50,7 @@ impl Number {
         matches!(self, Self::Float | Self::Double)
     }
 
-    /// The greatest number of a channel of a colour; 1 for reals. Numbers with a sign are no
-    /// colours.
+    /// Returns the maximum of a colour channel; 1 for real numbers. Signed integers are no colours.
     fn levels(self) -> Option<f32> {
         match self {
             Self::Float | Self::Double => Some(1.0),
@@ -63,36 +62,36 @@ impl Number {
     }
 }
 
-/// The type of a property: one number, or a list, with the types of its length and its items.
+/// Type of a property: one number, or a list, with the types of its length and its items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Scalar(Number),
     List(Number, Number),
 }
 
-/// The list of the texture coordinates of the corners of a face, and the number of its image.
+/// Name of the list of texture coordinates of the corners of a face, and of the index of its image.
 const COORDINATES_NAME: &str = "texcoord";
 pub(super) const IMAGE_NAME: &str = "texnumber";
 
-/// Where the numbers of a row go: position, normal, texture coordinate, colour and image.
+/// Slots of the numbers of a row: position, normal, texture coordinate, colour and image.
 pub(super) const POSITION: usize = 0;
 pub(super) const NORMAL: usize = 3;
 pub(super) const UV: usize = 6;
 pub(super) const COLOR: usize = 8;
 pub(super) const IMAGE: usize = 11;
-/// Number of numbers read from a row.
+/// Number of slots of a row.
 pub(super) const SLOTS: usize = 12;
 
-/// What a property is read for.
+/// Role of a property.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
-    /// Nothing: it is passed over.
+    /// Ignored.
     Nothing,
-    /// A number of the row, by its slot, in units of `levels`.
+    /// A number of the row, with its slot, divided by `levels`.
     Slot { slot: usize, levels: f32 },
-    /// The corners of a face or of a strip.
+    /// Corners of a face or of a strip.
     Corners,
-    /// The texture coordinates of the corners of a face.
+    /// Texture coordinates of the corners of a face.
     Coordinates,
 }
 
@@ -103,14 +102,14 @@ pub(super) struct Field {
     pub(super) role: Role,
 }
 
-/// The properties of an element, in the order of the file.
+/// Properties of an element, in file order.
 #[derive(Debug)]
 pub(super) struct Layout<'a> {
     pub(super) element: &'a ElementDef,
     pub(super) fields: Vec<Field>,
-    /// The greatest number of a channel of the colours, if there are some: 1 for real numbers.
+    /// Maximum of a colour channel, if there are colours: 1 for real numbers.
     levels: Option<f32>,
-    /// The first property that has a type which its role cannot have, and that type.
+    /// The first property whose type does not match its role, and that type.
     pub(super) unsupported: Option<(&'a str, Kind)>,
 }
 
@@ -133,8 +132,8 @@ impl<'a> Layout<'a> {
         Self { element, fields, levels, unsupported }
     }
 
-    /// Reads properties of these names as the channels of colours, and no others; whole numbers are
-    /// what they are.
+    /// Assigns the colour channels to the properties of these names, and to no others; integers are
+    /// not scaled.
     pub(super) fn show(&mut self, names: &[String]) {
         let colors = COLOR..COLOR + 3;
         for ((name, _), field) in self.element.properties.iter().zip(&mut self.fields) {
@@ -147,8 +146,8 @@ impl<'a> Layout<'a> {
         self.levels = (!names.is_empty()).then_some(1.0);
     }
 
-    /// An element of which the numbers of these names are read, each into the slot of its place in
-    /// the list.
+    /// Creates the layout of an element with only the properties of these names, each in the slot
+    /// of its position in the list.
     pub(super) fn of_columns(element: &'a ElementDef, names: &[&str]) -> Self {
         let mut layout = Self::passed_over(element);
         for (name, field) in element.properties.keys().zip(&mut layout.fields) {
@@ -159,14 +158,14 @@ impl<'a> Layout<'a> {
         layout
     }
 
-    /// An element of which nothing is read.
+    /// Creates the layout of an element of which nothing is read.
     pub(super) fn passed_over(element: &'a ElementDef) -> Self {
         let mut layout = Self::new(element);
         layout.fields.iter_mut().for_each(|field| field.role = Role::Nothing);
         Self { unsupported: None, ..layout }
     }
 
-    /// Returns true if it has all properties of these names.
+    /// Returns true if the element has all properties of these names.
     pub(super) fn has(&self, names: &[&str]) -> bool {
         names.iter().all(|name| self.element.properties.contains_key(*name))
     }
@@ -184,12 +183,12 @@ impl<'a> Layout<'a> {
         CORNER_NAMES.iter().any(|name| self.has(&[name]))
     }
 
-    /// The greatest number of a channel of the colours, if there are some: 1 for real numbers.
+    /// Returns the maximum of a colour channel, if there are colours: 1 for real numbers.
     pub(super) fn color_levels(&self) -> Option<f32> {
         self.levels
     }
 
-    /// Bytes of a row of a binary file; none if it has lists.
+    /// Returns the size of a row of a binary file in bytes; `None` if it has lists.
     pub(super) fn stride(&self) -> Option<usize> {
         self.fields.iter().try_fold(0, |sum, field| match field.kind {
             Kind::Scalar(kind) => Some(sum + kind.size()),
@@ -197,7 +196,7 @@ impl<'a> Layout<'a> {
         })
     }
 
-    /// Fewest bytes that a row can take.
+    /// Returns the minimum size of a row in bytes.
     pub(super) fn least_size(&self, is_text: bool) -> usize {
         let size = |field: &Field| match (field.kind, is_text) {
             (_, true) => 2, // "0 "
@@ -219,7 +218,7 @@ fn levels_of_colors(element: &ElementDef) -> Option<f32> {
     COLOR_NAMES.iter().find_map(of_all)
 }
 
-/// What a property of this name is for in this element; none if it cannot be of this type.
+/// Returns the role of a property of this name in this element; `None` if its type is not allowed.
 fn role(element: &str, name: &str, kind: Kind) -> Option<Role> {
     let is_vertex = element == "vertex";
     if let Some(channel) = channel(name) {
@@ -249,7 +248,7 @@ fn role(element: &str, name: &str, kind: Kind) -> Option<Role> {
     }
 }
 
-/// The slot of a property of a vertex that is no colour.
+/// Returns the slot of a property of a vertex that is no colour.
 fn vertex_slot(name: &str) -> Option<usize> {
     Some(match name {
         "x" => POSITION,
@@ -264,7 +263,7 @@ fn vertex_slot(name: &str) -> Option<usize> {
     })
 }
 
-/// The channel of a colour that a property of this name gives.
+/// Returns the colour channel of a property of this name.
 fn channel(name: &str) -> Option<usize> {
     match name {
         "r" | "red" => Some(0),

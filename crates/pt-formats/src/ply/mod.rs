@@ -1,15 +1,15 @@
 //! Stanford polygon files (PLY), text and binary. [Turk 1994, "The PLY Polygon File Format"]
 //!
-//! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
+//! Supported are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
 //! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called
-//! `vertex_index`) of the elements `face` and `tristrips`; and `red green blue` (also called `r g
-//! b`) of `vertex` and `face`. Where a file is a scene, its [images](painted) are read too, and
-//! without faces its vertices are points, with segments by `vertex1 vertex2` of the element `edge`.
-//! All else is passed over.
+//! `vertex_index`) of the elements `face` and `tristrips`; and `red green blue` (also called
+//! `r g b`) of `vertex` and `face`. If a file is a scene, its [images](painted) are read as well,
+//! and without faces its vertices are points, with segments by `vertex1 vertex2` of the element
+//! `edge`. Everything else is ignored.
 //!
-//! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs`
-//! where they begin, `words.rs` reads their numbers, and `fixed.rs` those of most binary files,
-//! which are all of one size.
+//! Rows are read in parallel, in chunks: `layout.rs` assigns roles to properties, `rows.rs` finds
+//! the start of rows, `words.rs` reads their numbers, and `fixed.rs` those of most binary files,
+//! whose rows have constant size.
 
 pub(super) mod attributes;
 pub(super) mod columns;
@@ -24,24 +24,25 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
-
-use super::context::Context;
-use super::mesh_diagnostics::{self, MeshDiagnostics};
-use super::mesh_file::{self, ColorLevels, MeshFile, PointsFile, Polygons};
-use super::text;
-use super::xml::quote;
-use crate::shapes::single_part;
-use crate::{Attribute, LoadError, Mesh, Points, Scene, Warning};
 use attributes::Shown;
 use fixed::{Triangles, Vertices};
 use layout::{COLOR, IMAGE, IMAGE_NAME, Layout, NORMAL, POSITION, UV};
 use painted::Painted;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Mesh, Points, Scene, Warning};
 use rows::{Body, Chunk};
 use words::Row;
 
-/// A scene of one object.
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file::{ColorLevels, MeshFile, PointsFile, Polygons};
+use crate::shared::names::quote;
+use crate::shared::{mesh_diagnostics, mesh_file, text};
+
+/// Reads a scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let Content { mut file, mut painted, segments } =
         mesh_diagnostics::of_scene(context, |faults| {
@@ -56,45 +57,46 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(scene)
 }
 
-/// The mesh of a file.
+/// Reads the mesh of a file.
 ///
 /// # Errors
-/// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
+/// Returns an error if the content is no PLY, is truncated, has no faces, or refers to vertices
+/// that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
     mesh_diagnostics::of_part(|faults| Ok(read(bytes, path, faults, None, Wanted::Faces)?.file))
 }
 
-/// The points of a file, which may have faces as well.
+/// Reads the points of a file, which may have faces as well.
 ///
 /// # Errors
-/// As [`parse_mesh`], but for faces.
+/// Returns the errors of [`parse_mesh`], except that faces are not required.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
     let Content { file, segments, .. } =
         mesh_diagnostics::of_part(|faults| read(bytes, path, faults, None, Wanted::Anything))?;
     Ok(PointsFile::new(file, segments, path).points)
 }
 
-/// The purpose of a reading.
+/// Requested content.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Faces,
-    /// Faces or, without any, points.
+    /// Faces or, if there are none, points.
     Anything,
 }
 
-/// The content of a file.
+/// Content of a file.
 struct Content {
     file: MeshFile,
     painted: Painted,
-    /// Segments by the element `edge`, in files without faces.
+    /// Segments of the element `edge`, in files without faces.
     segments: Vec<[u32; 2]>,
 }
 
-/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such
-/// faces; and what it says of images. Properties that are `shown` are read in place of colours.
+/// Reads the mesh of a file, with vertices at the origin in place of invalid ones, and without
+/// invalid faces; and its references to images. Properties in `shown` are read in place of colours.
 ///
 /// # Errors
-/// If nothing more can be read.
+/// Returns an error if nothing more can be read.
 fn read(
     bytes: &[u8],
     path: &Path,
@@ -161,7 +163,7 @@ fn read(
     Ok(Content { file: MeshFile { mesh, levels, warnings }, painted, segments })
 }
 
-/// The header of a file, the line behind it, and what follows.
+/// Parses the header of a file, and returns the line after it, and the rest of the file.
 fn header_of<'b>(bytes: &'b [u8], path: &Path) -> Result<(Header, u32, &'b [u8]), LoadError> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
@@ -172,8 +174,8 @@ fn header_of<'b>(bytes: &'b [u8], path: &Path) -> Result<(Header, u32, &'b [u8])
     Ok((header, line, reader.into_inner()))
 }
 
-/// A file whose header ends its lines in line feeds, also where it ends them in carriage returns
-/// alone; and of a text, all lines.
+/// Converts the line ends of the header to line feeds, including carriage returns without a line
+/// feed; and those of all lines of a text.
 fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     const END: &[u8] = b"end_header";
     let Some(end) = memchr::memmem::find(bytes, END).map(|at| at + END.len()) else {
@@ -183,7 +185,8 @@ fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     if memchr::memmem::find(header, b"format ascii").is_some() {
         return text::with_line_feeds(bytes);
     }
-    // Behind a header in which carriage returns stand alone, the next byte is of the first row.
+    // If the header ends its lines with carriage returns only, the next byte belongs to the first
+    // row.
     let is_alone = matches!(text::with_line_feeds(header), Cow::Owned(_));
     if !is_alone || bytes.get(end) != Some(&b'\r') || memchr::memchr(b'\n', header).is_some() {
         return Cow::Borrowed(bytes);
@@ -225,8 +228,8 @@ fn read_vertices(
     Ok(())
 }
 
-/// Reads all vertices, of any encoding and with any properties; those of a file without faces may
-/// be nowhere, as scanners write what they did not hit.
+/// Reads all vertices, of any encoding and with any properties. Those of a file without faces may
+/// be not finite, as scanners write missing measurements.
 fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Vertices, LoadError> {
     let empty = |capacity| Vertices {
         positions: pt_memory::with_capacity(capacity),
@@ -249,7 +252,7 @@ fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Ver
                 let is_usable = !has_faces || others.into_iter().all(is_finite);
                 is_usable.then_some(row).ok_or_else(fault)
             });
-            // Those that follow keep their numbers.
+            // The following vertices keep their indices.
             vertices.push(row.as_ref().copied().unwrap_or(&origin));
             row.map(drop)
         });
@@ -284,17 +287,18 @@ impl Vertices {
     }
 }
 
-/// Appends values to those of the same kind, if there are any.
+/// Appends values of the same kind, if there are any.
 fn append<T>(all: &mut Option<Vec<T>>, more: Option<Vec<T>>) {
     if let (Some(all), Some(mut more)) = (all, more) {
         all.append(&mut more);
     }
 }
 
-/// Texture coordinates and numbers of images of triangles, where a file has them.
+/// Texture coordinates and image indices of triangles, if a file has them.
 type Laid = (Option<Vec<[[f32; 2]; 3]>>, Option<Vec<i64>>);
 
-/// Reads all faces, with corners below `vertices`; gives what they say of images.
+/// Reads all faces, with corners below `vertices`; returns their texture coordinates and image
+/// indices.
 fn read_faces(
     body: &mut Body,
     layout: &Layout,
@@ -384,10 +388,10 @@ fn any_faces(
     Ok(all)
 }
 
-/// The texture coordinates at the corners of a face; none if it has none.
+/// Returns the texture coordinates at the corners of a face; empty if it has none.
 ///
 /// # Errors
-/// What is wrong with them.
+/// Returns a message if their number is wrong.
 fn coordinates(row: &Row) -> Result<&[[f32; 2]], String> {
     let (pairs, rest) = row.coordinates.as_chunks::<2>();
     let (found, wanted) = (row.coordinates.len(), 2 * row.corners.len());
@@ -402,9 +406,8 @@ fn coordinates(row: &Row) -> Result<&[[f32; 2]], String> {
     Ok(pairs)
 }
 
-/// Reads strips of triangles: each corner after the second makes a triangle with the two
-/// before it, every other one the other way round, and −1 starts anew. Triangles with two
-/// equal corners only join strips.
+/// Reads triangle strips: each corner after the second makes a triangle with the two before it,
+/// every other one reversed, and −1 starts a new strip. Degenerate triangles only join strips.
 fn read_strips(
     body: &mut Body,
     layout: &Layout,
@@ -432,7 +435,7 @@ fn read_strips(
     check_count(body, &mesh.triangles)
 }
 
-/// Faces and strips have a list of corners, unless there are none of them.
+/// Checks that faces and strips have a list of corners, unless there are none of them.
 fn check_corners(body: &Body, layout: &Layout) -> Result<(), LoadError> {
     let ElementDef { name, count, .. } = layout.element;
     if *count == 0 || layout.has_corners() {
@@ -442,7 +445,8 @@ fn check_corners(body: &Body, layout: &Layout) -> Result<(), LoadError> {
     Err(mesh_file::error(body.path, 0, message))
 }
 
-/// Corners of the element with number `i` are in a range, whose end is the number of vertices.
+/// Checks that the corners of element number `i` are in a range, whose end is the number of
+/// vertices.
 fn check_indices(
     name: &str,
     i: usize,
@@ -458,7 +462,7 @@ fn check_indices(
     }
 }
 
-/// Triangles are numbered with 32 bits.
+/// Checks that the number of triangles fits into 32 bits.
 fn check_count(body: &Body, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
     if u32::try_from(triangles.len()).is_ok() {
         return Ok(());
@@ -466,7 +470,7 @@ fn check_count(body: &Body, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
     Err(body.error("the file has more than 4294967295 triangles".to_owned()))
 }
 
-/// Message of the parser, on one line.
+/// Formats an error of the parser on one line.
 fn explain(error: &ParseError) -> String {
     let text = error.to_string();
     let text = error.line().map_or(&*text, |l| text.trim_start_matches(&format!("Line {l}: ")));

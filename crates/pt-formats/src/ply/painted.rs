@@ -1,33 +1,34 @@
-//! Images on faces, as MeshLab writes them: `comment TextureFile NAME` for each, and of each face
-//! the list `texcoord` with two numbers for each corner, and the number `texnumber` of its image.
+//! Images on faces, as written by MeshLab: a `comment TextureFile NAME` for each image, and for
+//! each face the list `texcoord` with two numbers per corner, and the index `texnumber` of its
+//! image.
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use ply_rs_bw::ply::Comment;
+use pt_image::{PixelEncoding, Transfer};
+use pt_scene::material::Diffuse;
+use pt_scene::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
+use pt_scene::{Attribute, Material, Mesh, Scene, Submesh, Surface, Warning};
 
-use super::super::context::Context;
-use super::super::mesh_file::{self, folder_of, locate, place};
-use super::super::placeholder;
-use super::super::xml::quote;
-use crate::image::{PixelEncoding, Transfer};
-use crate::material::Diffuse;
-use crate::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
-use crate::{Attribute, Material, Mesh, Scene, Submesh, Surface, Warning};
+use crate::shared::context::Context;
+use crate::shared::mesh_file::{folder_of, locate, place};
+use crate::shared::names::quote;
+use crate::shared::{mesh_file, placeholder};
 
-/// What a file says of images.
+/// References of a file to images.
 #[derive(Default)]
 pub(super) struct Painted {
-    /// The names of their files.
+    /// File names of the images.
     pub(super) files: Vec<String>,
-    /// The coordinates at the corners of each triangle.
+    /// Texture coordinates at the corners of each triangle.
     pub(super) uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// The number of the image of each triangle; others are of none.
+    /// Index of the image of each triangle; triangles with an invalid index have none.
     pub(super) images: Option<Vec<i64>>,
 }
 
-/// The files of images that the comments of a header name.
+/// Returns the image files in the comments of a header.
 pub(super) fn files(comments: &[Comment]) -> Vec<String> {
     let file = |comment: &Comment| {
         let (word, name) = comment.trim().split_once(char::is_whitespace)?;
@@ -37,8 +38,8 @@ pub(super) fn files(comments: &[Comment]) -> Vec<String> {
 }
 
 impl Painted {
-    /// Gives a mesh the coordinates of its faces, and a slot for each image that it shows; says
-    /// which images the slots have.
+    /// Adds the texture coordinates of the faces to a mesh, and a slot for each of its images.
+    /// Returns the indices of the images of the slots.
     pub(super) fn lay(&mut self, mesh: &mut Mesh) -> Vec<i64> {
         let count = mesh.triangles.len();
         if let Some(uvs) = self.uvs.take().filter(|uvs| uvs.len() == count) {
@@ -64,11 +65,12 @@ impl Painted {
         slots
     }
 
-    /// Gives the images of the slots to the one object of a scene.
+    /// Assigns the images of the slots to the only object of a scene.
     pub(super) fn dress(&self, scene: &mut Scene, slots: &[i64], path: &Path, context: &Context) {
         let Some(first) = self.files.first() else { return };
         let object = &scene.objects[0];
-        let has_uvs = matches!(&object.geometry, crate::Geometry::Mesh(mesh) if mesh.uvs.is_some());
+        let has_uvs =
+            matches!(&object.geometry, pt_scene::Geometry::Mesh(mesh) if mesh.uvs.is_some());
         if !has_uvs {
             let message =
                 format!("there are no texture coordinates for {}; it is not shown", quote(first));
@@ -88,7 +90,7 @@ impl Painted {
     }
 }
 
-/// A matte material that shows an image.
+/// Returns a diffuse material with an image.
 fn shown(file: &str, path: &Path, context: &Context) -> Material {
     let image =
         context.picture(&locate(&folder_of(path), file), PixelEncoding::Light(Transfer::Srgb));

@@ -1,48 +1,48 @@
-//! What follows the header, in chunks of rows that are read side by side.
+//! Data after the header, in chunks of rows that are read in parallel.
 //!
-//! Where rows begin is found first, which is quick: rows of a text are its lines, which are counted
-//! side by side, and those of binary files have a size that is fixed, but for their lists, which
-//! begin with their lengths. What rows hold is read in parallel and put together in the order of
-//! the file, so neither the result nor the list of what is wrong depends on the number of threads.
+//! The start of each chunk is found first, which is fast: rows of a text are its lines, which are
+//! counted in parallel, and those of binary files have a constant size except for their lists,
+//! which begin with their lengths. The contents of rows are read in parallel and merged in file
+//! order, so neither the result nor the list of errors depends on the number of threads.
 
 use std::path::Path;
 
 use ply_rs_bw::ply::{ElementDef, Encoding};
 use rayon::prelude::*;
 
-use super::super::mesh_diagnostics::MeshDiagnostics;
-use super::super::mesh_file;
 use super::layout::{Field, Kind, Layout, Number};
 use super::words::{Binary, Row, Text, Words};
 use crate::LoadError;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file;
 
-/// Rows that are read by one thread at a time.
+/// Number of rows that a thread reads at a time.
 pub(super) const ROWS: usize = 4096;
-/// Chunks that are read before what they hold is put together.
+/// Number of chunks that are read before their contents are merged.
 const CHUNKS: usize = 64;
-/// Bytes of a chunk of a text, about.
+/// Approximate number of bytes of a chunk of a text.
 const BYTES: usize = 1 << 17;
 
-/// What follows the header.
+/// Data after the header.
 pub(super) struct Body<'a> {
     pub(super) path: &'a Path,
     pub(super) encoding: Encoding,
     /// Line of the next row of a text file.
     pub(super) line: u32,
-    /// Bytes not yet read.
+    /// Bytes not read yet.
     pub(super) rest: &'a [u8],
-    /// What is wrong with rows.
+    /// Errors of rows.
     pub(super) faults: &'a mut MeshDiagnostics,
 }
 
-/// Some rows.
+/// A range of rows.
 pub(super) struct Chunk<'a> {
     path: &'a Path,
     encoding: Encoding,
     layout: &'a Layout<'a>,
-    /// Number of its first row.
+    /// Index of the first row.
     pub(super) first: usize,
-    /// Count.
+    /// Number of rows.
     pub(super) count: usize,
     bytes: &'a [u8],
     /// Line of the first row of a text file; 0 in binary files.
@@ -50,11 +50,11 @@ pub(super) struct Chunk<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Reads all rows of an element: `read` those of a chunk, noting what is wrong with them,
-    /// `take` what this gave, in the order of the file.
+    /// Reads all rows of an element: `read` those of a chunk, recording errors, and `take` the
+    /// results, in file order.
     ///
     /// # Errors
-    /// If nothing more can be read.
+    /// Returns an error if nothing more can be read.
     pub(super) fn read<P: Send>(
         &mut self,
         layout: &Layout,
@@ -87,16 +87,17 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Passes over an element.
+    /// Skips an element.
     pub(super) fn skip(&mut self, element: &ElementDef) -> Result<(), LoadError> {
-        // Rows without properties take no bytes, however many there are said to be.
+        // Rows without properties take no bytes, whatever their number.
         if element.properties.is_empty() && self.encoding != Encoding::Ascii {
             return Ok(());
         }
         self.read(&Layout::passed_over(element), |_, _| (), |()| ())
     }
 
-    /// The next chunks of an element of which `done` rows are read, and why there are no more.
+    /// Returns the next chunks of an element of which `done` rows are read, and the error that ends
+    /// them, if any.
     fn batch<'l>(
         &mut self,
         layout: &'l Layout<'l>,
@@ -120,8 +121,8 @@ impl<'a> Body<'a> {
         (chunks, None)
     }
 
-    /// The next chunks of a text that are all of an element, of which `done` rows are read: their
-    /// lines are counted side by side. None where few rows are left.
+    /// Returns the next chunks of a text that consist of rows of an element only, of which `done`
+    /// rows are read: their lines are counted in parallel. Empty if few rows are left.
     fn text_chunks<'l>(&mut self, layout: &'l Layout<'l>, done: usize) -> Vec<Chunk<'l>>
     where
         'a: 'l,
@@ -133,7 +134,7 @@ impl<'a> Body<'a> {
         self.skip_blank_lines();
         let pieces = cut(self.rest);
         let counts = side_by_side(&pieces, |piece| {
-            // Behind the last line break there is no line.
+            // There is no line after the last line break.
             let (mut lines, mut rows) = (0, 0);
             for line in lines_of(piece.strip_suffix(b"\n").unwrap_or(piece)) {
                 lines += 1;
@@ -198,7 +199,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Passes over this many lines that are not blank, and tells how many there were.
+    /// Skips up to this many lines that are not blank, and returns their number.
     fn lines(&mut self, most: usize) -> usize {
         let mut count = 0;
         while count < most && !self.rest.is_empty() {
@@ -211,8 +212,8 @@ impl<'a> Body<'a> {
         count
     }
 
-    /// Passes over this many rows that have lists, and tells how many there were, and what is wrong
-    /// with the next one if the file does not just end.
+    /// Skips up to this many rows with lists. Returns their number, and the error of the next row,
+    /// unless the file just ends.
     fn rows_with_lists(&mut self, layout: &Layout, most: usize) -> (usize, Option<String>) {
         for count in 0..most {
             let size = match self.encoding {
@@ -228,14 +229,14 @@ impl<'a> Body<'a> {
         (most, None)
     }
 
-    /// Returns the number of rows to expect: as many as the header says, but not more than the
-    /// bytes that are left can hold.
+    /// Returns the expected number of rows: that of the header, but not more than the remaining
+    /// bytes can hold.
     pub(super) fn least_count(&self, layout: &Layout) -> usize {
         let size = layout.least_size(self.encoding == Encoding::Ascii);
         layout.element.count.min(1 + self.rest.len() / size.max(1))
     }
 
-    /// An error about the line that was passed last; binary files have no lines.
+    /// Returns an error about the last line that was skipped; binary files have no lines.
     pub(super) fn error(&self, message: String) -> LoadError {
         let line = if self.encoding == Encoding::Ascii { self.line - 1 } else { 0 };
         mesh_file::error(self.path, line, message)
@@ -243,8 +244,8 @@ impl<'a> Body<'a> {
 }
 
 impl Chunk<'_> {
-    /// Gives each row with its number, or what is wrong with it; notes what is, and what is found
-    /// to be by `each`.
+    /// Passes each row with its index, or its error, to `each`; records its errors, and those that
+    /// `each` returns.
     pub(super) fn rows(
         &self,
         faults: &mut MeshDiagnostics,
@@ -302,7 +303,7 @@ impl Chunk<'_> {
     }
 }
 
-/// Does the same with all items, in parallel where they are several.
+/// Applies `work` to all items, in parallel if there are several.
 fn side_by_side<T: Sync, P: Send>(items: &[T], work: impl Fn(&T) -> P + Sync + Send) -> Vec<P> {
     match items {
         [one] => vec![work(one)],
@@ -310,7 +311,7 @@ fn side_by_side<T: Sync, P: Send>(items: &[T], work: impl Fn(&T) -> P + Sync + S
     }
 }
 
-/// The next chunks of a text, cut behind line breaks.
+/// Returns the next chunks of a text, split at line breaks.
 fn cut(text: &[u8]) -> Vec<&[u8]> {
     let (mut chunks, mut rest) = (Vec::new(), text);
     while chunks.len() < CHUNKS && !rest.is_empty() {
@@ -323,7 +324,7 @@ fn cut(text: &[u8]) -> Vec<&[u8]> {
     chunks
 }
 
-/// The lines of a text.
+/// Iterates over the lines of a text.
 fn lines_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut start = 0;
     let ends = memchr::memchr_iter(b'\n', bytes).chain([bytes.len()]);
@@ -334,7 +335,8 @@ fn is_blank(line: &[u8]) -> bool {
     line.iter().all(u8::is_ascii_whitespace)
 }
 
-/// The size of the row at the beginning of the bytes, which has lists; none if they end within.
+/// Returns the size of the row at the start of the bytes, which has lists; `None` if it is
+/// truncated.
 fn row_size<const BIG: bool>(fields: &[Field], bytes: &[u8]) -> Result<Option<usize>, String> {
     let mut size = 0_usize;
     for field in fields {

@@ -1,25 +1,25 @@
-//! The numbers of a row one after the other, of a text and of binary files.
+//! Sequential readers of the numbers of a row, in text and binary files.
 
-use super::super::decimal::{leading_f32, leading_f64, leading_whole, next};
-use super::super::xml::quote;
 use super::layout::{Field, Kind, Number, Role, SLOTS};
+use crate::shared::decimal::{leading_f32, leading_f64, leading_whole, next};
+use crate::shared::names::quote;
 
-/// Why there is no number.
+/// Error of reading a number.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Fault {
     /// The row ends.
     Missing,
-    /// It is none of its type.
+    /// The number is invalid for its type.
     NoNumber,
 }
 
-/// The numbers of a row.
+/// Sequential reader of the numbers of a row.
 pub(super) trait Words {
-    /// The next number as a real one.
+    /// Reads the next number as a real number.
     fn real(&mut self, kind: Number) -> Result<f32, Fault>;
-    /// The next number, which is whole.
+    /// Reads the next number as an integer.
     fn whole(&mut self, kind: Number) -> Result<i64, Fault>;
-    /// The row as messages show it.
+    /// Returns the row for messages.
     fn shown(&self) -> String;
 }
 
@@ -34,7 +34,7 @@ impl<'a> Text<'a> {
         Self { line, rest: line }
     }
 
-    /// The next number: as `quick` finds it, or else as the standard library reads it.
+    /// Reads the next number: by `quick`, or if that fails, by the standard library.
     fn number<T: std::str::FromStr>(
         &mut self,
         quick: impl Fn(&[u8]) -> Option<(T, &[u8])>,
@@ -70,13 +70,13 @@ impl Words for Text<'_> {
     }
 }
 
-/// Bytes, the highest first or last.
+/// Bytes of a row, big-endian if `BIG`.
 pub(super) struct Binary<'a, const BIG: bool> {
     pub(super) rest: &'a [u8],
 }
 
 impl<const BIG: bool> Binary<'_, BIG> {
-    /// The next bytes, the lowest first.
+    /// Reads the next bytes, and returns them in little-endian order.
     fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let (bytes, rest) = self.rest.split_first_chunk().ok_or(Fault::Missing)?;
         self.rest = rest;
@@ -84,7 +84,7 @@ impl<const BIG: bool> Binary<'_, BIG> {
     }
 }
 
-/// Bytes with the lowest first.
+/// Returns bytes in little-endian order.
 pub(super) fn in_order<const N: usize, const BIG: bool>(mut bytes: [u8; N]) -> [u8; N] {
     if BIG {
         bytes.reverse();
@@ -118,20 +118,20 @@ impl<const BIG: bool> Words for Binary<'_, BIG> {
     }
 }
 
-/// What is read of a row.
+/// Content of a row.
 #[derive(Default)]
 pub(super) struct Row {
     pub(super) numbers: [f32; SLOTS],
     pub(super) corners: Vec<i64>,
-    /// Texture coordinates, two for each corner.
+    /// Texture coordinates, two numbers per corner.
     pub(super) coordinates: Vec<f32>,
 }
 
 impl Row {
-    /// Reads the numbers of a row; those that it does not have stay as they are.
+    /// Reads the numbers of a row; slots without a property are unchanged.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Returns a message about the first invalid number.
     pub(super) fn read(&mut self, fields: &[Field], words: &mut impl Words) -> Result<(), String> {
         for Field { kind, role } in fields {
             match (*kind, *role) {

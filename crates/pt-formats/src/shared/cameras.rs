@@ -1,21 +1,24 @@
-//! Which of the cameras of a file is looked through.
+//! Choice of the active camera of a file.
 
 use std::path::Path;
 
+use pt_scene::{Scene, Warning};
+
 use super::context::Context;
 use super::mesh_file;
-use super::xml::quote;
-use crate::{LoadError, Scene, Warning, spelling};
+use super::names::quote;
+use crate::LoadError;
+use crate::shared::names;
 
-/// Most cameras that a message lists.
+/// Maximum number of cameras in a message.
 const MAX_LISTED: usize = 30;
 
-/// The index of the camera that is asked for: by its name or, where none has that, by its number in
-/// the order of the file, from 0.
+/// Returns the index of a requested camera: by name or, if no camera has that name, by its index in
+/// file order, from 0.
 ///
 /// # Errors
-/// A message that lists the cameras, if none or several are meant.
-pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
+/// Returns a message with the list of cameras, if none or several match.
+pub(crate) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
     let named: Vec<_> = (0..names.len()).filter(|i| names[*i] == wanted).collect();
     let number = wanted.parse::<usize>().ok().filter(|i| *i < names.len());
     let problem = match (named.as_slice(), number) {
@@ -25,14 +28,14 @@ pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
         ([], None) => format!("there is no camera {}", quote(wanted)),
         _ => format!("{} cameras are called {}", named.len(), quote(wanted)),
     };
-    let hint = match spelling::suggestions(wanted, names.iter().copied()).first() {
+    let hint = match names::suggestions(wanted, names.iter().copied()).first() {
         Some(name) if named.is_empty() => format!("; did you mean {}?", quote(name)),
         _ => String::new(),
     };
     Err(format!("{problem}{hint}; the scene has {}", list(names)))
 }
 
-/// As in `0 "front", 1 "back"`.
+/// Formats a list as in `0 "front", 1 "back"`.
 fn list(names: &[&str]) -> String {
     let listed = names.iter().enumerate().take(MAX_LISTED);
     let mut all: Vec<_> = listed.map(|(i, name)| format!("{i} {}", quote(name))).collect();
@@ -42,12 +45,12 @@ fn list(names: &[&str]) -> String {
     all.join(", ")
 }
 
-/// Sets the camera of a scene that is asked for; where none is and the scene has several, a warning
-/// lists them.
+/// Sets the active camera of a scene if one is requested; otherwise, if the scene has several, adds
+/// a warning that lists them.
 ///
 /// # Errors
-/// If the scene does not have it.
-pub(super) fn choose(scene: &mut Scene, path: &Path, context: &Context) -> Result<(), LoadError> {
+/// Returns an error if the scene does not have the camera.
+pub(crate) fn choose(scene: &mut Scene, path: &Path, context: &Context) -> Result<(), LoadError> {
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     if let Some(wanted) = &context.options().camera {
         let message = |message: String| mesh_file::error(path, 0, format!("--camera: {message}"));

@@ -1,84 +1,88 @@
-//! What the readers of scenes share: the files, what may be read of them, and what is wrong with a
-//! scene.
+//! State shared by the readers of scenes: files, limits and diagnostics.
 //!
-//! An error about an item of a scene (a shape, a material, a parameter …) does not end the reading:
-//! [`Context::ok_or_report`] notes it, and the reader goes on without the item, so that all that is
-//! wrong is told at once. What follows from an error that was told is
-//! [`LoadError::AlreadyReported`], and is not told again.
+//! An error about an item of a scene (a shape, a material, a parameter …) does not end the read:
+//! [`Context::ok_or_report`] records it, and the reader continues without the item, so that all
+//! errors are reported at once. A consequence of an error that was reported is
+//! [`LoadError::AlreadyReported`], and is not reported again.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use pt_image::{Decoded, ImageError, PixelEncoding, Room};
+use pt_io::file::resolved;
 use pt_memory::Grant;
+use pt_scene::image::Image;
+use pt_scene::measured::Measurements;
+use pt_scene::{Geometry, Scene, SourceFile, Span, Warning};
 
 use super::limits::Limits;
+use super::mesh_file;
+use super::names::quote;
 use super::prefetch::Prefetcher;
-use super::xml::quote;
-use super::{LoadOptions, LoadResult, measured, mesh_file};
-use crate::file::resolved;
-use crate::image::{self, Decoded, Image, ImageError, PixelEncoding, Room};
-use crate::measured::Measurements;
-use crate::{Geometry, LoadError, Scene, SourceFile, Span, Warning, source};
+use crate::shared::source;
+use crate::{LoadError, LoadOptions, LoadResult, measured};
 
-/// Most items with an error, whether it was told before or not.
+/// Maximum number of items with an error, including errors reported before.
 const MAX_FAILURES: usize = 20_000;
 
 /// State shared by the readers of a scene.
 #[derive(Debug)]
-pub(super) struct Context {
+pub(crate) struct Context {
     options: LoadOptions,
-    /// The scene's own file.
+    /// Scene file.
     file: PathBuf,
-    /// The folder that paths may not leave, with all links resolved.
+    /// Folder that paths must not leave, with symbolic links resolved.
     root: PathBuf,
     start: Instant,
     noted: Mutex<Noted>,
     pictures: Prefetcher<(PathBuf, PixelEncoding), Result<Picture, String>>,
 }
 
-/// A picture in a file.
+/// A decoded image file.
 #[derive(Debug)]
 struct Picture {
     source: SourceFile,
     decoded: Result<Decoded, ImageError>,
 }
 
-/// Why a file cannot be used; the messages are meant for the place where the scene names it.
+/// Reason why a file cannot be used. The caller adds the location of the reference in the scene to
+/// the message.
 #[derive(Debug)]
-pub(super) enum Unusable {
-    /// It cannot be read, or may not be.
+pub(crate) enum Unusable {
+    /// The file cannot be read, or access is not allowed.
     Missing(String),
-    /// What is in it makes no sense.
+    /// The content is invalid.
     Broken(String),
 }
 
-/// What was read and found so far.
+/// Files and diagnostics so far.
 #[derive(Debug, Default)]
 struct Noted {
     sources: Vec<SourceFile>,
     measurements: HashMap<PathBuf, Arc<Measurements>>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
-    /// Notes about files.
+    /// Warnings about files.
     notes: Vec<Warning>,
-    /// All errors and missing files as texts.
+    /// Messages of all errors and missing files.
     told: HashSet<String>,
-    /// Items that had an error.
+    /// Number of items with an error.
     failures: usize,
-    /// Bytes of files and pictures.
+    /// Number of bytes of files and images.
     bytes: u64,
-    /// True if a texture was asked for whose image is missing.
+    /// True if a texture was requested whose image is missing.
     placeholder_used: bool,
 }
 
 impl Context {
-    /// Most errors that are noted, and as many missing files; after that the scene is not read on.
-    pub(super) const MAX_NOTED: usize = 1000;
+    /// Maximum number of recorded errors, and of missing files; beyond it, the rest of the scene is
+    /// not read.
+    pub(crate) const MAX_NOTED: usize = 1000;
 
-    /// For the scene in a file, whose folder is the one that paths may not leave.
-    pub(super) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
+    /// Creates the state of a scene file, whose folder paths must not leave.
+    pub(crate) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
         Arc::new(Self {
             options: options.clone(),
             root: resolved(&mesh_file::folder_of(file)),
@@ -89,13 +93,13 @@ impl Context {
         })
     }
 
-    /// How the scene is to be read.
-    pub(super) fn options(&self) -> &LoadOptions {
+    /// Returns the options of the read.
+    pub(crate) fn options(&self) -> &LoadOptions {
         &self.options
     }
 
-    /// What it may take.
-    pub(super) fn limits(&self) -> &Limits {
+    /// Returns the resource limits.
+    pub(crate) fn limits(&self) -> &Limits {
         &self.options.limits
     }
 
@@ -103,11 +107,11 @@ impl Context {
         self.noted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads the scene's own file.
+    /// Reads the scene file.
     ///
     /// # Errors
-    /// If it cannot be read, or is larger than the limits allow.
-    pub(super) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
+    /// Returns an error if it cannot be read, or is larger than the limits allow.
+    pub(crate) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
         let (bytes, source) =
             source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         self.spend(bytes.len() as u64)
@@ -116,10 +120,10 @@ impl Context {
         Ok(bytes)
     }
 
-    /// Reads the scene's own file, of so many bytes, by `read`, which does not hold all of it;
-    /// `None` if it cannot, or the limits do not allow it: then [`Self::scene_file`] is to
-    /// tell.
-    pub(super) fn scene_in_pieces<T>(
+    /// Reads the scene file, of `length` bytes, by `read`, which does not hold all of it in memory;
+    /// `None` if `read` fails, or the limits do not allow it: [`Self::scene_file`] then reports the
+    /// reason.
+    pub(crate) fn scene_in_pieces<T>(
         &self,
         length: usize,
         read: impl FnOnce() -> Option<(T, SourceFile)>,
@@ -135,13 +139,13 @@ impl Context {
         Some(item)
     }
 
-    /// Reads a file that the scene names.
+    /// Reads a file to which the scene refers.
     ///
     /// # Errors
-    /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and
-    /// pipes may never end; or if a limit is reached. The message is meant for the place where
-    /// the scene names it.
-    pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
+    /// Returns a message if the file is outside of the scene's folder, cannot be read, or is no
+    /// regular file (devices and pipes may never end), or if a limit is exceeded. The caller adds
+    /// the location of the reference in the scene.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
         self.check_admissible(path)?;
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
@@ -149,14 +153,14 @@ impl Context {
         Ok(bytes)
     }
 
-    /// Counts a file that the scene names, if it may be read.
+    /// Checks that a file to which the scene refers may be read, and counts its bytes.
     fn check_admissible(&self, path: &Path) -> Result<(), String> {
         let length = self.length(path)?;
         self.check_time()?;
         self.spend(length).map_err(|why| unreadable(path, &why))
     }
 
-    /// The bytes of a regular file that the scene may name.
+    /// Returns the length of a regular file to which the scene may refer.
     fn length(&self, path: &Path) -> Result<u64, String> {
         self.check_inside(path)?;
         let failed = |error: std::io::Error| unreadable(path, &error.to_string());
@@ -168,12 +172,13 @@ impl Context {
         }
     }
 
-    /// Reads a picture that the scene names. Values that are no finite numbers are replaced, with a
-    /// note.
+    /// Reads an image to which the scene refers. Values that are not finite are replaced, with a
+    /// warning.
     ///
     /// # Errors
-    /// As [`Self::read`], or if it is no picture, or larger than the limits allow.
-    pub(super) fn picture(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
+    /// Returns the errors of [`Self::read`], and a message if the file is no image or larger than
+    /// the limits allow.
+    pub(crate) fn picture(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
         let pixels = self.pixels(path, numbers)?;
         if pixels.frame.is_none() {
             return Ok(pixels);
@@ -182,18 +187,18 @@ impl Context {
         self.check_picture(Ok(whole), path)
     }
 
-    /// As [`Self::picture`], but the pixels alone that the file has, wherever they lie in the
-    /// picture, as Mitsuba and pbrt-v4 read them.
+    /// Reads an image as [`Self::picture`] does, but returns its data window only, independent of
+    /// the display window, as Mitsuba and pbrt-v4 do.
     ///
     /// # Errors
-    /// As [`Self::picture`].
-    pub(super) fn pixels(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
-        // An unknown ending is the better message where the file is missing as well.
-        image::check_readable(path).map_err(|error| error.to_string())?;
+    /// Returns the errors of [`Self::picture`].
+    pub(crate) fn pixels(&self, path: &Path, numbers: PixelEncoding) -> Result<Decoded, String> {
+        // An unknown extension gives the better message if the file is missing as well.
+        pt_image::check_readable(path).map_err(|error| error.to_string())?;
         self.check_admissible(path)?;
         let key = (path.to_owned(), numbers);
         let ahead = self.pictures.get(&key, Clone::clone, |key| self.inspect_picture(&key))?;
-        // There may be too little memory for several at a time.
+        // There may be too little memory for several images at the same time.
         let alone = if ahead.decoded.is_err() { self.inspect_picture(&key)? } else { ahead };
         let Picture { source, decoded } = alone;
         self.noted().sources.push(source);
@@ -204,9 +209,9 @@ impl Context {
         Ok(decoded)
     }
 
-    /// Says which pictures the scene is likely to ask for, in this order, so that threads can
-    /// decode several at once. Where memory is limited, they are decoded one by one.
-    pub(super) fn expect_pictures(
+    /// Announces images that the scene will probably request, in this order, so that threads can
+    /// decode several at once. With a memory limit, they are decoded one by one.
+    pub(crate) fn expect_pictures(
         &self,
         pictures: impl IntoIterator<Item = (PathBuf, PixelEncoding)>,
     ) {
@@ -215,7 +220,7 @@ impl Context {
         }
     }
 
-    /// A picture as it is in a file, before it is known whether the scene needs it.
+    /// Decodes an image file, before the scene requests it.
     fn inspect_picture(
         &self,
         (path, numbers): &(PathBuf, PixelEncoding),
@@ -224,23 +229,23 @@ impl Context {
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         let grant = |bytes| self.grant_picture(bytes);
-        let decoded = image::decode_in(&bytes, path, *numbers, &Room::new(&grant));
+        let decoded = pt_image::decode_in(&bytes, path, *numbers, &Room::new(&grant));
         Ok(Picture { source, decoded })
     }
 
-    /// Grants the memory of a picture, half of which it keeps, if the limits allow it.
-    pub(super) fn grant_picture(&self, bytes: u64) -> Result<Grant, String> {
+    /// Grants the memory to decode an image, half of which is retained, if the limits allow it.
+    pub(crate) fn grant_picture(&self, bytes: u64) -> Result<Grant, String> {
         match self.limits().memory {
             Some(most) if bytes / 2 > self.room() => Err(beyond(most)),
             _ => pt_memory::ask(bytes),
         }
     }
 
-    /// Holds a picture to the limits, and counts it; `path` is the name for messages.
+    /// Checks the limits of an image, and counts its bytes; `path` is the name for messages.
     ///
     /// # Errors
-    /// If it is none, or larger than the limits allow.
-    pub(super) fn check_picture(
+    /// Returns a message if it could not be decoded, or is larger than the limits allow.
+    pub(crate) fn check_picture(
         &self,
         decoded: Result<Decoded, ImageError>,
         path: &Path,
@@ -264,11 +269,11 @@ impl Context {
         Ok(decoded)
     }
 
-    /// What was measured of a material, from a file that the scene names; each is read once.
+    /// Reads a measured material to which the scene refers; each file is read once.
     ///
     /// # Errors
-    /// As [`Self::read`], or if it is no such file.
-    pub(super) fn measurements(&self, path: &Path) -> Result<Arc<Measurements>, Unusable> {
+    /// Returns the errors of [`Self::read`], and an error if the content is invalid.
+    pub(crate) fn measurements(&self, path: &Path) -> Result<Arc<Measurements>, Unusable> {
         if let Some(known) = self.noted().measurements.get(path) {
             return Ok(Arc::clone(known));
         }
@@ -281,24 +286,25 @@ impl Context {
         Ok(measurements)
     }
 
-    /// Bytes that may still be taken.
-    pub(super) fn room(&self) -> u64 {
+    /// Returns the number of bytes that are left of the memory limit.
+    pub(crate) fn room(&self) -> u64 {
         self.limits().memory.map_or(u64::MAX, |most| most.saturating_sub(self.noted().bytes))
     }
 
-    /// Counts bytes that are about to be taken and kept, and asks for them.
+    /// Counts bytes that are about to be allocated and retained, and requests them from the memory
+    /// ledger.
     ///
     /// # Errors
-    /// If they are more than the limits allow, or the process may hold.
-    pub(super) fn reserve(&self, bytes: u64) -> Result<Grant, String> {
+    /// Returns a message if they exceed the limits, or the memory of the process.
+    pub(crate) fn reserve(&self, bytes: u64) -> Result<Grant, String> {
         self.spend(bytes)?;
         pt_memory::ask(bytes)
     }
 
-    /// Counts bytes that are taken.
+    /// Counts allocated bytes.
     ///
     /// # Errors
-    /// If they are more than the limits allow.
+    /// Returns a message if they exceed the limits.
     fn spend(&self, bytes: u64) -> Result<(), String> {
         let mut noted = self.noted();
         noted.bytes = noted.bytes.saturating_add(bytes);
@@ -309,11 +315,11 @@ impl Context {
         Err(beyond(most))
     }
 
-    /// Refuses a path that leads out of the scene's folder, unless that is allowed.
+    /// Checks that a path does not leave the scene's folder, unless that is allowed.
     ///
     /// # Errors
-    /// If it does; the message says where it leads, and which option allows it.
-    pub(super) fn check_inside(&self, path: &Path) -> Result<(), String> {
+    /// Returns a message if it does, with the target and the option that allows it.
+    pub(crate) fn check_inside(&self, path: &Path) -> Result<(), String> {
         if self.options.allow_outside {
             return Ok(());
         }
@@ -342,12 +348,12 @@ impl Context {
         }
     }
 
-    /// What an item of the scene is, or `None` after its error is noted, so that the rest can be
+    /// Returns an item of the scene, or `None` after recording its error, so that the rest can be
     /// read.
     ///
     /// # Errors
-    /// If nothing more can be read.
-    pub(super) fn ok_or_report<T>(
+    /// Returns an error if nothing more can be read.
+    pub(crate) fn ok_or_report<T>(
         &self,
         result: Result<T, LoadError>,
     ) -> Result<Option<T>, LoadError> {
@@ -365,7 +371,7 @@ impl Context {
             Err(error) => {
                 let mut noted = self.noted();
                 noted.failures += 1;
-                // What is wrong with a material is found by each shape that has it.
+                // Each shape with a material finds the errors of the material again.
                 if noted.told.insert(error.to_string()) {
                     noted.errors.push(error);
                 }
@@ -378,13 +384,14 @@ impl Context {
         }
     }
 
-    /// What an item of the scene is, or `None` after its error became a note of what is done
-    /// instead, which costs nothing else; an error where everything has to be as the file says
-    /// ([`LoadOptions::strict`]).
+    /// Returns an item of the scene, or `None` after recording its error as a warning that
+    /// describes the replacement, which has no other consequences; with [`LoadOptions::strict`], an
+    /// error.
     ///
     /// # Errors
-    /// Those that are not about the content of the file, and all of them if it has to be so.
-    pub(super) fn forgive<T>(
+    /// Returns errors that are not about the content of the file; with [`LoadOptions::strict`], all
+    /// errors.
+    pub(crate) fn forgive<T>(
         &self,
         result: Result<T, LoadError>,
         instead: &str,
@@ -398,18 +405,18 @@ impl Context {
         }
     }
 
-    /// Returns true if an error was noted.
-    pub(super) fn has_errors(&self) -> bool {
+    /// Returns true if an error was recorded.
+    pub(crate) fn has_errors(&self) -> bool {
         !self.noted().errors.is_empty()
     }
 
-    /// An error that ends the reading, since a limit is exceeded.
-    pub(super) fn exceeded(at: Span, message: impl Into<String>) -> LoadError {
+    /// Returns an error that ends the read, since a limit is exceeded.
+    pub(crate) fn exceeded(at: Span, message: impl Into<String>) -> LoadError {
         LoadError::Broken { at, message: message.into() }
     }
 
-    /// Notes a file that the scene names and that cannot be used, and what was done instead.
-    pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
+    /// Records a file to which the scene refers and that cannot be used, with its replacement.
+    pub(crate) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
         let missing = Warning { at, message: message.into() };
         if noted.missing.len() < Self::MAX_NOTED && noted.told.insert(missing.to_string()) {
@@ -417,26 +424,27 @@ impl Context {
         }
     }
 
-    /// Notes what the user should know about a file, once.
-    pub(super) fn note(&self, at: Span, message: String) {
+    /// Records a warning, without duplicates.
+    pub(crate) fn note(&self, at: Span, message: String) {
         let (mut noted, note) = (self.noted(), Warning { at, message });
         if noted.notes.len() < Self::MAX_NOTED && !noted.notes.contains(&note) {
             noted.notes.push(note);
         }
     }
 
-    /// Tells those who make a material that it shows a texture whose image is missing.
-    pub(super) fn set_placeholder_used(&self) {
+    /// Records that the current material has a texture whose image is missing.
+    pub(crate) fn set_placeholder_used(&self) {
         self.noted().placeholder_used = true;
     }
 
-    /// Returns true if that was told since this was asked last.
-    pub(super) fn take_placeholder_used(&self) -> bool {
+    /// Returns true if [`Self::set_placeholder_used`] was called since the last call of this
+    /// function.
+    pub(crate) fn take_placeholder_used(&self) -> bool {
         std::mem::take(&mut self.noted().placeholder_used)
     }
 
-    /// What came of the reading. With [`LoadOptions::strict`], missing files are errors.
-    pub(super) fn finish(&self, result: Result<Scene, LoadError>) -> LoadResult {
+    /// Returns the result of the read. With [`LoadOptions::strict`], missing files are errors.
+    pub(crate) fn finish(&self, result: Result<Scene, LoadError>) -> LoadResult {
         let Noted { sources, mut errors, missing, notes: of_files, .. } =
             std::mem::take(&mut *self.noted());
         let mut scene = result
@@ -469,7 +477,7 @@ impl Context {
         LoadResult { scene, missing, notes, sources }
     }
 
-    /// Counts the meshes and points of a scene, each once.
+    /// Counts the bytes of the meshes and points of a scene, each once.
     fn spend_on_meshes(&self, scene: &Scene) -> Result<(), String> {
         let mut seen = HashSet::new();
         for object in &scene.objects {
@@ -485,7 +493,7 @@ impl Context {
         Ok(())
     }
 
-    /// Where an error comes in a list: by lines, those of the scene's own file first.
+    /// Returns the sort key of an error: by line, with those of the scene file first.
     fn order(&self, at: Option<&Span>) -> (bool, PathBuf, u32, u32) {
         at.map_or((false, PathBuf::new(), 0, 0), |at| {
             (at.file != self.file, at.file.clone(), at.line, at.column)
@@ -493,31 +501,31 @@ impl Context {
     }
 }
 
-/// The message about a scene that is larger than the limit of memory.
+/// Message about a scene that exceeds the memory limit.
 fn beyond(most: u64) -> String {
     format!("the scene takes more memory than the limit of {most} bytes")
 }
 
-/// The message about a scene whose reading takes longer than it may.
-pub(super) fn out_of_time(most: Duration) -> String {
+/// Message about a scene whose read exceeds the time limit.
+pub(crate) fn out_of_time(most: Duration) -> String {
     format!("reading takes longer than the limit of {} seconds", most.as_secs())
 }
 
-/// The message about a file that cannot be read.
+/// Message about a file that cannot be read.
 fn unreadable(path: &Path, why: &str) -> String {
     format!("{} cannot be read: {why}", path.display())
 }
 
-/// The folder in which a scene looks for files.
+/// Folder relative to which a scene refers to files.
 #[derive(Clone, Debug)]
-pub(super) struct Folder {
-    pub(super) path: PathBuf,
-    pub(super) context: Arc<Context>,
+pub(crate) struct Folder {
+    pub(crate) path: PathBuf,
+    pub(crate) context: Arc<Context>,
 }
 
 impl Folder {
-    /// The path of a file in it.
-    pub(super) fn join(&self, name: &str) -> PathBuf {
+    /// Returns the path of a file in the folder.
+    pub(crate) fn join(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 }

@@ -1,26 +1,26 @@
-//! Work that is given up when its time is over, wherever it is.
+//! Abandoning of work that exceeds its time.
 
 use std::io;
 use std::sync::mpsc;
 use std::thread::Builder;
 use std::time::Duration;
 
-/// That of the main thread of a program on most systems, for which the nesting of formats is
-/// limited.
+/// Stack size of the main thread of a program on most systems, to which the nesting limits of
+/// formats are adapted.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What some work gives, which another thread does; `None` if that takes longer than it may. What
-/// is under way then goes on, and what it gives is lost.
+/// Returns the result of `work`, which another thread executes, or `None` if it takes longer than
+/// `most`. In that case the thread continues, and its result is lost.
 ///
 /// # Errors
-/// If no thread can be started.
-pub(super) fn within<T: Send + 'static>(
+/// Returns an error if no thread can be started.
+pub(crate) fn within<T: Send + 'static>(
     most: Duration,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> io::Result<Option<T>> {
     let (give, take) = mpsc::channel();
     let thread = Builder::new().name("reader".to_owned()).stack_size(STACK_BYTES);
-    // Nobody may be there any more to take it.
+    // The receiver may have been dropped.
     thread.spawn(move || drop(give.send(work())))?;
     Ok(take.recv_timeout(most).ok())
 }
@@ -38,7 +38,7 @@ mod tests {
         assert_eq!(within(Duration::from_mins(10), || 7).expect("a thread"), Some(7));
     }
 
-    /// As deep as on the main thread.
+    /// The recursion depth equals that of the main thread.
     #[test]
     fn work_has_the_stack_of_a_program() {
         fn deep(levels: usize) -> usize {

@@ -1,22 +1,22 @@
-//! Decimal numbers of texts, read in one go where they are short, as most are.
+//! Parsing of decimal numbers, with a fast path for short ones, which most are.
 //!
-//! m · 10ⁿ with whole m < 2⁵³ and |n| ≤ 22 is one product or quotient of two numbers that double
-//! precision has exactly, so it is rounded correctly. [Clinger 1990, "How to Read Floating Point
-//! Numbers Accurately", §6] Other numbers are left to [`str::parse`], and so is what is none.
+//! m · 10ⁿ with integers m < 2⁵³ and |n| ≤ 22 is one product or quotient of two numbers that are
+//! exact in double precision, so it is rounded correctly. [Clinger 1990, "How to Read Floating
+//! Point Numbers Accurately", §6] Other numbers, and invalid ones, are left to [`str::parse`].
 
 use std::str::FromStr;
 
-/// Powers of ten that double precision has exactly.
+/// Powers of ten that are exact in double precision.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
-/// Digits that always fit into 64 bits.
+/// Number of digits that always fit into 64 bits.
 const DIGITS: usize = 19;
 
-/// The next number of a text and what follows it: as `quick` finds it, or else the next word as the
-/// standard library reads it. `None` if that is no number.
-pub(super) fn next<T: FromStr>(
+/// Reads the next number of a text and returns the rest: by `quick` or, if that fails, the next
+/// word by the standard library. `None` if that is no number.
+pub(crate) fn next<T: FromStr>(
     text: &[u8],
     quick: impl Fn(&[u8]) -> Option<(T, &[u8])>,
 ) -> Option<(T, &[u8])> {
@@ -28,19 +28,19 @@ pub(super) fn next<T: FromStr>(
     })
 }
 
-/// The number of single precision at the beginning of a text, and what follows it: a space or
-/// nothing. `None` if it takes longer to tell.
-pub(super) fn leading_f32(text: &[u8]) -> Option<(f32, &[u8])> {
+/// Reads the number in single precision at the start of a text, and returns the rest, which is a
+/// space or nothing. `None` if the fast path does not apply.
+pub(crate) fn leading_f32(text: &[u8]) -> Option<(f32, &[u8])> {
     let (number, rest) = leading_f64(text)?;
-    // Rounding twice is rounding once, unless the first time ends in the middle between two numbers
-    // of single precision: then it is not known from which side. (Numbers too small for this
-    // test to be right are below any but 0 here: 10⁻²² is above 2⁻¹²⁶.)
+    // Double rounding equals single rounding, unless the first result is halfway between two
+    // numbers of single precision: the side of the exact value is then unknown. (Numbers too small
+    // for this test to be right are below all except 0 here: 10⁻²² is above 2⁻¹²⁶.)
     let is_in_the_middle = number.to_bits() & 0x1FFF_FFFF == 0x1000_0000;
     (!is_in_the_middle).then_some((number as f32, rest))
 }
 
-/// Like [`leading_f32`], in double precision.
-pub(super) fn leading_f64(text: &[u8]) -> Option<(f64, &[u8])> {
+/// Reads a number as [`leading_f32`] does, in double precision.
+pub(crate) fn leading_f64(text: &[u8]) -> Option<(f64, &[u8])> {
     let (is_negative, unsigned) = match text {
         [b'-', rest @ ..] => (true, rest),
         _ => (false, text),
@@ -67,15 +67,15 @@ pub(super) fn leading_f64(text: &[u8]) -> Option<(f64, &[u8])> {
     ends_word(rest).then_some((if is_negative { -size } else { size }, rest))
 }
 
-/// The whole number without a sign at the beginning of a text, and what follows it: a space or
-/// nothing. `None` if it takes longer to tell.
-pub(super) fn leading_whole(text: &[u8]) -> Option<(u64, &[u8])> {
+/// Reads the unsigned integer at the start of a text, and returns the rest, which is a space or
+/// nothing. `None` if the fast path does not apply.
+pub(crate) fn leading_whole(text: &[u8]) -> Option<(u64, &[u8])> {
     let (number, rest) = digits(text, 0);
     let is_short = (1..=DIGITS).contains(&(text.len() - rest.len()));
     (is_short && ends_word(rest)).then_some((number, rest))
 }
 
-/// An exponent, which has a few digits.
+/// Reads an exponent, which has a few digits.
 fn signed(text: &[u8]) -> Option<(i64, &[u8])> {
     let (is_negative, unsigned) = match text {
         [b'-', rest @ ..] => (true, rest),
@@ -87,8 +87,7 @@ fn signed(text: &[u8]) -> Option<(i64, &[u8])> {
     is_short.then_some((if is_negative { -(size as i64) } else { size as i64 }, rest))
 }
 
-/// Appends the digits at the beginning of a text to a number, which wraps around, and tells what
-/// follows them.
+/// Appends the digits at the start of a text to a number, which wraps around, and returns the rest.
 fn digits(text: &[u8], mut number: u64) -> (u64, &[u8]) {
     let mut rest = text;
     while let [digit @ b'0'..=b'9', others @ ..] = rest {
@@ -106,7 +105,7 @@ fn ends_word(rest: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    /// Pseudo-random numbers (xorshift64*).
+    /// Returns pseudo-random numbers (xorshift64*).
     fn random(mut state: u64) -> impl FnMut() -> u64 {
         move || {
             state ^= state >> 12;
@@ -116,7 +115,8 @@ mod tests {
         }
     }
 
-    /// What is read is what the standard library reads; returns whether anything was.
+    /// Checks that results equal those of the standard library; returns true if the fast path
+    /// applied.
     fn check(text: &str) -> bool {
         let (single, double) = (leading_f32(text.as_bytes()), leading_f64(text.as_bytes()));
         if let Some((number, rest)) = single {
@@ -161,8 +161,8 @@ mod tests {
         assert!(quick > 600_000, "{quick}");
     }
 
-    /// The middle of two neighbours in single precision, and the texts next to it: where rounding
-    /// twice goes wrong.
+    /// Midpoints of neighbours in single precision, and nearby texts, where double rounding would
+    /// be wrong.
     #[test]
     fn middles_between_numbers_are_rounded_once() {
         let mut next = random(3);
@@ -173,7 +173,7 @@ mod tests {
                 check(&format!("{middle:.decimals$}"));
             }
         }
-        // 1 + 2⁻²⁴ is a middle; in double precision this text is rounded to it.
+        // 1 + 2⁻²⁴ is a midpoint; in double precision this text is rounded to it.
         assert_eq!(leading_f32(b"1.000000059604644775"), None);
     }
 

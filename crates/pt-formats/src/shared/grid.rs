@@ -1,15 +1,14 @@
-//! Surfaces by two parameters from 0 to 1, as meshes.
+//! Tessellation of parametric surfaces, with parameters from 0 to 1.
 
 use pt_math::DVec3;
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Attributes, Mesh};
 
-use super::single_part;
-use crate::{Attribute, Attributes, Mesh};
-
-/// A surface at (u, v): its position and its normal.
+/// Position and normal of a surface at (u, v).
 pub(crate) type Point = (DVec3, DVec3);
 
-/// The mesh of a surface with so many pieces along u and v. The front is where ∂p/∂u × ∂p/∂v looks,
-/// and (u, v) are its texture coordinates.
+/// Returns the mesh of a surface with these numbers of pieces along u and v. The front is in the
+/// direction of ∂p/∂u × ∂p/∂v, and the texture coordinates are (u, v).
 pub(crate) fn grid(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
     let share = |i: u32, count: u32| f64::from(i) / f64::from(count);
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! The zero set of a grid of signed distances, as a mesh.
+//! Meshing of the zero set of a grid of signed distances.
 //!
 //! Between the samples of the grid, distances are trilinear. [Hansson-Söderlund, Evans &
 //! Akenine-Möller 2022, "Ray Tracing of Signed Distance Function Grids", JCGT 11(3)]
@@ -6,59 +6,59 @@
 use std::collections::HashMap;
 
 use pt_math::DVec3;
+use pt_scene::medium::Grid;
+use pt_scene::shapes::single_part;
+use pt_scene::{Attribute, Attributes, Mesh};
 
-use super::single_part;
-use crate::medium::Grid;
-use crate::{Attribute, Attributes, Mesh};
-
-/// Most triangles of a mesh for which a coarser cut would do.
+/// Number of triangles beyond which the subdivision of voxels is reduced.
 const FINE_TRIANGLES: usize = 1 << 20;
 
-/// Triangles of a cell that the surface crosses, on average and rounded up.
+/// Average number of triangles of a cell that the surface crosses, rounded up.
 const TRIANGLES_PER_CELL: usize = 8;
 
-/// The six tetrahedra around the diagonal of a cube [Kuhn 1960]: the bits of a corner are its
-/// coordinates, and each corner lies along +x, +y or +z of the one before.
+/// Six tetrahedra around the diagonal of a cube [Kuhn 1960]: the bits of a corner are its
+/// coordinates, and each corner lies along +x, +y or +z of the previous one.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 3, 7], [0, 1, 5, 7], [0, 2, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 4, 6, 7]];
 
-/// The normals of the surface.
+/// Normals of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Normals {
-    /// The gradient, which jumps between voxels.
+    /// Gradient, which is discontinuous between voxels.
     Analytic,
-    /// Continuous ones, blended from the gradients of eight voxels. [§4 of the paper]
+    /// Continuous normals, blended from the gradients of eight voxels. [§4 of the paper]
     Smooth,
 }
 
-/// Signed distances whose samples fill the unit cube, corners included.
+/// Signed distances whose samples fill the unit cube, including its corners.
 pub(crate) struct Distances<'a> {
-    /// Samples along each axis, at least 2.
+    /// Number of samples along each axis, at least 2.
     samples: [usize; 3],
     values: &'a [f32],
 }
 
 impl<'a> Distances<'a> {
-    /// `None` if the grid has fewer than two samples along an axis, or several numbers in each.
+    /// Creates a view of a grid; `None` if it has fewer than two samples along an axis, or several
+    /// channels.
     pub(crate) fn new(grid: &'a Grid) -> Option<Self> {
         let samples = grid.resolution.map(|n| n as usize);
         let is_fit = grid.channels == 1 && samples.iter().all(|&n| n >= 2);
         is_fit.then_some(Self { samples, values: &grid.values })
     }
 
-    /// The surface, with its front where distances are positive, in pieces of at most 1/8 of a
-    /// voxel, and of up to a whole one where there would be more than 2²⁰ triangles.
+    /// Returns the surface, with its front where distances are positive. Cells are 1/8 of a voxel,
+    /// and up to a whole voxel if there would otherwise be more than 2²⁰ triangles.
     ///
     /// # Errors
-    /// If it has more than `most` triangles.
+    /// Returns a message if there are more than `most` triangles.
     pub(crate) fn surface(&self, normals: Normals, most: usize) -> Result<Mesh, String> {
         let too_many = || {
             format!(
                 "the surface has more than {most} triangles; set --limit triangles to allow more"
             )
         };
-        // Each corner of a voxel belongs to two tetrahedra at least, so that there are two
-        // triangles in each.
+        // Each corner of a voxel belongs to at least two tetrahedra, so that each crossed voxel has
+        // at least two triangles.
         let voxels: Vec<_> = self.crossed_voxels().take(most / 2 + 1).collect();
         if voxels.len() > most / 2 {
             return Err(too_many());
@@ -75,7 +75,7 @@ impl<'a> Distances<'a> {
         Ok(builder.finish())
     }
 
-    /// The lower corners of the voxels with samples of either sign.
+    /// Returns the lower corners of the voxels with samples of both signs.
     fn crossed_voxels(&self) -> impl Iterator<Item = [usize; 3]> {
         let [nx, ny, nz] = self.samples.map(|n| n - 1);
         let all =
@@ -91,15 +91,15 @@ impl<'a> Distances<'a> {
         f64::from(self.values[(z * ny + y) * nx + x])
     }
 
-    /// The voxel that holds a point in units of voxels, and where in it.
+    /// Returns the voxel that contains a point in units of voxels, and the position in it.
     fn voxel_at(&self, point: DVec3) -> ([usize; 3], DVec3) {
         let voxel = [0, 1, 2].map(|a| (point[a].floor() as usize).min(self.samples[a] - 2));
         (voxel, point - real(voxel))
     }
 
-    /// The distance on the plane of samples `plane` across `axis`, which the voxel extends to,
-    /// where `place` is along the two other axes. Planes beyond the grid are those at its
-    /// sides.
+    /// Returns the distance on the plane of samples `plane` perpendicular to `axis`, in the row of
+    /// the voxel, where `place` is the position along the other axes. Planes beyond the grid are
+    /// clamped to its sides.
     fn on_plane(&self, axis: usize, plane: isize, voxel: [usize; 3], place: DVec3) -> f64 {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
         let plane = plane.clamp(0, self.samples[axis] as isize - 1) as usize;
@@ -116,7 +116,7 @@ impl<'a> Distances<'a> {
         row(0) + place[c] * (row(1) - row(0))
     }
 
-    /// The distance at a point in units of voxels.
+    /// Returns the distance at a point in units of voxels.
     fn distance(&self, point: DVec3) -> f64 {
         let (voxel, place) = self.voxel_at(point);
         let x = voxel[0] as isize;
@@ -124,13 +124,13 @@ impl<'a> Distances<'a> {
         low + place.x * (high - low)
     }
 
-    /// The gradient of the distances of a voxel, per unit cube.
+    /// Returns the gradient of the distances of a voxel, in coordinates of the unit cube.
     fn gradient(&self, voxel: [usize; 3], place: DVec3) -> DVec3 {
         self.gradient_of(voxel.map(|x| x as isize), voxel, place)
     }
 
-    /// The gradient whose components are the differences across `layers`, each at the place of the
-    /// two other axes.
+    /// Returns the gradient whose components are differences across `layers`, each at the position
+    /// of the other two axes.
     fn gradient_of(&self, layers: [isize; 3], voxel: [usize; 3], place: DVec3) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|a| {
             let [low, high] =
@@ -139,8 +139,8 @@ impl<'a> Distances<'a> {
         }))
     }
 
-    /// The directions of the gradients of the eight voxels around the nearest sample, blended by
-    /// the place between their middles; voxels below the grid have no weight.
+    /// Returns the blend of the gradient directions of the eight voxels around the nearest sample,
+    /// by the position between their centres; voxels below the grid have no weight.
     fn smooth_gradient(&self, point: DVec3) -> DVec3 {
         let (voxel, place) = self.voxel_at(point);
         let lower = [0, 1, 2].map(|a| point[a].round() as isize - 1);
@@ -159,7 +159,7 @@ impl<'a> Distances<'a> {
     }
 }
 
-/// A corner of a cube, whose bits are its coordinates.
+/// Returns a corner of a cube; the bits of its index are its coordinates.
 fn corner_of([x, y, z]: [usize; 3], corner: usize) -> [usize; 3] {
     [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)]
 }
@@ -168,17 +168,17 @@ fn real(point: [usize; 3]) -> DVec3 {
     DVec3::from_array(point.map(|x| x as f64))
 }
 
-/// A mesh in the making: voxels are cut into cells, and those into tetrahedra, whose edges the
-/// surface crosses once at most. Neighbours share their vertices. [Doi & Koide 1991, "An Efficient
-/// Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells"]
+/// A mesh under construction: voxels are divided into cells, and those into tetrahedra, each of
+/// whose edges the surface crosses at most once. Neighbours share their vertices. [Doi & Koide
+/// 1991, "An Efficient Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells"]
 struct Builder<'a> {
     distances: &'a Distances<'a>,
-    /// Cells of a voxel along an axis.
+    /// Number of cells of a voxel along an axis.
     cut: usize,
     normals: Normals,
-    /// By the lower end of its edge, and the axes along which that runs.
+    /// Vertices by the lower end of their edge, and the axes along which it runs.
     vertices: HashMap<([usize; 3], usize), u32>,
-    /// In units of voxels.
+    /// Positions in units of voxels.
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     normal_values: Vec<[f32; 3]>,
@@ -199,7 +199,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// In units of voxels.
+    /// Returns the position of a cell corner in units of voxels.
     fn place(&self, [x, y, z]: [usize; 3]) -> DVec3 {
         real([x, y, z]) / self.cut as f64
     }
@@ -246,8 +246,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The vertex on an edge with ends of either sign: the root between them, a little away from
-    /// the ends.
+    /// Returns the vertex on an edge with ends of different sign: the root between them, slightly
+    /// away from the ends.
     fn vertex(&mut self, from: [usize; 3], axes: usize) -> u32 {
         const END: f64 = 1.0 / 4096.0;
         if let Some(vertex) = self.vertices.get(&(from, axes)) {
@@ -268,14 +268,14 @@ impl<'a> Builder<'a> {
         vertex
     }
 
-    /// A triangle whose front looks to `out`.
+    /// Adds a triangle whose front faces `out`.
     fn add_triangle(&mut self, [a, b, c]: [u32; 3], out: DVec3) {
         let [p, q, r] = [a, b, c].map(|i| self.points[i as usize]);
         let looks_out = (q - p).cross(r - p).dot(out) > 0.0;
         self.triangles.push(if looks_out { [a, b, c] } else { [a, c, b] });
     }
 
-    /// The gradients of a voxel at the corners of its triangles.
+    /// Adds the gradients of a voxel at the corners of its triangles.
     fn add_gradients(&mut self, voxel: [usize; 3], first: usize) {
         let mut known = HashMap::new();
         for i in first..self.triangles.len() {
@@ -317,7 +317,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// A unit vector; +z where there is no direction.
+/// Normalizes a vector; +z if it has no direction.
 fn unit(v: DVec3) -> [f32; 3] {
     v.normalize_or(DVec3::Z).as_vec3().to_array()
 }
@@ -326,7 +326,7 @@ fn unit(v: DVec3) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Samples of a function on the corners of a grid that fills the unit cube.
+    /// Samples a function at the corners of a grid that fills the unit cube.
     fn sampled(resolution: [u32; 3], f: impl Fn(DVec3) -> f64) -> Grid {
         let [nx, ny, nz] = resolution;
         let place = |i: u32, n: u32| f64::from(i) / f64::from(n - 1);
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn vertices_are_where_the_distance_is_zero_and_edges_are_shared() {
-        // Numbers from −1 to 1 without a rule, around which every edge has to be closed but at the
+        // Irregular values from −1 to 1, around which every edge must be closed except at the
         // sides.
         let jumble =
             |p: DVec3| 2.0 * (4321.1 * p.dot(DVec3::new(1.3, 2.7, 5.1)).sin()).fract() - 1.0;
@@ -386,7 +386,8 @@ mod tests {
                 volume += a.dot(b.cross(c)) / 6.0;
                 for (vertex, normal) in [a, b, c].into_iter().zip(given.corners(i, corners)) {
                     let normal = vector(given.values[normal as usize]);
-                    // A trilinear sphere: a sixteenth of a unit turns by 0.16 of its radius.
+                    // A trilinear sphere: a sixteenth of a unit turns the normal by 0.16 of its
+                    // radius.
                     assert!(normal.dot(vertex.normalize()) > 0.99, "{vertex}: {normal}");
                 }
             }

@@ -1,41 +1,41 @@
-//! What a scene file may ask for.
+//! Resource limits of scene files.
 
 use std::time::Duration;
 
-use super::xml::{did_you_mean, quote};
+use super::names::{did_you_mean, quote};
 
-/// What the reading of a scene may take. What is `None` is limited by what each format has by
-/// itself, which docs/formats.md lists.
+/// Resource limits of reading a scene. For `None`, the limits of each format apply, which
+/// `docs/formats.md` lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of the files that are read, of the pictures in them, and of the meshes of the scene,
-    /// together.
+    /// Total number of bytes of the files that are read, of their images, and of the meshes of the
+    /// scene.
     pub memory: Option<u64>,
-    /// Nesting of elements, objects, nodes and attributes; a format may have a lower limit.
+    /// Maximum nesting of elements, objects, nodes and attributes; a format may have a lower limit.
     pub depth: Option<u64>,
-    /// Shapes in the scene, each as often as it is placed.
+    /// Maximum number of shapes in the scene, counted once per instance.
     pub shapes: Option<u64>,
-    /// Elements of an XML file, and values in the JSON of a glTF file.
+    /// Maximum number of elements of an XML file, and of values in the JSON of a glTF file.
     pub elements: Option<u64>,
-    /// Width and height of a picture, in pixels.
+    /// Maximum width and height of an image, in pixels.
     pub texture_side: Option<u64>,
-    /// Pixels of a picture.
+    /// Maximum number of pixels of an image.
     pub texture_pixels: Option<u64>,
-    /// How deep files may include each other.
+    /// Maximum nesting of included files.
     pub include_depth: Option<u64>,
-    /// Files that are included.
+    /// Maximum number of included files.
     pub files: Option<u64>,
-    /// Seconds of reading, which are looked at between items; half a second later, reading of a
-    /// file is given up in the middle of one, which goes on until its end on a thread of its
-    /// own, for nothing.
+    /// Maximum time of the read in seconds, which is checked between items. Half a second later,
+    /// the read of an item is abandoned; it continues to its end on a thread of its own, and its
+    /// result is lost.
     pub seconds: Option<u64>,
-    /// Triangles that the round and bent shapes of pbrt-v4 scenes, and each file of curves of
-    /// Mitsuba, are cut into.
+    /// Maximum number of triangles of the tessellated shapes of pbrt-v4 scenes, and of each file of
+    /// curves of Mitsuba.
     pub triangles: Option<u64>,
 }
 
 impl Limits {
-    /// The names of all limits.
+    /// Names of all limits.
     pub const NAMES: [&str; 10] = [
         "memory",
         "depth",
@@ -52,7 +52,7 @@ impl Limits {
     /// Sets the limit of a name.
     ///
     /// # Errors
-    /// If there is none, with the nearest ones or the list.
+    /// Returns a message if there is no such limit, with similar names or all names.
     pub fn set(&mut self, name: &str, value: u64) -> Result<(), String> {
         let limit = match name {
             "memory" => &mut self.memory,
@@ -75,40 +75,40 @@ impl Limits {
         Ok(())
     }
 
-    /// What nesting may reach, where a format has this limit by itself, which is not exceeded:
-    /// readers recurse.
-    pub(super) fn depth(&self, of_format: usize) -> usize {
+    /// Returns the maximum nesting for a format with this limit, which is never exceeded: readers
+    /// recurse.
+    pub(crate) fn depth(&self, of_format: usize) -> usize {
         or(self.depth, of_format).min(of_format)
     }
 
-    /// What the number of shapes may reach, where a format has this limit by itself.
-    pub(super) fn shapes(&self, of_format: usize) -> usize {
+    /// Returns the maximum number of shapes, where the format has this default.
+    pub(crate) fn shapes(&self, of_format: usize) -> usize {
         or(self.shapes, of_format)
     }
 
-    /// What the number of triangles may reach, where a format has this limit by itself.
-    pub(super) fn triangles(&self, of_format: usize) -> usize {
+    /// Returns the maximum number of triangles, where the format has this default.
+    pub(crate) fn triangles(&self, of_format: usize) -> usize {
         or(self.triangles, of_format)
     }
 
-    /// What the number of elements may reach, where a format has this limit by itself.
-    pub(super) fn elements(&self, of_format: usize) -> usize {
+    /// Returns the maximum number of elements, where the format has this default.
+    pub(crate) fn elements(&self, of_format: usize) -> usize {
         or(self.elements, of_format)
     }
 
-    /// What the nesting of included files may reach, where a format has this limit by itself, which
-    /// is not exceeded.
-    pub(super) fn include_depth(&self, of_format: usize) -> usize {
+    /// Returns the maximum nesting of included files for a format with this limit, which is never
+    /// exceeded.
+    pub(crate) fn include_depth(&self, of_format: usize) -> usize {
         or(self.include_depth, of_format).min(of_format)
     }
 
-    /// What the number of included files may reach, where a format has this limit by itself.
-    pub(super) fn files(&self, of_format: usize) -> usize {
+    /// Returns the maximum number of included files, where the format has this default.
+    pub(crate) fn files(&self, of_format: usize) -> usize {
         or(self.files, of_format)
     }
 
-    /// The time that reading may take, if it is limited.
-    pub(super) fn time(&self) -> Option<Duration> {
+    /// Returns the maximum time of the read; `None` if unlimited.
+    pub(crate) fn time(&self) -> Option<Duration> {
         self.seconds.map(Duration::from_secs)
     }
 }

@@ -1,30 +1,32 @@
-//! Lines of text files, of which mesh formats have one or two.
+//! Lines of text formats of meshes.
 
 use std::path::Path;
 
+use pt_scene::Span;
+
 use super::decimal::leading_f32;
 use super::mesh_file;
-use super::xml::quote;
-use crate::{LoadError, Span};
+use super::names::quote;
+use crate::LoadError;
 
 /// A line of a file.
 #[derive(Clone, Copy)]
-pub(super) struct Line<'a> {
-    pub(super) path: &'a Path,
-    /// From 1.
-    pub(super) number: u32,
-    /// Without its comment.
-    pub(super) text: &'a str,
+pub(crate) struct Line<'a> {
+    pub(crate) path: &'a Path,
+    /// Line number, from 1.
+    pub(crate) number: u32,
+    /// Text without the comment.
+    pub(crate) text: &'a str,
 }
 
 impl<'a> Line<'a> {
-    /// The first word.
-    pub(super) fn keyword(&self) -> &'a str {
+    /// Returns the first word.
+    pub(crate) fn keyword(&self) -> &'a str {
         self.text.split_ascii_whitespace().next().unwrap_or_default()
     }
 
-    /// The first `N` words, as numbers; what follows them is left.
-    pub(super) fn numbers<const N: usize>(
+    /// Parses the first `N` words as numbers; further words are not consumed.
+    pub(crate) fn numbers<const N: usize>(
         &self,
         mut words: impl Iterator<Item = &'a str>,
     ) -> Result<[f32; N], LoadError> {
@@ -45,14 +47,14 @@ impl<'a> Line<'a> {
         Ok(numbers)
     }
 
-    /// Where a piece of the line is.
-    pub(super) fn at(&self, piece: &str) -> Span {
+    /// Returns the location of a piece of the line.
+    pub(crate) fn at(&self, piece: &str) -> Span {
         let bytes = piece.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
         let column = self.text.get(..bytes).unwrap_or_default().chars().count() as u32 + 1;
         Span { column, ..mesh_file::place(self.path, self.number) }
     }
 
-    pub(super) fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
+    pub(crate) fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
         LoadError::Content { at: self.at(piece), message: message.into() }
     }
 }

@@ -1,60 +1,58 @@
-//! What is wrong with a mesh file, told all at once.
+//! Errors of mesh files, reported all at once.
 //!
-//! A reader of meshes notes what is wrong with a statement or a row, and goes on with something in
-//! its place, so that what follows means the same. Pieces of a file that are read side by side have
-//! lists of their own, which are joined in the order of the file.
+//! A reader of meshes records an error of a statement or a row, and continues with a replacement,
+//! so that the following data keep their meaning. Pieces of a file that are read in parallel have
+//! separate lists, which are concatenated in file order.
 
 use super::context::Context;
 use crate::LoadError;
 
-/// What is wrong with a file, or with a piece of one, in the order of the file: the first ones.
+/// Errors of a file, or of a piece of one: the first ones in file order.
 #[derive(Debug, Default)]
-pub(super) struct MeshDiagnostics {
+pub(crate) struct MeshDiagnostics {
     list: Vec<LoadError>,
-    /// What costs nothing but itself in a file that is a scene by itself, and what is done
-    /// instead.
+    /// Errors without further consequences in a file that is a scene by itself, with the action
+    /// taken instead.
     pardoned: Vec<(LoadError, &'static str)>,
 }
 
 impl MeshDiagnostics {
-    /// Most that are kept: no list of errors holds more.
-    pub(super) const MAX: usize = Context::MAX_NOTED;
+    /// Maximum number of errors that are kept; no list of errors has more.
+    pub(crate) const MAX: usize = Context::MAX_NOTED;
 
-    /// Adds one that comes behind all others, unless there are [`Self::MAX`] of them.
-    pub(super) fn add(&mut self, fault: LoadError) {
+    /// Adds an error after all others, up to [`Self::MAX`].
+    pub(crate) fn add(&mut self, fault: LoadError) {
         if !self.is_full() {
             self.list.push(fault);
         }
     }
 
-    /// Adds one that costs nothing but itself, unless there are [`Self::MAX`] of them; see
-    /// [`Context::forgive`].
-    pub(super) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
+    /// Adds an error without further consequences, up to [`Self::MAX`]; see [`Context::forgive`].
+    pub(crate) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
         if self.pardoned.len() < Self::MAX {
             self.pardoned.push((fault, instead));
         }
     }
 
-    /// Returns true if there are so many that it makes no sense to read on.
-    pub(super) fn is_full(&self) -> bool {
+    /// Returns true if the maximum is reached, so that the read should end.
+    pub(crate) fn is_full(&self) -> bool {
         self.list.len() >= Self::MAX
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// Appends those of a piece that follows.
-    pub(super) fn append(&mut self, more: Self) {
+    /// Appends the errors of the piece that follows.
+    pub(crate) fn append(&mut self, more: Self) {
         self.list.extend(more.list);
         self.list.truncate(Self::MAX);
         self.pardoned.extend(more.pardoned);
         self.pardoned.truncate(Self::MAX);
     }
 
-    /// Adds those that were found in the same lines in another way: all are in the order of the
-    /// lines then.
-    pub(super) fn merge(&mut self, others: Self) {
+    /// Adds errors that another pass found in the same lines, and sorts all by line.
+    pub(crate) fn merge(&mut self, others: Self) {
         self.list.extend(others.list);
         self.list.sort_by_key(place);
         self.list.truncate(Self::MAX);
@@ -63,30 +61,30 @@ impl MeshDiagnostics {
         self.pardoned.truncate(Self::MAX);
     }
 
-    /// All of them as errors.
+    /// Returns all of them as errors.
     fn into_errors(mut self) -> Vec<LoadError> {
         self.list.extend(self.pardoned.into_iter().map(|(fault, _)| fault));
         self.list.sort_by_key(place);
         self.list
     }
 
-    /// The error that ends the reading with a message that is worth nothing where faults were told
-    /// that may be why.
-    pub(super) fn because_of(&self, error: LoadError) -> LoadError {
+    /// Returns the error that ends the read, or [`LoadError::AlreadyReported`] if there are other
+    /// errors that may be its cause.
+    pub(crate) fn because_of(&self, error: LoadError) -> LoadError {
         if self.is_empty() { error } else { LoadError::AlreadyReported }
     }
 }
 
-/// The line and the column of an error.
+/// Returns the line and the column of an error.
 fn place(error: &LoadError) -> Option<(u32, u32)> {
     error.place().map(|at| (at.line, at.column))
 }
 
-/// Reads a file that is a scene by itself: all that is wrong is noted in the context, one by one.
+/// Reads a file that is a scene by itself: all errors are recorded individually in the context.
 ///
 /// # Errors
-/// If nothing more can be read.
-pub(super) fn of_scene<T>(
+/// Returns an error if nothing more can be read.
+pub(crate) fn of_scene<T>(
     context: &Context,
     read: impl FnOnce(&mut MeshDiagnostics) -> Result<T, LoadError>,
 ) -> Result<T, LoadError> {
@@ -102,11 +100,11 @@ pub(super) fn of_scene<T>(
     done
 }
 
-/// Reads a file that is a part of a scene.
+/// Reads a file that is part of a scene.
 ///
 /// # Errors
-/// The first thing that is wrong, and how many others there are.
-pub(super) fn of_part<T>(
+/// Returns the first error, with the number of others.
+pub(crate) fn of_part<T>(
     read: impl FnOnce(&mut MeshDiagnostics) -> Result<T, LoadError>,
 ) -> Result<T, LoadError> {
     let mut faults = MeshDiagnostics::default();

@@ -1,31 +1,32 @@
-//! What the mesh formats share: reading a file that a scene names, and a scene of one mesh.
+//! Components shared by the mesh formats: resolution of file names, and scenes of one mesh.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub(crate) use pt_io::folder_of;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DVec3};
+use pt_scene::material::Diffuse;
+use pt_scene::texture::{Input, Pattern, Texture};
+use pt_scene::{Attribute, Geometry, Material, Mesh, Object, Points, Scene, Span, Warning};
 
 use super::triangulate::Triangulator;
-pub(super) use crate::image::folder_of;
-use crate::material::Diffuse;
-use crate::texture::{Input, Pattern, Texture};
-use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Points, Scene, Span, Warning};
+use crate::LoadError;
 
-/// A mesh, and what the user should know about how it was read.
+/// A mesh, with warnings about its file.
 #[derive(Debug)]
-pub(super) struct MeshFile {
-    /// Whole numbers of its colours are shares of the greatest one.
-    pub(super) mesh: Mesh,
-    pub(super) levels: ColorLevels,
-    pub(super) warnings: Vec<Warning>,
+pub(crate) struct MeshFile {
+    /// The mesh; integer colours are divided by their maximum.
+    pub(crate) mesh: Mesh,
+    pub(crate) levels: ColorLevels,
+    pub(crate) warnings: Vec<Warning>,
 }
 
-/// The greatest number that a channel of a colour can have in the file: 1 for real numbers.
+/// Maximum value of a colour channel in the file: 1 for real numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ColorLevels {
-    pub(super) vertices: f32,
-    pub(super) faces: f32,
+pub(crate) struct ColorLevels {
+    pub(crate) vertices: f32,
+    pub(crate) faces: f32,
 }
 
 impl Default for ColorLevels {
@@ -35,10 +36,9 @@ impl Default for ColorLevels {
 }
 
 impl MeshFile {
-    /// A scene with the mesh as its only object, in its own colours or of the default material.
-    /// Whole numbers of colours are levels of sRGB, as programs that show such files by
-    /// themselves have them.
-    pub(super) fn into_scene(self, path: &Path) -> Scene {
+    /// Creates a scene with the mesh as its only object, with its own colours or the default
+    /// material. Integer colours are decoded as sRGB, as viewers of such files do.
+    pub(crate) fn into_scene(self, path: &Path) -> Scene {
         let Self { mut mesh, levels, warnings } = self;
         levels.linearize(&mut mesh);
         let materials = Vec::from_iter(colored(&mesh));
@@ -56,7 +56,7 @@ impl MeshFile {
 }
 
 impl ColorLevels {
-    /// Makes the colours of a mesh linear whose whole numbers are levels of sRGB.
+    /// Converts integer colours of a mesh from sRGB to linear values.
     fn linearize(self, mesh: &mut Mesh) {
         map_colors(mesh, |channel, of_faces| {
             let levels = if of_faces { self.faces } else { self.vertices };
@@ -65,17 +65,17 @@ impl ColorLevels {
     }
 }
 
-/// Points in a file without faces, and what the user should know about how it was read.
+/// Points of a file without faces, with warnings about the file.
 #[derive(Debug)]
-pub(super) struct PointsFile {
-    pub(super) points: Points,
-    pub(super) warnings: Vec<Warning>,
+pub(crate) struct PointsFile {
+    pub(crate) points: Points,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl PointsFile {
-    /// The vertices of a mesh that has no triangles, without those that are nowhere, and segments
-    /// between them.
-    pub(super) fn new(file: MeshFile, segments: Vec<[u32; 2]>, path: &Path) -> Self {
+    /// Creates points from the vertices of a mesh without triangles, and segments between them.
+    /// Vertices that are not finite are removed.
+    pub(crate) fn new(file: MeshFile, segments: Vec<[u32; 2]>, path: &Path) -> Self {
         let MeshFile { mut mesh, levels, mut warnings } = file;
         levels.linearize(&mut mesh);
         let Mesh { name, positions, colors, .. } = mesh;
@@ -89,16 +89,17 @@ impl PointsFile {
         Self { points, warnings }
     }
 
-    /// A scene with the points as its only object, in their own colours or of the default material.
-    pub(super) fn into_scene(self, path: &Path) -> Scene {
+    /// Creates a scene with the points as its only object, with their own colours or the default
+    /// material.
+    pub(crate) fn into_scene(self, path: &Path) -> Scene {
         let mut scene = Scene { warnings: self.warnings, ..Scene::default() };
         add_points(&mut scene, self.points, path);
         scene
     }
 }
 
-/// Adds points to a scene, in their own colours or of the default material.
-pub(super) fn add_points(scene: &mut Scene, points: Points, path: &Path) {
+/// Adds points to a scene, with their own colours or the default material.
+pub(crate) fn add_points(scene: &mut Scene, points: Points, path: &Path) {
     let has_colors = points.colors.is_some();
     let material = has_colors.then(|| {
         scene.materials.push(showing(&points.name, Pattern::VertexColors));
@@ -115,8 +116,9 @@ pub(super) fn add_points(scene: &mut Scene, points: Points, path: &Path) {
     });
 }
 
-/// Changes each channel of the colours of a mesh, and is told whether it is one of a face.
-pub(super) fn map_colors(mesh: &mut Mesh, change: impl Fn(f32, bool) -> f32) {
+/// Maps each channel of the colours of a mesh; the second argument of `change` is true for face
+/// colours.
+pub(crate) fn map_colors(mesh: &mut Mesh, change: impl Fn(f32, bool) -> f32) {
     for color in mesh.colors.iter_mut().flat_map(|colors| &mut colors.values) {
         *color = color.map(|channel| change(channel, false));
     }
@@ -125,8 +127,8 @@ pub(super) fn map_colors(mesh: &mut Mesh, change: impl Fn(f32, bool) -> f32) {
     }
 }
 
-/// The matte material that shows the colours of a mesh: those of its vertices, or else of its
-/// faces.
+/// Returns the diffuse material with the colours of a mesh: those of its vertices, otherwise those
+/// of its faces; `None` if there are none.
 fn colored(mesh: &Mesh) -> Option<Material> {
     let pattern = match (&mesh.colors, &mesh.face_colors) {
         (Some(_), _) => Pattern::VertexColors,
@@ -136,7 +138,7 @@ fn colored(mesh: &Mesh) -> Option<Material> {
     Some(showing(&mesh.name, pattern))
 }
 
-/// A matte material that shows colours.
+/// Returns a diffuse material with a pattern of colours.
 fn showing(name: &str, pattern: Pattern) -> Material {
     let reflectance = Input::Texture(Arc::new(Texture::from(pattern)));
     Material {
@@ -148,10 +150,10 @@ fn showing(name: &str, pattern: Pattern) -> Material {
     }
 }
 
-/// The path of a file that a scene names: as it is written, or with slashes in place of the
-/// backslashes of Windows. An absolute path that leads nowhere is one of another machine: the file
-/// is the longest end of it that is in the folder, if there is one.
-pub(super) fn locate(folder: &Path, name: &str) -> PathBuf {
+/// Resolves a file name of a scene: as written, or with slashes in place of the backslashes of
+/// Windows. An absolute path that does not exist is from another machine: its longest suffix that
+/// exists in the folder is used, if there is one.
+pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
     let as_written = folder.join(name);
     if as_written.is_file() {
         return as_written;
@@ -163,7 +165,7 @@ pub(super) fn locate(folder: &Path, name: &str) -> PathBuf {
     ends.find(|path| path.is_file()).unwrap_or(as_written)
 }
 
-/// What follows the root of an absolute path with slashes, which may have the letter of a drive.
+/// Returns the part of an absolute path after the root, which may have a drive letter.
 fn below_root(path: &str) -> Option<&str> {
     let rest = path.strip_prefix('/').unwrap_or(path);
     match rest.as_bytes() {
@@ -172,13 +174,13 @@ fn below_root(path: &str) -> Option<&str> {
     }
 }
 
-/// The text that a URL means: `%20` is a space.
-pub(super) fn percent_decoded(url: &str) -> String {
+/// Decodes percent-encoded text: `%20` is a space.
+pub(crate) fn percent_decoded(url: &str) -> String {
     String::from_utf8_lossy(&percent_decoded_bytes(url)).into_owned()
 }
 
-/// The bytes that a URL means, which need not be a text.
-pub(super) fn percent_decoded_bytes(url: &str) -> Vec<u8> {
+/// Decodes percent-encoded bytes, which need not be text.
+pub(crate) fn percent_decoded_bytes(url: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(url.len());
     let mut rest = url.as_bytes();
     while let [first, tail @ ..] = rest {
@@ -197,33 +199,33 @@ pub(super) fn percent_decoded_bytes(url: &str) -> Vec<u8> {
     bytes
 }
 
-/// The name of a mesh: that of its file without the ending.
-pub(super) fn name_of(path: &Path) -> String {
+/// Returns the name of a mesh: that of its file without the extension.
+pub(crate) fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A line of a mesh file; 0 means the whole file.
-pub(super) fn place(path: &Path, line: u32) -> Span {
+/// Returns the location of a line of a mesh file; 0 is the whole file.
+pub(crate) fn place(path: &Path, line: u32) -> Span {
     Span { file: path.to_owned(), line, ..Span::default() }
 }
 
-/// An error about a line of a mesh file; 0 means the whole file.
-pub(super) fn error(path: &Path, line: u32, message: impl Into<String>) -> LoadError {
+/// Returns an error about a line of a mesh file; 0 is the whole file.
+pub(crate) fn error(path: &Path, line: u32, message: impl Into<String>) -> LoadError {
     LoadError::Content { at: place(path, line), message: message.into() }
 }
 
-/// Cuts polygons into triangles.
+/// Triangulates polygons of a mesh.
 #[derive(Default)]
-pub(super) struct Polygons {
+pub(crate) struct Polygons {
     triangulator: Triangulator,
     points: Vec<DVec3>,
 }
 
 impl Polygons {
-    /// Gives the triangles of a polygon as numbers of its corners, which are indices into
-    /// `positions`; those that are not known yet count as the origin. Fewer than three corners
-    /// give none.
-    pub(super) fn cut(
+    /// Emits the triangles of a polygon as positions in its list of corners, which are indices into
+    /// `positions`; corners without a position count as the origin. Fewer than three corners have
+    /// no triangles.
+    pub(crate) fn cut(
         &mut self,
         corners: impl ExactSizeIterator<Item = u32>,
         positions: &[[f32; 3]],
@@ -240,8 +242,8 @@ impl Polygons {
     }
 }
 
-/// Values at corners, without indices where they are those of the positions.
-pub(super) fn attribute<T>(
+/// Creates an attribute, without indices if they equal those of the positions.
+pub(crate) fn attribute<T>(
     values: Vec<T>,
     indices: Vec<[u32; 3]>,
     positions: usize,

@@ -1,4 +1,5 @@
-//! What is made by several threads before it is asked for: pictures, which take long to decode.
+//! Computation of values on several threads before they are requested, for images, which take long
+//! to decode.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -7,20 +8,19 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
-/// Things by their keys. When one is asked for, those that are likely asked for next are made
-/// beside it.
+/// Values by key. A request also computes those that will probably be requested next.
 #[derive(Debug)]
-pub(super) struct Prefetcher<K, T> {
+pub(crate) struct Prefetcher<K, T> {
     state: Mutex<PrefetchState<K, T>>,
 }
 
 #[derive(Debug)]
 struct PrefetchState<K, T> {
-    /// What is likely asked for, in this order.
+    /// Keys that will probably be requested, in this order.
     expected: Vec<K>,
-    /// Where in that list those are that are not made yet.
+    /// Positions in `expected` of the keys whose values are not computed yet.
     places: HashMap<K, usize>,
-    /// What was made and not yet asked for.
+    /// Values that were computed and not requested yet.
     made: HashMap<K, T>,
 }
 
@@ -33,8 +33,8 @@ impl<K, T> Default for Prefetcher<K, T> {
 }
 
 impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
-    /// Adds what is likely asked for, after what was added before.
-    pub(super) fn expect(&self, keys: impl IntoIterator<Item = K>) {
+    /// Appends keys that will probably be requested.
+    pub(crate) fn expect(&self, keys: impl IntoIterator<Item = K>) {
         let mut state = self.state();
         for key in keys {
             let place = state.expected.len();
@@ -45,10 +45,10 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
         }
     }
 
-    /// The thing of a key, made here or before of what is prepared for it in the order of the list.
-    /// Twice as many are made at once as there are threads, so that few are in memory that are
-    /// not needed yet.
-    pub(super) fn get<P: Send>(
+    /// Returns the value of a key, which is computed here or was computed before, by `make` from
+    /// the result of `prepare`; `prepare` is called in the order of the keys. Twice as many values
+    /// are computed at once as there are threads, so that few are in memory before they are needed.
+    pub(crate) fn get<P: Send>(
         &self,
         key: &K,
         prepare: impl Fn(&K) -> P,
@@ -75,8 +75,8 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Prefetcher<K, T> {
 }
 
 impl<K: Clone + Eq + Hash, T> PrefetchState<K, T> {
-    /// Those of the next `count` after a key that are not made yet, which are to be made now, as
-    /// the key itself.
+    /// Returns those of the `count` keys after a key whose values are not computed yet. The caller
+    /// must compute them, and that of the key itself.
     fn after(&mut self, key: &K, count: usize) -> Vec<K> {
         let Some(place) = self.places.remove(key) else { return Vec::new() };
         let next = self.expected[place + 1..].iter().take(count);
@@ -86,8 +86,9 @@ impl<K: Clone + Eq + Hash, T> PrefetchState<K, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
 
     #[test]
     fn each_thing_is_made_once_and_the_next_ones_beside_it() {
@@ -104,7 +105,7 @@ mod tests {
         for key in [3, 1, 4, 5, 9, 2, 6].into_iter().chain(10..100) {
             assert_eq!(ahead.get(&key, |key| *key, square), key * key);
         }
-        // The first one was asked for twice.
+        // The first key was requested twice.
         assert_eq!(made.load(Ordering::Relaxed), 98);
     }
 

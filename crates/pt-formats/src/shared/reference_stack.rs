@@ -1,59 +1,59 @@
-//! The way down through what refers to others of its kind: nodes that show nodes, files that
+//! Stack of open references between items of the same kind: nodes that instance nodes, files that
 //! include files, materials that are mixtures of materials.
 //!
-//! What is entered is bounded before it is read: how deep it lies, and how many there are, each as
-//! often as it is referred to, so that what doubles at each step ends as soon as what does not; and
-//! nothing leads to itself. What it takes in memory is asked of the ledger
+//! Limits are checked before an item is read: the depth of the stack, and the number of items,
+//! counted once per reference, so that references that double at each level end as early as others;
+//! and cycles are errors. Memory is requested from the ledger
 //! ([`super::context::Context::reserve`]).
 
 use std::path::{Path, PathBuf};
 
 use super::limits::Limits;
-use super::xml::quote;
+use super::names::quote;
 
-/// How deep, and how many.
+/// Limits of references.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ReferenceLimits {
-    /// Most things on the way at once.
-    pub(super) deep: usize,
-    /// Most things that are entered in all.
-    pub(super) many: usize,
+pub(crate) struct ReferenceLimits {
+    /// Maximum number of items on the stack.
+    pub(crate) deep: usize,
+    /// Maximum number of items entered in total.
+    pub(crate) many: usize,
 }
 
-/// Why something is not entered.
+/// Error of [`ReferenceStack::enter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ReferenceError {
-    /// It is on the way: it refers to itself, directly or by others.
+pub(crate) enum ReferenceError {
+    /// The item is on the stack: it refers to itself, directly or through others.
     Circle,
-    /// It would be deeper than that.
+    /// The stack would be deeper than this.
     Deep(usize),
-    /// It would be one more than that.
+    /// More than this number of items would be entered.
     Many(usize),
 }
 
-/// What is being read, each referred to by the one before.
+/// Items that are being read, each referred to by the previous one.
 #[derive(Debug)]
-pub(super) struct ReferenceStack<K> {
+pub(crate) struct ReferenceStack<K> {
     open: Vec<K>,
     entered: usize,
     bounds: ReferenceLimits,
 }
 
 impl<K: PartialEq> ReferenceStack<K> {
-    pub(super) fn new(bounds: ReferenceLimits) -> Self {
+    pub(crate) fn new(bounds: ReferenceLimits) -> Self {
         Self { open: Vec::new(), entered: 0, bounds }
     }
 
-    /// Returns the number of things are on the way.
-    pub(super) fn len(&self) -> usize {
+    /// Returns the number of items on the stack.
+    pub(crate) fn len(&self) -> usize {
         self.open.len()
     }
 
-    /// Goes on to something.
+    /// Pushes an item.
     ///
     /// # Errors
-    /// If it is on the way, or beyond a bound.
-    pub(super) fn enter(&mut self, key: K) -> Result<(), ReferenceError> {
+    /// Returns an error if it is on the stack, or exceeds a limit.
+    pub(crate) fn enter(&mut self, key: K) -> Result<(), ReferenceError> {
         let ReferenceLimits { deep, many } = self.bounds;
         if self.open.contains(&key) {
             return Err(ReferenceError::Circle);
@@ -69,33 +69,33 @@ impl<K: PartialEq> ReferenceStack<K> {
         Ok(())
     }
 
-    /// Goes back to what referred to the last thing that was entered.
-    pub(super) fn leave(&mut self) {
+    /// Pops the last item.
+    pub(crate) fn leave(&mut self) {
         self.open.pop();
     }
 }
 
 impl ReferenceStack<PathBuf> {
-    /// The files of a scene, of which the first one is its own, with the bounds of a format or of
+    /// Creates a stack of files, starting with the scene file, with the limits of a format or of
     /// the user.
-    pub(super) fn of_files(limits: &Limits, deep: usize, many: usize) -> Self {
+    pub(crate) fn of_files(limits: &Limits, deep: usize, many: usize) -> Self {
         let included =
             ReferenceLimits { deep: limits.include_depth(deep), many: limits.files(many) };
         Self::new(ReferenceLimits { deep: included.deep + 1, many: included.many + 1 })
     }
 
-    /// Goes on to a file; a link is what it leads to.
+    /// Pushes a file, after symbolic links are resolved.
     ///
     /// # Errors
-    /// As [`Self::enter`].
-    pub(super) fn enter_file(&mut self, path: &Path) -> Result<(), ReferenceError> {
+    /// Returns the errors of [`Self::enter`].
+    pub(crate) fn enter_file(&mut self, path: &Path) -> Result<(), ReferenceError> {
         self.enter(path.canonicalize().unwrap_or_else(|_| path.to_owned()))
     }
 }
 
 impl ReferenceError {
-    /// The message about a file of this name that is not included.
-    pub(super) fn of_file(self, name: &str) -> String {
+    /// Returns the message about a file of this name that is not included.
+    pub(crate) fn of_file(self, name: &str) -> String {
         match self {
             Self::Circle => format!("{} includes itself, directly or by others", quote(name)),
             Self::Deep(deep) => format!("files are included more than {} deep", deep - 1),
@@ -115,7 +115,7 @@ mod tests {
         assert_eq!(way.enter(1), Err(ReferenceError::Circle));
         assert_eq!(way.enter(4), Err(ReferenceError::Deep(3)));
         way.leave();
-        // Twice is no circle.
+        // A second reference is no cycle.
         assert_eq!(way.enter(3), Ok(()));
         way.leave();
         way.leave();
@@ -125,8 +125,7 @@ mod tests {
         assert_eq!(way.enter(3), Err(ReferenceError::Many(6)));
     }
 
-    /// Things that each refer twice to the next one are entered as often as they are bounded, and
-    /// not 2⁴⁰ times.
+    /// Items that each refer to the next one twice are entered up to the limit, and not 2⁴⁰ times.
     #[test]
     fn doublings_end() {
         fn all(

@@ -1,82 +1,72 @@
-//! The files from which scenes are read: which they were, and what they held.
+//! Records of the source files of a scene: paths and hashes.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 #[cfg(all(unix, target_pointer_width = "64"))]
 use blake3::hazmat::{ChainingValue, Mode, merge_subtrees_non_root, merge_subtrees_root};
+use pt_scene::SourceFile;
 
-/// A file that was read.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceFile {
-    /// Its name, as it was asked for.
-    pub path: PathBuf,
-    /// The BLAKE3 hash of what it held, in hexadecimal digits.
-    pub hash: String,
-}
-
-impl SourceFile {
-    /// A file that held these bytes.
-    pub fn of(path: &Path, bytes: &[u8]) -> Self {
-        let mut hasher = blake3::Hasher::new();
-        if bytes.len() < LARGE {
-            hasher.update(bytes);
-        } else {
-            hasher.update_rayon(bytes);
-        }
-        Self { path: path.to_owned(), hash: hasher.finalize().to_hex().to_string() }
+/// Returns the record of a file with this content.
+pub fn source_file(path: &Path, bytes: &[u8]) -> SourceFile {
+    let mut hasher = blake3::Hasher::new();
+    if bytes.len() < LARGE {
+        hasher.update(bytes);
+    } else {
+        hasher.update_rayon(bytes);
     }
+    SourceFile { path: path.to_owned(), hash: hasher.finalize().to_hex().to_string() }
 }
 
-/// Bytes from which on threads share the work on a file.
+/// Number of bytes from which a file is processed by several threads.
 const LARGE: usize = 1 << 22;
 
-/// Bytes up to which memory for a whole file is taken at once.
+/// Maximum number of bytes of a file for which memory is allocated at once.
 #[cfg(target_pointer_width = "64")]
 const MAX: usize = 1 << 32;
 
-/// Bytes that a thread reads and hashes at a time: they stay in the memory close to its core in
-/// between. A power of two, as trees of BLAKE3 are cut at those.
+/// Number of bytes that a thread reads and hashes at a time, so that they stay in its cache in
+/// between. A power of two, since the trees of BLAKE3 are split at those.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) const PART: usize = 1 << 18;
 
-/// The hash of a part of a file, which begins at a multiple of [`PART`] and is as long as that,
-/// unless it is the last one.
+/// Hash of a part of a file, which begins at a multiple of [`PART`] and has that length, unless it
+/// is the last one.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) type PartHash = ChainingValue;
 
-/// A large file, of which threads read and hash the parts.
+/// A large file, whose parts are read and hashed by several threads.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) struct Large<'p> {
     path: &'p Path,
     file: std::fs::File,
-    /// Bytes; several parts.
+    /// Length in bytes; more than one part.
     pub(crate) length: usize,
 }
 
 #[cfg(all(unix, target_pointer_width = "64"))]
 impl<'p> Large<'p> {
-    /// Opens a file; `None` if it is small, too large to be held, or no regular one.
+    /// Opens a file; `None` if it is small, too large for memory, or no regular file.
     ///
     /// # Errors
-    /// Those of [`std::fs::File::open`].
+    /// Returns the errors of [`std::fs::File::open`].
     pub(crate) fn open(path: &'p Path) -> io::Result<Option<Self>> {
-        let file = crate::file::open(path)?;
+        let file = pt_io::file::open(path)?;
         let data = file.metadata()?;
         let length = usize::try_from(data.len()).unwrap_or(usize::MAX);
         let is_large = data.is_file() && (LARGE..MAX).contains(&length);
         Ok(is_large.then_some(Self { path, file, length }))
     }
 
-    /// Reads the bytes from a place on, until the buffer is full.
+    /// Reads the bytes from an offset until the buffer is full.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not as long any more.
+    /// Returns an error if the file cannot be read, or has been truncated.
     pub(crate) fn read(&self, start: usize, buffer: &mut [u8]) -> io::Result<()> {
         std::os::unix::fs::FileExt::read_exact_at(&self.file, buffer, start as u64)
     }
 
-    /// The hash of the part with the number `i`.
+    /// Returns the hash of part number `i`.
     pub(crate) fn hash(i: usize, part: &[u8]) -> PartHash {
         use blake3::hazmat::HasherExt;
 
@@ -84,17 +74,17 @@ impl<'p> Large<'p> {
         hasher.set_input_offset((i * PART) as u64).update(part).finalize_non_root()
     }
 
-    /// What the file held, from the hashes of all its parts.
+    /// Returns the record of the file, from the hashes of all its parts.
     pub(crate) fn source(&self, parts: &[PartHash]) -> SourceFile {
         SourceFile { path: self.path.to_owned(), hash: root(parts).to_hex().to_string() }
     }
 }
 
-/// Reads a file; threads read and hash their parts of a large one, since to copy it into fresh
-/// memory takes longer than what is done with most of it.
+/// Reads a file. Several threads read and hash the parts of a large file, since copying it into
+/// fresh memory takes longer than most of its processing.
 ///
 /// # Errors
-/// Those of [`crate::file::read`].
+/// Returns the errors of [`pt_io::file::read`].
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     use rayon::prelude::*;
@@ -112,7 +102,7 @@ pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     Ok((bytes, source))
 }
 
-/// The hash of a file from those of its parts, of which there are at least two.
+/// Returns the hash of a file from those of its parts, of which there are at least two.
 #[cfg(all(unix, target_pointer_width = "64"))]
 fn root(parts: &[PartHash]) -> blake3::Hash {
     let [left, right] = halves(parts).map(subtree);
@@ -128,9 +118,9 @@ fn subtree(parts: &[PartHash]) -> PartHash {
     merge_subtrees_non_root(&left, &right, Mode::Hash)
 }
 
-/// The two subtrees of a tree of at least two parts: the left one has the most parts that are a
-/// power of two and not all. [O'Connor, Aumasson, Neves & Wilcox-O'Hearn 2020, "BLAKE3: one
-/// function, fast everywhere", §2.1]
+/// Returns the two subtrees of a tree of at least two parts: the left one has the largest number of
+/// parts that is a power of two and less than all. [O'Connor, Aumasson, Neves & Wilcox-O'Hearn
+/// 2020, "BLAKE3: one function, fast everywhere", §2.1]
 #[cfg(all(unix, target_pointer_width = "64"))]
 fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
     let (left, right) = parts.split_at(parts.len().next_power_of_two() / 2);
@@ -140,15 +130,15 @@ fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
 /// Reads a file.
 ///
 /// # Errors
-/// Those of [`crate::file::read`].
+/// Returns the errors of [`pt_io::file::read`].
 #[cfg(not(all(unix, target_pointer_width = "64")))]
 pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
     read_whole(path)
 }
 
 fn read_whole(path: &Path) -> io::Result<(Vec<u8>, SourceFile)> {
-    let bytes = crate::file::read(path)?;
-    let source = SourceFile::of(path, &bytes);
+    let bytes = pt_io::file::read(path)?;
+    let source = source_file(path, &bytes);
     Ok((bytes, source))
 }
 
@@ -167,7 +157,7 @@ mod tests {
             let (bytes, source) = read(&path).expect("it is there");
             assert!(bytes == written);
             assert_eq!(source.hash, blake3::hash(written).to_hex().as_str());
-            assert_eq!(source, SourceFile::of(&path, &bytes));
+            assert_eq!(source, source_file(&path, &bytes));
         }
     }
 }

@@ -1,34 +1,35 @@
-//! Spectra: functions of the wavelength to colours.
+//! Conversion of spectra to colours.
 //!
-//! Three integrals over the observer give CIE XYZ and from that linear Rec. 709. Light is
-//! integrated as it is; what multiplies light (reflectances, and indices of refraction as well)
-//! is integrated under daylight D65, which is white. Channels below 0, of colours outside of
-//! Rec. 709, become 0.
+//! Three integrals with the colour matching functions give CIE XYZ, and from that linear Rec. 709.
+//! Emission is integrated directly; factors of light (reflectances, and indices of refraction as
+//! well) are integrated under daylight D65, which is white. Negative channels, of colours outside
+//! of Rec. 709, become 0.
 
 use std::cmp::Ordering;
 
 use pt_math::cie;
 
-/// A function of the wavelength, by its colours.
+/// Colours of a function of the wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spectrum {
-    /// As light.
-    pub(super) emitted: [f64; 3],
-    /// As what multiplies light.
-    pub(super) reflected: [f64; 3],
-    /// Its largest value.
-    pub(super) most: f64,
+pub(crate) struct Spectrum {
+    /// Colour as emission.
+    pub(crate) emitted: [f64; 3],
+    /// Colour as a factor of light.
+    pub(crate) reflected: [f64; 3],
+    /// Maximum of the function.
+    pub(crate) most: f64,
 }
 
 impl Spectrum {
-    /// The same at all wavelengths: equal energy as light, and grey as what multiplies it.
-    pub(super) fn constant(value: f64) -> Self {
+    /// Returns a constant spectrum: equal energy as emission, and grey as a factor.
+    pub(crate) fn constant(value: f64) -> Self {
         let equal_energy = cie::rec709_from_xyz([1.0; 3]);
         Self { emitted: equal_energy.map(|c| c * value), reflected: [value; 3], most: value }
     }
 
-    /// Linear between wavelengths in nanometres, and 0 outside of them.
-    pub(super) fn sampled(samples: &[(f64, f64)]) -> Result<Self, String> {
+    /// Returns a piecewise linear spectrum from wavelengths in nanometres and values; 0 outside of
+    /// their range.
+    pub(crate) fn sampled(samples: &[(f64, f64)]) -> Result<Self, String> {
         let [first, .., last] = samples else {
             let count = samples.len();
             return Err(format!("expected at least 2 wavelengths, but there are {count}"));
@@ -63,9 +64,9 @@ impl Spectrum {
         Ok(Self { most, ..colors })
     }
 
-    /// The radiance of a black body, in W m⁻² sr⁻¹ nm⁻¹. [Planck's law with the constants of
-    /// CODATA 2014, as in Mitsuba 3.9]
-    pub(super) fn black_body(kelvin: f64) -> Self {
+    /// Returns the radiance of a black body, in W m⁻² sr⁻¹ nm⁻¹. [Planck's law with the constants
+    /// of CODATA 2014, as in Mitsuba 3.9]
+    pub(crate) fn black_body(kelvin: f64) -> Self {
         const LIGHT_SPEED: f64 = 2.997_924_58e8;
         const PLANCK: f64 = 6.626_070_04e-34;
         const BOLTZMANN: f64 = 1.380_648_52e-23;
@@ -79,7 +80,7 @@ impl Spectrum {
     }
 }
 
-/// The colours of a function, and its largest value.
+/// Returns the colours of a function, and its maximum.
 fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
     let (mut emitted, mut reflected, mut most) = ([0.0; 3], [0.0; 3], 0.0_f64);
     for Seen { nanometres, light, daylight } in seen() {
@@ -94,13 +95,13 @@ fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
     Spectrum { emitted: color(emitted), reflected: color(reflected), most }
 }
 
-/// What each wavelength (in nanometres) of what multiplies light adds to its colour, where it is
-/// linear between them and beyond them as at the nearest one: the sum of values times weights is
-/// linear Rec. 709. Weights may be below 0.
+/// Returns the contribution of each wavelength (in nanometres) to the colour of a factor of light
+/// that is piecewise linear and constant beyond the ends: the sum of values times weights is linear
+/// Rec. 709. Weights may be negative.
 ///
 /// # Errors
-/// If there are fewer than two, they do not increase, or none is visible.
-pub(super) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
+/// Returns a message if there are fewer than two, they do not increase, or none is visible.
+pub(crate) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
     if wavelengths.len() < 2 {
         return Err(format!(
             "expected at least 2 wavelengths, but there are {}",
@@ -131,18 +132,19 @@ pub(super) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, 
     Ok(weights.into_iter().map(cie::rec709_from_xyz).collect())
 }
 
-/// What a wavelength adds to CIE XYZ.
+/// Contribution of a wavelength to CIE XYZ.
 struct Seen {
     nanometres: f64,
-    /// Of light.
+    /// Contribution as emission.
     light: [f64; 3],
-    /// Of what multiplies light, under daylight.
+    /// Contribution as a factor of light, under daylight.
     daylight: [f64; 3],
 }
 
-/// The 1000 wavelengths over which Mitsuba sums, with its two factors: the sum of ȳ, which makes Y
-/// of equal energy 1, and the mean of D65 weighted by ȳ. The latter is off by 0.1 %, so that a
-/// perfect reflector has Y = 0.9989; it is kept, for both renderers to have the same colours.
+/// Returns the 1000 wavelengths over which Mitsuba sums, with its two constants: the sum of ȳ,
+/// which makes Y of equal energy 1, and the mean of D65 weighted by ȳ. The latter is off by 0.1 %,
+/// so that a perfect reflector has Y = 0.9989; it is kept so that both renderers have the same
+/// colours.
 fn seen() -> impl Iterator<Item = Seen> {
     const COUNT: u32 = 1000;
     const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
@@ -161,7 +163,7 @@ fn seen() -> impl Iterator<Item = Seen> {
 mod tests {
     use super::*;
 
-    /// Weights times values are the colour that the spectrum of these values has.
+    /// The sum of weights times values equals the colour of the spectrum with these values.
     #[test]
     fn weights_are_those_of_spectra() {
         let wavelengths: Vec<f32> = (0..=94_u16).map(|i| 360.0 + 5.0 * f32::from(i)).collect();
@@ -175,7 +177,7 @@ mod tests {
             let sum: f64 = weights.iter().zip(&samples).map(|(w, (_, value))| w[c] * value).sum();
             assert!((sum - expected[c]).abs() < 1e-12, "{sum} {expected:?}");
         }
-        // Beyond the ends it goes on as it ends.
+        // The function is constant beyond its ends.
         let weights = reflectance_weights(&[500.0, 600.0]).unwrap();
         let white = Spectrum::sampled(&[(300.0, 1.0), (900.0, 1.0)]).unwrap().reflected;
         for c in 0..3 {

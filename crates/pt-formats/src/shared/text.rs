@@ -1,5 +1,4 @@
-//! What text files have around and between their lines: byte-order marks, line breaks, and lines
-//! that are continued.
+//! Encoding of text files: byte-order marks, line breaks, and continued lines.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -7,15 +6,15 @@ use std::path::Path;
 use super::mesh_file;
 use crate::LoadError;
 
-/// The byte-order mark of UTF-8, which some editors write. [The Unicode Standard 15.0, §23.8]
+/// Byte-order mark of UTF-8, which some editors write. [The Unicode Standard 15.0, §23.8]
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// A file without the byte-order mark of UTF-8, and a text in UTF-16 or UTF-32 as UTF-8: those that
-/// begin with a mark, or whose first two characters are of ASCII.
+/// Removes the byte-order mark of UTF-8, and converts text in UTF-16 or UTF-32 to UTF-8: files that
+/// begin with a mark, or whose first two characters are ASCII.
 ///
 /// # Errors
-/// If it is such a text, but ends within a character, or has numbers that are none.
-pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+/// Returns an error if such a text ends within a character, or has invalid code points.
+pub(crate) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
     let (rest, unit): (_, Unit) = match bytes {
         [0xFF, 0xFE, 0, 0, rest @ ..] => (rest, Unit::Four(u32::from_le_bytes)),
         [0, 0, 0xFE, 0xFF, rest @ ..] => (rest, Unit::Four(u32::from_be_bytes)),
@@ -35,7 +34,7 @@ pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>
     Ok(Cow::Owned(text.into_bytes()))
 }
 
-/// The units of a text, by their bytes.
+/// Decoder of the code units of a text.
 #[derive(Clone, Copy)]
 enum Unit {
     Two(fn([u8; 2]) -> u16),
@@ -43,7 +42,7 @@ enum Unit {
 }
 
 impl Unit {
-    /// A text; `None` if it is none.
+    /// Decodes a text; `None` if it is invalid.
     fn text(self, bytes: &[u8]) -> Option<String> {
         match self {
             Self::Two(of) => {
@@ -60,22 +59,22 @@ impl Unit {
     }
 }
 
-/// A text without a byte-order mark, of which all lines end in line feeds, also where they end in
-/// carriage returns alone.
+/// Removes the byte-order mark of a text, and converts line ends to line feeds, including carriage
+/// returns without a line feed.
 ///
 /// # Errors
-/// Those of [`unmarked`].
-pub(super) fn lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+/// Returns the errors of [`unmarked`].
+pub(crate) fn lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
     Ok(match unmarked(bytes, path)? {
         Cow::Borrowed(bytes) => with_line_feeds(bytes),
         Cow::Owned(bytes) => Cow::Owned(with_line_feeds(&bytes).into_owned()),
     })
 }
 
-/// As [`lines`], as characters: those that are not of UTF-8 become U+FFFD.
+/// Converts a text as [`lines`] does, to characters: invalid UTF-8 becomes U+FFFD.
 ///
 /// # Errors
-/// Those of [`unmarked`].
+/// Returns the errors of [`unmarked`].
 pub(crate) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
     Ok(match lines(bytes, path)? {
         Cow::Borrowed(bytes) => String::from_utf8_lossy(bytes),
@@ -83,13 +82,13 @@ pub(crate) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str
     })
 }
 
-/// As [`lines`], where a backslash at the end of a line joins the next one to it. Empty lines
-/// behind those that were joined keep the numbers of all others. Comments (from a `#` that begins a
-/// word) are not continued, as they may end in the path of a folder.
+/// Converts a text as [`lines`] does, and joins lines that end with a backslash to the following
+/// ones. Empty lines are inserted after joined lines to keep the numbers of all others. Comments
+/// (from a `#` that begins a word) are not continued, since they may end with the path of a folder.
 ///
 /// # Errors
-/// Those of [`unmarked`].
-pub(super) fn joined_lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+/// Returns the errors of [`unmarked`].
+pub(crate) fn joined_lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
     let text = lines(bytes, path)?;
     if !memchr::memchr_iter(b'\\', &text).any(|at| ends_line(&text[at + 1..])) {
         return Ok(text);
@@ -108,7 +107,7 @@ pub(super) fn joined_lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [
     Ok(Cow::Owned(joined))
 }
 
-/// What stands before the backslash of a line that is continued.
+/// Returns the text before the backslash of a continued line; `None` for other lines.
 fn continued(line: &[u8]) -> Option<&[u8]> {
     let start = line.strip_suffix(b"\n")?.trim_ascii_end().strip_suffix(b"\\")?;
     let begins_word = |at: usize| at == 0 || start[at - 1].is_ascii_whitespace();
@@ -116,13 +115,13 @@ fn continued(line: &[u8]) -> Option<&[u8]> {
     (!is_comment).then_some(start)
 }
 
-/// Returns true if nothing but blanks follows on the line.
+/// Returns true if only blanks follow on the line.
 fn ends_line(rest: &[u8]) -> bool {
     rest.iter().find(|byte| !matches!(byte, b' ' | b'\t' | b'\r')) == Some(&b'\n')
 }
 
-/// With line feeds in place of carriage returns that have none behind them.
-pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+/// Replaces carriage returns without a line feed by line feeds.
+pub(crate) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     let is_alone = |at: &usize| bytes.get(at + 1) != Some(&b'\n');
     let Some(first) = memchr::memchr_iter(b'\r', bytes).find(is_alone) else {
         return Cow::Borrowed(bytes);
@@ -156,7 +155,7 @@ mod tests {
         ] {
             assert_eq!(read(bytes).as_deref(), Ok("v 1\u{e9}"), "{bytes:?}");
         }
-        // The half of a pair, a part of a character, and a number that is none.
+        // Half of a surrogate pair, an incomplete character, and an invalid code point.
         for (bytes, named) in [
             (&b"\xFF\xFEv\0\x00\xD8"[..], "UTF-16"),
             (b"v\0 \x001", "UTF-16"),
@@ -167,7 +166,8 @@ mod tests {
         }
     }
 
-    /// A carriage return alone ends a line, before a line feed it is a part of its line's end.
+    /// A carriage return without a line feed ends a line; before a line feed, it is part of the
+    /// line end.
     #[test]
     fn each_line_ends_in_a_line_feed() {
         for (text, expected) in
@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// The statements of a text, with the number of the line in which each begins.
+    /// Lines of a text, joined where continued; the others keep their line numbers.
     #[test]
     fn lines_that_are_continued_keep_the_numbers_of_others() {
         let join = |text: &str| {

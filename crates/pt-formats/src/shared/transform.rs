@@ -1,20 +1,20 @@
-//! Transforms that several formats have.
+//! Transforms shared by several formats.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-/// Turns about an axis, counter-clockwise for an eye to which the axis points.
+/// Returns a rotation about an axis, counter-clockwise as seen from the tip of the axis.
 ///
 /// v ↦ v cos θ + (a × v) sin θ + a (a·v)(1 − cos θ) for a unit axis a. [Rodrigues 1840]
-pub(super) fn rotate(axis: DVec3, degrees: f64) -> DAffine3 {
+pub(crate) fn rotate(axis: DVec3, degrees: f64) -> DAffine3 {
     let a = axis.normalize_or_zero();
     let (sin, cos) = libm::sincos(degrees.to_radians());
     let turn = |v: DVec3| v * cos + a.cross(v) * sin + a * (a.dot(v) * (1.0 - cos));
     DAffine3::from_mat3(DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z)))
 }
 
-/// Puts a node at `origin` with its +z towards `target` and its +y in the half plane of `up`;
-/// +x is then up × z. `None` if the three do not span a plane.
-pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
+/// Returns a node at `origin` with its +z towards `target` and its +y in the half plane of `up`; +x
+/// is then up × z. `None` if the three do not span a plane.
+pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     const MIN_SINE: f64 = 1e-9; // of the angle between up and z, far above rounding
     let z = (target - origin).try_normalize()?;
     let side = up.try_normalize()?.cross(z);
@@ -22,14 +22,14 @@ pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine
     Some(DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin))
 }
 
-/// Some unit vector at right angles to `v`.
-pub(super) fn perpendicular(v: DVec3) -> DVec3 {
+/// Returns a unit vector perpendicular to `v`.
+pub(crate) fn perpendicular(v: DVec3) -> DVec3 {
     let axis = if v.x.abs() < 0.5 * v.length() { DVec3::X } else { DVec3::Y };
     v.cross(axis).normalize_or_zero()
 }
 
-/// A matrix of 9 or 16 numbers, row after row.
-pub(super) fn matrix(numbers: &[f64]) -> Result<DAffine3, String> {
+/// Parses a matrix of 9 or 16 numbers in row-major order.
+pub(crate) fn matrix(numbers: &[f64]) -> Result<DAffine3, String> {
     let size = match numbers.len() {
         9 => 3,
         16 => 4,

@@ -1,39 +1,39 @@
-//! Polygons to triangles.
+//! Triangulation of polygons.
 
 use pt_math::DVec3;
 
-/// Corners up to which concave polygons are cut well; beyond, the time could grow too long (it is
-/// the number of corners times that of the concave ones that lie near, which may be all of them).
+/// Maximum number of corners for which concave polygons are triangulated correctly; beyond, it
+/// could take too long (the number of corners times that of nearby concave ones, which may be all).
 const MAX_CONCAVE: usize = 10_000;
-/// Concave corners for each cell of the grid in which they are looked for.
+/// Number of concave corners per cell of the search grid.
 const PER_CELL: usize = 2;
 
-/// Cuts polygons into triangles; keeps its memory from one polygon to the next.
+/// Triangulates polygons; keeps its memory from one polygon to the next.
 #[derive(Default)]
-pub(super) struct Triangulator {
-    /// The corners in the plane of the polygon, which runs counter-clockwise there.
+pub(crate) struct Triangulator {
+    /// Corners projected to a plane, where the polygon is counter-clockwise.
     plane: Vec<[f64; 2]>,
     next: Vec<usize>,
     previous: Vec<usize>,
-    /// Corners that are concave in what is left of the polygon.
+    /// Concave corners of the rest of the polygon.
     concave: Cells,
 }
 
-/// Points of the plane in a grid of square cells.
+/// Points of the plane in a grid of cells.
 #[derive(Default)]
 struct Cells {
-    /// The least corner of the box around all.
+    /// Lower corner of the bounding box.
     low: [f64; 2],
-    /// What coordinates less that are multiplied by to be cells.
+    /// Number of cells per unit of length along each axis.
     per_cell: [f64; 2],
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     side: usize,
-    /// The numbers of the points of each.
+    /// Indices of the points of each cell.
     points: Vec<Vec<usize>>,
 }
 
 impl Cells {
-    /// Holds those points of a list that are named.
+    /// Replaces the content by the points with these indices.
     fn hold(&mut self, plane: &[[f64; 2]], points: &[usize]) {
         let bounds = |fold: fn(f64, f64) -> f64, start: f64| {
             [0, 1].map(|axis| points.iter().map(|p| plane[*p][axis]).fold(start, fold))
@@ -41,7 +41,8 @@ impl Cells {
         let (low, high) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
         self.side = (points.len() / PER_CELL).isqrt().max(1);
         self.low = low;
-        // Where all are in one line, or so far apart that it is infinite, one row of cells does.
+        // If all points are collinear along an axis, or their distance is infinite, one row of
+        // cells suffices.
         self.per_cell = [0, 1].map(|axis| {
             let scale = self.side as f64 / (high[axis] - low[axis]);
             if scale.is_finite() { scale } else { 0.0 }
@@ -55,7 +56,7 @@ impl Cells {
         }
     }
 
-    /// Along one axis; what lies beyond is in the outermost.
+    /// Returns the cell along an axis; points beyond the grid are in the outermost cells.
     fn along(&self, axis: usize, x: f64) -> usize {
         (((x - self.low[axis]) * self.per_cell[axis]) as usize).min(self.side - 1)
     }
@@ -69,8 +70,7 @@ impl Cells {
         self.points[cell].retain(|other| *other != point);
     }
 
-    /// Returns true if there is a point for which this holds in one of the cells that a triangle
-    /// may touch.
+    /// Returns true if `is_it` holds for a point in any of the cells that a triangle may touch.
     fn any_near(&self, triangle: [[f64; 2]; 3], is_it: impl Fn(usize) -> bool) -> bool {
         let range = |axis: usize| {
             let cells = triangle.map(|p| self.along(axis, p[axis]));
@@ -85,13 +85,14 @@ impl Cells {
 }
 
 impl Triangulator {
-    /// Gives n − 2 triangles, as numbers of corners, that keep the orientation of a polygon of n
-    /// corners. False if the polygon was concave but too large to be cut properly.
+    /// Emits n − 2 triangles, as indices of corners, with the orientation of a polygon of n
+    /// corners. Returns false if the polygon was concave but too large to be triangulated
+    /// correctly.
     ///
-    /// A convex polygon becomes a fan around its first corner; others lose one ear after the
-    /// other: a convex corner whose triangle contains no other corner [Meisters 1975]. Polygons
-    /// that are not flat are seen along their mean normal.
-    pub(super) fn cut(&mut self, corners: &[DVec3], mut emit: impl FnMut([usize; 3])) -> bool {
+    /// A convex polygon becomes a fan around its first corner; others lose one ear after the other:
+    /// a convex corner whose triangle contains no other corner [Meisters 1975]. Polygons that are
+    /// not planar are projected along their mean normal.
+    pub(crate) fn cut(&mut self, corners: &[DVec3], mut emit: impl FnMut([usize; 3])) -> bool {
         let n = corners.len();
         self.project(corners);
         let is_convex = (0..n).all(|i| self.turn((i + n - 1) % n, i, (i + 1) % n) >= 0.0);
@@ -103,10 +104,10 @@ impl Triangulator {
         true
     }
 
-    /// Looks at the polygon along the largest component of its normal.
+    /// Projects the polygon along the largest component of its normal.
     ///
-    /// The normal is Σ pᵢ × pᵢ₊₁ (twice the vector area; Newell's method), with the coordinates
-    /// taken from the first corner so that nothing is lost far from the origin.
+    /// The normal is Σ pᵢ × pᵢ₊₁ (twice the vector area; Newell's method), with coordinates
+    /// relative to the first corner so that no precision is lost far from the origin.
     fn project(&mut self, corners: &[DVec3]) {
         let origin = corners.first().copied().unwrap_or_default();
         let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
@@ -127,7 +128,7 @@ impl Triangulator {
         }));
     }
 
-    /// Twice the area of the triangle of three corners; negative where it runs clockwise.
+    /// Returns twice the area of the triangle of three corners; negative if it is clockwise.
     fn turn(&self, a: usize, b: usize, c: usize) -> f64 {
         let [[ax, ay], [bx, by], [cx, cy]] = [self.plane[a], self.plane[b], self.plane[c]];
         (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -137,7 +138,7 @@ impl Triangulator {
         self.turn(self.previous[i], i, self.next[i]) < 0.0
     }
 
-    /// Returns true if a corner can be cut off. A triangle without area always can.
+    /// Returns true if a corner is an ear. Triangles without area always are.
     fn is_ear(&self, i: usize) -> bool {
         let (a, b, c) = (self.previous[i], i, self.next[i]);
         let area = self.turn(a, b, c);
@@ -152,8 +153,8 @@ impl Triangulator {
         !self.concave.any_near(triangle, |p| is_inside(p) && !is_corner(p))
     }
 
-    /// Cuts off ears until a triangle is left. A polygon that crosses itself may have none; then
-    /// the next corner goes.
+    /// Cuts off ears until a triangle is left. A self-intersecting polygon may have none; then the
+    /// next corner is cut off.
     fn cut_ears(&mut self, n: usize, mut emit: impl FnMut([usize; 3])) {
         self.next.clear();
         self.next.extend((0..n).map(|i| (i + 1) % n));
@@ -191,7 +192,7 @@ impl Triangulator {
 mod tests {
     use super::*;
 
-    /// Pseudo-random numbers in [0, 1) (xorshift64*).
+    /// Returns pseudo-random numbers in [0, 1) (xorshift64*).
     fn numbers(mut state: u64) -> impl FnMut() -> f64 {
         move || {
             state ^= state >> 12;
@@ -212,8 +213,8 @@ mod tests {
         pairs.map(|(p, q)| p.cross(*q)).sum::<DVec3>() / 2.0
     }
 
-    /// Triangles that all face as the polygon does, and whose areas add up to its area, cover it
-    /// without overlap. There are n − 2 of them.
+    /// Checks that the triangles face as the polygon does, and that their areas sum to its area, so
+    /// that they cover it without overlap. There are n − 2 of them.
     fn check_tiling(corners: &[DVec3]) {
         let triangles = cut(corners);
         assert_eq!(triangles.len(), corners.len() - 2);
@@ -227,7 +228,7 @@ mod tests {
         assert!((sum / whole.length() - 1.0).abs() < 1e-9, "{corners:?}");
     }
 
-    /// Puts a polygon of the plane somewhere in space, starting with any of its corners.
+    /// Maps a planar polygon to a random plane in space, starting with a random corner.
     fn place(flat: &[[f64; 2]], random: &mut impl FnMut() -> f64) -> Vec<DVec3> {
         let mut direction = || DVec3::new(random(), random(), random()) - 0.5;
         let (a, b, origin) = (direction(), direction(), direction() * 20.0);
@@ -251,7 +252,7 @@ mod tests {
         }
     }
 
-    /// A comb has long teeth behind one another; a spiral has few ears.
+    /// A comb has long teeth side by side; a spiral has few ears.
     #[test]
     fn combs_and_spirals_are_tiled() {
         let mut random = numbers(2);
@@ -271,8 +272,8 @@ mod tests {
         }
     }
 
-    /// Corners in the middle of edges, twice in the same place, and where a polygon comes back to
-    /// one of its corners (as one with a hole does).
+    /// Corners in the middle of edges, coincident corners, and polygons that return to one of their
+    /// corners (as those with a hole do).
     #[test]
     fn special_polygons_are_tiled() {
         let mut random = numbers(3);
@@ -304,7 +305,7 @@ mod tests {
         assert_eq!(cut(&square), [[0, 1, 2], [0, 2, 3]]);
     }
 
-    /// Whatever the corners, there are n − 2 triangles of existing corners.
+    /// For any corners, there are n − 2 triangles of existing corners.
     #[test]
     fn nonsense_is_cut_somehow() {
         let mut random = numbers(4);
@@ -320,7 +321,7 @@ mod tests {
         assert_eq!(cut(&[DVec3::ZERO; 7]).len(), 5);
     }
 
-    /// Ears are the same as if all concave corners were looked at, whichever cells they lie in.
+    /// Ears do not depend on the cells: the result equals a search over all concave corners.
     #[test]
     fn cells_hide_no_corner() {
         let mut random = numbers(5);

@@ -1,45 +1,46 @@
-//! Long and thin things: curves as tubes and ribbons of triangles.
+//! Tessellation of curves as tubes and ribbons.
 
 use std::f64::consts::{PI, TAU};
 use std::iter::Sum;
 use std::ops::Mul;
 
 use pt_math::DVec3;
+use pt_scene::Mesh;
 
 use super::grid::grid;
-use crate::Mesh;
 
-/// How finely a curve is cut.
+/// Tessellation of a curve.
 #[derive(Clone, Copy)]
 pub(crate) struct Detail {
-    /// Pieces of a tube around it.
+    /// Number of sides of a tube.
     pub(crate) sides: u32,
-    /// Degrees by which a curve may turn between two pieces along it.
+    /// Maximum angle in degrees between successive pieces along a curve.
     pub(crate) turn: f64,
 }
 
 impl Detail {
-    /// Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with this (8 % with six
-    /// sides), as rays that graze fibres are missed.
+    /// Coarsest tessellation. Blocks of 16 x 16 pixels of a tuft of hair have an error of up to 2 %
+    /// with it (8 % with six sides), since rays that graze fibres are missed.
     pub(crate) const MIN: Self = Self { sides: 12, turn: 8.0 };
-    /// For what is not much.
+    /// Tessellation of scenes with few curves.
     pub(crate) const FINE: Self = Self { sides: 48, turn: 2.0 };
-    /// Between the two.
+    /// Medium tessellation.
     pub(crate) const MIDDLE: Self = Self { sides: 24, turn: 4.0 };
 }
 
-/// Least and most pieces of a segment along the curve.
+/// Minimum and maximum number of pieces of a segment.
 const PIECES: [f64; 2] = [2.0, 32.0];
 
-/// A curve of segments by their control points: lines, or polynomials of degree 2 or 3 by the basis
-/// of Bernstein, or by that of uniform B-splines.
+/// A curve of segments with control points: lines, or polynomials of degree 2 or 3 in the Bernstein
+/// basis or in that of uniform B-splines.
 pub(crate) struct Spline {
     pub(crate) points: Vec<DVec3>,
     pub(crate) degree: usize,
     pub(crate) is_bspline: bool,
 }
 
-/// A place on a curve: its segment, where on that, and where on the whole curve, from 0 to 1.
+/// A position on a curve: the segment, the parameter of the segment, and that of the whole curve,
+/// both from 0 to 1.
 #[derive(Clone, Copy)]
 pub(crate) struct TubePoint {
     pub(crate) segment: usize,
@@ -47,7 +48,7 @@ pub(crate) struct TubePoint {
     pub(crate) u: f64,
 }
 
-/// A place on a curve: its middle, its direction, and a direction across it.
+/// Frame at a position of a curve: its centre, its direction, and a direction across it.
 struct Station {
     place: TubePoint,
     middle: DVec3,
@@ -65,19 +66,19 @@ impl Spline {
         }
     }
 
-    /// Returns true if the control points make whole segments.
+    /// Returns true if the number of control points matches whole segments.
     pub(crate) fn is_whole(&self) -> bool {
         self.segments() > 0
             && (self.is_bspline || (self.points.len() - 1).is_multiple_of(self.degree))
     }
 
-    /// Returns the number of triangles of its tube.
+    /// Returns the number of triangles of the tube of the curve.
     pub(crate) fn triangles_of_tube(&self, detail: Detail) -> usize {
         self.segments() * self.pieces(detail) * 2 * detail.sides as usize
     }
 
-    /// Into how many pieces each segment is cut, by how much the line through its control points
-    /// turns, which is no less than the curve does.
+    /// Returns the number of pieces of each segment, by the total turn of the control polygon,
+    /// which is an upper bound of that of the curve.
     fn pieces(&self, detail: Detail) -> usize {
         if self.degree == 1 {
             return 1;
@@ -90,9 +91,8 @@ impl Spline {
         (degrees / detail.turn / self.segments() as f64).ceil().clamp(PIECES[0], PIECES[1]) as usize
     }
 
-    /// What the curve has at a place of something that is known at its control points: sums by
-    /// Bernstein polynomials, or by uniform B-splines, which are convolutions of boxes with
-    /// each other.
+    /// Interpolates values at the control points: by Bernstein polynomials, or by uniform
+    /// B-splines, which are repeated convolutions of boxes.
     pub(crate) fn between<T>(&self, values: &[T], TubePoint { segment, t, .. }: TubePoint) -> T
     where
         T: Copy + Mul<f64, Output = T> + Sum,
@@ -112,9 +112,9 @@ impl Spline {
         (0..=self.degree).map(|i| values[first + i] * weights[i]).sum()
     }
 
-    /// A tube of a radius that varies, with the texture coordinate u along it, open at its ends.
-    /// Its outline is as wide on average as that of a round one: the mean width of what is
-    /// convex is the length of its outline over π.
+    /// Returns a tube of varying radius, open at its ends, with the texture coordinate u along it.
+    /// The mean width of its silhouette equals that of a round tube: the mean width of a convex
+    /// shape is its perimeter over π.
     pub(crate) fn tube(&self, detail: Detail, radius: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(detail, None);
         let half_a_side = PI / f64::from(detail.sides);
@@ -127,8 +127,8 @@ impl Spline {
         })
     }
 
-    /// A ribbon of a width that varies, which lies across normals that are given where segments
-    /// meet.
+    /// Returns a ribbon of varying width, which is perpendicular to normals given at the ends of
+    /// segments.
     pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(TubePoint) -> f64) -> Mesh {
         let stations = self.stations(Detail::MIN, Some(normals));
         spanned(&stations, 1, |station, v| {
@@ -137,8 +137,8 @@ impl Spline {
         })
     }
 
-    /// Places along a curve, with the direction across as given, or else carried on with as little
-    /// turning as possible.
+    /// Returns frames along a curve. The direction across is given, or transported with minimal
+    /// rotation.
     fn stations(&self, detail: Detail, normals: Option<&[DVec3]>) -> Vec<Station> {
         let pieces = self.pieces(detail);
         let count = self.segments() * pieces;
@@ -171,7 +171,7 @@ impl Spline {
     }
 }
 
-/// What is spanned across the places of a curve, in so many rows.
+/// Returns a mesh across the frames of a curve, with this number of rows.
 fn spanned(stations: &[Station], rows: u32, at: impl Fn(&Station, f64) -> (DVec3, DVec3)) -> Mesh {
     let count = stations.len() - 1;
     grid("curve", [count as u32, rows], |u, v| {
@@ -190,8 +190,8 @@ mod tests {
         Spline { points, degree, is_bspline }
     }
 
-    /// Weights that add up to 1, and segments that go on where those before end, in the same
-    /// direction if they are B-splines.
+    /// Weights sum to 1, and segments continue where the previous ones end, for B-splines in the
+    /// same direction.
     #[test]
     fn segments_meet_and_follow_straight_lines() {
         const STEP: f64 = 1e-6;
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Seen from around it, a straight tube is as wide on average as it is thick.
+    /// The mean width of a straight tube over all views equals its diameter.
     #[test]
     fn a_tube_is_as_wide_as_it_is_thick() {
         const VIEWS: u32 = 3600;

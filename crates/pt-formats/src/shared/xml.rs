@@ -1,37 +1,37 @@
-//! What the XML formats share: decoding, limits, places in messages, lists of numbers.
+//! Components shared by the XML formats: decoding, limits, locations for messages, lists of
+//! numbers.
 //!
-//! The parser is `roxmltree`, which refuses document type definitions (and with them the entities
-//! by which a small file becomes a large one). [`Document::parse`] adds limits on what else a
-//! hostile file could make large.
+//! The parser is `roxmltree`, which rejects document type definitions (and with them the entities
+//! that expand a small file to a large one). [`Document::parse`] adds limits on other growth that a
+//! hostile file could cause.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::path::Path;
 use std::str::FromStr;
 
+use pt_scene::{Span, Warning};
+
 use super::limits::Limits;
+use super::names::quote;
 use super::text::{unmarked, with_line_feeds};
-use crate::spelling::suggestions;
-use crate::{LoadError, Span, Warning};
+use crate::LoadError;
 
 /// An element, a text or a comment of a [`Document`].
-pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
+pub(crate) type Node<'a> = roxmltree::Node<'a, 'a>;
 
-/// Deepest nesting of elements. Scenes of modelling tools stay below 100; readers may recurse.
+/// Maximum nesting of elements. Scenes of modelling tools stay below 100; readers may recurse.
 const MAX_DEPTH: usize = 1000;
-/// Most attributes of one element; the parser compares each with each.
+/// Maximum number of attributes of an element; the parser compares all pairs.
 const MAX_ATTRIBUTES: usize = 1000;
-/// Most namespace declarations of a file; the parser copies them to the elements inside.
+/// Maximum number of namespace declarations of a file; the parser copies them to nested elements.
 const MAX_NAMESPACES: usize = 10_000;
-/// Most elements, texts and comments of a file; each takes about 100 bytes.
+/// Maximum number of elements, texts and comments of a file; each takes about 100 bytes.
 const MAX_NODES: usize = 20_000_000;
-/// Distance in bytes of the places whose line and column are remembered.
+/// Distance in bytes of offsets whose line and column are stored.
 const MARK_DISTANCE: usize = 1024;
-/// Longest text that a message quotes, in characters.
-const MAX_QUOTE: usize = 60;
-
-/// A parsed file that knows where its elements stand.
-pub(super) struct Document<'a> {
+/// A parsed file with the locations of its elements.
+pub(crate) struct Document<'a> {
     path: &'a Path,
     tree: roxmltree::Document<'a>,
     marks: Marks,
@@ -39,11 +39,12 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// Parses a text that [`decode`] returned.
+    /// Parses a text returned by [`decode`].
     ///
     /// # Errors
-    /// If it is no well-formed XML, has a document type definition, or exceeds a limit.
-    pub(super) fn parse(text: &'a str, path: &'a Path, limits: &Limits) -> Result<Self, LoadError> {
+    /// Returns an error if the XML is not well-formed, has a document type definition, or exceeds a
+    /// limit.
+    pub(crate) fn parse(text: &'a str, path: &'a Path, limits: &Limits) -> Result<Self, LoadError> {
         let marks = Marks::new(text);
         let at = |offset| place(path, marks.line_and_column(text, offset), String::new());
         if let Err((offset, message)) = check_limits(text, limits.depth(MAX_DEPTH)) {
@@ -64,38 +65,38 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The outermost element.
-    pub(super) fn root(&'a self) -> Node<'a> {
+    /// Returns the outermost element.
+    pub(crate) fn root(&'a self) -> Node<'a> {
         self.tree.root_element()
     }
 
-    /// All elements of the file, in its order.
-    pub(super) fn elements(&'a self) -> impl Iterator<Item = Node<'a>> {
+    /// Iterates over all elements in document order.
+    pub(crate) fn elements(&'a self) -> impl Iterator<Item = Node<'a>> {
         self.tree.descendants().filter(Node::is_element)
     }
 
-    /// The size of the file, in bytes.
-    pub(super) fn length(&self) -> usize {
+    /// Returns the size of the file, in bytes.
+    pub(crate) fn length(&self) -> usize {
         self.tree.input_text().len()
     }
 
-    /// The file that was read.
-    pub(super) fn path(&self) -> &Path {
+    /// Returns the path of the file.
+    pub(crate) fn path(&self) -> &Path {
         self.path
     }
 
-    /// Where an element stands, and what its author calls it.
-    pub(super) fn span(&self, node: Node<'_>) -> Span {
+    /// Returns the location and the description of an element.
+    pub(crate) fn span(&self, node: Node<'_>) -> Span {
         self.span_at(node, node.range().start)
     }
 
-    /// An error about an element.
-    pub(super) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
+    /// Returns an error about an element.
+    pub(crate) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
         LoadError::Content { at: self.span(node), message: message.into() }
     }
 
-    /// An error about a piece of the content or of an attribute of an element.
-    pub(super) fn error_at(
+    /// Returns an error about a piece of the content or of an attribute of an element.
+    pub(crate) fn error_at(
         &self,
         node: Node<'_>,
         piece: &str,
@@ -105,16 +106,16 @@ impl<'a> Document<'a> {
         LoadError::Content { at: self.span_at(node, offset), message: message.into() }
     }
 
-    /// A warning about an element.
-    pub(super) fn warning(&self, node: Node<'_>, message: impl Into<String>) -> Warning {
+    /// Returns a warning about an element.
+    pub(crate) fn warning(&self, node: Node<'_>, message: impl Into<String>) -> Warning {
         Warning { at: self.span(node), message: message.into() }
     }
 
-    /// The numbers that an element contains, separated by white space.
+    /// Parses the content of an element as numbers separated by white space.
     ///
     /// # Errors
-    /// At the first word that is no such number.
-    pub(super) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
+    /// Returns an error about the first word that is no such number.
+    pub(crate) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
         let mut numbers = Vec::new();
         for word in words(node) {
             let parsed = word.parse().ok().or_else(|| {
@@ -131,19 +132,19 @@ impl<'a> Document<'a> {
         Ok(numbers)
     }
 
-    /// Where the first number with a comma in place of the point was read, as programs write them
-    /// in some languages.
-    pub(super) fn first_comma(&self) -> Option<Span> {
+    /// Returns the location of the first number with a decimal comma, as programs write them in
+    /// some languages.
+    pub(crate) fn first_comma(&self) -> Option<Span> {
         self.first_comma.borrow().clone()
     }
 
-    /// The place of an offset into the text, with the name of an element.
+    /// Returns the location of an offset into the text, with the description of an element.
     fn span_at(&self, node: Node<'_>, offset: usize) -> Span {
         let place_in_text = self.marks.line_and_column(self.tree.input_text(), offset);
         place(self.path, place_in_text, describe(node))
     }
 
-    /// Where a piece of text lies in the file; `None` where the parser had to rewrite it.
+    /// Returns the offset of a piece of text in the file; `None` if the parser had to rewrite it.
     fn offset_of(&self, piece: &str) -> Option<usize> {
         let text = self.tree.input_text();
         let offset = piece.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
@@ -151,18 +152,18 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The words that an element contains, separated by white space and comments.
-pub(super) fn words(node: Node<'_>) -> impl Iterator<Item = &str> {
+/// Returns the words of an element, separated by white space and comments.
+pub(crate) fn words(node: Node<'_>) -> impl Iterator<Item = &str> {
     let texts = node.children().filter(Node::is_text).filter_map(|text| text.text());
     texts.flat_map(str::split_ascii_whitespace)
 }
 
-/// Numbers that [`Document::numbers`] reads.
-pub(super) trait Number: FromStr {
-    /// What is expected, for messages.
+/// Number types of [`Document::numbers`].
+pub(crate) trait Number: FromStr {
+    /// Name of the expected type, for messages.
     const NAME: &str;
 
-    /// The number of a word with one comma in place of the point; none of whole numbers.
+    /// Parses a word with one comma as the decimal separator; `None` for integer types.
     fn with_comma(word: &str) -> Option<Self> {
         let (whole, fraction) = word.split_once(',')?;
         let is_real = Self::NAME == f32::NAME && !whole.contains('.');
@@ -182,11 +183,11 @@ impl Number for u32 {
     const NAME: &str = "a whole number from 0 to 4294967295";
 }
 
-/// The text of a file: UTF-8, UTF-16 or UTF-32; its lines end in line feeds.
+/// Decodes the text of a file in UTF-8, UTF-16 or UTF-32, with line feeds as line ends.
 ///
 /// # Errors
-/// If it is neither; the message says where.
-pub(super) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
+/// Returns an error with the location of the first invalid character.
+pub(crate) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
     let text: Cow<str> = match unmarked(bytes, path)? {
         Cow::Borrowed(bytes) => decode_utf8(bytes, path)?.into(),
         Cow::Owned(bytes) => decode_utf8(&bytes, path)?.to_owned().into(),
@@ -197,7 +198,7 @@ pub(super) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, L
     })
 }
 
-/// UTF-8 without a byte order mark.
+/// Decodes UTF-8 without a byte-order mark.
 fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
     std::str::from_utf8(bytes).map_err(|error| {
         let good = error.valid_up_to();
@@ -214,8 +215,8 @@ fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
     })
 }
 
-/// The line and column of regularly spaced offsets, so that a file may be one long line and hold
-/// many elements without each place being counted from the start.
+/// Line and column of regularly spaced offsets, so that locations are found without counting from
+/// the start, even if the file is one long line with many elements.
 struct Marks(Vec<(u32, u32)>);
 
 impl Marks {
@@ -229,7 +230,7 @@ impl Marks {
         Self(marks)
     }
 
-    /// Line and column in characters, from 1, of an offset into the text marked.
+    /// Returns the line and the column in characters, from 1, of an offset into the same text.
     fn line_and_column(&self, text: &str, offset: usize) -> (u32, u32) {
         let offset = offset.min(text.len());
         let mark = offset / MARK_DISTANCE;
@@ -237,7 +238,7 @@ impl Marks {
     }
 }
 
-/// The line and column after some bytes of UTF-8.
+/// Returns the line and column after some bytes of UTF-8.
 fn advance((line, column): (u32, u32), bytes: &[u8]) -> (u32, u32) {
     let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xC0 != 0x80).count() as u32;
     let newlines = bytes.split(|b| *b == b'\n').count() as u32 - 1;
@@ -251,7 +252,7 @@ fn place(path: &Path, (line, column): (u32, u32), element: String) -> Span {
     Span { file: path.to_owned(), line, column, element }
 }
 
-/// `<polylist> of geometry "bunny"`: an element and the nearest name around it.
+/// Describes an element by the nearest name around it, as in `<polylist> of geometry "bunny"`.
 fn describe(node: Node<'_>) -> String {
     let name_of = |n: Node<'_>| n.attribute("id").or(n.attribute("name")).map(quote);
     let tag = node.tag_name().name();
@@ -263,18 +264,9 @@ fn describe(node: Node<'_>) -> String {
     }
 }
 
-/// A text in quotes, on one line, cut if it is long.
-pub(super) fn quote(text: &str) -> String {
-    let shown = |c: char| if c.is_control() { ' ' } else { c };
-    let mut quoted: String = text.chars().take(MAX_QUOTE).map(shown).collect();
-    if text.chars().nth(MAX_QUOTE).is_some() {
-        quoted.push('…');
-    }
-    format!("\"{quoted}\"")
-}
-
-/// Refuses what would take the parser, or those who walk its tree, out of proportion to the size
-/// of the file. Gives the offset of the place. Text that is no XML is left to the parser.
+/// Rejects documents on which the parser, or code that traverses its tree, would spend time or
+/// memory out of proportion to the size of the file. The error contains the offset. Text that is no
+/// XML is left to the parser.
 fn check_limits(text: &str, most_deep: usize) -> Result<(), (usize, String)> {
     let (mut depth, mut namespaces, mut next) = (0_usize, 0, 0);
     while let Some(start) = text[next..].find('<').map(|found| next + found) {
@@ -316,14 +308,14 @@ enum TagKind {
 }
 
 struct Tag {
-    /// From `<` to `>`, in bytes.
+    /// Length from `<` to `>`, in bytes.
     length: usize,
     attributes: usize,
     namespaces: usize,
     kind: TagKind,
 }
 
-/// Measures the tag that a text starts with; `None` if it does not end.
+/// Scans the tag at the start of a text; `None` if it does not end.
 fn scan_tag(text: &str) -> Option<Tag> {
     let bytes = text.as_bytes();
     let (mut attributes, mut namespaces, mut at) = (0, 0, 1);
@@ -347,7 +339,7 @@ fn scan_tag(text: &str) -> Option<Tag> {
     Some(Tag { length: at + 1, attributes, namespaces, kind })
 }
 
-/// What the parser found, in words, with the offset where the parser does not know the place.
+/// Describes an error of the parser, with the offset if the parser does not provide the location.
 fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usize>, String) {
     use roxmltree::Error as E;
     let ends_early = |what: &str| (Some(text.len()), format!("{what}; is the file complete?"));
@@ -383,37 +375,6 @@ fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usi
     }
 }
 
-/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
-/// else ` (there is "c", "d", …)` with the first of those that exist.
-pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    let names: Vec<_> = names.collect();
-    let close = meant(written, names.iter().copied());
-    if !close.is_empty() {
-        return close;
-    }
-    let more = if names.len() > MAX_NAMED { ", …" } else { "" };
-    match quoted(&names, ", ") {
-        none if none.is_empty() => " (there is none)".to_owned(),
-        some => format!(" (there is {some}{more})"),
-    }
-}
-
-/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
-/// nothing.
-pub(super) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    match quoted(&suggestions(written, names), " or ") {
-        none if none.is_empty() => none,
-        close => format!(" (did you mean {close}?)"),
-    }
-}
-
-/// Most names that are told of many.
-const MAX_NAMED: usize = 3;
-
-fn quoted(names: &[&str], separator: &str) -> String {
-    names.iter().take(MAX_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -445,14 +406,5 @@ mod tests {
             Ok(()),
             "broken files are the parser's business"
         );
-    }
-
-    #[test]
-    fn suggestions_are_close_or_else_all_there_is() {
-        let suggest =
-            |written, names: &[&'static str]| did_you_mean(written, names.iter().copied());
-        assert_eq!(suggest("bal", &["wall", "ball"]), " (did you mean \"ball\"?)");
-        assert_eq!(suggest("roof", &["a", "b", "c", "d"]), " (there is \"a\", \"b\", \"c\", …)");
-        assert_eq!(suggest("roof", &[]), " (there is none)");
     }
 }

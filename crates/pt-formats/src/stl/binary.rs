@@ -4,22 +4,22 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::mesh_diagnostics::MeshDiagnostics;
-use super::super::mesh_file;
 use super::weld::{Welded, Welder, join};
 use super::{HEADER, PIECE, TRIANGLE};
 use crate::LoadError;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file;
 
-/// The bits of a number without its sign from which on it is not finite.
+/// Bits of the absolute value from which a number is not finite.
 const INFINITE: u32 = f32::INFINITY.to_bits();
 
-/// Triangles of a piece.
+/// Number of triangles of a piece.
 pub(super) const ROWS: usize = PIECE / TRIANGLE;
 
-/// Reads `count` triangles; those with a value that is not finite are noted.
+/// Reads `count` triangles; those with a value that is not finite are recorded as errors.
 ///
 /// # Errors
-/// If the file has fewer, or there are too many vertices.
+/// Returns an error if the file has fewer triangles, or there are too many vertices.
 pub(super) fn read(
     bytes: &[u8],
     count: usize,
@@ -46,7 +46,7 @@ pub(super) fn read(
     join(&pieces, triangles, path)
 }
 
-/// Notes the triangles with a value that is not finite.
+/// Records errors about triangles with a value that is not finite.
 fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut MeshDiagnostics) {
     let is_bad = |row: &[u8; TRIANGLE]| !corners(row).as_flattened().iter().all(|x| x.is_finite());
     let bad = rows.iter().enumerate().filter(|(_, row)| is_bad(row));
@@ -56,7 +56,7 @@ fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut MeshDiagnost
     }
 }
 
-/// Reads the triangles of a piece; whether all their numbers are finite.
+/// Reads the triangles of a piece. Returns true if all values are finite.
 pub(super) fn piece(
     rows: &[[u8; TRIANGLE]],
     triangles: &mut [[u32; 3]],
@@ -72,7 +72,7 @@ pub(super) fn piece(
     greatest < INFINITE
 }
 
-/// The corners of a triangle, which stand behind its normal.
+/// Returns the corners of a triangle, which follow its normal.
 fn corners(row: &[u8; TRIANGLE]) -> [[f32; 3]; 3] {
     let numbers = row[12..48].as_chunks().0;
     let number = |k: usize| f32::from_le_bytes(numbers[k]);

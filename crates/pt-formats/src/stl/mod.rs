@@ -1,18 +1,18 @@
-//! Stereolithography files (STL), text and binary: triangles without neighbours.
-//! [3D Systems, "Stereolithography Interface Specification", 1989]
+//! Stereolithography files (STL), text and binary: triangles without connectivity. [3D Systems,
+//! "Stereolithography Interface Specification", 1989]
 //!
 //! A binary file has a header of 80 bytes, the number of triangles, and 50 bytes for each: its
 //! normal, its corners and two bytes of attributes. Headers may begin with `solid`, as texts do, so
-//! a file is binary if it has the size that its number of triangles asks for. Otherwise it is a
-//! text if it looks like one.
+//! a file is binary if its size matches its number of triangles. Otherwise it is a text if it
+//! begins like one.
 //!
-//! Corners with the same coordinates become one vertex, if they stand near each other in the file.
-//! Normals are not read, as they follow from the corners,
-//! nor are the attributes, which some programs use for colours, each in another way. z is up, as it
-//! is in programs for the workshop.
+//! Corners with the same coordinates become one vertex, if they are near each other in the file.
+//! Normals are ignored, since they follow from the corners, and so are the attributes, which some
+//! programs use for colours, in different ways. z is up, as in programs for manufacturing.
 //!
-//! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites
-//! equal corners and joins the pieces. Large binary files are never held as a whole: `pieces.rs`.
+//! Files are read in pieces, in parallel: `binary.rs` and `text.rs` split them, and `weld.rs` welds
+//! equal corners and joins the pieces. Large binary files are never held in memory as a whole:
+//! `pieces.rs`.
 
 mod binary;
 #[cfg(all(unix, target_pointer_width = "64"))]
@@ -24,38 +24,42 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
-
-use super::context::Context;
-use super::mesh_diagnostics::{self, MeshDiagnostics};
-use super::mesh_file::{self, ColorLevels, MeshFile};
-use crate::shapes::single_part;
-use crate::{Attributes, LoadError, Mesh, Scene};
+use pt_scene::shapes::single_part;
+use pt_scene::{Attributes, Mesh, Scene};
 use weld::Welded;
 
-/// Bytes before the first triangle of a binary file, of which the last four are the number of
-/// triangles.
+use crate::LoadError;
+use crate::shared::context::Context;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file::{ColorLevels, MeshFile};
+use crate::shared::{mesh_diagnostics, mesh_file};
+
+/// Number of bytes before the first triangle of a binary file, the last four of which are the
+/// number of triangles.
 const HEADER: usize = 84;
-/// Bytes of a triangle.
+/// Number of bytes of a triangle.
 const TRIANGLE: usize = 50;
-/// Bytes of a piece of a file, about: what is done with one fits into the memory close to a core.
+/// Approximate number of bytes of a piece of a file: the data of a piece fits into the cache of a
+/// core.
 const PIECE: usize = 1 << 20;
 
-/// Large binary files, where the system lets threads read a file at places of their own.
+/// Reader of large binary files, on systems with positioned reads.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(super) const IN_PIECES: Option<super::PieceReader> = Some(pieces::parse);
-/// Nothing where it does not.
+/// `None` on other systems.
 #[cfg(not(all(unix, target_pointer_width = "64")))]
 pub(super) const IN_PIECES: Option<super::PieceReader> = None;
 
-/// A scene of one object, with z up.
+/// Reads a scene of one object, with z up.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     Ok(scene_of(mesh_diagnostics::of_scene(context, |faults| read(bytes, path, faults))?, path))
 }
 
-/// The mesh of a file, in its own coordinates.
+/// Reads the mesh of a file, in its own coordinates.
 ///
 /// # Errors
-/// If the file is no STL, ends too early, has numbers that are not finite, or no triangles.
+/// Returns an error if the file is no STL, is truncated, has values that are not finite, or no
+/// triangles.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     mesh_diagnostics::of_part(|faults| read(bytes, path, faults))
 }
@@ -68,17 +72,17 @@ fn scene_of(mesh: Mesh, path: &Path) -> Scene {
     scene
 }
 
-/// The mesh of a file, without the triangles that cannot be read.
+/// Reads the mesh of a file, without invalid triangles.
 ///
 /// # Errors
-/// If nothing more can be read.
+/// Returns an error if nothing more can be read.
 fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Mesh, LoadError> {
     let welded = match count(bytes) {
         Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
             binary::read(bytes, count, path, faults)?
         }
         count => {
-            let text = super::text::lines(bytes, path)?;
+            let text = crate::shared::text::lines(bytes, path)?;
             match count {
                 _ if is_text(&text) => text::read(&text, path, faults)?,
                 Some(count) => binary::read(bytes, count, path, faults)?,
@@ -110,17 +114,17 @@ fn mesh_of(Welded { positions, triangles }: Welded, path: &Path) -> Mesh {
     }
 }
 
-/// The number of triangles that a binary file says it has.
+/// Returns the number of triangles in the header of a binary file.
 fn count(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER - 4..)?.first_chunk()?;
     Some(u32::from_le_bytes(*count) as usize)
 }
 
 /// Returns true if a file is a text: one of its first lines begins a facet or ends a solid, or it
-/// begins with "solid" and has no byte 0, which headers are filled with. Names of solids may have
+/// begins with "solid" and has no byte 0, with which headers are padded. Names of solids may have
 /// any bytes.
 fn is_text(bytes: &[u8]) -> bool {
-    /// Bytes in which a facet is looked for.
+    /// Number of bytes in which a facet is searched.
     const START: usize = 4096;
     let first = bytes.trim_ascii_start().first_chunk::<5>();
     let head = &bytes[..bytes.len().min(HEADER)];

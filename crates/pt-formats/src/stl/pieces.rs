@@ -1,37 +1,36 @@
-//! Large binary files, which are never held as a whole.
+//! Large binary files, which are never held in memory as a whole.
 //!
-//! To fill fresh memory with a file takes longer than what is done with the bytes. So each thread
-//! reads, hashes and welds a part after the other in one buffer, which stays in the memory close to
-//! its core. The pieces whose corners are welded are those of `binary.rs`, so the mesh is the same;
-//! their ends are those of triangles, and the parts that are hashed end at powers of
-//! two, so a piece takes the bytes between two ends of parts and those of its own triangles around
-//! them.
+//! Filling fresh memory with a file takes longer than processing its bytes. So each thread reads,
+//! hashes and welds one part after the other in the same buffer, which stays in its cache. The
+//! pieces whose corners are welded are those of `binary.rs`, so the mesh is the same. Pieces end
+//! with a triangle, but the hashed parts end at powers of two, so a piece reads the bytes between
+//! two ends of parts and those of its own triangles around them.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use pt_scene::{Mesh, Scene, SourceFile};
 use rayon::prelude::*;
 
-use super::super::context::Context;
 use super::binary::{ROWS, piece};
 use super::weld::{Welder, join};
 use super::{HEADER, PIECE, TRIANGLE, count, mesh_of, scene_of};
-use crate::source::{Large, PART, PartHash};
-use crate::{Mesh, Scene, SourceFile};
+use crate::shared::context::Context;
+use crate::shared::source::{Large, PART, PartHash};
 
-// Pieces are cut where parts are.
+// Pieces are aligned to parts.
 const _: () = assert!(PIECE.is_multiple_of(PART));
 
-/// What a thread needs for a piece, which the next one finds as it is.
+/// Working memory of a thread for a piece, which the next one reuses.
 struct Bench {
     welder: Welder,
     buffer: Vec<u8>,
 }
 
-/// What came of a piece: its vertices, how many triangles it has, and the hashes of its parts.
+/// Result of a piece: its vertices, its number of triangles, and the hashes of its parts.
 type Done = ((Vec<[f32; 3]>, usize), Vec<PartHash>);
 
-/// The scene of a large binary file with nothing wrong in it.
+/// Reads the scene of a large binary file; `None` if there is any error in it.
 pub(super) fn parse(path: &Path, context: &Context) -> Option<Scene> {
     let file = Large::open(path).ok()??;
     let mut head = [0; HEADER];
@@ -44,7 +43,7 @@ pub(super) fn parse(path: &Path, context: &Context) -> Option<Scene> {
     Some(scene_of(mesh, path))
 }
 
-/// Reads so many triangles; `None` if a value is not finite, or anything else is wrong.
+/// Reads `count` triangles; `None` if a value is not finite, or for any other error.
 fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
     let mut triangles = pt_memory::zeros(count);
     let last = count.div_ceil(ROWS) - 1;
@@ -65,8 +64,8 @@ fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
 }
 
 impl Bench {
-    /// Reads the triangles of the piece `i`, and hashes the parts that begin there; the last piece
-    /// has all that are left.
+    /// Reads the triangles of piece `i`, and hashes the parts that begin in it; the last piece
+    /// hashes all remaining parts.
     fn work(
         &mut self,
         file: &Large,
@@ -104,7 +103,7 @@ impl Bench {
     }
 }
 
-/// Reads the bytes between two places of the file into a buffer.
+/// Reads the bytes between two offsets of the file into a buffer.
 fn window<'b>(file: &Large, start: usize, end: usize, buffer: &'b mut Vec<u8>) -> Option<&'b [u8]> {
     if buffer.len() < end - start {
         buffer.resize(end - start, 0);

@@ -1,32 +1,32 @@
-//! Texts.
+//! Text files.
 
 use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::line::Line;
-use super::super::mesh_diagnostics::MeshDiagnostics;
-use super::super::mesh_file;
-use super::super::xml::{meant, quote};
 use super::PIECE;
 use super::weld::{Welded, Welder, join};
 use crate::LoadError;
+use crate::shared::line::Line;
+use crate::shared::mesh_diagnostics::MeshDiagnostics;
+use crate::shared::mesh_file;
+use crate::shared::names::{meant, quote};
 
 /// Words with which lines may begin.
 const WORDS: [&str; 7] = ["vertex", "endloop", "solid", "facet", "outer", "endfacet", "endsolid"];
 
-/// Some lines, of which the last one ends a loop if others follow.
+/// Consecutive lines, the last of which ends a loop if others follow.
 struct Piece<'a> {
     bytes: &'a [u8],
-    /// Number of its first line.
+    /// Number of the first line.
     line: u32,
 }
 
-/// Reads the loops of a text; case does not matter. Lines that are not understood are noted, and so
-/// are loops that have other than three corners.
+/// Reads the loops of a text, ignoring case. Unknown lines, and loops without exactly three
+/// corners, are recorded as errors.
 ///
 /// # Errors
-/// If the file ends in a loop, or there are too many vertices.
+/// Returns an error if the file ends within a loop, or there are too many vertices.
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,
@@ -62,8 +62,8 @@ pub(super) fn read(
     join(&vertices, triangles, path)
 }
 
-/// The statements of a line, of which most lines have one: where it has several vertices, each
-/// begins with a word of STL.
+/// Iterates over the statements of a line; most lines have one. If a line has several vertices,
+/// each statement begins with a keyword of STL.
 fn statements(line: &str) -> impl Iterator<Item = &str> {
     /// Lines of one statement are shorter.
     const SHORT: usize = 80;
@@ -84,7 +84,7 @@ fn statements(line: &str) -> impl Iterator<Item = &str> {
         let starts = spaces
             .map(|(at, _)| at + 1)
             .filter(|at| text[*at..].starts_with(|c: char| c.is_ascii_alphabetic()));
-        // The word that a text begins with is its own.
+        // The first word of the text belongs to the statement.
         let first = text.len() - text.trim_ascii_start().len();
         let end = starts.filter(|at| *at > first).find(begins);
         rest = end.map(|at| &text[at..]);
@@ -92,7 +92,7 @@ fn statements(line: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Cuts a text behind ends of loops, into pieces of at least so many bytes but for the last one.
+/// Splits a text after ends of loops, into pieces of at least `least` bytes except the last one.
 fn cut(bytes: &[u8], least: usize) -> Vec<Piece<'_>> {
     let (mut pieces, mut rest, mut line) = (Vec::new(), bytes, 1_u32);
     while !rest.is_empty() {
@@ -104,8 +104,8 @@ fn cut(bytes: &[u8], least: usize) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// Where the first line ends that ends a loop and ends behind so many bytes; otherwise where the
-/// text does.
+/// Returns the end of the first line that ends a loop and lies at least `least` bytes into the
+/// text; otherwise the end of the text.
 fn piece_end(text: &[u8], least: usize) -> usize {
     // The first of these lines may be the rest of one.
     let mut end = least.saturating_sub(1).min(text.len());
@@ -124,22 +124,22 @@ fn is_end_of_loop(line: &[u8]) -> bool {
     word.is_some_and(|word| word.eq_ignore_ascii_case(b"endloop"))
 }
 
-/// The loops of a piece.
+/// Reader of the loops of a piece.
 struct Loops<'w> {
     welder: &'w mut Welder,
     triangles: Vec<[u32; 3]>,
-    /// The corners of the loop that is read.
+    /// Corners of the current loop.
     corners: Vec<[f32; 3]>,
     trouble: Trouble,
 }
 
-/// What is wrong with the loop that is read.
+/// State of errors of the current loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Trouble {
     Nothing,
-    /// A vertex has no numbers, so there is no triangle.
+    /// A vertex has invalid numbers, so there is no triangle.
     Vertex,
-    /// Lines were not understood: nothing is known until the loop ends or a facet begins.
+    /// There were unknown lines: the state is unknown until the loop ends or a facet begins.
     Lost,
 }
 
@@ -207,7 +207,7 @@ impl<'w> Loops<'w> {
         self.trouble = Trouble::Nothing;
     }
 
-    /// Returns true if lines are missing behind the last one.
+    /// Returns true if the loop is incomplete after the last line.
     fn is_open(&self) -> bool {
         !self.corners.is_empty() && self.trouble != Trouble::Lost
     }
@@ -217,7 +217,7 @@ impl<'w> Loops<'w> {
 mod tests {
     use super::*;
 
-    /// Names of solids may have such words; lines of one statement stay as they are.
+    /// Names of solids may contain such words; lines of one statement are unchanged.
     #[test]
     fn lines_of_several_statements_are_taken_apart() {
         let line = "solid part facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0  VERTEX 0 1 0 endloop endfacet endsolid";
@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(read.triangles.len(), 1);
     }
 
-    /// In each case all bytes are in one piece, in their order, and pieces know their lines.
+    /// In each case, the pieces contain all bytes in order, and have the right line numbers.
     #[test]
     fn texts_are_cut_behind_ends_of_loops() {
         let facet = "facet\n outer loop\n  vertex 0 0 0\n ENDLOOP\nendfacet\n";

@@ -1,30 +1,30 @@
-//! Equal corners become one vertex.
+//! Welding of equal corners to one vertex.
 
 use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::mesh_file;
 use crate::LoadError;
+use crate::shared::mesh_file;
 
-/// The binary logarithm of how many places there are for vertices that are remembered: these and
-/// what they refer to fit into the memory close to a core.
+/// Binary logarithm of the size of the table of vertices: the table and the vertices fit into the
+/// cache of a core.
 const PLACES_LOG2: u32 = 15;
 
-/// Triangles that share vertices.
+/// Triangles with shared vertices.
 pub(super) struct Welded {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Unites equal corners of a piece of a file.
+/// Welds equal corners of a piece of a file.
 ///
-/// A vertex is remembered at a place that follows from its coordinates, until another one takes it.
-/// So a corner is nearly always found again in those that stand near it in the file, at a cost that
-/// does not grow with the file.
+/// A vertex is stored in a table at a hash of its coordinates, until another one replaces it. So a
+/// corner is nearly always found among those near it in the file, at a cost that does not grow with
+/// the file.
 pub(super) struct Welder {
     positions: Vec<[f32; 3]>,
-    /// For each place the vertex that took it last, or 0.
+    /// Last vertex of each entry of the table, or 0.
     places: Vec<u32>,
 }
 
@@ -33,9 +33,9 @@ impl Welder {
         Self { positions: Vec::new(), places: vec![0; 1 << PLACES_LOG2] }
     }
 
-    /// The number of the vertex at a corner.
+    /// Returns the index of the vertex of a corner.
     pub(super) fn vertex(&mut self, corner: [f32; 3]) -> u32 {
-        // −0 is 0.
+        // −0 becomes 0.
         let position = corner.map(|x| x + 0.0);
         let bits = position.map(f32::to_bits);
         let place = &mut self.places[place_of(bits)];
@@ -47,7 +47,7 @@ impl Welder {
         *place
     }
 
-    /// The vertices of the piece; all is forgotten for the next one.
+    /// Returns the vertices of the piece, and clears the state for the next one.
     pub(super) fn finish(&mut self) -> Vec<[f32; 3]> {
         self.places.fill(0);
         let positions = self.positions.clone();
@@ -56,8 +56,8 @@ impl Welder {
     }
 }
 
-/// Where a vertex is remembered. Odd multipliers (of which the first is 2³² over the golden ratio)
-/// spread the bits of each coordinate to the high ones, which are taken.
+/// Returns the table index of a vertex. Odd multipliers (the first of which is 2³² over the golden
+/// ratio) spread the bits of each coordinate to the high ones, which are used.
 fn place_of([x, y, z]: [u32; 3]) -> usize {
     const SPREAD: u32 = 0x9E37_79B1;
     let y = y.wrapping_mul(0x85EB_CA77).rotate_left(15);
@@ -66,10 +66,10 @@ fn place_of([x, y, z]: [u32; 3]) -> usize {
     (mixed >> (u32::BITS - PLACES_LOG2)) as usize
 }
 
-/// One mesh of pieces, in their order: the vertices of each, and how many triangles refer to them.
+/// Joins pieces to one mesh, in order; each has its vertices and its number of triangles.
 ///
 /// # Errors
-/// If there are more vertices than numbers of 32 bits.
+/// Returns an error if the number of vertices exceeds 32 bits.
 pub(super) fn join(
     pieces: &[(Vec<[f32; 3]>, usize)],
     mut triangles: Vec<[u32; 3]>,
@@ -112,7 +112,7 @@ mod tests {
         assert_eq!(welder.vertex([3.0, 2.0, 1.0]), 0, "the next piece begins anew");
     }
 
-    /// Three times as many vertices as places: many take those of others, but each corner gets its
+    /// Three times as many vertices as table entries: many replace others, but each corner gets its
     /// own position.
     #[test]
     fn vertices_that_are_forgotten_are_made_again() {

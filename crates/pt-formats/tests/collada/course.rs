@@ -1,4 +1,4 @@
-//! The scenes of the course, which are not part of the project.
+//! Scenes of the course, which are not part of the project.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::{check_invariants, value};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae");
 
-/// Per scene: triangles, spheres, lights, and how many triangles or spheres have which material.
+/// Triangles, spheres, lights, and the number of triangles or spheres per material of a scene.
 type Content =
     (&'static str, usize, usize, &'static [&'static str], &'static [(&'static str, usize)]);
 
@@ -24,11 +24,11 @@ const AREA: &[&str] = &["area 10 10 10"];
 const GLASS: (&str, usize) = ("glass 1 1 1, 1 1 1, 1.45", 1);
 const MIRROR: (&str, usize) = ("mirror 1 1 1", 1);
 
-/// What the course's renderer reads from its scenes; but the lights of two scenes without its marks
-/// are attenuated as COLLADA has it, by 1 + 0.001599907 d², and as strong as there at the middle
-/// distance to the box of the scene: d² is 8.831196 in `cube`, from (0, 0, 1.49) to a cube of edges
-/// 0.4291 around (0.1298, −2.5714, 0.0216), and 3.049820 in `plane`, to a rectangle of 2 by 1.5
-/// around (0, −0.9957, 0.25).
+/// Content of the scenes as read by the course's renderer. The lights of two scenes without the
+/// course's profile are attenuated as in COLLADA, by 1 + 0.001599907 d², with the same strength at
+/// the root mean square distance to the box of the scene: d² is 8.831196 in `cube`, from (0, 0,
+/// 1.49) to a cube of edges 0.4291 around (0.1298, −2.5714, 0.0216), and 3.049820 in `plane`, to a
+/// rectangle of 2 by 1.5 around (0, −0.9957, 0.25).
 const COURSE: &[Content] = &[
     (
         "keenan/banana",
@@ -92,7 +92,7 @@ fn rgb([r, g, b]: [f32; 3]) -> String {
     format!("{r} {g} {b}")
 }
 
-/// What the course's renderer makes of a material: of plastics it sees the base alone.
+/// Returns the material of the course's renderer, which supports only the base of plastics.
 fn course_material(scene: &Scene, material: Option<u32>) -> String {
     let Some(material) = material.map(|m| &scene.materials[m as usize]) else {
         return "none".into();
@@ -138,7 +138,7 @@ fn course_light(kind: &LightKind) -> String {
 fn scenes_of_the_course_load_completely() {
     for (name, triangles, spheres, lights, materials) in COURSE {
         let path = Path::new(SHARED).join(format!("{name}.dae"));
-        let scene = pt_scene::format::load(&path).expect("a good file");
+        let scene = pt_formats::load(&path).expect("a good file");
         check_invariants(&scene);
         let attenuated = usize::from(name.starts_with("simple/"));
         assert_eq!(scene.warnings.len(), attenuated, "{name}: {:?}", scene.warnings);

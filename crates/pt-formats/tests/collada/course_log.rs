@@ -1,20 +1,20 @@
-//! The lines of the course's program about what it reads.
+//! Log of the course's program.
 
 use std::path::Path;
 
-use pt_scene::format::collada::course_log;
+use pt_formats::collada::course_log;
 
 use crate::{files, good_text, name_of};
 
-/// The lines about a text, without what all begin with.
+/// Returns the lines about a text, without their common prefix.
 fn log(text: &str) -> Vec<String> {
     let lines = course_log(text.as_bytes(), Path::new("scene.dae")).expect("a good file");
     let rest = |line: &String| line.strip_prefix("[COLLADA Parser] ").map(str::to_owned);
     lines.iter().map(|line| rest(line).expect("the prefix of that program")).collect()
 }
 
-/// All kinds of lights and cameras. Those that the course's program does not know (the tube, the
-/// orthographic cameras) have no line. The fields of view obey tan(x/2) = aspect · tan(y/2).
+/// All kinds of lights and cameras. Those that the course's program does not support (the tube, the
+/// orthographic cameras) have no line. The fields of view satisfy tan(x/2) = aspect · tan(y/2).
 #[test]
 fn lights_and_cameras() {
     let expected = " |- Node:  (id:)
@@ -36,8 +36,8 @@ fn lights_and_cameras() {
     assert_eq!(log(&good_text("lights_cameras.dae")), expected.lines().collect::<Vec<_>>());
 }
 
-/// A node is named before the nodes inside of it, which come before what stands in it; the
-/// numbers of materials tell which are the same; geometries of other files have no line.
+/// The line of a node precedes those of its inner nodes, which precede those of its instances;
+/// equal numbers of materials mean the same material; geometries of other files have no line.
 #[test]
 fn order_of_nodes_geometries_and_materials() {
     let bound = |geometry: &str, materials: &[&str]| {
@@ -117,7 +117,7 @@ fn what_can_be_read_can_be_listed() {
     }
 }
 
-/// Names may repeat as often as instances do, so long ones are cut.
+/// Names are repeated for each instance, so long ones are truncated.
 #[test]
 fn long_names_do_not_multiply() {
     let name = "n".repeat(100_000);
@@ -129,7 +129,7 @@ fn long_names_do_not_multiply() {
     assert!(total < 10 * text.len(), "{total} bytes");
 }
 
-/// The scene whose lines the specification of the course's program shows.
+/// The scene in the specification of the course's program, which lists its lines.
 #[test]
 #[ignore = "reads scenes of others beside the project; --ignored runs it"]
 fn scene_of_the_course() {

@@ -1,4 +1,4 @@
-//! Where things stand, and their meshes.
+//! Node transforms and meshes.
 
 use std::sync::Arc;
 
@@ -7,12 +7,12 @@ use pt_scene::{Geometry, Mesh, Scene};
 
 use crate::{good, good_text, read};
 
-/// A map from the images of the axes and of the origin.
+/// Returns a transform from the images of the axes and of the origin.
 fn map(x: [f64; 3], y: [f64; 3], z: [f64; 3], origin: [f64; 3]) -> DAffine3 {
     DAffine3::from_cols(x.into(), y.into(), z.into(), origin.into())
 }
 
-/// What each kind of transform does to the axes and the origin, worked out by hand.
+/// Images of the axes and the origin under each kind of transform, derived by hand.
 #[test]
 fn transforms_are_what_they_say_and_apply_from_the_last_to_the_first() {
     let (x, y, z, o) = ([1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [0., 0., 0.]);
@@ -28,9 +28,9 @@ fn transforms_are_what_they_say_and_apply_from_the_last_to_the_first() {
         ("rotate back", map(z, y, [-1., 0., 0.], o)),
         // From (1, 2, 3) along +x: −z becomes x, so z becomes −x, and x becomes y × z = z.
         ("lookat", map(z, y, [-1., 0., 0.], [1., 2., 3.])),
-        // y turns by 45° towards x, along x.
+        // y is rotated by 45° towards x, along x.
         ("skew", map(x, [1., 1., 0.], z, o)),
-        // Scaled first, then turned, then moved.
+        // First scaled, then rotated, then translated.
         ("order", map([0., 2., 0.], [-1., 0., 0.], z, [10., 0., 0.])),
         ("late", map(x, y, z, [7., 0., 0.])),
         ("nested", map(y, [-1., 0., 0.], z, [10., 1., 0.])),
@@ -153,7 +153,7 @@ fn inputs_may_share_offsets_and_accessors_may_skip_numbers() {
     assert_eq!(mesh.positions, [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 1]]);
     let normals = mesh.normals.as_ref().expect("normals");
-    // The second triangle has none; it gets that of its plane, which faces −z.
+    // The second triangle has no normals; it gets that of its plane, which faces −z.
     assert_eq!(normals.values, [[0., 0., 1.], [0., 0., 2.], [0., 0., -1.]]);
     assert_eq!(normals.indices.as_deref(), Some(&[[1, 0, 1], [2, 2, 2]][..]));
     let uvs = mesh.uvs.as_ref().expect("texture coordinates");

@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_scene::format::{LoadOptions, parse_with};
-use pt_scene::image::{Image, SaveOptions};
+use pt_formats::{LoadError, LoadOptions, parse_with};
+use pt_image::SaveOptions;
+use pt_scene::image::Image;
 use pt_scene::material::Black;
 use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Wrap};
-use pt_scene::{Color, LightKind, LoadError, Material, Projection, Scene, Surface};
+use pt_scene::{Color, LightKind, Material, Projection, Scene, Surface};
 
 use crate::{FILES, good, value};
 
-/// The material of each object, by name, in short.
+/// Returns a short description of the material of each object, by name.
 fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
     let in_short = |object: &pt_scene::Object| {
         let Some(index) = object.materials[0] else { return "default".to_owned() };
@@ -124,8 +125,8 @@ fn lights_of_all_kinds() {
     assert_eq!(kinds, expected);
 }
 
-/// tan(x/2) = aspect · tan(y/2), for all cameras but the one that gives both angles; and half of
-/// the width is aspect times half of the height where rays are parallel.
+/// tan(x/2) = aspect · tan(y/2), for all cameras except the one with both angles; and half of the
+/// width is aspect times half of the height for parallel rays.
 #[test]
 fn cameras_get_both_fields_of_view() {
     let scene = good("lights_cameras.dae");
@@ -161,8 +162,8 @@ fn cameras_get_both_fields_of_view() {
     assert_eq!(distances[6], (0.25, 30.0));
 }
 
-/// Where a file uses the course's profile for its looks, the rest of it means the course too:
-/// modelling tools write a gloss beside every colour, and the course's program ignores it.
+/// If a file uses the course's profile for its materials, the rest of it is also for the course:
+/// modelling tools write a glossy part beside every colour, which the course's program ignores.
 #[test]
 fn common_materials_of_course_files_are_matte() {
     let text = crate::good_text("materials_common.dae");
@@ -179,7 +180,7 @@ fn common_materials_of_course_files_are_matte() {
 
 // ---- textures ----------------------------------------------------------------------------------
 
-/// The material of each object, by its name.
+/// Returns the material of each object, by name.
 fn materials(scene: &Scene) -> BTreeMap<&str, &Material> {
     let of = |object: &pt_scene::Object| {
         object.materials[0].map_or(&scene.materials[0], |m| &scene.materials[m as usize])
@@ -202,13 +203,13 @@ fn bitmap(color: &Color) -> &Bitmap {
     }
 }
 
-/// Reads a scene that may name files of other folders.
+/// Parses a scene that may refer to files of other folders.
 fn parse_anywhere(bytes: &[u8], file: &Path) -> Result<Scene, LoadError> {
     parse_with(bytes, file, &LoadOptions { allow_outside: true, ..LoadOptions::default() })
 }
 
-/// A texture is found behind sampler, surface and image, as far as the exporter wrote these. Images
-/// have pyramids, and are read once.
+/// A texture is found through sampler, surface and image, as far as the exporter wrote these.
+/// Images have mipmaps, and are read once.
 #[test]
 fn images_paint_materials() {
     let file = Path::new(FILES).join("textures.dae");
@@ -233,7 +234,7 @@ fn images_paint_materials() {
         let squares = [[1.0, 0.0, 1.0], [0.0; 3]];
         assert_eq!(texture.pattern, Pattern::Checkerboard(squares), "{name}");
     }
-    // What is not as its author meant it is told, with file, element and what is taken instead.
+    // Differences from the author's intent are reported with file, element and replacement.
     let told = scene.warnings.iter().chain(&scene.missing);
     let warnings: Vec<_> = told.map(ToString::to_string).collect();
     let expected = [
@@ -249,13 +250,13 @@ fn images_paint_materials() {
     }
 }
 
-/// Images may be anywhere, by a URL of a file or by a path; the course's program shows none.
+/// Images may be in any folder, by a URL of a file or by a path; the course's program ignores them.
 #[test]
 fn images_are_found_by_url_and_path() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a picture.png");
     let image = Image { width: 1, height: 1, pixels: vec![[1.0, 0.0, 0.0]] };
-    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("a writable folder");
+    pt_image::save(&image, &path, &SaveOptions::default()).expect("a writable folder");
     let file = folder.path().join("scene.dae");
     let template = std::fs::read_to_string(format!("{FILES}/textures.dae")).expect("a file");
     let color = |written: &str, more: &str| {
@@ -290,9 +291,10 @@ fn images_are_found_by_url_and_path() {
     assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }
 
-/// At the middle distance from it, a light is as strong as the file says: 3 units beside a cube of
-/// side 2, √10; twice as far away it has a quarter. One that falls off by the square alone is the
-/// same everywhere. The course's program follows no attenuation.
+/// At the root mean square distance, a light is as strong as in the file: at 3 units from the
+/// centre of a cube of side 2, this is √10; at twice the distance, the light has a quarter. A light
+/// that falls off with the square alone is the same everywhere. The course's program ignores
+/// attenuation.
 #[test]
 fn lights_are_as_strong_as_their_attenuation_says() {
     let text = |terms: &str| {

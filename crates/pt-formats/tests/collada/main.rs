@@ -1,9 +1,9 @@
-//! The COLLADA reader: good files mean what they say, bad files are refused with a helpful
-//! message, and nothing makes it panic or take more than its share of time and memory.
+//! The COLLADA reader: good files are interpreted correctly, bad files are rejected with a helpful
+//! message, and no file causes a panic or an excess of time and memory.
 //!
-//! The files lie in `tests/formats/collada`. Beside each bad file stands its error, beside a good
-//! one its warnings, if it has any. `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the
-//! difference before keeping it.
+//! The files are in `tests/formats/collada`. The error of a bad file is in a file beside it, as are
+//! the warnings of a good one, if it has any. `PT_WRITE_EXPECTED=1 cargo test` rewrites those;
+//! review the difference before keeping it.
 
 #[expect(dead_code, reason = "other tests use more of it")]
 #[path = "../common/mod.rs"]
@@ -17,13 +17,13 @@ mod variants;
 
 use std::path::{Path, PathBuf};
 
-use pt_scene::format::parse;
+use pt_formats::{LoadError, parse};
 use pt_scene::texture::Input;
-use pt_scene::{Geometry, LoadError, Scene};
+use pt_scene::{Geometry, Scene};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/collada");
 
-/// The one value of a parameter.
+/// Returns the constant value of a parameter.
 fn value<T: Copy>(input: &Input<T>) -> T {
     match input {
         Input::Value(value) => *value,
@@ -31,7 +31,7 @@ fn value<T: Copy>(input: &Input<T>) -> T {
     }
 }
 
-/// All `.dae` files of a folder, in order.
+/// Returns all `.dae` files of a folder, in order.
 fn files(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(Path::new(FILES).join(folder)).expect("the folder exists");
     let mut files: Vec<_> = entries.map(|e| e.expect("a readable entry").path()).collect();
@@ -54,7 +54,7 @@ fn good(name: &str) -> Scene {
     read(&good_text(name)).expect("a good file")
 }
 
-/// Compares a text with the file beside it, or writes that file if asked to.
+/// Compares a text with the file beside it, or writes that file if requested.
 fn check_expected(file: &Path, found: &str) {
     let expected = file.with_extension("expected");
     if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
@@ -72,7 +72,7 @@ fn name_of(file: &Path) -> &Path {
     Path::new(file.file_name().expect("a file"))
 }
 
-/// What whoever takes a scene relies on.
+/// Checks the invariants of scenes.
 fn check_invariants(scene: &Scene) {
     for object in &scene.objects {
         assert!(object.to_world.is_finite());
@@ -120,6 +120,6 @@ fn good_files_give_the_expected_warnings() {
 
 #[test]
 fn unknown_endings_name_the_known_ones() {
-    let error = pt_scene::format::load(Path::new("scene.blend")).expect_err("no such format");
+    let error = pt_formats::load(Path::new("scene.blend")).expect_err("no such format");
     assert!(error.to_string().contains(".dae"), "{error}");
 }

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use pt_scene::LoadError;
-use pt_scene::format::collada::course_log;
-use pt_scene::format::parse;
+use pt_formats::collada::course_log;
+use pt_formats::{LoadError, parse};
 
 use crate::common::{most_rounds, mutation_seed, without_panics};
 use crate::{FILES, check_invariants, files, good_text, name_of, read};
@@ -23,7 +22,7 @@ fn no_prefix_of_a_good_file_makes_it_panic_or_passes_for_the_whole() {
     });
 }
 
-/// A generator for the tests below (xorshift64*).
+/// Pseudo-random generator of the tests below (xorshift64*).
 struct Random(u64);
 
 impl Random {
@@ -35,8 +34,8 @@ impl Random {
     }
 }
 
-/// Changes that files suffer: flipped bits, other bytes, missing and repeated pieces, pieces of
-/// other files, and numbers that are extreme.
+/// Applies damage as files suffer it: flipped bits, changed bytes, missing and repeated pieces,
+/// pieces of other files, and extreme numbers.
 fn damage(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     const NASTY: [&str; 12] = [
         "-1",
@@ -111,7 +110,7 @@ fn no_damage_makes_it_panic() {
     });
 }
 
-/// Small files that ask for much; each must be answered at once.
+/// Small files with large requests; each must be rejected immediately.
 #[test]
 fn files_cannot_ask_for_more_than_they_are_worth() {
     let text = good_text("transforms.dae");
@@ -167,7 +166,7 @@ fn encodings_with_a_byte_order_mark() {
     }
 }
 
-/// The place of an error does not depend on how the file is broken into lines.
+/// The location of an error does not depend on line breaks.
 #[test]
 fn places_in_one_long_line() {
     let path = Path::new(FILES).join("bad/index_too_large.dae");

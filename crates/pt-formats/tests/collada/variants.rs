@@ -1,14 +1,15 @@
-//! What exporters leave out or write in their own way: sides of views, opacity, paths, sets of
-//! texture coordinates.
+//! Omissions and variants of exporters: sides of views, opacity, paths, sets of texture
+//! coordinates.
 
 use std::path::Path;
 
-use pt_scene::format::parse;
-use pt_scene::image::{Image, SaveOptions, save};
+use pt_formats::parse;
+use pt_image::{SaveOptions, save};
+use pt_scene::image::Image;
 use pt_scene::{Color, Fit, Geometry, Projection, Scene, Surface};
 
-/// A square with two sets of texture coordinates, of which the second is twice the first, in a
-/// material of an effect, in front of a camera.
+/// Returns a square with two sets of texture coordinates, the second of which is twice the first,
+/// with a material of an effect, and a camera.
 fn text(optics: &str, binding: &str, effect: &str) -> String {
     let source = |id: &str, names: &[&str], values: &str| {
         let param = |name: &&str| format!("<param name=\"{name}\" type=\"float\"/>");
@@ -53,8 +54,8 @@ fn seen(optics: &str) -> (Projection, Fit, String) {
     (scene.cameras[0].projection, scene.cameras[0].fit, notes.join("\n"))
 }
 
-/// A side that is given alone is that of each image; with a ratio, or both sides, all of the view
-/// is in each image.
+/// A single given side is kept for each image; with a ratio, or both sides, each image contains all
+/// of the view.
 #[test]
 fn a_side_of_a_view_that_stands_alone_is_kept() {
     let view = |inner: &str| seen(&format!("<perspective>{inner}</perspective>"));
@@ -85,8 +86,8 @@ fn a_side_of_a_view_that_stands_alone_is_kept() {
     assert!(notes.contains("no <xfov> and no <yfov>; <xfov> 50 is taken"), "{notes}");
 }
 
-/// What passes is 1 − a t, a t, 1 − c t and c t for a colour c with an alpha a, and t alone scales
-/// a colour of ones. [COLLADA 1.5.0, "Determining Transparency"]
+/// The transmittance is 1 − a t, a t, 1 − c t and c t for a colour c with alpha a, and t alone
+/// scales a colour of ones. [COLLADA 1.5.0, "Determining Transparency"]
 #[test]
 fn all_modes_of_opacity_say_what_passes() {
     let color = |mode: &str, color: &str| {
@@ -112,7 +113,7 @@ fn all_modes_of_opacity_say_what_passes() {
     }
 }
 
-/// An effect names coordinates, and an instance gives them the number of a set.
+/// An effect names coordinates, and an instance assigns the number of a set to them.
 #[test]
 fn texture_coordinates_are_those_of_the_set_that_is_bound() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -144,7 +145,7 @@ fn texture_coordinates_are_those_of_the_set_that_is_bound() {
     }
 }
 
-/// Paths of Windows, of other machines, and URLs of them.
+/// Paths of Windows and of other machines, and their URLs.
 #[test]
 fn images_are_found_by_the_paths_of_other_machines() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -176,7 +177,7 @@ fn images_are_found_by_the_paths_of_other_machines() {
     }
 }
 
-/// A camera or a light that is not there costs nothing else, unless all has to be as the file says.
+/// A missing camera or light has no further consequences, except in strict mode.
 #[test]
 fn cameras_and_lights_that_are_not_there_are_left_out() {
     let text = |instance: &str| {
@@ -190,8 +191,8 @@ fn cameras_and_lights_that_are_not_there_are_left_out() {
     for kind in ["camera", "light"] {
         let text = text(&format!("<instance_{kind} url=\"#none\"/>"));
         let read = |strict: bool| {
-            let options = pt_scene::format::LoadOptions { strict, ..Default::default() };
-            pt_scene::format::parse_with(text.as_bytes(), std::path::Path::new("a.dae"), &options)
+            let options = pt_formats::LoadOptions { strict, ..Default::default() };
+            pt_formats::parse_with(text.as_bytes(), std::path::Path::new("a.dae"), &options)
         };
         let scene = read(false).expect("the rest is shown");
         assert_eq!(scene.lights.len(), 1);

@@ -1,24 +1,22 @@
-//! What the tests of several formats share: their folders of files, damage, and what is true of
-//! every scene that was read.
+//! Components shared by the tests of several formats: their folders of files, damage, and
+//! invariants of scenes.
 //!
-//! Beside each bad file stand its errors, beside a good one what it misses and its warnings, if
-//! there are any. `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the difference before
-//! keeping it.
-
-mod panics;
+//! The errors of a bad file are in a file beside it, as are the missing files and warnings of a
+//! good one, if there are any. `PT_WRITE_EXPECTED=1 cargo test` rewrites those; review the
+//! difference before keeping it.
 
 use std::path::{Path, PathBuf};
 
-pub(crate) use panics::without_panics;
-use pt_scene::format::{FORMATS, LoadOptions};
-use pt_scene::{Color, Geometry, LoadError, Mesh, Projection, Scene};
+use pt_formats::{FORMATS, LoadError, LoadOptions};
+use pt_scene::{Color, Geometry, Mesh, Projection, Scene};
+pub(crate) use pt_testing::without_panics;
 
-/// The folder of the files of a format.
+/// Returns the folder of the files of a format.
 pub(crate) fn folder(format: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats")).join(format)
 }
 
-/// Files of a format with an ending, in order.
+/// Returns the files of a format with an extension, in order.
 pub(crate) fn files(format: &str, kind: &str, ending: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder(format).join(kind)).expect("the folder exists");
     let mut files: Vec<_> = entries.map(|e| e.expect("a readable entry").path()).collect();
@@ -28,14 +26,14 @@ pub(crate) fn files(format: &str, kind: &str, ending: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Reads bytes as if they were the content of a file, which may name those of other folders.
+/// Parses bytes as the content of a file, which may refer to other folders.
 pub(crate) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).expect("an ending");
     let format = FORMATS.iter().find(|f| f.extensions.contains(&ending)).expect("a format");
     format.parse(bytes, path, &LoadOptions { allow_outside: true, ..LoadOptions::default() })
 }
 
-/// Compares messages with the file that has their place, or writes that file if asked to.
+/// Compares messages with the expected ones beside the file, or writes these if requested.
 fn check_expected(file: &Path, found: &str) {
     let root = file.parent().expect("a folder").to_string_lossy().into_owned();
     let found = found.replace(&format!("{root}/"), "").replace(&root, ".");
@@ -51,7 +49,7 @@ fn check_expected(file: &Path, found: &str) {
     assert_eq!(found, wanted, "{}", file.display());
 }
 
-/// Bad files are refused with the error that stands beside them.
+/// Checks that bad files are rejected with the error beside them.
 pub(crate) fn check_bad_files(format: &str, ending: &str) {
     let mut accepted = Vec::new();
     for file in files(format, "bad", ending) {
@@ -64,7 +62,7 @@ pub(crate) fn check_bad_files(format: &str, ending: &str) {
     assert!(accepted.is_empty(), "{accepted:#?}");
 }
 
-/// Good files are read with the warnings that stand beside them.
+/// Checks that good files are read with the warnings beside them.
 pub(crate) fn check_good_files(format: &str, ending: &str) {
     for file in files(format, "good", ending) {
         let bytes = std::fs::read(&file).expect("a readable file");
@@ -76,7 +74,7 @@ pub(crate) fn check_good_files(format: &str, ending: &str) {
     }
 }
 
-/// Parts of good files, and good files with damage, are read or refused, without a panic.
+/// Checks that truncated and damaged good files are read or rejected without a panic.
 pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
     let all: Vec<_> = files(format, "good", ending)
         .into_iter()
@@ -94,13 +92,14 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
     check_damage(&all, rounds);
 }
 
-/// Files with damage, some at a time, are read or refused, without a panic. There are so many
-/// rounds, and at least those that [`most_rounds`] asks for.
+/// Checks that damaged files are read or rejected without a panic, in at least this number of
+/// rounds and that of [`most_rounds`].
 pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
     check_damage_with(all, rounds, parse);
 }
 
-/// As [`check_damage`], where the damaged bytes are perhaps not those of the scene itself.
+/// Does the same as [`check_damage`], with a reader for damaged bytes that need not be those of the
+/// scene itself.
 pub(crate) fn check_damage_with(
     all: &[(Vec<u8>, PathBuf)],
     rounds: usize,
@@ -122,28 +121,28 @@ pub(crate) fn check_damage_with(
             }
         }
     });
-    // Damage that is always noticed, or never, would test nothing.
+    // Damage that is always detected, or never, would be no test.
     assert!(read > rounds / 100 && read < rounds, "{read} of {rounds} were read");
 }
 
-/// The number of rounds, but so many that each of the files is damaged 200 times, or as often as
-/// the variable `PT_MUTATIONS` says, which `cargo xtask soak mutations` sets.
+/// Returns the number of rounds, but at least 200 per file, or the value of the variable
+/// `PT_MUTATIONS`, which `cargo xtask soak mutations` sets.
 pub(crate) fn most_rounds(rounds: usize, files: usize) -> usize {
     rounds.max(files * number_in("PT_MUTATIONS").unwrap_or(200))
 }
 
-/// What makes the damage another one: the number in `PT_MUTATION_SEED`, or 0.
+/// Returns the seed of the damage: the number in `PT_MUTATION_SEED`, or 0.
 pub(crate) fn mutation_seed() -> u64 {
     number_in("PT_MUTATION_SEED").unwrap_or(0) as u64
 }
 
-/// The number that a variable of the environment holds.
+/// Returns the number in an environment variable.
 fn number_in(variable: &str) -> Option<usize> {
     let text = std::env::var(variable).ok()?;
     Some(text.parse().unwrap_or_else(|_| panic!("{variable} is {text:?}; expected a whole number")))
 }
 
-/// A generator of indices (xorshift64*).
+/// Generator of pseudo-random indices (xorshift64*).
 struct Random(u64);
 
 impl Random {
@@ -155,7 +154,7 @@ impl Random {
     }
 }
 
-/// Flipped bits, other bytes, missing and repeated pieces, and extreme words.
+/// Applies flipped bits, changed bytes, missing and repeated pieces, or extreme words.
 fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     const NASTY: [&str; 14] = [
         "-1",
@@ -197,7 +196,7 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-/// What everyone who uses a scene may rely on.
+/// Checks the invariants of scenes.
 pub(crate) fn check_invariants(scene: &Scene) {
     for object in &scene.objects {
         assert!(object.to_world.is_finite() && object.to_world.matrix3.determinant() != 0.0);

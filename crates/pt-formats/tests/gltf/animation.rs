@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use pt_formats::{LoadError, LoadOptions, load_with, parse_with};
 use pt_math::DVec3;
-use pt_scene::format::{LoadOptions, load_with, parse_with};
-use pt_scene::{Geometry, LoadError, Scene};
+use pt_scene::{Geometry, Scene};
 use serde_json::{Value, json};
 
 use super::text::Text;
@@ -24,7 +24,7 @@ fn read(text: &str, time: f64) -> Scene {
     scene
 }
 
-/// A triangle whose node is animated by these samplers, each of a path.
+/// A triangle whose node is animated by these samplers, each with a target path.
 fn animated(text: Text, attributes: &Value, samplers: &[(&str, Value)]) -> String {
     let target = |path: &str| json!({"node": 1, "path": path});
     let channels = samplers.iter().enumerate();
@@ -56,7 +56,7 @@ fn nodes_are_where_their_animations_have_them() {
     let samplers = [("translation", linear(moved)), ("rotation", linear(turned)), ("scale", step)];
     let text = animated(text, &triangle, &samplers);
     let corner = |time| read(&text, time).objects[0].to_world.transform_point3(DVec3::X);
-    // Before the first key, at a half, at a key, between, and behind the last.
+    // Before the first key, halfway, at a key, in between, and after the last key.
     assert!(close(corner(0.0), [11.0, 0.0, 0.0]));
     assert!(close(corner(1.5), [11.5, 0.0, 0.0]));
     assert!(close(corner(2.0), [13.0, 0.0, 0.0]));
@@ -87,7 +87,7 @@ fn whole_numbers_are_shares() {
     assert!(corner.distance(DVec3::new(17.0, 8.0, 7.0)) < 1e-4, "{corner}");
 }
 
-/// A spline from 0 to 1 with the slopes 0 and 3, of which the half is ½ − 3/8.
+/// A spline from 0 to 1 with the slopes 0 and 3, whose value halfway is ½ − 3/8.
 #[test]
 fn morph_targets_are_added_as_much_as_their_animation_says() {
     let mut text = Text::default();
@@ -109,7 +109,7 @@ fn morph_targets_are_added_as_much_as_their_animation_says() {
     assert_eq!([None, Some(0.0), Some(0.5), Some(1.0)].map(height), [8.0, 0.0, 1.0, 8.0]);
 }
 
-/// The joints of the arm of the scene turn by −25° at rest and 45° a second later.
+/// The joints of the arm rotate by −25° at rest and by 45° a second later.
 #[test]
 fn skins_follow_their_animated_joints() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/gltf/animated.gltf");
@@ -120,8 +120,8 @@ fn skins_follow_their_animated_joints() {
         let Geometry::Mesh(mesh) = &arm.geometry else { panic!("a mesh") };
         DVec3::from_array(mesh.positions.last().expect("a tip").map(f64::from))
     };
-    // The shoulder is at (−0.4, 0, −0.4); upper arm, forearm and hand are 1 long, and the hand is
-    // 1.3 times as large at 1.
+    // The shoulder is at (−0.4, 0, −0.4); upper arm, forearm and hand have length 1, and the hand
+    // is scaled by 1.3 at time 1.
     let chain = |elbow: f64, wrist: f64, hand: f64| {
         let along =
             |angle: f64| DVec3::new(-angle.to_radians().sin(), angle.to_radians().cos(), 0.0);
@@ -211,7 +211,7 @@ fn other_formats_have_no_times() {
     );
 }
 
-/// Whatever a digit becomes, there is a scene or an error.
+/// Changed digits result in a scene or an error.
 #[test]
 fn damaged_animations_do_no_harm() {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/gltf/animated.gltf"));

@@ -1,10 +1,12 @@
-//! Compressed geometry: files that other programs wrote, and our own that are damaged.
+//! Compressed geometry: files of other programs, and damaged files of ours.
 
-use draco_core::{DataType, EncoderBuffer, EncoderOptions, GeometryAttributeType};
-use draco_core::{Mesh as DracoMesh, MeshEncoder, PointAttribute};
+use draco_core::{
+    DataType, EncoderBuffer, EncoderOptions, GeometryAttributeType, Mesh as DracoMesh, MeshEncoder,
+    PointAttribute,
+};
+use pt_formats::{LoadError, load};
 use pt_math::DVec3;
-use pt_scene::format::load;
-use pt_scene::{Geometry, LoadError, Scene};
+use pt_scene::{Geometry, Scene};
 use serde_json::{Value, json};
 
 use super::text::Text;
@@ -34,10 +36,10 @@ fn good(name: &str) -> Scene {
     load(&folder("gltf").join("good").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A torus, as it is and as other programs wrote it: Google's Draco 1.5.7 by both of its methods
-/// with 16 bits for positions, 12 for normals, 14 for texture coordinates and 10 for colours, and
-/// meshoptimizer without loss and gltfpack with 14, 8, 12 and 8 bits, in both forms of the
-/// extension.
+/// A torus, uncompressed and as other programs wrote it: Google's Draco 1.5.7 with both of its
+/// methods and 16 bits for positions, 12 for normals, 14 for texture coordinates and 10 for
+/// colours; meshoptimizer without loss; and gltfpack with 14, 8, 12 and 8 bits, in both forms of
+/// the extension.
 #[test]
 fn compressed_geometry_is_the_geometry() {
     let plain = corners(&good("torus.glb"));
@@ -52,7 +54,7 @@ fn compressed_geometry_is_the_geometry() {
         assert_eq!(scene.warnings, [], "{name}");
         let found = corners(&scene);
         assert_eq!(found.len(), plain.len(), "{name}");
-        // Steps of so many bits over the extent of 2.8 of positions, 2 of normals, and 1.
+        // Quantization steps over the extent: 2.8 for positions, 2 for normals, and 1.
         let step = |extent: f64, bits: i32| extent * 0.5_f64.powi(bits);
         let most: [f64; 11] = std::array::from_fn(|i| match i {
             0..3 => step(2.8, of_position),
@@ -62,7 +64,7 @@ fn compressed_geometry_is_the_geometry() {
         });
         let is_near =
             |a: &Corner, b: &Corner| (0..11).all(|i| (a[i] - b[i]).abs() <= most[i] + 1e-6);
-        // Triangles may begin at another corner, and come in another order.
+        // Triangles may begin at another corner, and be in another order.
         for triangle in plain.as_chunks::<3>().0 {
             let is_found = found.as_chunks::<3>().0.iter().any(|other| {
                 (0..3).any(|turn| (0..3).all(|c| is_near(&triangle[c], &other[(c + turn) % 3])))
@@ -89,7 +91,7 @@ fn draco_triangle() -> Vec<u8> {
     encoded.data().to_vec()
 }
 
-/// A scene of one primitive with these data, and what it says about them.
+/// A scene of one primitive with these data and their description.
 fn with_draco(data: &[u8], mut said: Value) -> String {
     said["bufferView"] = 0.into();
     let text = bytes_and(
@@ -109,7 +111,7 @@ fn with_draco(data: &[u8], mut said: Value) -> String {
     json.to_string()
 }
 
-/// A file of some fields, with a view of some bytes.
+/// A file with the given fields, and a view of the given bytes.
 fn bytes_and(bytes: &[u8], fields: Value) -> String {
     let mut text = Text::default();
     text.accessor(bytes, "SCALAR", 5121, bytes.len());
@@ -144,7 +146,7 @@ fn draco_data_are_checked_against_the_file() {
     }
 }
 
-/// Every byte of compressed data changed, and data cut off anywhere.
+/// Every byte of compressed data changed, and data truncated at any length.
 #[test]
 fn damaged_data_do_no_harm() {
     let data = draco_triangle();

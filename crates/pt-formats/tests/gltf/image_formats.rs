@@ -1,11 +1,12 @@
-//! Images of materials in other formats than PNG and JPEG.
+//! Images of materials in formats other than PNG and JPEG.
+
+use serde_json::json;
 
 use super::materials::{PNG, bitmap, look};
 use super::read;
 use super::text::Text;
-use serde_json::json;
 
-/// An image of WebP, by its extension or without, is shown in place of another one.
+/// A WebP image, with or without its extension, replaces the fallback image.
 #[test]
 fn images_may_be_of_webp() {
     const WEBP: &str =
@@ -30,7 +31,7 @@ fn images_may_be_of_webp() {
     }
 }
 
-/// Images of KTX 2.0 and DDS are shown in place of another one, by their extensions or without.
+/// KTX 2.0 and DDS images, with or without their extensions, replace the fallback image.
 #[test]
 fn images_may_be_textures_of_graphics_processors() {
     const KTX2: &[u8] = include_bytes!("../../../../tests/formats/images/blocks/uastc.ktx2");
@@ -54,7 +55,7 @@ fn images_may_be_textures_of_graphics_processors() {
     }
 }
 
-/// The normals of a coat lie on the coordinates of the mesh, also where no other image does.
+/// The normal map of a coat uses the texture coordinates of the mesh, even if it is the only image.
 #[test]
 fn a_coat_may_have_the_only_image() {
     for set in [0, 1] {

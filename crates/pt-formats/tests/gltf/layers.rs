@@ -13,7 +13,7 @@ fn with(extension: &str, fields: &Value) -> MetallicRoughness {
     look(&json!({"extensions": {extension: fields}}))
 }
 
-/// The strength is in the opacity of its image, and the colour in that of its own.
+/// The strength is in the alpha of its image, the colour in the colours of another one.
 #[test]
 fn reflections_have_a_strength_and_a_colour() {
     let plain = with(
@@ -34,8 +34,7 @@ fn reflections_have_a_strength_and_a_colour() {
     assert_eq!((index(1.25), index(0.0)), (1.25, 100.0));
 }
 
-/// The direction is in the first two channels of its image, and a share of the strength in the
-/// third.
+/// The direction is in the first two channels of its image, a factor of the strength in the third.
 #[test]
 fn highlights_have_a_direction() {
     let fields = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 0.75});
@@ -50,7 +49,7 @@ fn highlights_have_a_direction() {
     assert_eq!(texels(y), [[0.0; 3], [100.0 / 255.0; 3]]);
 }
 
-/// A film is as thick as can be, or by an image between two numbers.
+/// A film has its maximum thickness, or one between two numbers, by an image.
 #[test]
 fn films_have_a_thickness() {
     let plain = with("KHR_materials_iridescence", &json!({"iridescenceFactor": 0.5}));
@@ -73,7 +72,7 @@ fn films_have_a_thickness() {
     assert_eq!(none, look(&json!({})));
 }
 
-/// Light goes through sheets diffusely; through what has an inside it does not, with a note.
+/// Sheets transmit light diffusely; solids do not, with a note.
 #[test]
 fn light_goes_through_sheets_diffusely() {
     let fields = json!({
@@ -97,8 +96,7 @@ fn light_goes_through_sheets_diffusely() {
     assert!(solid.warnings.iter().any(|note| note.message.contains("diffusely")));
 }
 
-/// The roughness of the coat is in the second channel of its image, and that of the sheen in the
-/// opacity.
+/// The roughness of the coat is in the second channel of its image, that of the sheen in alpha.
 #[test]
 fn layers_have_a_roughness() {
     let coat = with(

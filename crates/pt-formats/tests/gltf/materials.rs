@@ -10,10 +10,11 @@ use serde_json::{Value, json};
 use super::read;
 use super::text::Text;
 
-/// Two texels side by side: (188, 0, 51) with an opacity of 0, and (188, 100, 51) with one of 128.
+/// Two texels side by side: (188, 0, 51) with an alpha of 0, and (188, 100, 51) with an alpha of
+/// 128.
 pub(super) const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAEUlEQVR42mPYw2DMsCfFuAEADB0Cw5g8Xu0AAAAASUVORK5CYII=";
 
-/// A scene of one triangle of a material, with the texture 0.
+/// A scene of one triangle with a material, and with the texture 0.
 pub(super) fn scene(material: &Value) -> Scene {
     let mut text = Text::default();
     let attributes = text.triangle();
@@ -53,7 +54,7 @@ pub(super) fn factors(color: &Color) -> &[Color; 2] {
     }
 }
 
-/// A number's texels.
+/// The texels of a number.
 pub(super) fn texels(number: &Scalar) -> Vec<[f32; 3]> {
     match number.texture().map(|texture| &texture.pattern) {
         Some(Pattern::Bitmap(bitmap)) => bitmap.image.pixels.clone(),
@@ -174,7 +175,7 @@ fn glow_has_its_strength() {
     assert_eq!(glow(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
 }
 
-/// The coverage of a surface multiplies what it emits, by numbers, images and masks. [glTF 2.0,
+/// The opacity of a surface multiplies its emission, by numbers, images and masks. [glTF 2.0,
 /// §3.9.4]
 #[test]
 fn emission_is_that_of_the_share_that_is_there() {
@@ -196,8 +197,8 @@ fn emission_is_that_of_the_share_that_is_there() {
     }
 }
 
-/// A copy just behind the surface emits the same, with its front where that has its back, and lets
-/// all light through.
+/// A copy just behind the surface has the same emission, faces the other way, and transmits all
+/// light.
 #[test]
 fn double_sided_surfaces_emit_on_both_sides() {
     let of = |is_double: bool, emissive: [f32; 3]| {
@@ -234,9 +235,8 @@ fn normals_keep_the_numbers_of_their_image() {
     }
 }
 
-/// Images that are turned or run backwards take their normals with them; where they are mirrored,
-/// these lean to the other side of the normal of the shape, as on triangles on which coordinates
-/// lie mirrored.
+/// Rotated or reversed images transform their normals as well. If an image is mirrored, its normals
+/// are reversed along v, as on triangles with mirrored coordinates.
 #[test]
 fn normals_turn_with_the_transform_of_their_image() {
     let relief = |transform: Value| {
@@ -268,8 +268,8 @@ fn normals_turn_with_the_transform_of_their_image() {
     }
 }
 
-/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no
-/// effect elsewhere, of which a note says so where the surface is cut.
+/// The opacity of COLOR_0 is a factor of the opacity of a blended material. It has no effect
+/// otherwise, which is reported for masked ones.
 #[test]
 fn vertices_have_opacities() {
     for (mode, factor) in [("BLEND", 0.5), ("BLEND", 1.0), ("OPAQUE", 0.5), ("MASK", 1.0)] {
@@ -303,8 +303,8 @@ fn vertices_have_opacities() {
     }
 }
 
-/// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v runs down there: a tangent along +y is −1 of
-/// ∂p/∂v. With w = −1 the side of +y of the image is the other one.
+/// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v increases downwards in glTF: a tangent along +y
+/// is −1 times ∂p/∂v. With w = −1, +y of the image is on the opposite side.
 #[test]
 fn normals_lie_along_tangents() {
     for w in [1.0, -1.0] {
@@ -337,8 +337,8 @@ fn normals_lie_along_tangents() {
     }
 }
 
-/// Tangents have the direction of anisotropy, also where a morph target or a joint turns them;
-/// where their side is −1, it turns the other way, as does the second number of its image.
+/// Tangents are the direction of anisotropy, also after morphing and skinning. If their handedness
+/// is −1, the rotation is reversed, and so is the second channel of the image.
 #[test]
 fn anisotropy_is_along_tangents() {
     for (w, is_bent) in [(1.0, false), (-1.0, false), (1.0, true), (-1.0, true)] {
@@ -375,7 +375,7 @@ fn anisotropy_is_along_tangents() {
         assert_eq!(scene.warnings, []);
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
         let [[a, b, _]] = mesh.attributes.faces["TANGENT"][..] else { panic!("a triangle") };
-        // The joint turns ∂p/∂u = x to y, and ∂p/∂v = −y to x.
+        // The joint rotates ∂p/∂u = x to y, and ∂p/∂v = −y to x.
         let wanted = if is_bent { [1.0, 0.0] } else { [0.0, -1.0] };
         assert!((a - wanted[0]).abs() < 1e-6 && (b - wanted[1]).abs() < 1e-6, "{a} {b}");
         let slot = mesh.submeshes[0].slot as usize;
@@ -396,8 +396,8 @@ fn anisotropy_is_along_tangents() {
     }
 }
 
-/// Normals, or else what comes first, lie on the coordinates of the mesh; textures on other sets by
-/// their numbers.
+/// The mesh has the coordinates of the normal map, or of the first texture without one; other sets
+/// are referenced by number.
 #[test]
 fn textures_lie_on_several_sets_of_coordinates() {
     let file = |material: Value| {
@@ -459,7 +459,7 @@ fn textures_lie_on_several_sets_of_coordinates() {
     assert!(scene.warnings.iter().any(|note| note.message.contains("no TEXCOORD_3")));
 }
 
-/// Two triangles, of which coordinates lie mirrored on the first one.
+/// Two triangles, of which the first one has mirrored coordinates.
 #[test]
 fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {
     let mut text = Text::default();
@@ -541,7 +541,7 @@ fn images_are_made_once() {
     assert!(images.len() == 2 && std::sync::Arc::ptr_eq(&images[0], &images[1]));
 }
 
-/// What is not lit shows its base colour, so it glows in it.
+/// An unlit surface emits its base colour.
 #[test]
 fn unlit_surfaces_glow_in_their_base_colour() {
     let unlit = |base: Value| json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_unlit": {}}});
@@ -553,7 +553,7 @@ fn unlit_surfaces_glow_in_their_base_colour() {
     assert_eq!(bitmap(&textured.emission).image.width, 2);
 }
 
-/// Whole numbers that are not marked as normalized are levels nonetheless, with a note.
+/// Integer colours are normalized even if they are not marked as such, with a note.
 #[test]
 fn colours_of_whole_numbers_are_levels() {
     for is_marked in [true, false] {

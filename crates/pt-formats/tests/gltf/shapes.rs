@@ -1,4 +1,4 @@
-//! Nodes, meshes, skins and copies.
+//! Nodes, meshes, skins and instances.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn mesh(scene: &Scene, object: usize) -> &Arc<Mesh> {
     }
 }
 
-/// Where an object has the origin of its mesh, and how long its axes are there.
+/// Returns the position of the origin of an object in the world, and the lengths of its axes.
 fn place(scene: &Scene, object: usize) -> (DVec3, DVec3) {
     let to_world = scene.objects[object].to_world;
     let axes = to_world.matrix3;
@@ -26,7 +26,7 @@ fn place(scene: &Scene, object: usize) -> (DVec3, DVec3) {
     )
 }
 
-/// A scene of these nodes, of which mesh 0 is a triangle.
+/// A scene of these nodes, whose mesh 0 is a triangle.
 fn nodes(nodes: &Value) -> String {
     let mut text = Text::default();
     let attributes = text.triangle();
@@ -41,7 +41,7 @@ fn nodes_scale_then_turn_then_move() {
         {"mesh": 0, "translation": [0, 5, 0], "rotation": [0, 0, half, half], "scale": [2, 3, 4]}
     ])));
     let to_world = scene.objects[0].to_world;
-    // +x, of length 2, is turned to +y.
+    // +x, of length 2, is rotated to +y.
     let found = to_world.transform_point3(DVec3::X);
     assert!(found.distance(DVec3::new(1.0, 7.0, 0.0)) < 1e-12, "{found}");
     assert!(place(&scene, 0).1.distance(DVec3::new(2.0, 3.0, 4.0)) < 1e-12);
@@ -116,7 +116,7 @@ fn morph_targets_are_added_by_the_weights_of_the_node_or_else_of_the_mesh() {
     assert_eq!([height(0), height(1), height(2)], [2.0, 1.0, 2.0]);
 }
 
-/// The triangle is bound to a joint that was at (1, 0, 0) then, and is at (0, 5, 0) now.
+/// The triangle is bound to a joint at (1, 0, 0), which is now at (0, 5, 0).
 #[test]
 fn skins_follow_their_joints_and_not_their_node() {
     let mut text = Text::default();
@@ -151,7 +151,7 @@ fn copies_stand_where_their_accessors_say() {
     assert!(Arc::ptr_eq(mesh(&scene, 0), mesh(&scene, 1)));
 }
 
-/// Deeper than any stack of calls would be.
+/// Deeper than any call stack.
 #[test]
 fn nodes_may_be_nested_deeply() {
     const DEPTH: usize = 50_000;
@@ -185,7 +185,7 @@ fn primitives_cannot_multiply() {
     assert!(error.contains("more than 1000000 primitives"), "{error}");
 }
 
-/// A scene that is named where there is none leaves all nodes.
+/// A default scene that does not exist, without any scenes, shows all nodes.
 #[test]
 fn all_nodes_are_shown_where_there_are_no_scenes() {
     let mut text = Text::default();

@@ -1,10 +1,10 @@
-//! Writes small files.
+//! Builder of small files.
 
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-/// Bytes in a URI.
+/// Encodes bytes as a data URI.
 pub(crate) fn data(bytes: &[u8]) -> String {
     let mut uri = "data:application/octet-stream,".to_owned();
     for byte in bytes {
@@ -13,7 +13,7 @@ pub(crate) fn data(bytes: &[u8]) -> String {
     uri
 }
 
-/// A file that is put together from numbers.
+/// A file with accessors of numbers.
 #[derive(Default)]
 pub(crate) struct Text {
     bytes: Vec<u8>,
@@ -22,8 +22,7 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    /// An accessor of bytes that are numbers of a type, such as "VEC3", and a component, such as
-    /// 5126.
+    /// Adds an accessor of bytes with a type such as "VEC3" and a component type such as 5126.
     pub(crate) fn accessor(
         &mut self,
         bytes: &[u8],
@@ -40,15 +39,15 @@ impl Text {
         self.accessors.len() - 1
     }
 
-    /// An accessor of vectors of single precision.
+    /// Adds an accessor of single-precision vectors.
     pub(crate) fn vectors<const N: usize>(&mut self, vectors: &[[f32; N]]) -> usize {
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"].get(N - 1).unwrap_or(&"MAT4");
         let bytes: Vec<u8> = vectors.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
         self.accessor(&bytes, kind, 5126, vectors.len())
     }
 
-    /// An accessor of colours of 8 bits, each padded to four bytes; whether it says that they are
-    /// shares.
+    /// Adds an accessor of 8-bit colours, each padded to four bytes, which may be marked as
+    /// normalized.
     pub(crate) fn levels(&mut self, colors: &[[u8; 3]], is_normalized: bool) -> usize {
         let bytes: Vec<u8> = colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0]).collect();
         let accessor = self.accessor(&bytes, "VEC3", 5121, colors.len());
@@ -59,12 +58,12 @@ impl Text {
         accessor
     }
 
-    /// The positions of a triangle.
+    /// Adds the positions of a triangle.
     pub(crate) fn triangle(&mut self) -> Value {
         json!({"POSITION": self.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])})
     }
 
-    /// The file: these fields, and what was put together.
+    /// Returns the file with the given fields and the accessors.
     pub(crate) fn with(self, mut fields: Value) -> String {
         fields["asset"] = json!({"version": "2.0"});
         if !self.bytes.is_empty() {

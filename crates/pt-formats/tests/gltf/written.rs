@@ -1,12 +1,12 @@
-//! Scenes that were written as glTF.
+//! Scenes written as glTF.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pt_formats::{FORMATS, LoadOptions, load, load_with, save};
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::image::Image;
 use pt_scene::material::{Diffuse, Glass, MetallicRoughness};
 use pt_scene::texture::{Bitmap, Blend, Edge, Filter, NormalOrBump, Pattern, Wrap};
@@ -17,7 +17,7 @@ use serde_json::Value;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A scene as a file of glTF, read again; the file; and what was told.
+/// Writes a scene as glTF, and returns the scene read back, the file, and the notes.
 fn written(scene: &Scene) -> (Scene, Vec<u8>, Vec<String>) {
     let folder = tempfile::tempdir().expect("a folder");
     let [path, again] = ["a.glb", "b.glb"].map(|name| folder.path().join(name));
@@ -31,7 +31,7 @@ fn written(scene: &Scene) -> (Scene, Vec<u8>, Vec<String>) {
     (read, bytes, notes)
 }
 
-/// A scene without what differs between files: its name, places and notes.
+/// Removes everything that differs between files: name, locations and notes.
 fn bare(mut scene: Scene) -> Scene {
     scene.name.clear();
     scene.warnings.clear();
@@ -41,7 +41,7 @@ fn bare(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Takes the normals of all images out of the materials.
+/// Removes the texels of all normal maps from the materials, and returns them.
 fn take_normals(scene: &mut Scene) -> Vec<f32> {
     let mut normals = Vec::new();
     for material in &mut scene.materials {
@@ -54,7 +54,7 @@ fn take_normals(scene: &mut Scene) -> Vec<f32> {
     normals
 }
 
-/// The scenes in a folder and those in it.
+/// Collects the scenes in a folder and its subfolders.
 fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for path in entries.map(|entry| entry.expect("a readable entry").path()) {
@@ -68,7 +68,7 @@ fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
     found.sort();
 }
 
-/// The JSON and the buffer of a file.
+/// Splits a file into its JSON and its buffer.
 fn chunks(bytes: &[u8]) -> (Value, &[u8]) {
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four")) as usize;
     assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
@@ -84,7 +84,7 @@ fn chunks(bytes: &[u8]) -> (Value, &[u8]) {
     (value, &rest[8..])
 }
 
-/// Checks what the specification asks of a file, without our reader. [glTF 2.0, §3 and §4.4]
+/// Validates a file by the rules of the specification, without our reader. [glTF 2.0, §3 and §4.4]
 fn validate(bytes: &[u8]) {
     let (root, binary) = chunks(bytes);
     let list = |name: &str| root[name].as_array().map_or(&[][..], Vec::as_slice);
@@ -154,8 +154,8 @@ fn validate(bytes: &[u8]) {
     }
 }
 
-/// Checks that the numbers of an accessor are in its view, that its bounds are true, and that
-/// normals and indices are valid.
+/// Checks that an accessor is within its view, that its bounds are exact, and that normals and
+/// indices are valid.
 fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     let number = |value: &Value| value.as_u64().expect("a number") as usize;
     let width = match accessor["type"].as_str() {
@@ -210,7 +210,7 @@ fn find_extensions(value: &Value, found: &mut HashSet<String>) {
     value.as_array().into_iter().flatten().for_each(|value| find_extensions(value, found));
 }
 
-/// What is different, in a few words: the first thing.
+/// Describes the first difference.
 fn difference(a: &Scene, b: &Scene) -> String {
     fn first<T: PartialEq + std::fmt::Debug>(what: &str, a: &[T], b: &[T]) -> Option<String> {
         if a.len() != b.len() {
@@ -244,14 +244,15 @@ fn scenes_of_gltf_are_read_as_they_were() {
         let (mut read, mut scene) = (bare(read), bare(scene));
         let [found, wanted] = [&mut read, &mut scene].map(take_normals);
         assert!(read == scene, "{}: {}", path.display(), difference(&read, &scene));
-        // An image of 16 bits has them as far as that goes; their scale is in them.
+        // A 16-bit image has them to its precision, with the scale included.
         let close = found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 2e-5);
         assert!(found.len() == wanted.len() && close, "{}", path.display());
         assert!(notes.is_empty(), "{}: {notes:?}", path.display());
     }
 }
 
-/// All are valid, and have as many cameras and triangles as they had, unless a note says why not.
+/// All files are valid, and have the original number of cameras and triangles, unless a note
+/// explains the difference.
 #[test]
 fn scenes_of_all_formats_can_be_written() {
     let mut scenes = Vec::new();
@@ -284,8 +285,8 @@ fn scenes_of_all_formats_can_be_written() {
     }
 }
 
-/// In files of Blender for the course, a square light and the surface that glows are the same lamp,
-/// which lights once.
+/// In Blender files of the course, a square light and the emissive surface are the same lamp, which
+/// is written once.
 #[test]
 fn a_light_on_what_glows_is_not_written_beside_it() {
     let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
@@ -396,7 +397,7 @@ fn lengths_become_metres() {
     assert_eq!((look.transmission.clone(), look.ior), (1.0.into(), 1.5));
 }
 
-/// What is sheared stands on two nodes, and where it was.
+/// A sheared object is written as two nodes and keeps its transform.
 #[test]
 fn what_is_sheared_keeps_its_shape() {
     let sheared =
@@ -412,7 +413,7 @@ fn what_is_sheared_keeps_its_shape() {
     assert!(read.objects[0].to_world.abs_diff_eq(sheared, 1e-12) && notes.is_empty());
 }
 
-/// Materials that say the same in glTF are read as they were.
+/// Materials that glTF supports are read back unchanged.
 #[test]
 fn textures_are_read_as_they_were() {
     let levels = |step: u32| {
@@ -480,7 +481,7 @@ fn textures_are_read_as_they_were() {
     assert!(notes.is_empty(), "{notes:?}");
 }
 
-/// What glTF cannot compute is written as its mean, and told.
+/// A procedural texture is written as its mean, with a note.
 #[test]
 fn computed_textures_become_their_mean() {
     let reflectance = Color::Texture(Arc::new(

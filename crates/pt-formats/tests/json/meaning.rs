@@ -1,13 +1,13 @@
-//! What the words of a file mean.
+//! Interpretation of the keys and values of a file.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_scene::format::{load, parse, save};
+use pt_formats::{load, parse, save};
 use pt_scene::material::{Diffuse, Hair, Mirror, Pigment};
 use pt_scene::{Geometry, Material, Object, Projection, Scene, Surface};
 
-/// Where a point of an object is.
+/// Returns the world position of a point of an object.
 fn point(object: &Object, p: [f64; 3]) -> [f64; 3] {
     object.to_world.transform_point3(p.into()).to_array()
 }
@@ -16,7 +16,7 @@ fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
 }
 
-/// The scene of these keys.
+/// Parses a scene of these keys.
 fn read(keys: &str) -> Scene {
     let text = format!("{{\"pathtracer\": 1, {keys}}}");
     parse(text.as_bytes(), Path::new("test.json")).unwrap_or_else(|error| panic!("{error}"))
@@ -189,7 +189,7 @@ fn what_cannot_be_written_is_refused_and_nothing_is_overwritten() {
     save(&scene, &path, true).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Whole files are marked as JSON, and some of their keys as JSON with comments.
+/// Complete files are marked as JSON, and single keys as JSON with comments.
 #[test]
 fn the_examples_of_the_page_are_scenes() {
     let page = include_str!("../../../../docs/scene-file.md");

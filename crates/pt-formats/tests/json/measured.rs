@@ -1,24 +1,24 @@
-//! Files of measured materials, by the scenes that name them.
+//! Files of measured materials, in the scenes that refer to them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pt_scene::format::{Limits, LoadOptions, load, parse_with, save};
+use pt_formats::{Limits, LoadError, LoadOptions, load, parse_with, save};
 use pt_scene::material::{Diffuse, Measured, Mix, SurfaceDetail};
 use pt_scene::texture::{Color, Pattern};
-use pt_scene::{LoadError, Scene, Surface};
+use pt_scene::{Scene, Surface};
 use tempfile::TempDir;
 
 use crate::common::{check_damage_with, check_invariants, without_panics};
 
 const SEEDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds");
 
-/// The bytes of a small file.
+/// Returns the bytes of a small file.
 fn seed(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(SEEDS).join(name)).expect("a readable file")
 }
 
-/// A folder with a file `m.bsdf` of these bytes.
+/// Creates a folder with a file `m.bsdf` of these bytes.
 fn folder(bytes: &[u8]) -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("m.bsdf"), bytes).expect("a writable folder");
@@ -43,7 +43,7 @@ fn plain_mitsuba(name: &str) -> String {
     format!("<bsdf type=\"measured\"><string name=\"filename\" value=\"{name}\"/></bsdf>")
 }
 
-/// A scene of each format with a material of this file.
+/// Returns a scene of each format with a material of this file.
 fn scenes(name: &str) -> [(&'static str, String); 3] {
     [
         ("json", json(name)),
@@ -127,7 +127,7 @@ fn what_is_written_is_read() {
     }
 }
 
-/// Returns true if the only material is in magenta.
+/// Returns true if the only material is a magenta placeholder.
 fn is_loud(scene: &Scene) -> bool {
     match &scene.materials[0].surface {
         Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) => {
@@ -174,7 +174,8 @@ fn files_outside_of_the_folder_are_read_only_if_that_is_allowed() {
 #[test]
 fn what_is_broken_is_an_error_with_the_file_and_the_field() {
     let mut bytes = seed("colours.bsdf");
-    // The last byte is that of the jacobian, and the two before are the highest of the last colour.
+    // The last byte is that of the jacobian, and the two before are the most significant ones of
+    // the last colour.
     let end = bytes.len() - 1;
     bytes[end - 2..end].copy_from_slice(&[0x80, 0x7F]);
     let folder = folder(&bytes);
@@ -191,7 +192,7 @@ fn memory_is_limited() {
     let limits = Limits { memory: Some(750), ..Limits::default() };
     let options = LoadOptions { limits, ..LoadOptions::default() };
     for (ending, text) in scenes("m.bsdf") {
-        // Meshes, which count as well, are more than is left then.
+        // Meshes, which count as well, exceed the rest of the limit.
         let message = match read_with(folder.path(), ending, &text, &options) {
             Ok(scene) => scene.missing.first().map(ToString::to_string),
             Err(error) => Some(error.to_string()),
@@ -201,7 +202,7 @@ fn memory_is_limited() {
     }
 }
 
-/// The scene with the file of these bytes.
+/// Reads the scene with a file of these bytes.
 fn with(folder: &TempDir, bytes: &[u8]) -> Result<Scene, LoadError> {
     std::fs::write(folder.path().join("m.bsdf"), bytes).expect("a writable folder");
     read_with(folder.path(), "json", &json("m.bsdf"), &LoadOptions::default())

@@ -1,16 +1,16 @@
-//! Scenes that were written are read as they were: equal, and to the bit, but for where things were
-//! written and for notes.
+//! Round trips: scenes are read as they were written, bitwise equal except for locations and
+//! warnings.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
+use pt_formats::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::{Geometry, Scene, Span, Submesh};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A scene without what differs between files: places and notes.
+/// Removes the locations and warnings of a scene, which differ between files.
 fn bare(mut scene: Scene) -> Scene {
     scene.warnings.clear();
     scene.missing.clear();
@@ -20,7 +20,7 @@ fn bare(mut scene: Scene) -> Scene {
     scene
 }
 
-/// All scenes in a folder and those in it.
+/// Finds all scenes in a folder and its subfolders.
 fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for path in entries.map(|entry| entry.expect("a readable entry").path()) {
@@ -35,7 +35,7 @@ fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
     found.sort();
 }
 
-/// What is in a folder and those in it, by the paths from there.
+/// Returns the contents of all files in a folder and its subfolders, by relative path.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for path in
@@ -51,8 +51,8 @@ fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// Writes a scene, reads it, and writes that: both times there are the same bytes, and both are
-/// equal.
+/// Writes a scene, reads it, and writes the result: both files have the same bytes, and both scenes
+/// are equal.
 fn check(path: &Path) {
     check_scene(load(path).unwrap_or_else(|error| panic!("{error}")), path);
 }
@@ -68,7 +68,7 @@ fn check_scene(scene: Scene, path: &Path) {
     assert!(content(first.path()) == content(second.path()), "{}", path.display());
 }
 
-/// Meshes that are too large for the scene are files of arrays.
+/// Meshes that are too large for the scene file are files of arrays.
 #[test]
 fn attributes_of_large_meshes_are_read_as_they_were() {
     let path = Path::new(ROOT).join("scenes/mitsuba/attributes.xml");
@@ -114,7 +114,7 @@ fn good_files_of_all_formats_are_read_as_they_were() {
 fn scenes_of_others_are_read_as_they_were() {
     let mut scenes = Vec::new();
     scenes_in(&Path::new(ROOT).join("../shared/scenes"), &mut scenes);
-    // Some are parts of others, or made for what is not supported.
+    // Some are parts of others, or contain unsupported features.
     let options = LoadOptions { allow_outside: true, ..LoadOptions::default() };
     let read = |path: &PathBuf| load_with(path, &options).ok();
     let read: Vec<_> = scenes.iter().filter_map(|path| Some((read(path)?, path))).collect();

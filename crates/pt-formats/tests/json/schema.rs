@@ -1,10 +1,10 @@
-//! The schema is that of the page, and describes what is written.
+//! The schema equals the documented one, and accepts the files written.
 
 use std::path::Path;
 
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use jsonschema::Validator;
-use pt_scene::format::{json_schema, load, save};
+use pt_formats::{json_schema, load, save};
 use serde_json::Value;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -14,7 +14,7 @@ fn validator() -> Validator {
     jsonschema::validator_for(&schema).expect("the schema is one")
 }
 
-/// What a file with comments holds.
+/// Returns the value of a file with comments.
 fn value_of(path: &Path) -> Value {
     let text = std::fs::read_to_string(path).expect("a readable file");
     let parsed = parse_to_ast(&text, &CollectOptions::default(), &ParseOptions::default());

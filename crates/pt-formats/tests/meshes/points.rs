@@ -1,11 +1,11 @@
-//! Points and lines of all formats that have them.
+//! Points and lines in all formats that support them.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use pt_formats::{LoadOptions, load, parse_with, save};
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DVec3};
-use pt_scene::format::{LoadOptions, load, parse_with, save};
 use pt_scene::material::Diffuse;
 use pt_scene::texture::{Color, Pattern};
 use pt_scene::{Geometry, Object, Points, Scene, Surface};
@@ -28,13 +28,13 @@ fn points(object: &Object) -> &Arc<Points> {
     points
 }
 
-/// The points of a scene that consists of them.
+/// Returns the only points of a scene.
 fn only(scene: &Scene) -> &Arc<Points> {
     let [object] = scene.objects.as_slice() else { panic!("{} objects", scene.objects.len()) };
     points(object)
 }
 
-/// Returns true if the material of an object shows the colours of points.
+/// Returns true if the material of an object has the colours of points.
 fn shows_colors(scene: &Scene, object: usize) -> bool {
     let material = scene.objects[object].materials[0].expect("a material");
     let Surface::Diffuse(Diffuse { reflectance: Color::Texture(texture), .. }) =
@@ -60,7 +60,7 @@ fn vertices_of_ply_without_faces_are_points_in_their_colours() {
     assert!(scene.warnings.is_empty());
 }
 
-/// The element `face` may be there, without any.
+/// The element `face` may exist without any rows.
 #[test]
 fn ply_files_with_no_face_are_points() {
     let header = CLOUD.replace(
@@ -90,7 +90,7 @@ fn edges_of_ply_are_segments() {
     );
 }
 
-/// What scanners did not hit is left out, of texts as of binary files.
+/// Missing measurements of scanners are removed, in text and binary files.
 #[test]
 fn points_that_are_nowhere_are_left_out() {
     let text = format!("{CLOUD}end_header\n0 0 0 255 0 0\nnan nan nan 0 51 0\n0 1 0 0 0 255\n");
@@ -124,11 +124,12 @@ fn vertices_of_obj_alone_are_points() {
     let scene = read("v 0 0 0\nv 1 0 0\n", "a.obj");
     assert_eq!(scene.objects[0].materials, [None]);
     assert!(refusal("o nothing\n", "a.obj").contains("no faces"));
-    // A face that cannot be read is no reason to show its vertices.
+    // With an invalid face, the vertices are not points.
     assert!(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj").contains("no index"));
 }
 
-/// Those of each material are an object; indices may be relative, and have texture coordinates.
+/// Points and lines of each material are an object; indices may be relative, and have texture
+/// coordinates.
 #[test]
 fn points_and_lines_of_obj_have_their_materials() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 5 5\nvt 0 0\nf 1 2 3\nl 1/1 2/1 3/1\n\
@@ -167,7 +168,7 @@ fn materials_of_lines_are_those_of_the_library() {
     assert_eq!(names.collect::<Vec<_>>(), ["blue", "red"]);
 }
 
-/// A file of four points with primitives of these modes and indices.
+/// Returns a file of four points with primitives of these modes and indices.
 fn gltf(primitives: &[(u32, Option<&[u8]>)], node: &serde_json::Value) -> String {
     let mut bytes = Vec::new();
     let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -228,7 +229,7 @@ fn points_and_lines_of_gltf_are_shown() {
     );
 }
 
-/// A radius that is given is that of the world, wherever an object is larger than its points.
+/// A radius in the options is in world units, whatever the scale of an object.
 #[test]
 fn a_radius_that_is_given_is_the_same_for_all() {
     let text = gltf(&[(0, None), (1, None)], &json!({"mesh": 0, "scale": [2, 4, 1]}));
@@ -259,7 +260,7 @@ fn scene_of(points: Points, radius: Option<f64>) -> Scene {
     }
 }
 
-/// Small ones stand in the scene, large ones in files of arrays; what is shared stays so.
+/// Small point sets are inline, large ones in files of arrays; shared ones stay shared.
 #[test]
 fn points_are_written_and_read_as_they_were() {
     for count in [4, 4000] {
@@ -325,7 +326,7 @@ fn points_of_our_own_files_may_be_of_other_files() {
     }
 }
 
-/// Points that belong to no segment stay; a radius has a note.
+/// Points without a segment are kept; a radius has a warning.
 #[test]
 fn gltf_has_points_and_lines_as_they_were() {
     let points = Points {

@@ -1,10 +1,10 @@
-//! The reader of STL files.
+//! Reader of STL files.
 
 use std::fmt::Write;
 use std::path::Path;
 
-use pt_scene::format::{Limits, LoadOptions, read_with};
-use pt_scene::{Geometry, SourceFile};
+use pt_formats::{Limits, LoadOptions, read_with};
+use pt_scene::Geometry;
 
 use super::common::{folder, parse};
 use super::{good, mesh};
@@ -27,7 +27,7 @@ fn triangles_of_stl_share_their_corners_and_stand_upright() {
     );
 }
 
-/// Triangles of a wavy sheet of `n` · `n` squares, strip by strip.
+/// Returns the triangles of a wavy sheet of `n` · `n` squares, strip by strip.
 pub(super) fn sheet(n: u16) -> Vec<[[f32; 3]; 3]> {
     let point = |i: u16, j: u16| [f32::from(i), f32::from(j), f32::from(i * 7 % 5) * 0.25];
     let square = |k: u16| {
@@ -38,7 +38,7 @@ pub(super) fn sheet(n: u16) -> Vec<[[f32; 3]; 3]> {
     (0..n * n).flat_map(square).collect()
 }
 
-/// As a binary STL file, and as a text.
+/// Returns a binary and a text STL file.
 pub(super) fn stl_files(triangles: &[[[f32; 3]; 3]]) -> [Vec<u8>; 2] {
     let (mut binary, mut text) = (vec![0; 80], "solid sheet\n".to_owned());
     binary.extend((triangles.len() as u32).to_le_bytes());
@@ -56,8 +56,8 @@ pub(super) fn stl_files(triangles: &[[[f32; 3]; 3]]) -> [Vec<u8>; 2] {
     [binary, text.into_bytes()]
 }
 
-/// Corners that are not united cost memory only; here all but those along the cuts and some others
-/// are.
+/// Corners that are not welded only cost memory; here all are welded except those along the cuts
+/// and a few others.
 #[test]
 fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
     let n = 180;
@@ -79,9 +79,9 @@ fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
     }
 }
 
-/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827
-/// of them), and where the limit of memory or a value that is not finite has the file read as a
-/// whole.
+/// This includes files whose last triangles are behind the last part that another piece hashes
+/// (125,827 of them), and files that are read as a whole because of the memory limit or a value
+/// that is not finite.
 #[test]
 fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     let triangles = sheet(255);
@@ -99,7 +99,7 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
         let whole = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
         for threads in [1, 3] {
             let reading = read(threads, &unlimited);
-            assert_eq!(reading.sources, [SourceFile::of(&path, &bytes)], "{count}");
+            assert_eq!(reading.sources, [pt_formats::source_file(&path, &bytes)], "{count}");
             let scene = reading.scene.unwrap_or_else(|error| panic!("{error}"));
             assert!(scene.objects == whole.objects, "{count}");
         }
@@ -113,7 +113,7 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     }
     std::fs::write(&path, &bytes).expect("there is room");
     let reading = read(3, &unlimited);
-    assert_eq!(reading.sources, [SourceFile::of(&path, &bytes)]);
+    assert_eq!(reading.sources, [pt_formats::source_file(&path, &bytes)]);
     let told = [90_000, 130_049]
         .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
     assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));

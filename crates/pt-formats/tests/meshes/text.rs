@@ -1,4 +1,4 @@
-//! What text files of all formats may have around and between their lines.
+//! Byte-order marks, line breaks and continued lines in text files of all formats.
 
 use std::path::Path;
 
@@ -7,14 +7,14 @@ use pt_scene::{Geometry, Scene};
 use super::common::{files, folder, parse};
 use super::{good, mesh};
 
-/// All that a file says, without where.
+/// Returns the content of a file, without locations.
 fn read(bytes: &[u8], path: &Path) -> String {
     let Scene { objects, materials, cameras, lights, media, .. } =
         parse(bytes, path).unwrap_or_else(|error| panic!("{error}"));
     format!("{objects:?} {materials:?} {cameras:?} {lights:?} {media:?}")
 }
 
-/// A byte-order mark, and the system whose editor wrote the line breaks, change nothing.
+/// A byte-order mark, and the kind of line breaks, have no effect.
 #[test]
 fn marks_and_line_breaks_change_no_scene() {
     let texts = [
@@ -59,8 +59,8 @@ fn marks_and_line_breaks_change_no_scene() {
     }
 }
 
-/// A row of a binary file may begin with the byte of a line feed, which belongs to no header of
-/// carriage returns.
+/// A row of a binary file may begin with the byte of a line feed, which does not belong to a header
+/// with carriage returns.
 #[test]
 fn headers_of_binary_ply_files_may_end_their_lines_in_carriage_returns() {
     for (name, ten) in [("little", 10_i32.to_le_bytes()), ("big", 10_i32.to_be_bytes())] {
@@ -75,7 +75,7 @@ fn headers_of_binary_ply_files_may_end_their_lines_in_carriage_returns() {
     }
 }
 
-/// The square of the same statements on one line each.
+/// The square equals that of the same statements on one line each.
 #[test]
 fn a_backslash_joins_the_next_line_of_an_obj_to_its_own() {
     let plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n# a\\\nf 1//1 2//1 3//1 4//1\n";
@@ -87,7 +87,7 @@ fn a_backslash_joins_the_next_line_of_an_obj_to_its_own() {
     assert!(error.starts_with("a.obj:10:"), "{error}");
 }
 
-/// Headers of binary files begin as they like, and so do names in texts.
+/// Headers of binary files may begin with any bytes, and names in texts may contain any bytes.
 #[test]
 fn binary_and_text_files_of_stl_are_told_apart() {
     let binary = std::fs::read(folder("stl").join("good/solid_binary.stl")).expect("a file");
@@ -113,7 +113,7 @@ fn binary_and_text_files_of_stl_are_told_apart() {
             bytes[..80].fill(b' ');
             bytes[..header.len()].copy_from_slice(header);
             bytes.extend(more);
-            // With bytes behind its triangles, a file that begins as a text does is one.
+            // With bytes after its triangles, a file that begins like a text is one.
             if more.is_empty() || !header.starts_with(b"facet") && header[0] < 0x80 {
                 assert_eq!(count(&bytes), 4, "{header:?}");
             }

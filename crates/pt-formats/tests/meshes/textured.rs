@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use pt_scene::format::load;
-use pt_scene::image::{Image, SaveOptions, save};
+use pt_formats::load;
+use pt_image::{SaveOptions, save};
+use pt_scene::image::Image;
 use pt_scene::texture::Pattern;
 use pt_scene::{Color, Geometry, Scene, Surface};
 
-/// A square of two triangles and a triangle beside it.
+/// Returns a file of a square of two triangles and a triangle beside it.
 fn text(comments: &str, face: &str, faces: [&str; 2]) -> String {
     let [square, triangle] = faces;
     format!(
@@ -23,7 +24,7 @@ fn read(folder: &Path, text: &str) -> Scene {
     load(&file).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A folder with the images `red.png` and `my green.png`.
+/// Creates a folder with the images `red.png` and `my green.png`.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, color) in [("red.png", [1.0, 0.0, 0.0]), ("my green.png", [0.0, 1.0, 0.0])] {
@@ -33,7 +34,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// The colour of the image that each triangle shows, and its coordinates.
+/// Returns the colour of the image of each triangle, and its texture coordinates.
 fn shown(scene: &Scene) -> Vec<([f32; 3], [[f32; 2]; 3])> {
     let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
     let uvs = mesh.uvs.as_ref().expect("coordinates");
@@ -51,8 +52,8 @@ fn shown(scene: &Scene) -> Vec<([f32; 3], [[f32; 2]; 3])> {
     (0..mesh.triangles.len()).map(of_triangle).collect()
 }
 
-/// Two numbers for each corner, in the order of the corners; each triangle of a polygon has those
-/// of its own corners.
+/// Two numbers per corner, in the order of the corners; each triangle of a polygon has those of its
+/// own corners.
 #[test]
 fn faces_show_their_images_by_coordinates_of_their_own() {
     let folder = folder();

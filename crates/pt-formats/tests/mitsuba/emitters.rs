@@ -10,15 +10,15 @@ fn sunsky(parameters: &str) -> Scene {
     read(&format!("<emitter type=\"sunsky\">{parameters}</emitter>"))
 }
 
-/// The sun and the sky of the only light, and the direction of the world towards the sun.
+/// Returns the daylight of the only light, and the world-space direction to the sun.
 fn daylight(scene: &Scene) -> (Daylight, DVec3) {
     let light = &scene.lights[0];
     let LightKind::Daylight(daylight) = &light.kind else { panic!("{:?}", light.kind) };
     (daylight.clone(), light.to_world.transform_vector3(daylight.to_sun.into()))
 }
 
-/// By Mitsuba 3.9.1, which counts days since the year 2000 in single precision: of such a day, it
-/// knows a quarter, and the place of the sun to 0.2°.
+/// Expected results are of Mitsuba 3.9.1, which counts days since the year 2000 in single
+/// precision: its time is accurate to a quarter of a day, and the position of the sun to 0.2°.
 #[test]
 fn the_sun_stands_where_it_does_in_mitsuba() {
     let cases = [
@@ -43,7 +43,7 @@ fn the_sun_stands_where_it_does_in_mitsuba() {
     }
 }
 
-/// It is a direction of the world, and up is +z of the emitter.
+/// The direction is in world space, and up is +z of the emitter.
 #[test]
 fn directions_of_the_sun_are_those_of_the_world() {
     let scene = sunsky(
@@ -69,7 +69,7 @@ fn directions_of_the_sun_are_those_of_the_world() {
     assert_eq!(light, want);
 }
 
-/// Down is +z of the emitter, and the horizontal angle of 90° is −y.
+/// The nadir is +z of the emitter, and the horizontal angle of 90° is −y.
 #[test]
 fn luminaires_hang_along_z() {
     let file = folder("mitsuba").join("../../../scenes/mitsuba/parts/downlight.ies");
@@ -133,7 +133,7 @@ fn skies_and_luminaires_that_make_no_sense_are_refused() {
     }
 }
 
-/// The part of the days that the sensor's shutter sees; one that is closed sees the first moment.
+/// The shutter of the sensor selects the part of the days; a closed one selects its first moment.
 #[test]
 fn daylight_over_days_is_seen_by_the_time_of_the_shutter() {
     let span = |sensor: &str, emitter: &str| {

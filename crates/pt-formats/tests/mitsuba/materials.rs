@@ -14,7 +14,7 @@ use pt_scene::{Geometry, Scalar, Surface, Texture};
 
 use crate::{material, mesh_of, read, surface};
 
-/// What rough surfaces have where nothing is said.
+/// Default roughness of rough surfaces.
 pub(crate) const ROUGH: Roughness = Roughness {
     alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
     distribution: Distribution::Beckmann,
@@ -104,7 +104,7 @@ fn plastic_is_a_base_under_a_coat() {
     assert_eq!(both, CoatedDiffuse { nonlinear: true, two_sided: true, ..plain }.into());
 }
 
-/// Indices of transition metals, n and k, at these wavelengths in nanometres.
+/// Indices of refraction of transition metals, n and k, at these wavelengths in nanometres.
 /// [Johnson & Christy 1974, "Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
 /// Pd"]
 const NANOMETRES: [u16; 18] =
@@ -178,7 +178,7 @@ const TRANSITION_METALS: [(&str, [[f32; 18]; 2]); 5] = [
     ),
 ];
 
-/// What is not in Mitsuba is as if its spectra stood in the file.
+/// Metals that Mitsuba does not have equal those with their spectra in the file.
 #[test]
 fn transition_metals_are_those_of_their_spectra() {
     let mut wrong = Vec::new();
@@ -204,7 +204,7 @@ fn transition_metals_are_those_of_their_spectra() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// What Mitsuba has of Palik's handbook by two names is the same by both.
+/// Metals of Palik's handbook that have two names in Mitsuba are equal under both.
 #[test]
 fn metals_of_the_handbook_have_two_names() {
     for metal in METALS {
@@ -323,7 +323,7 @@ fn thin_principled_materials_have_their_parameters() {
     }
 }
 
-/// Light that goes through has two sides already; the others show on both if the author says so.
+/// Transmissive materials are two-sided; others are if the author specifies it.
 #[test]
 fn principled_materials_have_sides() {
     let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
@@ -353,8 +353,7 @@ fn glass_has_the_index_of_its_inside_over_its_outside() {
     assert_eq!(ior(numbers), 1.5);
 }
 
-/// A sphere is turned inside out by each of flip_normals, a mirroring transform and a negative
-/// radius.
+/// A sphere is flipped by each of flip_normals, a mirroring transform and a negative radius.
 #[test]
 fn spheres_turned_inside_out() {
     let sphere = |parameters: &str, bsdf: &str| {
@@ -382,7 +381,7 @@ fn spheres_turned_inside_out() {
 
 // ---- textures ----------------------------------------------------------------------------------
 
-/// An image in the folder of the scenes for peers.
+/// An image in the folder of the comparison scenes.
 pub(crate) fn bitmap(name: &str, more: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/mitsuba/parts");
     let file = folder.join("clouds.png");
@@ -411,7 +410,7 @@ fn images_lie_on_surfaces_as_their_author_says() {
         panic!("no image")
     };
     assert_eq!((image.width, *wrap, *filter), (32, Wrap::REPEAT, Filter::Bilinear));
-    // Light is less than what is stored, but for black and white.
+    // Linear values are less than the stored ones, except for black and white.
     let raw = diffuse("<boolean name=\"raw\" value=\"true\"/>");
     let Pattern::Bitmap(Bitmap { image: stored, .. }) = &raw.pattern else { panic!("no image") };
     let pairs = || image.pixels.as_flattened().iter().zip(stored.pixels.as_flattened());
@@ -423,7 +422,7 @@ fn images_lie_on_surfaces_as_their_author_says() {
     );
     let Pattern::Bitmap(Bitmap { wrap, filter, .. }) = &other.pattern else { panic!("no image") };
     assert_eq!((*wrap, *filter), (Wrap::MIRROR, Filter::Nearest));
-    // v = 0 is the upper row there, and the lower one here.
+    // v = 0 is the top row in Mitsuba, and the bottom row here.
     let at = |m: DMat3, u: f64, v: f64| (m * DVec3::new(u, v, 1.0)).truncate().to_array();
     assert_eq!(at(plain.to_pattern, 0.25, 0.125), [0.25, 0.875]);
     assert_eq!(at(other.to_pattern, 0.25, 0.125), [1.0, 1.0 - 0.625]);
@@ -440,8 +439,8 @@ fn a_texture_is_read_once_for_all_that_refer_to_it() {
     assert_eq!(a.pattern, Pattern::Checkerboard([[1.0, 0.5, 0.0], [0.2; 3]]));
 }
 
-/// Mitsuba 3.9.1, at uv (0.2, 0.2) of a checkerboard of 0.1 and 0.9: `eval` gives 0.1, `eval_1`
-/// 0.9.
+/// In Mitsuba 3.9.1, at uv (0.2, 0.2) of a checkerboard of 0.1 and 0.9, `eval` returns 0.1 and
+/// `eval_1` 0.9.
 #[test]
 fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
     let chess = |name: &str| {
@@ -458,8 +457,8 @@ fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
     assert_eq!(opacity, Pattern::Checkerboard([[0.9; 3], [0.1; 3]]));
 }
 
-/// Mitsuba accepts levels above 1 by a <float>; here they are shown as 1 where they are shares,
-/// with a note.
+/// Mitsuba accepts texture values above 1 from a <float>; here reflectances are clamped to 1, with
+/// a note.
 #[test]
 fn levels_of_textures_may_be_above_1() {
     let texture = "<texture type=\"checkerboard\" name=\"reflectance\"><float name=\"color1\" value=\"1.4\"/></texture>";
@@ -483,7 +482,7 @@ fn raw_constants_are_the_same_everywhere() {
     assert_eq!(of("<vector name=\"value\" value=\"0.25, 0.5, 1\"/>"), constant([0.25, 0.5, 1.0]));
 }
 
-/// Whole numbers of a file are what they are, not shares, as in Mitsuba.
+/// Integer colours of a file are not normalized, as in Mitsuba.
 #[test]
 fn meshes_show_their_colours() {
     let pattern = |inner: &str| {
@@ -511,7 +510,7 @@ fn meshes_show_their_colours() {
     assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]]));
 }
 
-/// Only those that a texture shows are read.
+/// Only attributes that a texture uses are read.
 #[test]
 fn meshes_show_values_by_their_names() {
     let shape = |name: &str, parameter: &str| {

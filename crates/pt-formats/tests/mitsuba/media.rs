@@ -12,7 +12,7 @@ fn scene() -> Scene {
     good("media.xml")
 }
 
-/// The media on both sides of a shape.
+/// Returns the media on both sides of a shape.
 fn sides<'s>(scene: &'s Scene, name: &str) -> [Option<&'s Medium>; 2] {
     let object = scene.objects.iter().find(|o| o.name == name).expect("there is such a shape");
     let Sides { interior, exterior } = object.media.expect("it has media");
@@ -110,7 +110,7 @@ fn phase_functions_may_be_tables() {
     }
 }
 
-/// The matrices of microflakes are a grid of six numbers.
+/// The matrices of microflakes are a grid with six channels.
 #[test]
 fn microflakes_are_grids_of_matrices() {
     let medium = |inside: &str| {
@@ -152,7 +152,7 @@ fn grids_are_read_and_placed() {
     assert_close(extinction.to_world.transform_point3(DVec3::ONE), DVec3::splat(2.0));
     let Volume::Grid(albedo) = albedo else { panic!() };
     assert_eq!((albedo.grid.channels, albedo.filter), (3, GridFilter::Nearest));
-    // The box of the file, turned.
+    // The box of the file, rotated.
     let extinction = &heterogeneous(inside(&scene, "box")).extinction;
     let turn = DAffine3::from_rotation_z(30f64.to_radians());
     let corner = turn.transform_point3(DVec3::new(1.0, 1.0, 2.0));

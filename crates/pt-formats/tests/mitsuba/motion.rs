@@ -7,7 +7,7 @@ use pt_scene::{Geometry, Object, Projection};
 
 use crate::{assert_close, good, read};
 
-/// Where a point of an object is at a time.
+/// Returns the position of a point of an object at a time.
 fn place(object: &Object, time: f64, p: DVec3) -> DVec3 {
     let motion = object.motion.as_ref().expect("it moves");
     motion.at(time).transform_point3(object.to_world.transform_point3(p))

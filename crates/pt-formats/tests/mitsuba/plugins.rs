@@ -1,10 +1,10 @@
-//! Every plugin of Mitsuba is read, or refused with a reason.
+//! Every plugin of Mitsuba is supported, or rejected with a reason.
 
-use pt_scene::format::parse;
+use pt_formats::parse;
 
 use crate::folder;
 
-/// What is refused, for the reasons of docs/formats.md.
+/// Plugins that are rejected, for the reasons in docs/formats.md.
 const REFUSED: [(&str, &str); 7] = [
     ("bsdf", "measured_polarized"),
     ("emitter", "directionalarea"),
@@ -15,7 +15,7 @@ const REFUSED: [(&str, &str); 7] = [
     ("shape", "blender"),
 ];
 
-/// A scene in which an object is used, without any parameter.
+/// A scene that uses an object without any parameters.
 fn scene(tag: &str, kind: &str) -> String {
     let object = format!("<{tag} type=\"{kind}\"/>");
     let used = match tag {
@@ -45,7 +45,7 @@ fn scene(tag: &str, kind: &str) -> String {
     format!("<scene version=\"3.0.0\">{used}</scene>")
 }
 
-/// What is said of an object, if it is not read as it is.
+/// Returns the error of an object, if it is not accepted as it is.
 fn refusal(tag: &str, kind: &str) -> Option<String> {
     let path = folder("mitsuba").join("good").join("test.xml");
     parse(scene(tag, kind).as_bytes(), &path).err().map(|error| error.to_string())
@@ -72,7 +72,7 @@ fn every_plugin_is_read_or_refused_with_a_reason() {
         if is_refused {
             assert!(message.contains(&format!("{unsupported}: ")), "{tag} {kind}: {message}");
         } else {
-            // Those that need parameters say which.
+            // Plugins with required parameters name them.
             assert!(!message.contains(&unsupported), "{tag} {kind}: {message}");
         }
     }
@@ -81,7 +81,7 @@ fn every_plugin_is_read_or_refused_with_a_reason() {
     }
 }
 
-/// A type that does not exist is no plugin that is refused.
+/// A type that does not exist is not reported as a rejected plugin.
 #[test]
 fn what_is_no_plugin_is_said_to_be_unknown() {
     let message = refusal("bsdf", "diffus").expect("it is unknown");

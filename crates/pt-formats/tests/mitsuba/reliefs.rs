@@ -1,4 +1,4 @@
-//! Reliefs and holes: what they are by the options of their bsdfs, and by the integrator.
+//! Normal and bump maps, and opacities, by the options of their bsdfs and by the integrator.
 
 use pt_scene::Surface;
 use pt_scene::material::{Averted, Mix, SurfaceDetail, ThinGlass, TwoSided};
@@ -25,9 +25,9 @@ fn reliefs_are_normals_or_heights() {
     assert!(matches!(heights, NormalOrBump::Heights(_, 0.5)));
 }
 
-/// Shadowing and the turning of normals are on unless they are switched off, in both kinds; the
-/// back of what is outside of "twosided" is its mirror image, that of what is inside of it its
-/// other side.
+/// Shadowing and the flipping of normals are on by default in both kinds of maps. With "twosided"
+/// outside of the map, the back is the mirror image of the front; with "twosided" inside, it is the
+/// other side of the relief.
 #[test]
 fn reliefs_shade_as_they_are_told() {
     let embossed = |bsdf: &str| {
@@ -57,7 +57,7 @@ fn reliefs_shade_as_they_are_told() {
     }
 }
 
-/// The opacity of a mask and a sheet of nothing, and the surface of the mask, in a scene with this
+/// Returns the opacities of a mask and a `null`, and the surface of the mask, in a scene with this
 /// content.
 fn holes(content: &str) -> ([Scalar; 2], Surface) {
     let mask = "<shape type=\"sphere\"><bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
@@ -68,8 +68,8 @@ fn holes(content: &str) -> ([Scalar; 2], Surface) {
     ([mask.opacity.clone(), null.opacity.clone()], mask.surface.clone())
 }
 
-/// Without media, holes scatter straight on, as thin glass of index 1 does, where a limit counts
-/// them or a light without extent might shine through; else, and for media, they are holes.
+/// Without media, opacities become a thin glass of index 1 if a path depth limit counts them, or if
+/// a light without an extent could shine through them. Otherwise, and for media, they are kept.
 #[test]
 fn holes_are_counted_where_mitsuba_counts_them() {
     let path = |depth: i32| {

@@ -1,4 +1,4 @@
-//! Sensors that are no cameras, projectors, and textures in space.
+//! Batches, meters, projectors, and textures in space.
 
 use pt_math::DVec3;
 use pt_scene::medium::GridFilter;
@@ -8,7 +8,7 @@ use pt_scene::{Camera, Geometry, LightKind, Projection, Quantity};
 use crate::materials::bitmap;
 use crate::{material, read, refusal};
 
-/// The axis of a camera, in the world.
+/// Returns the axis of a camera in the world.
 fn axis(camera: &Camera) -> DVec3 {
     camera.to_world.transform_vector3(DVec3::NEG_Z)
 }
@@ -16,7 +16,8 @@ fn axis(camera: &Camera) -> DVec3 {
 const PIXEL: &str = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"1\"/><integer name=\"height\" \
                      value=\"1\"/></film>";
 
-/// Each sensor of a "batch" has its share of the film; a note says that they are not side by side.
+/// Each sensor of a "batch" has its part of the film; a note reports that they are not shown side
+/// by side.
 #[test]
 fn the_sensors_of_a_batch_are_cameras() {
     let film = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"60\"/><integer name=\"height\" value=\"20\"/>\
@@ -33,7 +34,7 @@ fn the_sensors_of_a_batch_are_cameras() {
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     assert_eq!(names, ["left", "right", "top"]);
     assert_eq!((scene.settings.resolution, scene.settings.spp), (Some([20, 20]), Some(7)));
-    // Of a square film, both angles are alike.
+    // For a square film, both angles are equal.
     for (camera, fov) in scene.cameras.iter().zip([40.0, 50.0, 60.0]) {
         let Projection::Perspective { x_fov, y_fov } = camera.projection else { panic!() };
         assert!((x_fov - fov).abs() < 1e-9 && (y_fov - fov).abs() < 1e-9);
@@ -46,8 +47,8 @@ fn the_sensors_of_a_batch_are_cameras() {
     assert!(message.contains("a multiple of its 7 sensors"), "{message}");
 }
 
-/// A ray from its origin along its direction, which may be given by a node; from beyond all
-/// surfaces, if it has a target.
+/// Meters use a ray from the origin along the direction, which may be given by a node; with a
+/// target, the ray starts outside of the scene.
 #[test]
 fn meters_measure_along_a_ray() {
     let meter = |kind: &str, inside: &str| {
@@ -84,8 +85,9 @@ fn meters_measure_along_a_ray() {
     assert!(message.contains("expected direction or to_world, not both"), "{message}");
 }
 
-/// A "distant" sensor aims at a shape, which need not be of the scene, or at the disk around the
-/// sphere around the scene's box; an "irradiancemeter" is the shape that it is in.
+/// A "distant" sensor aims at a shape, which need not be part of the scene, or at a disk through
+/// the bounding sphere of the scene's box. An "irradiancemeter" measures at the shape that contains
+/// it.
 #[test]
 fn meters_are_attached_to_surfaces() {
     let cube = "<shape type=\"cube\"><transform name=\"to_world\"><translate x=\"5\"/></transform></shape>";
@@ -128,9 +130,9 @@ fn meters_are_attached_to_surfaces() {
     assert!(refusal(large).contains("an \"irradiancemeter\" has one pixel"));
 }
 
-/// Mitsuba 3.9.1: seen along +z of its node, +x is at the left of the picture and +y at its top;
-/// the width takes the angle, unless `fov_axis` says otherwise; where the picture is 1, a plane at
-/// distance 1 has the irradiance π.
+/// As in Mitsuba 3.9.1: seen along +z of its node, +x is at the left of the image and +y at its
+/// top; the angle is that of the width unless `fov_axis` is given; for image values of 1, a plane
+/// at distance 1 has the irradiance π.
 #[test]
 fn projectors_throw_pictures_as_there() {
     let projector = |inside: &str| {
@@ -149,7 +151,7 @@ fn projectors_throw_pictures_as_there() {
     assert!(fov.iter().all(|angle| (angle - 40.0).abs() < 1e-9), "a square: {fov:?}");
     let to_world = |v: DVec3| node.transform_vector3(v);
     assert_eq!(to_world(DVec3::NEG_Z), DVec3::Z);
-    // u grows from +x to −x; v of Mitsuba runs down, from +y to −y.
+    // u increases from +x to −x; v of Mitsuba increases downwards, from +y to −y.
     assert_eq!((to_world(DVec3::X), to_world(DVec3::Y)), (DVec3::NEG_X, DVec3::NEG_Y));
     let picture = bitmap("irradiance", "");
     let (_, _, [x, y], texture) =
@@ -166,7 +168,7 @@ fn projectors_throw_pictures_as_there() {
     assert!(message.contains("only turns, mirrors and scales"), "{message}");
 }
 
-/// A grid lies in the world by its own transform; a volume of one colour is that colour.
+/// A grid has its own transform to the world; a constant volume is a constant colour.
 #[test]
 fn volumes_are_textures_in_space() {
     let texture = |volume: &str| {
@@ -199,8 +201,8 @@ fn volumes_are_textures_in_space() {
     assert!(message.contains("expected one <volume name=\"volume\">"), "{message}");
 }
 
-/// The texture of a relief by heights may have any name, and the shapes of a "merge" are shapes of
-/// the scene.
+/// The texture of a bump map may have any name, and the shapes of a "merge" are shapes of the
+/// scene.
 #[test]
 fn names_of_heights_and_merged_shapes_do_not_matter() {
     for name in ["arbitrary", "heights", ""] {

@@ -18,7 +18,7 @@ fn lights_shine_where_they_are_told() {
          </emitter>",
     );
     assert_close(down(&by_direction), DVec3::new(0.6, -0.8, 0.0));
-    // +z of the node, turned about y, is +x.
+    // +z of the node, rotated about y, is +x.
     let by_node = read(
         "<emitter type=\"directional\"><transform name=\"to_world\"><rotate y=\"1\" \
          angle=\"90\"/><scale value=\"3\"/></transform></emitter>",
@@ -34,7 +34,8 @@ fn lights_shine_where_they_are_told() {
     }
 }
 
-/// Mitsuba: the angles are those to the axis, in degrees, and the beam has 3/4 of the cutoff.
+/// As in Mitsuba, angles are measured from the axis, in degrees, and the beam has 3/4 of the
+/// cutoff.
 #[test]
 fn spots_shine_along_z_with_their_angles() {
     let spot = |parameters: &str| {
@@ -57,7 +58,7 @@ fn spots_shine_along_z_with_their_angles() {
     }
 }
 
-/// Mitsuba: the picture grows with x and y of the node, along whose +z it is thrown.
+/// As in Mitsuba, the image scales with x and y of the node, and is projected along its +z.
 #[test]
 fn spots_throw_pictures_upright() {
     let scene = read(
@@ -74,14 +75,14 @@ fn spots_throw_pictures_upright() {
     assert_close(light.to_world.translation, DVec3::X * 5.0);
 }
 
-/// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of
-/// the node and goes on towards +z.
+/// In Mitsuba 3.9.1, uv = (atan2(x, −z) / 2π, acos(y) / π); ours begins at −x of the node and
+/// continues towards +z.
 #[test]
 fn images_of_the_sky_are_turned_to_our_convention() {
     let folder = tempfile::tempdir().unwrap();
     let image = pt_scene::image::Image { width: 2, height: 1, pixels: vec![[0.5; 3], [2.0; 3]] };
     let path = folder.path().join("sky.exr");
-    pt_scene::image::save(&image, &path, &pt_scene::image::SaveOptions::default()).unwrap();
+    pt_image::save(&image, &path, &pt_image::SaveOptions::default()).unwrap();
     let emitter = |rest: &str| {
         format!(
             "<emitter type=\"envmap\"><string name=\"filename\" value=\"{}\"/>{rest}</emitter>",
@@ -114,7 +115,7 @@ fn cameras_look_at_their_target_with_their_right_to_the_right() {
         "<sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"0 0 5\" \
          target=\"0 0 0\" up=\"0 1 0\"/></transform></sensor>",
     );
-    // Our camera at this place with this view has the axes of the world.
+    // Our camera at this position with this view has the axes of the world.
     let expected = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
     assert!(scene.cameras[0].to_world.abs_diff_eq(expected, 1e-12));
 }
@@ -153,7 +154,7 @@ fn fields_of_view_belong_to_their_axis() {
             }
         }
     }
-    // 36 mm × 24 mm behind 50 mm, unless the author says otherwise.
+    // A film of 36 mm × 24 mm at a focal length of 50 mm by default.
     for (length, parameters) in
         [(50.0, ""), (35.0, "<string name=\"focal_length\" value=\"35mm\"/>")]
     {
@@ -276,7 +277,7 @@ fn depth_counts_interactions_with_surfaces() {
     assert_eq!(depth("<integrator type=\"direct\"/>"), Some(1));
 }
 
-/// An integrator that asks for channels finds light as the one inside of it does.
+/// An integrator that adds channels computes light as the nested one does.
 #[test]
 fn channels_besides_light_are_those_of_the_same_meaning() {
     let aov = |inner: &str| {
@@ -294,7 +295,7 @@ fn channels_besides_light_are_those_of_the_same_meaning() {
     assert!(read("<integrator type=\"path\"/>").settings.aovs.is_empty());
 }
 
-/// What only adds channels to an image is not what makes it.
+/// Wrappers that add channels do not determine the light transport.
 #[test]
 fn integrators_inside_of_others_make_the_image() {
     let depth = "<integer name=\"max_depth\" value=\"5\"/>";
@@ -317,7 +318,7 @@ fn integrators_inside_of_others_make_the_image() {
         assert_eq!((found.max_depth, found.integrator), (Some(4), Some("volpath")), "{integrator}");
         assert_eq!(found.aovs, aovs, "{integrator}");
     }
-    // Mitsuba 3.9.1: those that differentiate have a max_depth of 6, all others none.
+    // Mitsuba 3.9.1: differentiable integrators have a default max_depth of 6, all others none.
     for (kind, most, integrator) in [
         ("ptracer", u32::MAX, None),
         ("prb", 5, None),
@@ -332,7 +333,7 @@ fn integrators_inside_of_others_make_the_image() {
     }
 }
 
-/// The samples are ours; how many there are is said by any sampler.
+/// The sample pattern is ours; the number of samples is read from any sampler.
 #[test]
 fn samplers_say_how_many_samples_there_are() {
     for (kind, rest) in [
@@ -350,8 +351,8 @@ fn samplers_say_how_many_samples_there_are() {
     }
 }
 
-/// A film has an opacity by its pixel format, whose letters may be large; an "aov" around the
-/// integrator adds to it.
+/// A film has alpha according to its pixel format, ignoring case; an "aov" around the integrator
+/// adds to it.
 #[test]
 fn films_and_integrators_say_what_is_cut_out() {
     let settings = |format: &str, integrator: &str| {

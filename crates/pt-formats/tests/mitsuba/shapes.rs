@@ -1,5 +1,5 @@
-//! Shapes of Mitsuba scenes: where they are, and which normals and texture coordinates they have.
-//! Numbers without a derivation are what Mitsuba 3.9 says of the same points.
+//! Shapes of Mitsuba scenes: transforms, normals and texture coordinates. Numbers without a
+//! derivation are the results of Mitsuba 3.9 at the same points.
 
 use std::io::Write;
 use std::path::Path;
@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use pt_formats::{LoadError, LoadOptions, parse_with};
 use pt_math::{DMat3, DVec3};
-use pt_scene::format::{LoadOptions, parse_with};
-use pt_scene::{Geometry, LoadError, Mesh, Object, Scene};
+use pt_scene::{Geometry, Mesh, Object, Scene};
 
 use crate::common::{check_invariants, folder, parse, without_panics};
 use crate::refusal;
 
-/// A scene with some content, whose folder is that of the good files.
+/// Parses a scene with the given content, whose folder is that of the good files.
 fn try_read(content: &str) -> Result<Scene, LoadError> {
     let text = format!("<scene version=\"3.0.0\">{content}</scene>");
     parse(text.as_bytes(), &folder("mitsuba").join("good").join("test.xml"))
@@ -31,18 +31,18 @@ fn mesh_of(object: &Object) -> &Arc<Mesh> {
     mesh
 }
 
-/// What is at a point of an object in the world.
+/// Properties of an object at a world-space point.
 #[derive(Debug)]
 struct Surface {
-    /// How far the point is from the triangle.
+    /// Distance from the point to the triangle.
     distance: f64,
-    /// Of the front, smooth where the mesh is.
+    /// Normal of the front; interpolated if the mesh is smooth.
     normal: DVec3,
     uv: [f64; 2],
 }
 
-/// The surface next to a point. Mirroring keeps the front of a mesh: normals go through the inverse
-/// transpose.
+/// Returns the surface nearest to a point. Mirroring keeps the front of a mesh: normals are
+/// transformed by the inverse transpose.
 fn surface_at(object: &Object, point: [f64; 3]) -> Surface {
     let mesh = mesh_of(object);
     let local = object.to_world.inverse().transform_point3(DVec3::from_array(point));
@@ -91,7 +91,7 @@ const MIRROR: &str = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>
 fn rectangles_and_spheres_have_the_texture_coordinates_of_mitsuba() {
     let scene = read("<shape type=\"rectangle\"/>");
     check(&scene.objects[0], [0.5, -0.3, 0.0], [0.0, 0.0, 1.0], [0.75, 0.35]);
-    // Those of a sphere follow from what turns it.
+    // Texture coordinates of a sphere follow its rotation.
     let scene = read(
         "<shape type=\"sphere\"><float name=\"radius\" value=\"2\"/><transform name=\"to_world\">\
          <scale value=\"3\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"1\"/></transform></shape>",
@@ -151,7 +151,7 @@ fn cylinders_have_the_frame_of_mitsuba_and_look_outwards() {
     check(&down, [0.4899, 0.1, -0.5], [0.9798, 0.2, 0.0], [0.967_95, 0.25]);
     check(&along_y, [0.4899, 0.5, 0.1], [0.9798, 0.0, 0.2], [0.967_95, 0.25]);
     check(&along_y, [0.1, 0.5, 0.4899], [0.2, 0.0, 0.9798], [0.782_05, 0.25]);
-    // Stretched, it is an ellipse with the normals of one.
+    // Stretched, it has elliptical cross-sections with their normals.
     let wide = cylinder("<transform name=\"to_world\"><scale x=\"2\"/></transform>");
     check(&wide, [1.732_05, 0.5, 0.5], [0.654_65, 0.755_93, 0.0], [0.083_33, 0.5]);
 }
@@ -198,14 +198,14 @@ fn v_runs_upwards_or_downwards_as_in_mitsuba() {
 
 // ---- serialized meshes -------------------------------------------------------------------------
 
-/// A mesh in the form of a version: a bent square with what the flags say.
+/// A serialized mesh of a version: a bent square with the attributes of the flags.
 #[derive(Clone, Copy)]
 struct Content {
     version: u8,
     flags: u32,
     counts: [u64; 2],
     name: &'static [u8],
-    /// A number instead of the first coordinate.
+    /// Value of the first coordinate.
     first: f32,
     corner: u32,
 }
@@ -249,7 +249,7 @@ impl Content {
     }
 }
 
-/// A file of several meshes.
+/// Writes a file of several meshes.
 fn file_of(meshes: &[Content]) -> Vec<u8> {
     let (mut bytes, mut places) = (Vec::new(), Vec::new());
     for mesh in meshes {
@@ -265,7 +265,7 @@ fn file_of(meshes: &[Content]) -> Vec<u8> {
     bytes
 }
 
-/// Reads a serialized mesh by way of a scene.
+/// Reads a serialized mesh through a scene.
 fn serialized(bytes: &[u8], parameters: &str) -> Result<Scene, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.serialized");
@@ -359,7 +359,7 @@ fn damaged_serialized_meshes_do_no_harm() {
         let good = file_of(&[PLAIN, all]);
         let begins = |length: usize| serialized(&good[..length], "").is_ok();
         let first = PLAIN.packed().len();
-        // The first mesh needs nothing behind it but a checksum that nobody looks at.
+        // The first mesh needs nothing after it except a checksum, which is not verified.
         assert!(!begins(first - 12) && begins(first) && begins(good.len()));
         let mut state = 7u32;
         let mut next = || {
@@ -368,7 +368,7 @@ fn damaged_serialized_meshes_do_no_harm() {
         };
         let mut read = 0;
         for round in 0..4000 {
-            // Damage before and after the packing.
+            // Damage before and after compression.
             let mut unpacked = all.unpacked();
             let mut bytes = if round % 2 == 0 {
                 let at = next() % unpacked.len();
@@ -454,12 +454,12 @@ fn groups_are_not_seen_by_themselves_and_may_be_empty_or_written_later() {
     assert_eq!(read(&cube).objects.len(), 0);
     assert_eq!(read(&format!("{}{instance}", group(""))).objects.len(), 0);
     assert_eq!(read(&format!("{instance}{cube}{instance}")).objects.len(), 2);
-    // What is wrong in a group that nobody asks for is wrong all the same.
+    // Errors in a group that is not instanced are reported.
     assert!(try_read(&group("<shape type=\"cone\"/>")).is_err());
 }
 
-/// In Mitsuba, the transform of an instance keeps the front of all its meshes, while a mesh of its
-/// own whose file has no normals is turned inside out by a mirroring one.
+/// In Mitsuba, the transform of an instance keeps the front of all its meshes, while a mesh outside
+/// of a group whose file has no normals is flipped by a mirroring transform.
 #[test]
 fn mirrored_instances_keep_the_fronts_of_their_meshes() {
     let file = "<string name=\"filename\" value=\"parts/tetrahedron.obj\"/>";
@@ -482,11 +482,11 @@ fn few_lines_cannot_ask_for_any_number_of_shapes() {
     assert!(error.to_string().contains("more than 1000000 shapes"), "{error}");
 }
 
-/// Two triangles that meet at an edge, in the file `fold.obj`: with n₁ = (0, 0, 1) and n₂ = (1, 0,
-/// 0) in the coordinates of the file, also after a scale along the axes. In the world, the angles
-/// at the vertex (0, 0, 0) are atan(a / b): of the first triangle with the corner (−1, 0, 0) scaled
-/// by x, and of the second with (0, 0, −1) scaled by z, and the edge to (0, 1, 0) scaled by y. They
-/// are right angles there; at (0, 1, 0), they are atan(x / y) and atan(z / y).
+/// Two triangles that meet at an edge, in the file `fold.obj`, with n₁ = (0, 0, 1) and n₂ =
+/// (1, 0, 0) in the coordinates of the file, also after a scale along the axes. In the world, the
+/// angles at the vertex (0, 0, 0) are atan(a / b): of the first triangle with the corner (−1, 0, 0)
+/// scaled by x, and of the second with (0, 0, −1) scaled by z, and the edge to (0, 1, 0) scaled by
+/// y. They are right angles there; at (0, 1, 0), they are atan(x / y) and atan(z / y).
 #[test]
 fn smooth_normals_are_made_in_the_world() {
     let normal = |steps: &str, scale: DVec3| {
@@ -513,7 +513,7 @@ fn smooth_normals_are_made_in_the_world() {
     assert!(stretched.distance(DVec3::new(1.0 / 3.0, 0.0, 2.0).normalize()) > 0.1, "{stretched}");
 }
 
-/// Where the mesh is mirrored, normals are made of the mirrored triangles, which look the other
+/// The normals of a mirrored mesh are computed from the mirrored triangles, which face the other
 /// way, as in Mitsuba.
 #[test]
 fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
@@ -527,15 +527,15 @@ fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
     let local = mesh.normals.as_ref().expect("smooth normals").values[at];
     let inverse = object.to_world.matrix3.inverse().transpose();
     let world = (inverse * DVec3::from_array(local.map(f64::from))).normalize();
-    // Triangles of the world: the corners (3, 0, 0), (0, 1, 0) look along -z, the other along +x.
+    // Triangles in the world: the corners (3, 0, 0), (0, 1, 0) face along -z, the other along +x.
     let [first, second] = [3.0, 0.5_f64].map(f64::atan);
     let expected = DVec3::new(second, 0.0, -first).normalize();
     assert!(world.distance(expected) < 1e-6, "{world} is not {expected}");
 }
 
-/// Radii are three standard deviations, whose logarithms the file holds; 45° of a quaternion are a
-/// quarter turn. Where they fade, a radius is √(2 ln(opacity / 0.01)) standard deviations, and what
-/// is clearer than 0.01 is not there.
+/// Radii are three standard deviations, whose logarithms are in the file; 45° of a quaternion are a
+/// quarter turn. With adaptive clamping, a radius is √(2 ln(opacity / 0.01)) standard deviations,
+/// and splats with an opacity below 0.01 are omitted.
 #[test]
 fn splats_are_ellipsoids() {
     let shape = |kind: &str, inside: &str| {
@@ -557,7 +557,7 @@ fn splats_are_ellipsoids() {
     let axis = turned.to_world.matrix3.x_axis;
     assert!((axis - DVec3::new(0.0, 3.0, 0.0)).length() < 1e-5, "{axis}");
     assert!(close(radii(thin), [3e-6, 3.0, 3.0]));
-    // Of a transform, the turn and the mean of the stretches count.
+    // Of a transform, the rotation and the mean scale are used.
     let inside = "<transform name=\"to_world\"><scale x=\"1\" y=\"2\" z=\"6\"/><translate x=\"5\"/></transform>\
                   <float name=\"extent\" value=\"1\"/><float name=\"scale_factor\" value=\"2\"/>";
     let scene = read(&shape("ellipsoids", inside));

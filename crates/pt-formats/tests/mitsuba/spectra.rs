@@ -1,13 +1,13 @@
-//! Spectra over wavelengths, by the colours that Mitsuba gives them.
+//! Spectra by wavelength, converted to colours as in Mitsuba.
 
-use pt_scene::format::{LoadOptions, parse_with};
+use pt_formats::{LoadOptions, parse_with};
 use pt_scene::{Color, Geometry, Scene, Surface};
 
 use super::{emission, good, material, surface};
 
-/// What `mi.traverse` shows in Mitsuba 3.9.1, variant `scalar_rgb`, for the spectrum as the
+/// Output of `mi.traverse` in Mitsuba 3.9.1, variant `scalar_rgb`, for the spectrum as the
 /// `intensity` of a point light and as the `eta` of a conductor. As the `reflectance` of a diffuse
-/// bsdf it shows the latter, clamped to [0, 1].
+/// bsdf it is the latter, clamped to [0, 1].
 const COLORS: [(&str, [f32; 3], [f32; 3]); 8] = [
     (
         "400:0.78, 500:0.78, 600:0.78, 700:0.78",
@@ -43,10 +43,9 @@ const COLORS: [(&str, [f32; 3], [f32; 3]); 8] = [
     ("550:0, 551:1, 552:0", [0.0, 0.013_670_95, 0.0], [0.0, 0.014_312_52, 0.0]),
 ];
 
-/// Black bodies at some temperatures: what Mitsuba 3.9.1 evaluates in the variant
-/// `scalar_spectral`, summed every 0.1 nm over its observer, times 0.999: its spectra over
-/// wavelengths are sums at 1000 places that are a 999th of the range apart and weigh a 1000th of
-/// it.
+/// Black bodies: the evaluation of Mitsuba 3.9.1, variant `scalar_spectral`, summed every 0.1 nm
+/// over its observer, times 0.999, since its spectra by wavelength are sums over 1000 samples that
+/// are a 999th of the range apart and have the weight of a 1000th of it.
 const BLACK_BODIES: [(&str, [f32; 3]); 3] = [
     ("2000", [16.0303 * 0.999, 4.115_978 * 0.999, 0.130_521_7 * 0.999]),
     ("3000", [733.8449 * 0.999, 349.9184 * 0.999, 112.8222 * 0.999]),
@@ -85,7 +84,7 @@ fn spectra_have_the_colours_that_mitsuba_gives_them() {
     }
 }
 
-/// What reflects all green light and nothing else is brighter in the green channel than white.
+/// A material that reflects only green light is brighter in the green channel than white.
 #[test]
 fn reflectances_are_cut_to_what_can_be_shown() {
     let green = "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" \
@@ -116,7 +115,7 @@ fn spectra_may_be_written_in_several_ways() {
     }
 }
 
-/// The hotter, the bluer; and hotter than anything there is, still finite.
+/// Hotter bodies are bluer, and finite at any temperature.
 #[test]
 fn black_bodies_of_all_temperatures_have_colours() {
     let color = |kelvin: &str| {

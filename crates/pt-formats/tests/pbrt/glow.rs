@@ -19,8 +19,8 @@ fn emission(text: &str) -> MediumEmission {
     }
 }
 
-/// As of lights, spectra have luminance 1, and colours are taken as they are; both spellings of the
-/// scale are in files.
+/// As for lights, spectra have luminance 1, and colours are unchanged; both spellings of the scale
+/// are accepted.
 #[test]
 fn media_emit_what_is_told() {
     let even = |more: &str| emission(&format!("\"string type\" \"homogeneous\" {more}"));
@@ -83,7 +83,7 @@ fn cells_of_grids_emit_what_is_told() {
     assert_eq!(colors("\"rgb Le\" [0 0 0]"), MediumEmission::Constant([0.0; 3]));
 }
 
-/// The cloud of the public scenes, whose other parameters are left at their defaults.
+/// The cloud of the published scenes, with other parameters at their defaults.
 #[test]
 fn clouds_have_their_numbers() {
     let MediumProperties::Cloud(cloud) = matter(

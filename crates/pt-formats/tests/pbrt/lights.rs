@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use pt_image::SaveOptions;
 use pt_math::{DAffine3, DMat3, DVec2, DVec3};
-use pt_scene::image::SaveOptions;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
 use pt_scene::{Color, LightKind, Material, Portal, Scalar, Scene};
 
@@ -23,7 +23,7 @@ fn intensity(text: &str) -> [f32; 3] {
     intensity
 }
 
-/// What the first shape of a world emits.
+/// Returns the emission of the first shape of a world.
 fn radiance(scene: &Scene) -> [f32; 3] {
     let Color::Value(radiance) = scene.materials[0].emission else { panic!("a texture") };
     radiance
@@ -56,8 +56,8 @@ fn power_is_what_goes_into_all_directions() {
     assert!((f64::from(r) - 10.0 / (16.0 * PI * PI)).abs() < 1e-6);
 }
 
-/// A number multiplies what a shape emits, and a texture varies it; the power is that of the whole
-/// shape.
+/// A number multiplies the emission of a shape, and a texture modulates it; the power is that of
+/// the whole shape.
 #[test]
 fn what_is_masked_emits_nothing() {
     let light = "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6]";
@@ -77,9 +77,8 @@ fn what_is_masked_emits_nothing() {
     assert_eq!(factors.as_ref(), &[[2.0, 4.0, 6.0].into(), Color::Texture(opacity.clone())]);
 }
 
-/// A shape of which nothing is there is a light that nobody sees, by a number or a constant
-/// texture; of two sheets that shine as one, one is there as far as the shape is, and the other not
-/// at all.
+/// A shape with opacity 0, by a number or a constant texture, is an invisible light. Of the two
+/// sheets of a two-sided emitter, one has the opacity of the shape, the other one 0.
 #[test]
 fn nobody_sees_what_is_not_there() {
     let light =
@@ -97,7 +96,7 @@ fn nobody_sees_what_is_not_there() {
     assert!(half.iter().all(shows), "{half:?}");
 }
 
-/// Its corners stand in the world, whatever the transform.
+/// The corners of a portal are in world space, regardless of the transform.
 #[test]
 fn portals_are_read() {
     let portal = "\"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]";
@@ -164,8 +163,7 @@ fn what_is_in_an_object_and_what_is_only_a_border_do_not_shine() {
     }
 }
 
-/// Half of the sky above z = 0 is red there: where the red half is, and no other, the map is red
-/// here.
+/// Half of the square map is red: the converted map is red in the same directions, and only there.
 #[test]
 fn a_square_map_shines_from_where_it_does_there() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -174,11 +172,11 @@ fn a_square_map_shines_from_where_it_does_there() {
     let pixels = (0..side * side).map(pixel).collect();
     let image = pt_scene::image::Image { width: side, height: side, pixels };
     let path = folder.path().join("sky.exr");
-    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("it is written");
+    pt_image::save(&image, &path, &SaveOptions::default()).expect("it is written");
     let text = "Camera \"perspective\" WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"";
     let file = folder.path().join("a.pbrt");
     std::fs::write(&file, text).expect("it is written");
-    let scene = pt_scene::format::load(&file).expect("a scene");
+    let scene = pt_formats::load(&file).expect("a scene");
     let LightKind::Environment { image, .. } = &scene.lights[0].kind else { panic!("no map") };
     // Columns of the square with u < ½ are directions with x < 0.
     for direction in
@@ -193,20 +191,20 @@ fn a_square_map_shines_from_where_it_does_there() {
     }
 }
 
-/// Reads a light in a folder with a picture of these texels.
+/// Reads a light in a folder with an image of these texels.
 fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DAffine3) {
     let folder = tempfile::tempdir().expect("a folder");
     let image = pt_scene::image::Image { width, height: pixels.len() as u32 / width, pixels };
     let path = folder.path().join("slide.exr");
-    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("it is written");
+    pt_image::save(&image, &path, &SaveOptions::default()).expect("it is written");
     let file = folder.path().join("a.pbrt");
     std::fs::write(&file, format!("Camera \"perspective\" WorldBegin {text}"))
         .expect("it is written");
-    let light = pt_scene::format::load(&file).expect("a scene").lights.swap_remove(0);
+    let light = pt_formats::load(&file).expect("a scene").lights.swap_remove(0);
     (light.kind, light.to_world)
 }
 
-/// The middle of the square is +z of the map, which is +y of the light; the middle of its right
+/// The centre of the square is +z of the map, which is +y of the light; the centre of its right
 /// edge is +x of both, and that of its lower edge +y of the map, which is +z of the light.
 /// [pbrt-v4, `GoniometricLight`; Clarberg 2008]
 #[test]
@@ -220,8 +218,8 @@ fn goniometric_maps_have_their_z_along_y() {
         let text = "LightSource \"goniometric\" \"string filename\" \"slide.exr\"";
         let (kind, to_world) = with_picture(SIDE, pixels, text);
         let LightKind::Ies { profile, .. } = kind else { panic!("{kind:?}") };
-        // Intensity along a direction of the light, by the angles of the luminaire, which hangs
-        // along −z of its own.
+        // Intensity along a direction of the light, by the angles of the luminaire, whose nadir is
+        // −z.
         let along = |direction: DVec3| {
             let DVec3 { x, y, z } = to_world.matrix3.inverse() * direction;
             let vertical = (-z).acos().to_degrees();
@@ -248,7 +246,7 @@ fn values_in_quotes_are_told_as_such() {
     }
 }
 
-/// What a slide lets through towards a direction of the world.
+/// Returns the intensity of the projected image along a direction in the world.
 fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3] {
     let LightKind::LinearSpot { intensity, cutoff_angle, texture: Some(slide), .. } = kind else {
         panic!("no slide: {kind:?}")
@@ -274,8 +272,7 @@ fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3
     [0, 1, 2].map(|c| texel[c] * intensity[c])
 }
 
-/// The shorter side is as wide as the angle; x goes to the right, and y up; nothing is beyond the
-/// edges.
+/// The shorter side spans the angle; x is to the right, y is up, and nothing is beyond the edges.
 #[test]
 fn a_picture_is_thrown_as_it_is_there() {
     const PLACED: &str = "Translate 1 2 3 Rotate 30 1 2 3 Scale 2 2 2";
@@ -311,7 +308,7 @@ fn a_picture_is_thrown_as_it_is_there() {
     }
 }
 
-/// Over all directions, by many points that are even on the sphere.
+/// Integrates over all directions, with evenly distributed points on the sphere.
 #[test]
 fn the_power_of_a_picture_is_what_it_throws() {
     const POINTS: u32 = 400_000;
@@ -327,8 +324,8 @@ fn the_power_of_a_picture_is_what_it_throws() {
     };
     let sum: f64 = (0..POINTS).map(|i| f64::from(luminance(thrown(&light, direction(i))))).sum();
     let power = sum * 4.0 * PI / f64::from(POINTS);
-    // The sum over texels is by their middles, of which the middle of the cosine's cube is not
-    // quite the mean.
+    // The sum over texels evaluates the cubed cosine at their centres, which is not exactly its
+    // mean.
     assert!((power / 25.0 - 1.0).abs() < 0.03, "{power}");
     let bad = refusal(
         "LightSource \"projection\" \"string filename\" \"parts/dots.png\" \"float fov\" 180",

@@ -48,7 +48,7 @@ fn alpha_is_the_square_root_of_roughness_unless_that_is_switched_off() {
     assert_eq!(alpha("\"float vroughness\" .04"), Some([Scalar::Value(1e-4), Scalar::Value(0.2)]));
 }
 
-/// A metal that reflects r of light from straight above: |(η − 1 + ik) / (η + 1 + ik)|² = r.
+/// A metal with reflectance r at normal incidence: |(η − 1 + ik) / (η + 1 + ik)|² = r.
 #[test]
 fn a_metal_reflects_what_it_is_said_to() {
     let metal = surface("Material \"conductor\" \"rgb reflectance\" [.9 .5 .2]");
@@ -96,7 +96,7 @@ fn a_coat_is_rough_if_it_is_said_to_be() {
     assert!((alpha - 0.2).abs() < 1e-7);
 }
 
-/// The metal's index is that over air, whatever the coat.
+/// The index of the metal is relative to air, regardless of the coat.
 #[test]
 fn a_metal_has_its_coat() {
     let coated = |more: &str| match surface(&format!("Material \"coatedconductor\" {more}")) {
@@ -144,7 +144,7 @@ fn squares_have_a_side_of_one() {
     assert_eq!(to_pattern.to_cols_array(), [4.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
 }
 
-/// Shares of the second texture: of squares those are 0 and 1.
+/// Weights of the second texture; for checkerboards they are 0 and 1.
 #[test]
 fn textures_are_mixed_and_put_on_squares() {
     let blend = |class: &str, more: &str| {
@@ -173,8 +173,7 @@ fn textures_are_mixed_and_put_on_squares() {
     assert_eq!(share.texture().expect("a texture").to_pattern.x_axis.x, 4.0);
 }
 
-/// What coloured light makes of the colour of a material, it makes of one that is mixed with a
-/// texture.
+/// Coloured light changes the colour of a material equally if it is blended with a texture.
 #[test]
 fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
     let red = [0.63, 0.065, 0.05];
@@ -196,7 +195,7 @@ fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
     assert_eq!(blend.second, plain);
 }
 
-/// Roughness is mixed as α, of which it is the square.
+/// Roughness is blended as α, whose root it is.
 #[test]
 fn roots_of_what_is_mixed_are_those_of_its_parts() {
     let metal = surface(
@@ -286,7 +285,7 @@ fn grids_fill_their_box() {
     assert_eq!(corner, pt_math::DVec3::new(3.0, 2.0, 2.0));
 }
 
-/// Each cell has what it absorbs and what it scatters; what is not given is 1.
+/// Each cell has an absorption and a scattering coefficient; a missing one is 1.
 #[test]
 fn grids_of_colours_have_their_colours() {
     let grid = |more: &str| {
@@ -394,8 +393,8 @@ fn hair_has_the_roughness_the_index_and_the_scales_that_are_given() {
     assert!((mean.roughness - 0.3).abs() < 1e-6 && scene.warnings.len() == 1, "{mean:?}");
 }
 
-/// Tubes are closed, so that their back is not there, whichever way they are turned; ribbons and
-/// other shapes have two sides.
+/// Tubes are closed and have no back, regardless of their orientation; ribbons and other shapes are
+/// two-sided.
 #[test]
 fn only_tubes_of_hair_have_no_back() {
     const CURVE: &str =
@@ -415,7 +414,7 @@ fn only_tubes_of_hair_have_no_back() {
         mesh.positions.iter().zip(&normals.values).all(out)
     };
     assert!(outward("") && outward("ReverseOrientation"));
-    // One material on both is two.
+    // One material on both kinds of shapes becomes two.
     let both = read("", &format!("Material \"hair\" {CURVE} {SPHERE} {CURVE}"));
     let sides: Vec<_> = both.materials.iter().map(|m| m.surface.has_no_back()).collect();
     assert_eq!(sides, [true, false]);
@@ -425,8 +424,7 @@ fn only_tubes_of_hair_have_no_back() {
     );
 }
 
-/// Where metals have textures, they reflect by Schlick's formula, or if they are smooth, the same
-/// at all angles.
+/// Metals with textures use Schlick's formula, or, if they are smooth, a constant reflectance.
 #[test]
 fn metals_may_have_textures() {
     const SQUARES: &str = "Texture \"s\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.2 .4 .8] \"rgb tex2\" [.8 .4 .2] ";
@@ -436,7 +434,7 @@ fn metals_may_have_textures() {
     let Surface::Principled(rough) = metal("\"float roughness\" .0016") else { panic!("no metal") };
     assert!(rough.two_sided && rough.metallic == 1.0.into());
     let Scalar::Value(roughness) = rough.roughness else { panic!("a texture") };
-    // α = √0.0016 there, and the square of the roughness here.
+    // α = √0.0016 in pbrt-v4, and the square of the roughness here.
     assert!((roughness * roughness - 0.04).abs() < 1e-6, "{roughness}");
     assert!(matches!(texture(&rough.base_color).pattern, Pattern::Checkerboard(_)));
     let Surface::Mirror(smooth) = metal("") else { panic!("no mirror") };
@@ -454,7 +452,7 @@ fn metals_may_have_textures() {
     assert!(refusal(lost).contains("a texture as \"eta\""), "{}", refusal(lost));
 }
 
-/// The last directive of an included file goes on behind the directive that includes it.
+/// The last directive of an included file continues after the directive that includes it.
 #[test]
 fn parameters_go_on_behind_included_files() {
     let world = "Include \"parts/density.inc\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [3 2 1] \

@@ -1,4 +1,4 @@
-//! Textures that are computed, and how textures lie in space.
+//! Procedural textures, and texture mappings in space.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Conductor, Diffuse};
@@ -13,7 +13,7 @@ fn scene(textures: &str) -> Scene {
     read("", &world)
 }
 
-/// The texture `t` of the diffuse surface.
+/// Returns the texture `t` of the diffuse surface.
 fn texture(textures: &str) -> Texture {
     let mut scene = scene(textures);
     let Surface::Diffuse(Diffuse { reflectance: Input::Texture(texture), .. }) =
@@ -24,7 +24,7 @@ fn texture(textures: &str) -> Texture {
     (*texture).clone()
 }
 
-/// Where a point of the world is on a texture.
+/// Returns the texture coordinates of a world-space point.
 fn at(texture: &Texture, p: DVec3) -> DVec3 {
     let (TextureMapping::Space { to_texture }
     | TextureMapping::Sphere { to_texture }
@@ -38,8 +38,8 @@ fn at(texture: &Texture, p: DVec3) -> DVec3 {
 const PLACED: &str = "Translate 1 2 3 Scale 2 4 8";
 const POINT: DVec3 = DVec3::new(3.0, 6.0, 11.0);
 
-/// Points are those in the coordinates that hold where the texture stands; layers of marble are
-/// finer by their scale.
+/// Points are in the coordinate system of the directive; the layers of marble are refined by their
+/// scale.
 #[test]
 fn noise_is_where_its_directive_stands() {
     let marble = texture(&format!(
@@ -68,7 +68,7 @@ fn noise_is_where_its_directive_stands() {
     }
 }
 
-/// u and v are dot products with both directions; the whole transform may be flat.
+/// u and v are dot products with both directions; the transform as a whole may be singular.
 #[test]
 fn mappings_are_those_of_their_names() {
     let of = |mapping: &str| {
@@ -90,8 +90,7 @@ fn mappings_are_those_of_their_names() {
     assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
 }
 
-/// The direction is in the coordinates that hold where the texture stands, and of length 1 in the
-/// world.
+/// The direction is in the coordinate system of the directive, and of length 1 in the world.
 #[test]
 fn textures_are_mixed_by_where_surfaces_look_to() {
     let of = |parameters: &str| {
@@ -112,7 +111,7 @@ fn textures_are_mixed_by_where_surfaces_look_to() {
     assert!((DVec3::from(direction.map(f64::from)) - DVec3::Z).length() < 1e-6, "{direction:?}");
 }
 
-/// Spheres stay what they are under textures that ask for no coordinates of them.
+/// Spheres remain spheres with textures that use no texture coordinates.
 #[test]
 fn what_needs_no_coordinates_gets_none() {
     let is_sphere =
@@ -123,7 +122,7 @@ fn what_needs_no_coordinates_gets_none() {
     assert!(!is_sphere("Texture \"t\" \"spectrum\" \"dots\""));
 }
 
-/// Of noise that is a roughness, the root is taken point by point.
+/// For a roughness of noise, the root is evaluated pointwise.
 #[test]
 fn roughness_by_noise_has_its_root() {
     let mut scene = read(

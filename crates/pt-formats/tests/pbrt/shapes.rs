@@ -10,7 +10,7 @@ fn mesh_of(object: &Object) -> &Mesh {
     mesh
 }
 
-/// The normal of the first triangle of a mesh, as it is turned.
+/// Returns the normal of the first triangle of a mesh, by the order of its vertices.
 fn front(mesh: &Mesh) -> DVec3 {
     let [a, b, c] =
         mesh.triangles[0].map(|i| DVec3::from_array(mesh.positions[i as usize].map(f64::from)));
@@ -37,7 +37,7 @@ fn attributes_end_where_they_are_closed() {
     };
     assert_eq!((radius(0), radius(1)), (3.0, 1.0));
     assert_eq!(scene.objects[1].to_world.translation, DVec3::ZERO);
-    // TransformEnd brings back the transform alone.
+    // TransformEnd restores only the transform.
     assert_eq!(scene.objects[2].to_world.translation, DVec3::ZERO);
     assert_eq!(front(mesh_of(&scene.objects[2])), DVec3::NEG_Z);
 }
@@ -104,14 +104,14 @@ fn meshes_without_coordinates_get_those_of_pbrt_where_a_texture_asks() {
         uvs.corners(0, [0, 1, 2]).map(|i| uvs.values[i as usize]),
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
     );
-    // v grows upwards on a sphere.
+    // v increases upwards on a sphere.
     let ball = mesh_of(&scene.objects[2]);
     let top = ball.positions.iter().position(|p| p[2] == 1.0).expect("a pole");
     assert_eq!(ball.uvs.as_ref().expect("coordinates").values[top][1], 1.0);
 }
 
-/// v is 0 at −z where a sphere stands as one, too: +z of the sphere of ours, where its v is 0, is
-/// there. Its x and y stay.
+/// v is 0 at −z for analytic spheres as well: +z of our sphere, where its v is 0, is mapped there.
+/// x and y are unchanged.
 #[test]
 fn v_grows_upwards_on_spheres_without_textures() {
     for (text, scale) in [("", 1.0), ("Scale 2 2 2 ", 2.0), ("Scale -1 1 1 ", 1.0)] {
@@ -148,7 +148,7 @@ fn a_flat_patch_is_two_triangles_and_a_bent_one_is_many() {
     assert_eq!(front(mesh_of(&scene.objects[0])), DVec3::Z);
 }
 
-/// A tube around a straight line: its points are at half of its width from it, and its front looks
+/// A tube around a straight line: its vertices are at half its width from the line, and it faces
 /// outwards.
 #[test]
 fn a_curve_is_a_tube_or_a_ribbon() {
@@ -175,7 +175,7 @@ fn a_curve_is_a_tube_or_a_ribbon() {
     assert!((last[1] - 1.0).abs() < 1e-6);
 }
 
-/// Curves in a row are one shape, unless something about them differs.
+/// Consecutive curves are one shape, unless they differ in some attribute.
 #[test]
 fn curves_in_a_row_are_joined() {
     let curve = |x: f64| format!("Shape \"curve\" \"point3 P\" [{x} 0 0 {x} 0 1 {x} 0 2 {x} 0 3] ");
@@ -198,8 +198,8 @@ fn curves_in_a_row_are_joined() {
     assert_eq!(count(&of_object), [48, 96, 96]);
 }
 
-/// The triangles of a prism are cut until their edges are short, and its sides are pushed in where
-/// the image is bright.
+/// The triangles of a prism are subdivided until their edges are short, and its sides are displaced
+/// inwards where the image is bright.
 #[test]
 fn meshes_of_files_may_be_displaced() {
     let prism = |more: &str| {

@@ -9,8 +9,8 @@ fn seen(text: &str) -> Scene {
     read_all(&format!("{text} WorldBegin"))
 }
 
-/// In camera space +x is to the right; the camera looks from +z to the origin, where +x of the
-/// world is then to the left, as axes are left-handed there.
+/// In camera space +x is to the right. The camera faces the origin from +z, with +x of the world to
+/// the left, since coordinates are left-handed in pbrt-v4.
 #[test]
 fn left_is_left_and_right_is_right() {
     let scene = seen("LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\"");
@@ -40,15 +40,15 @@ fn the_field_of_view_is_that_of_the_shorter_side() {
     assert!((wide - 60.0).abs() < 1e-9 && (tangent(high) / tangent(60.0) - 2.0).abs() < 1e-9);
 }
 
-/// A window from −1 to 3 shows the axis after a quarter of its width; without an offset it would be
-/// in the middle.
+/// In a window from −1 to 3, the axis is at a quarter of the width; without an offset it would be
+/// in the centre.
 #[test]
 fn a_window_moves_the_picture() {
     let text = "Film \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 100 \
                 Camera \"perspective\" \"float screenwindow\" [-1 3 -1 3]";
     let [x, y] = seen(text).cameras[0].principal_point_offset;
     assert!((0.5 - x - 0.25).abs() < 1e-12);
-    // y runs down the film, and up the window.
+    // y increases downwards on the film, and upwards in the window.
     assert!((0.5 - y - 0.75).abs() < 1e-12);
 }
 
@@ -87,20 +87,20 @@ fn filters_have_their_radii() {
     assert_eq!(filter("\"sinc\" \"float xradius\" 3 \"float yradius\" 3"), Some(Filter::LANCZOS));
 }
 
-/// The left edge of a spherical picture looks along +x of the camera, a quarter of its width
-/// further on, along +z.
+/// The left edge of a spherical image is along +x of the camera; a quarter of its width further, it
+/// faces +z.
 #[test]
 fn a_spherical_camera_turns_from_the_right_over_the_front_to_the_left() {
     let text = "Camera \"spherical\" \"string mapping\" \"equirectangular\"";
     let node = seen(text).cameras[0].to_world;
-    // Our panoramas have −z in the middle, +x a quarter to the right, and −x a quarter to the left.
+    // Our panoramas have −z in the centre, +x a quarter to the right, and −x a quarter to the left.
     assert_eq!(node.transform_vector3(DVec3::NEG_Z), DVec3::NEG_X);
     assert_eq!(node.transform_vector3(DVec3::NEG_X), DVec3::Z);
     assert_eq!(node.transform_vector3(DVec3::Y), DVec3::Y);
 }
 
-/// 48.4 mm at f/2.1: what is 2.5 m in front of the film is sharp. Between open and close, the
-/// shutter and the lens multiply light.
+/// 48.4 mm at f/2.1, focused at 2.5 m in front of the film. The exposure time and the lens multiply
+/// light.
 #[test]
 fn a_lens_of_many_surfaces_is_a_thin_one() {
     let lens = "\"string lensfile\" \"double_gauss.dat\" \"float focusdistance\" 2.5 \
@@ -115,7 +115,7 @@ fn a_lens_of_many_surfaces_is_a_thin_one() {
     let Projection::Perspective { x_fov, y_fov } = camera.projection else {
         panic!("not in perspective")
     };
-    // Half of 36 mm at 48.4 mm, which is a little further away for what is near.
+    // Half of 36 mm at 48.4 mm, which is slightly more at a close focus.
     let [x, y] = [x_fov, y_fov].map(|fov: f64| (0.5 * fov.to_radians()).tan());
     assert!((x / (18.0 / 49.36) - 1.0).abs() < 0.01 && (x / y - 1.5).abs() < 1e-9, "{x} {y}");
     let before = -camera.to_world.transform_point3(DVec3::ZERO).z;
@@ -133,7 +133,7 @@ fn a_lens_of_many_surfaces_is_a_thin_one() {
     assert!(scene.warnings.iter().any(|w| w.message.contains("48.4 mm and f/2.1")));
 }
 
-/// Light of the temperature is white: blue sky becomes grey, and white light yellow.
+/// Light of the temperature becomes white: blue sky becomes grey, and white light yellow.
 #[test]
 fn white_is_balanced_in_the_colours_of_light() {
     let light = |film: &str| {

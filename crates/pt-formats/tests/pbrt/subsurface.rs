@@ -1,4 +1,4 @@
-//! Light below surfaces.
+//! Subsurface scattering.
 
 use pt_scene::material::Glass;
 use pt_scene::medium::{MediumProperties, Phase};
@@ -44,7 +44,7 @@ fn without_parameters_it_is_milk() {
     assert_eq!(milk, coefficients(&scene("\"string name\" \"Wholemilk\"").media[0]));
 }
 
-/// The numbers of names are reduced: what they scatter, they scatter everywhere alike.
+/// The coefficients of named media are reduced, so scattering is isotropic.
 #[test]
 fn a_name_goes_before_the_mean_cosine() {
     let skin = &scene("\"string name\" \"Skin1\" \"float g\" .5 \"float scale\" 10").media[0];
@@ -65,7 +65,7 @@ fn a_medium_with_a_preset_is_as_dense_as_it_was_measured() {
     assert_eq!(scene.media[0].phase, Phase::HenyeyGreenstein { g: 0.5 });
 }
 
-/// By means of textures: reflectances of 0.25 to 0.5 are 0.375 on average.
+/// By the means of textures: reflectances of 0.25 to 0.5 are 0.375 on average.
 #[test]
 fn a_texture_counts_by_its_mean() {
     let textured = read(

@@ -1,7 +1,7 @@
-//! Files whose channels have fewer pixels than others, as luminance and chroma have.
+//! EXR files with subsampled channels, such as luminance and chroma.
 //!
-//! The library that reads all other files refuses to put these together, but reads their headers
-//! and decompresses their blocks, which are found and taken apart here. [OpenEXR File Layout]
+//! The library that reads all other files does not assemble these, but it reads their headers and
+//! decompresses their blocks, which are located and split here. [OpenEXR File Layout]
 
 use exr::image::FlatSamples;
 use exr::meta::attribute::SampleType;
@@ -12,10 +12,10 @@ use exr::prelude::{Compression as Method, IntegerBounds, Vec2, f16};
 use super::super::{Decoded, Room, check_size};
 use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 
-/// The message for files of this kind that are not read.
+/// Message for files with subsampling that is not supported.
 const ADVICE: &str = "has channels with fewer pixels than others, and is no single image in scan lines with a size that these divide; \
                       save it with all channels in full";
-/// Returns true if some channel of a file has fewer pixels than the image.
+/// Returns true if any channel of a file is subsampled.
 pub(super) fn is_of_this_kind(meta: &MetaData) -> bool {
     meta.headers.iter().flat_map(|header| &header.channels.list).any(|c| c.sampling != Vec2(1, 1))
 }
@@ -33,7 +33,7 @@ pub(super) fn read(bytes: &[u8], meta: MetaData, room: &Room) -> Result<Decoded,
     if !is_plain || !header.channels.list.iter().all(|channel| fits(channel.sampling)) {
         return Err(ADVICE.into());
     }
-    // Of these, the library loses count.
+    // The library miscounts the values of these.
     if matches!(header.compression, Method::B44 | Method::B44A) {
         let message = "has channels with fewer pixels than others, packed by B44; save it with another compression, or with all \
                        channels in full";
@@ -63,9 +63,9 @@ fn incomplete() -> String {
     "ends early, or its table of blocks is not complete".to_owned()
 }
 
-/// Where the attributes of the header of a file of one part end.
+/// Returns the end of the attributes in the header of a single-part file.
 fn end_of_header(bytes: &[u8]) -> Option<usize> {
-    /// Bytes before the attributes.
+    /// Number of bytes before the attributes.
     const PREAMBLE: usize = 8;
     let mut at = PREAMBLE;
     while let Some(length) = attribute_length(bytes.get(at..)?) {
@@ -74,7 +74,7 @@ fn end_of_header(bytes: &[u8]) -> Option<usize> {
     (bytes.get(at) == Some(&0)).then_some(at + 1)
 }
 
-/// The first line of a block and its compressed bytes, by its entry in the table of blocks.
+/// Returns the first line of a block and its compressed bytes, by its entry in the offset table.
 fn block(bytes: &[u8], entry: usize) -> Option<(i32, &[u8])> {
     let offset = u64::from_le_bytes(bytes.get(entry..)?.first_chunk().copied()?);
     let block = bytes.get(usize::try_from(offset).ok()?..)?;
@@ -84,7 +84,7 @@ fn block(bytes: &[u8], entry: usize) -> Option<(i32, &[u8])> {
     Some((i32::from_le_bytes(*y), data.get(..size)?))
 }
 
-/// The samples of all channels.
+/// Decompresses the samples of all channels.
 fn planes(bytes: &[u8], header: &mut Header) -> Result<Vec<Vec<f32>>, String> {
     let Vec2(width, height) = header.layer_size;
     let Vec2(left, top) = header.own_attributes.layer_position;
@@ -107,7 +107,7 @@ fn planes(bytes: &[u8], header: &mut Header) -> Result<Vec<Vec<f32>>, String> {
                 expected += width / channel.sampling.0 * channel.sample_type.bytes_per_sample();
             }
         }
-        // The library takes the size of a block for that of its pixels times this number.
+        // The library computes the size of a block as its number of pixels times this number.
         let area = width * lines;
         if !expected.is_multiple_of(area) {
             return Err(ADVICE.into());
@@ -140,7 +140,7 @@ fn planes(bytes: &[u8], header: &mut Header) -> Result<Vec<Vec<f32>>, String> {
     Ok(planes)
 }
 
-/// Samples of a line, in the order of bytes of this machine.
+/// Converts the samples of a line, which are in native byte order.
 fn take(bytes: &[u8], kind: SampleType, to: &mut [f32]) {
     match kind {
         SampleType::F16 => {
@@ -161,8 +161,8 @@ fn take(bytes: &[u8], kind: SampleType, to: &mut [f32]) {
     }
 }
 
-/// A channel at all pixels: its samples lie on the first pixels of their cells, and it is linear
-/// between.
+/// Upsamples a channel to all pixels: its samples are at the first pixels of their cells, with
+/// linear interpolation in between.
 fn spread(plane: &[f32], size: Vec2<usize>, rate: Vec2<usize>) -> Vec<f32> {
     if rate == Vec2(1, 1) {
         return plane.to_vec();

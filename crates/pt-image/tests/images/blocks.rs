@@ -1,11 +1,10 @@
-//! Textures in the forms of graphics processors: files that other programs wrote of one picture,
-//! and blocks made by hand.
+//! GPU texture formats: files that other programs wrote of one picture, and blocks made by hand.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use pt_image::{Decoded, PixelEncoding, Transfer, decode_as};
 use pt_math::color::linear_from_srgb;
-use pt_scene::image::{Decoded, PixelEncoding, Transfer, decode_as};
 
 const LIGHT: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 
@@ -19,7 +18,7 @@ fn read(name: &str, numbers: PixelEncoding) -> Decoded {
     decode_as(&bytes, &path, numbers).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Red, green, blue and opacity at a pixel of the picture that all files show, in shares.
+/// Red, green, blue and alpha at a pixel of the picture in all files, from 0 to 1.
 fn expected([width, height]: [f32; 2], [x, y]: [f32; 2]) -> [f32; 4] {
     let level = |x: f32| x.round_ties_even() / 255.0;
     [
@@ -30,7 +29,7 @@ fn expected([width, height]: [f32; 2], [x, y]: [f32; 2]) -> [f32; 4] {
     ]
 }
 
-/// Mean differences of colour and of opacity.
+/// Returns the mean differences of colour and of alpha.
 fn differences(name: &str) -> [f32; 2] {
     let Decoded { image, alpha, .. } = read(name, PixelEncoding::Stored);
     let size = [image.width, image.height].map(|n| n as f32);
@@ -46,9 +45,10 @@ fn differences(name: &str) -> [f32; 2] {
     sums.map(|sum| sum / image.pixels.len() as f32)
 }
 
-/// Files of Pillow 13 (BC1 to BC3 and plain ones; the opacity of BC2 is by hand, as Pillow's is
-/// wrong), etcpak 0.9 (BC7) and Binomial's encoder (Basis Universal), in containers of theirs and,
-/// for KTX 2.0 without Basis Universal, of a script after the specification.
+/// Files of Pillow 13 (BC1 to BC3 and uncompressed ones; the alpha of BC2 is made by hand, since
+/// that of Pillow is wrong), etcpak 0.9 (BC7) and Binomial's encoder (Basis Universal), in their
+/// own containers; KTX 2.0 without Basis Universal is written by a script according to the
+/// specification.
 #[test]
 fn textures_show_their_picture() {
     for (name, most, has_alpha) in [
@@ -87,8 +87,7 @@ fn levels_are_light_by_what_the_file_says() {
     assert_eq!(stored, light);
 }
 
-/// One channel is grey; of normals with two channels, the third is the one that makes their length
-/// 1.
+/// One channel is grey; for normals with two channels, the third gives them unit length.
 #[test]
 fn channels_that_are_missing_are_made() {
     let grey = read("grey.dds", PixelEncoding::Stored).image.pixels;
@@ -101,7 +100,7 @@ fn channels_that_are_missing_are_made() {
     }
 }
 
-/// A DDS file of one block of a format of DXGI.
+/// Creates a DDS file of one block in a DXGI format.
 fn dds_of_block(format: u32, block: [u8; 16]) -> Vec<u8> {
     let mut bytes = b"DDS ".to_vec();
     let header = [124, 0x8_1007, 4, 4, 16, 0, 1].into_iter().chain([0; 11]);
@@ -114,7 +113,7 @@ fn dds_of_block(format: u32, block: [u8; 16]) -> Vec<u8> {
     bytes
 }
 
-/// A block of BC6H in mode 11 whose ends are both (256, 512, 768) of 1023: the end e stands for the
+/// A block of BC6H in mode 11 whose ends are both (256, 512, 768) of 1023: the end e represents the
 /// half with the bits (((e · 2¹⁶ + 2¹⁵) / 2¹⁰) · 31) / 2⁶. [Microsoft, "BC6H Format"]
 #[test]
 fn real_blocks_are_light() {
@@ -129,7 +128,7 @@ fn real_blocks_are_light() {
         assert_eq!([found.width, found.height], [4, 4]);
         let expected = ends.map(|end| {
             let bits = ((((end << 16) + (1 << 15)) >> 10) * 31) >> 6;
-            // A half of exponent e and mantissa m is 2^(e − 15) (1 + m / 1024).
+            // A half with exponent e and mantissa m is 2^(e − 15) (1 + m / 1024).
             let (exponent, mantissa) = (bits >> 10, bits & 1023);
             2_f32.powi(exponent as i32 - 15) * (1.0 + mantissa as f32 / 1024.0)
         });
@@ -158,13 +157,13 @@ fn wrong_textures_are_refused_with_a_reason() {
     let mut huge = fs::read(folder().join("uastc.ktx2")).expect("it is there");
     huge[20..28].copy_from_slice(&[0xFF, 0xFF, 0, 0, 0xFF, 0xFF, 0, 0]);
     assert!(refusal(&huge, "a.ktx2").contains("more than 1 GiB"));
-    // What it unpacks to.
+    // Uncompressed length.
     let mut bomb = fs::read(folder().join("uastc_zstd.ktx2")).expect("it is there");
     bomb[96..104].copy_from_slice(&(1_u64 << 40).to_le_bytes());
     assert!(refusal(&bomb, "a.ktx2").contains("claims 1099511627776 bytes"));
 }
 
-/// Files cut off anywhere, and with each byte changed.
+/// Files truncated at any position, and with each byte changed.
 #[test]
 fn damaged_textures_do_no_harm() {
     for entry in fs::read_dir(folder()).expect("it is there") {

@@ -1,10 +1,9 @@
-//! Image files: what is written is read back, and what is broken is refused with a reason.
+//! Image files: round trips, and rejection of broken files with a reason.
 
 mod blocks;
 mod metadata;
 mod opacity;
-#[path = "../common/panics.rs"]
-mod panics;
+mod pictures;
 mod raster;
 mod windows;
 
@@ -12,14 +11,15 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use panics::without_panics;
-use pt_scene::image::{
-    BitDepth, Channel, Compression, Image, ImageError, Precision, Samples, SaveOptions, Tone,
-    ToneCurve, Transfer, count_beyond_half, decode, load, load_as, save, save_rgb8,
-    write_atomically,
+use pt_image::{
+    BitDepth, Compression, ImageError, Precision, SaveOptions, Tone, ToneCurve, Transfer,
+    count_beyond_half, decode, load, load_as, save, save_rgb8,
 };
+use pt_io::{WriteError, write_atomically};
+use pt_scene::image::{Channel, Image, Samples};
+use pt_testing::without_panics;
 
-/// A picture with a different colour in every pixel, some of them above 1.
+/// An image with a different colour in every pixel, some of them above 1.
 fn picture(width: u32, height: u32) -> Image {
     let pixel = |i: u32| {
         let t = i as f32 / (width * height) as f32;
@@ -42,7 +42,7 @@ fn both_transfers_and_depths() -> impl Iterator<Item = SaveOptions> {
     })
 }
 
-/// The chunks of a PNG file: names and data.
+/// Returns the names and data of the chunks of a PNG file.
 fn chunks(png: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut rest = &png[8..];
     let mut found = Vec::new();
@@ -85,7 +85,7 @@ fn exr_files_take_more_channels() {
     assert_eq!(file.layer_data[0].channel_data.list.len(), 8);
 }
 
-/// Colours and directions get 16 bits, places and numbers of things keep 32.
+/// Colours and directions get 16 bits; positions and integers keep 32.
 #[test]
 fn exr_files_have_halves_where_they_suffice() {
     let folder = folder();
@@ -129,10 +129,10 @@ fn exr_files_have_halves_where_they_suffice() {
 const LOSSLESS: [Compression; 5] =
     [Compression::None, Compression::Rle, Compression::Zips, Compression::Zip, Compression::Piz];
 
-/// Of what takes fewer bits only those: 24 of 32 with PXR24, and with B44 differences of 6 bits in
-/// blocks of 16-bit numbers. These are in steps of 2ⁿ units in the last place, of which 31 have to
-/// reach from the least to the greatest number of a block: from 0 to 1.25, whose bits are 0x3d00,
-/// with n = 9. So each number is off by 256 units at most.
+/// Lossy compression: PXR24 keeps 24 of 32 bits, and B44 stores differences of 6 bits in blocks of
+/// 16-bit numbers. The differences are in steps of 2ⁿ units in the last place, of which 31 must
+/// span from the minimum to the maximum of a block. From 0 to 1.25, whose bits are 0x3d00, this
+/// gives n = 9, and the error of each number is at most 256 units.
 #[test]
 fn every_compression_is_read_back_and_keeps_what_it_should() {
     let folder = folder();
@@ -154,7 +154,7 @@ fn every_compression_is_read_back_and_keeps_what_it_should() {
             let is_near = |b: f32, w: f32| match (exr_compression, exr_type) {
                 (Compression::Pxr24, Precision::Float) => (b - w).abs() <= w / 65_536.0,
                 (Compression::B44 | Compression::B44a, Precision::Half) => {
-                    // Units from 0 on; B44 may go a few of them below it.
+                    // Units from 0; B44 may go slightly below 0.
                     let units = |v: f32| {
                         let size = i32::from(exr::prelude::f16::from_f32(v.abs()).to_bits());
                         if v < 0.0 { -size } else { size }
@@ -175,7 +175,7 @@ fn every_compression_is_read_back_and_keeps_what_it_should() {
     }
 }
 
-/// The tone changes what PNG files show, by the law of its curve, and no bit of EXR files.
+/// The tone changes the levels of PNG files, by its curve, and no bit of EXR files.
 #[test]
 fn tone_is_for_png_files_alone() {
     let folder = folder();
@@ -272,7 +272,7 @@ fn png_says_srgb_only_where_it_is() {
         assert_eq!(has("sRGB"), options.transfer == Transfer::Srgb);
         assert!(!has("gAMA") && !has("iCCP"), "{names:?}");
     }
-    // A file without tags is read with the transfer that the caller expects.
+    // A file without tags is decoded with the transfer function that the caller passes.
     save(&picture(4, 3), &path, &SaveOptions { transfer: Transfer::Course, ..Default::default() })
         .unwrap();
     assert_ne!(load_as(&path, Transfer::Course).unwrap(), load(&path).unwrap());
@@ -293,7 +293,7 @@ fn byte_images_keep_their_bytes() {
     assert!(matches!(save_rgb8(&path, 4, 4, &pixels), Err(ImageError::Refused { .. })));
 }
 
-/// A PNG file of one colour type.
+/// Creates a PNG file of a colour type.
 fn png_of(color: png::ColorType, depth: png::BitDepth, size: (u32, u32), data: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, size.0, size.1);
@@ -328,7 +328,7 @@ fn other_kinds_of_png_are_read() {
 /// Name and channels of a part of an EXR file.
 type Part<'a> = (Option<&'a str>, &'a [(&'a str, f32)]);
 
-/// An EXR file with parts of (name, channels), where each channel is of its own constant.
+/// Creates an EXR file with parts of (name, channels), where each channel is constant.
 fn exr_of(parts: &[Part<'_>]) -> Vec<u8> {
     use exr::prelude::*;
     let layers = parts.iter().map(|(name, channels)| {
@@ -375,8 +375,8 @@ fn exr_channels_are_found_by_name() {
     assert!(message.contains("a.exr") && message.contains("it has Z"), "{message}");
 }
 
-/// Files that other programs wrote: path below the shared folder, width, height, and the mean of
-/// all channels as other programs read it (OpenEXR's own library; Pillow and the sRGB curve).
+/// Files of other programs: path below the shared folder, width, height, and the mean of all
+/// channels as other programs read it (OpenEXR's own library; Pillow and the sRGB curve).
 const FOREIGN: [(&str, u32, u32, f64); 5] = [
     ("scenes/mitsuba/common/textures/museum.exr", 512, 256, 0.330_511), // half, PIZ
     ("scenes/pbrt/spheres.exr", 384, 192, 0.256_58),                    // half, ZIP
@@ -403,7 +403,7 @@ fn files_of_other_programs_are_read() {
     }
 }
 
-/// Valid files to break: (name, bytes).
+/// Returns valid files to damage: (name, bytes).
 fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
     let folder = folder();
     let bytes_of = |name: &str, options: &SaveOptions| {
@@ -455,7 +455,7 @@ fn damaged_files_give_an_error_or_an_image_of_their_size() {
             for _ in 0..5000 {
                 let mut damaged = bytes.clone();
                 for _ in 0..=next() % 4 {
-                    // Half of the damage goes to the headers.
+                    // Half of the damage is in the headers.
                     let range = if next() % 2 == 0 { bytes.len().min(400) } else { bytes.len() };
                     damaged[next() % range] = next() as u8;
                 }
@@ -473,7 +473,7 @@ fn small_files_that_claim_to_be_huge_are_refused() {
     let folder = folder();
     let path = folder.path().join("bomb.png");
     let mut bytes = png_of(png::ColorType::Rgb, png::BitDepth::Eight, (1, 1), &[1, 2, 3]);
-    // Width and height, and the checksum of the header that goes with them.
+    // Width and height, and the matching checksum of the header.
     bytes[16..24].copy_from_slice(&[0, 0, 0xea, 0x60, 0, 0, 0xea, 0x60]);
     let checksum = crc32(&bytes[12..29]);
     bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
@@ -491,7 +491,7 @@ fn exr_windows_that_claim_to_be_huge_are_refused() {
         let mut bytes = bytes.clone();
         for window in ["dataWindow\0box2i\0", "displayWindow\0box2i\0"] {
             let at = bytes.windows(window.len()).position(|w| w == window.as_bytes()).unwrap();
-            // After the size of the attribute: the least x and y, then the greatest.
+            // After the size of the attribute: minimum x and y, then the maximum.
             let greatest = at + window.len() + 4 + 8;
             bytes[greatest..greatest + 4].copy_from_slice(&(side - 1).to_le_bytes());
             bytes[greatest + 4..greatest + 8].copy_from_slice(&(side - 1).to_le_bytes());
@@ -502,13 +502,13 @@ fn exr_windows_that_claim_to_be_huge_are_refused() {
     }
 }
 
-/// The checksum of PNG chunks. [PNG specification, 3rd ed., annex D]
+/// Returns the checksum of a PNG chunk. [PNG specification, 3rd ed., annex D]
 fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 0 { crc >> 1 } else { (crc >> 1) ^ 0xedb8_8320 };
     !bytes.iter().fold(!0, |crc, &b| (0..8).fold(crc ^ u32::from(b), step))
 }
 
-/// The names in a folder.
+/// Returns the names in a folder.
 fn names(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
@@ -532,7 +532,7 @@ fn places_that_cannot_be_written_are_named() {
     let folder = folder();
     let missing = folder.path().join("no such folder");
     let error = write_atomically(&missing.join("a.png"), b"x").unwrap_err();
-    assert!(matches!(error, ImageError::Folder { .. }));
+    assert!(matches!(error, WriteError::Folder { .. }));
     assert!(error.to_string().contains("no such folder"), "{error}");
     let error = write_atomically(folder.path(), b"x").unwrap_err().to_string();
     assert!(error.contains("it is a folder"), "{error}");

@@ -1,9 +1,9 @@
-//! Texts in image files.
+//! Texts (metadata) in image files.
 
 use std::fs;
 use std::io::Cursor;
 
-use pt_scene::image::{CODECS, ImageError, SaveOptions, save};
+use pt_image::{CODECS, ImageError, SaveOptions, save};
 
 use crate::{folder, picture};
 
@@ -47,17 +47,17 @@ fn metadata_are_read_as_they_were_written() {
     for codec in CODECS.iter().filter(|codec| codec.write.is_some()) {
         let path = folder.path().join("a").with_extension(codec.extensions[0]);
         save(&picture(4, 3), &path, &options).unwrap();
-        let mut found = pt_scene::image::metadata(&path).unwrap();
+        let mut found = pt_image::metadata(&path).unwrap();
         found.sort();
         assert_eq!(found, want, "{}", codec.name);
         let whole = fs::read(&path).unwrap();
         for end in 0..whole.len() {
             fs::write(&path, &whole[..end]).unwrap();
-            // Some parts have all of it, the others are an error.
-            let _ = pt_scene::image::metadata(&path);
+            // Some truncated files still contain all texts; the others are an error.
+            let _ = pt_image::metadata(&path);
         }
     }
-    assert!(pt_scene::image::metadata(&folder.path().join("a.hdr")).is_err());
+    assert!(pt_image::metadata(&folder.path().join("a.hdr")).is_err());
 }
 
 #[test]

@@ -1,10 +1,11 @@
-//! Colours with an opacity.
+//! Colours with alpha.
 
-use pt_scene::image::{BitDepth, Image, Precision, SaveOptions, load, load_rgba_raw, save};
+use pt_image::{BitDepth, Precision, SaveOptions, load, load_rgba_raw, save};
+use pt_scene::image::Image;
 
 use crate::folder;
 
-/// Colours that are multiplied with an opacity, and files that have both.
+/// Premultiplied colours, and files with colours and alpha.
 #[test]
 fn colours_have_an_opacity_straight_in_png_and_premultiplied_in_exr() {
     let folder = folder();
@@ -16,8 +17,8 @@ fn colours_have_an_opacity_straight_in_png_and_premultiplied_in_exr() {
         let path = folder.path().join("a.png");
         let options = SaveOptions { alpha: Some(alpha.clone()), png_bits, ..Default::default() };
         save(&image, &path, &options).unwrap();
-        // What it stores of the first three is 0.5 in each, of the fifth 0.4, and where nothing is
-        // opaque 0.
+        // The stored value of the first three is 0.5 in each, of the fifth 0.4, and 0 where alpha
+        // is 0.
         let stored = load_rgba_raw(&path).unwrap();
         let straight = [0.5, 0.5, 0.5, 0.0, 0.4, 0.0].map(|v| [v, 0.5 * v, 0.0]);
         for (got, want) in load(&path).unwrap().pixels.iter().zip(straight) {

@@ -1,14 +1,14 @@
-//! Radiance pictures, JPEG files, and the numbers of images as they are stored.
+//! Radiance pictures, JPEG files, and images with stored values.
 
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
-use pt_scene::image::{
-    Image, PixelEncoding, SaveOptions, Transfer, decode, decode_as, load, load_raw, load_rgba_raw,
-    save,
+use pt_image::{
+    PixelEncoding, SaveOptions, Transfer, decode, decode_as, load, load_raw, load_rgba_raw, save,
 };
+use pt_scene::image::Image;
 
 fn read(bytes: &[u8], name: &str) -> Image {
     decode(bytes, Path::new(name), Transfer::Srgb).unwrap_or_else(|error| panic!("{error}"))
@@ -23,7 +23,7 @@ fn refusal(bytes: &[u8], name: &str) -> String {
     decode(bytes, Path::new(name), Transfer::Srgb).expect_err("it is wrong").to_string()
 }
 
-/// A generator of numbers (linear congruential).
+/// Returns a generator of pseudo-random numbers (linear congruential).
 fn random() -> impl FnMut() -> usize {
     let mut state = 1u32;
     move || {
@@ -36,13 +36,13 @@ fn random() -> impl FnMut() -> usize {
 
 const HEADER: &str = "#?RADIANCE\n# made by hand\nFORMAT=32-bit_rle_rgbe\n";
 
-/// A Radiance picture from the lines of its header, its size and its pixels.
+/// Creates a Radiance picture from the lines of its header, its size and its pixels.
 fn hdr(header: &str, size: [usize; 2], data: &[u8]) -> Vec<u8> {
     let text = format!("{header}\n-Y {} +X {}\n", size[1], size[0]);
     [text.as_bytes(), data].concat()
 }
 
-/// A row packed by channels, each as a run of one byte and then its other bytes.
+/// Encodes a row channel by channel, each as a run of one byte and then its other bytes.
 fn packed(row: &[[u8; 4]]) -> Vec<u8> {
     let [high, low] = (row.len() as u16).to_be_bytes();
     let mut data = vec![2, 2, high, low];
@@ -58,7 +58,7 @@ fn packed(row: &[[u8; 4]]) -> Vec<u8> {
     data
 }
 
-/// Rows with runs in some channels.
+/// Returns rows with runs in some channels.
 fn rows() -> Vec<Vec<[u8; 4]>> {
     let pixel = |x: u8, y: u8| [200, if x < 5 { 3 } else { 7 * x }, 40 * y, 120 + x / 4];
     (0..3).map(|y| (0..12).map(|x| pixel(x, y)).collect()).collect()
@@ -89,7 +89,7 @@ fn all_ways_to_pack_pixels_give_the_same_picture() {
     assert_eq!(plain.pixels.len(), width * height);
     let by_channel: Vec<u8> = rows.iter().flat_map(|row| packed(row)).collect();
     assert_eq!(read(&hdr(HEADER, [width, height], &by_channel), "a.rgbe"), plain);
-    // Rows may differ in how they are packed.
+    // Rows may be encoded in different ways.
     let mixed = [packed(&rows[0]), rows[1].concat(), packed(&rows[2])].concat();
     assert_eq!(read(&hdr("#?RGBE\n", [width, height], &mixed), "a.hdr"), plain);
 }
@@ -157,7 +157,7 @@ fn wrong_radiance_pictures_are_refused_with_a_reason() {
 const WIDTH: u16 = 37;
 const HEIGHT: u16 = 29;
 
-/// Smooth colours, which survive the compression.
+/// Returns smooth colours, which survive the compression.
 fn levels() -> Vec<[u8; 3]> {
     let pixel = |i: u16| {
         let (x, y) = (i % WIDTH, i / WIDTH);
@@ -166,7 +166,7 @@ fn levels() -> Vec<[u8; 3]> {
     (0..WIDTH * HEIGHT).map(pixel).collect()
 }
 
-/// A JPEG file.
+/// Creates a JPEG file.
 fn jpeg(color: ColorType, data: &[u8], setup: impl Fn(&mut Encoder<&mut Vec<u8>>)) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, 100);
@@ -176,7 +176,7 @@ fn jpeg(color: ColorType, data: &[u8], setup: impl Fn(&mut Encoder<&mut Vec<u8>>
     bytes
 }
 
-/// The same colours in all kinds of files that are read.
+/// Returns the same colours in all supported kinds of files.
 fn jpegs() -> Vec<(&'static str, Vec<u8>)> {
     let levels = levels();
     let rgb =
@@ -208,7 +208,7 @@ fn jpeg_colours_come_back_within_a_few_levels() {
                 assert!(error <= most, "{name}: {found:?} {expected:?}");
             }
         }
-        // The light is that of the levels by the sRGB curve.
+        // Linear light is decoded from the levels by the sRGB curve.
         let light = read(&bytes, "a.jpeg");
         for (level, light) in image.pixels.as_flattened().iter().zip(light.pixels.as_flattened()) {
             let level = (255.0 * level).round() as u16;
@@ -236,7 +236,7 @@ fn other_jpegs_are_refused_with_a_reason() {
     let message = refusal(&jpeg(ColorType::Cmyk, &ink, |_| {}), "a.jpg");
     assert!(message.contains("CMYK"), "{message}");
     assert!(refusal(b"\xff\xd8\xff\xd9", "a.jpg").contains("no valid JPEG file"));
-    // The frame header says the size: after its marker, length and bits per sample.
+    // The frame header contains the size after its marker, length and bits per sample.
     let (_, bytes) = &jpegs()[0];
     let at = bytes.windows(2).position(|w| w == [0xff, 0xc0]).expect("a frame") + 5;
     for (side, expected) in [(65_535u16, "1 GiB"), (9000, "claims")] {
@@ -248,7 +248,7 @@ fn other_jpegs_are_refused_with_a_reason() {
     }
 }
 
-/// Means over all channels of light and of levels of files of other programs, as Mitsuba reads
+/// Means over all channels of linear and stored values of files of other programs, as Mitsuba reads
 /// them (libjpeg).
 #[test]
 #[ignore = "reads scenes of others beside the project; --ignored runs it"]
@@ -274,7 +274,7 @@ fn jpegs_of_other_programs_are_read() {
 
 // ---- damage ------------------------------------------------------------------------------------
 
-/// Valid files to break.
+/// Returns valid files to damage.
 fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
     let rows = rows();
     let size = [rows[0].len(), rows.len()];
@@ -292,7 +292,7 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
     files
 }
 
-/// Files of the formats that the crate `image` reads.
+/// Returns files of the formats that the crate `image` reads.
 fn raster_files() -> Vec<(&'static str, Vec<u8>)> {
     let next = &mut random();
     let picture = image::RgbaImage::from_fn(9, 7, |_, _| image::Rgba([0; 4].map(|_| next() as u8)));
@@ -339,7 +339,7 @@ fn damaged_files_give_an_error_or_an_image_of_their_size() {
         for _ in 0..rounds {
             let mut damaged = bytes.clone();
             for _ in 0..=next() % 4 {
-                // Half of the damage goes to the headers.
+                // Half of the damage is in the headers.
                 let range =
                     if next().is_multiple_of(2) { bytes.len().min(700) } else { bytes.len() };
                 damaged[next() % range] = next() as u8;
@@ -354,9 +354,9 @@ fn damaged_files_give_an_error_or_an_image_of_their_size() {
     }
 }
 
-// ---- numbers as they are stored ----------------------------------------------------------------
+// ---- stored values -----------------------------------------------------------------------------
 
-/// A PNG file of two pixels that says that its light is that of a gamma.
+/// Creates a PNG file of two pixels with a `gAMA` chunk.
 fn png_of(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
@@ -408,7 +408,7 @@ fn stored_levels_are_shares_of_the_highest() {
         assert_eq!(load_raw(&path).unwrap().pixels, pixels, "{color:?} {depth:?}");
         let decoded = load_rgba_raw(&path).unwrap();
         assert_eq!((decoded.image.pixels, decoded.alpha), (pixels.to_vec(), alpha), "{color:?}");
-        // The light of the same file is another: L = v⁴.
+        // Linear light of the same file: L = v⁴.
         let light = load(&path).unwrap().pixels;
         for (light, level) in light.as_flattened().iter().zip(pixels.as_flattened()) {
             assert!((light - level.powi(4)).abs() < 1e-6, "{color:?} {depth:?}: {light} {level}");

@@ -1,12 +1,12 @@
-//! Pictures of other programs: what the crate `image` writes is read with the same levels.
+//! Other raster formats: files written by the crate `image` are read with the same levels.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageFormat, Rgba, Rgba32FImage, RgbaImage};
-use pt_scene::image::{Decoded, PixelEncoding, Transfer, decode_as};
+use pt_image::{Decoded, PixelEncoding, Transfer, decode_as};
 
-/// 5 × 3 pixels with a different colour in each, and an opacity from 1 to 241.
+/// Returns 5 × 3 pixels with a different colour in each, and alpha from 1 to 241.
 fn picture() -> RgbaImage {
     RgbaImage::from_fn(5, 3, |x, y| {
         let i = (x + 5 * y) as u8;
@@ -55,7 +55,7 @@ fn levels_are_those_that_were_written() {
     }
 }
 
-/// A GIF has a palette, and one level of opacity.
+/// A GIF has a palette, and alpha is on or off.
 #[test]
 fn the_first_picture_of_an_animation_is_read() {
     let frame = |color: [u8; 4]| image::Frame::new(RgbaImage::from_pixel(4, 2, Rgba(color)));
@@ -72,7 +72,7 @@ fn the_first_picture_of_an_animation_is_read() {
     assert!(error.to_string().contains("claims 67108864 pixels, but has"), "{error}");
 }
 
-/// An empty page of 5.8 million pixels takes a bit for each row, as fax machines pack it.
+/// An empty page of 5.8 million pixels takes one bit per row, in fax compression.
 #[test]
 fn empty_pages_are_no_false_claims() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images/empty_page.tiff");

@@ -1,12 +1,15 @@
-//! EXR files of which not all pixels are there, or are no light, or that have luminance and chroma.
+//! EXR files with a data window other than the display window, with other data than colours, or
+//! with luminance and chroma.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::*;
-use pt_scene::image::{Frame, Image, PixelEncoding, Transfer, decode, decode_as};
+use pt_image::{Frame, PixelEncoding, Transfer, decode, decode_as};
+use pt_scene::image::Image;
 
-/// An EXR file of 16 × 8 pixels of which a part has its own number in each.
+/// Creates an EXR file of 16 × 8 pixels with a data window, with a distinct value in each pixel of
+/// it.
 fn window(position: (i32, i32), size: (usize, usize)) -> Vec<u8> {
     let number = |i: usize| {
         let (x, y) = (position.0 + (i % size.0) as i32, position.1 + (i / size.0) as i32);
@@ -29,8 +32,8 @@ fn window(position: (i32, i32), size: (usize, usize)) -> Vec<u8> {
     out.into_inner()
 }
 
-/// The picture is the display window: black where the file has no pixels, and without those beyond
-/// its edges.
+/// The image is the display window: black where the file has no data, and without data beyond its
+/// edges.
 #[test]
 fn the_display_window_is_the_picture() {
     for (position, size) in [
@@ -113,9 +116,8 @@ fn square_skies_are_doubted() {
     assert_eq!(image(1, 1).doubt_as_sky(), None);
 }
 
-/// Files of OpenEXR 3.3.2 with Y = ¼ + x/64 + y/128, RY = x/32 − y/128 and BY = ¼ − x/64, of which
-/// the latter have every second column and row: between these all is linear, and at the end as
-/// before.
+/// Files of OpenEXR 3.3.2 with Y = ¼ + x/64 + y/128, RY = x/32 − y/128 and BY = ¼ − x/64, where RY
+/// and BY have every second column and row: they are linear in between, and constant at the end.
 #[test]
 fn chroma_may_have_fewer_pixels() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images");
@@ -147,7 +149,7 @@ fn chroma_may_have_fewer_pixels() {
     }
 }
 
-/// A gradient in three channels of DWA.
+/// Creates an EXR file of a gradient in three channels of full resolution, compressed by DWAA.
 fn full_dwaa() -> Vec<u8> {
     let values: Vec<_> = (0..40 * 40).map(|i| i as f32 / 1600.0).collect();
     let channels =
@@ -167,7 +169,8 @@ fn damaged_chroma_does_no_harm() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images");
     let methods = ["none", "rle", "zip", "piz", "pxr24", "dwaa"];
     let file = |method| std::fs::read(format!("{folder}/chroma_{method}.exr")).expect("a file");
-    // Counts of the latter, in which all channels are full, once asked for hundreds of gigabytes.
+    // Counts in the latter, in which all channels have full resolution, could request hundreds of
+    // gigabytes.
     let files = methods.map(|method| (method, file(method))).into_iter();
     for (method, bytes) in files.chain([("full dwaa", full_dwaa())]) {
         for at in 0..bytes.len().min(1500) {

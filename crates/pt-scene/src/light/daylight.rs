@@ -1,59 +1,59 @@
-//! The sun and a clear sky, and where the sun stands.
+//! The sun and a clear sky, and the position of the sun.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 
 use pt_math::DVec3;
 
-/// The sun and a clear sky by the model of Hosek & Wilkie, in W m⁻² sr⁻¹ nm⁻¹; black below the
-/// horizon, and everywhere if the sun is there. [Hosek & Wilkie 2012, "An Analytic Model for Full
-/// Spectral Sky-Dome Radiance"; 2013, "Adding a Solar-Radiance Function to the Hosek-Wilkie
-/// Skylight Model"]
+/// The sun and a clear sky by the model of Hosek & Wilkie, in W m⁻² sr⁻¹ nm⁻¹. It is black below
+/// the horizon, and black everywhere if the sun is below the horizon. [Hosek & Wilkie 2012, "An
+/// Analytic Model for Full Spectral Sky-Dome Radiance"; 2013, "Adding a Solar-Radiance Function to
+/// the Hosek-Wilkie Skylight Model"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Daylight {
-    /// Towards the sun, of any length. +y is up.
+    /// Direction to the sun, of any length. +y is up.
     pub to_sun: [f64; 3],
-    /// How hazy the air is: from 1 (arctic) to 10 (hazy).
+    /// Turbidity of the air, from 1 (arctic) to 10 (hazy).
     pub turbidity: f64,
-    /// Albedo of the ground, from 0 to 1, which lights the sky from below.
+    /// Albedo of the ground, from 0 to 1, which illuminates the sky from below.
     pub albedo: [f32; 3],
-    /// By what the sky is multiplied; not negative.
+    /// Factor of the sky; not negative.
     pub sky: f32,
-    /// By what the sun is multiplied; not negative.
+    /// Factor of the sun; not negative.
     pub sun: f32,
-    /// The angle under which the sun is seen, in degrees, from 0.0116 to 180. What arrives from a
-    /// sun that is the same everywhere does not depend on it.
+    /// Apparent diameter of the sun in degrees, from 0.0116 to 180. Without limb darkening, the
+    /// irradiance does not depend on it.
     pub aperture: f64,
-    /// True if the sun is darker at its rim, and below than above.
+    /// True if the sun is darker at its rim, and in its lower part than in its upper part.
     pub limb_darkening: bool,
-    /// The time over which the light is the mean, in place of [`Self::to_sun`].
+    /// Period over which the light is averaged, in place of [`Self::to_sun`].
     pub span: Option<TimeRange>,
 }
 
-/// A span of days, and of hours of each day, by the clock of a place. In the axes of the light,
-/// north is −x, and east is +z.
+/// A range of days and of hours of each day, in local time. In the axes of the light, north is −x,
+/// and east is +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRange {
-    /// Where.
+    /// Geographic location.
     pub place: GeoLocation,
-    /// Hours by which the clock is ahead of universal time.
+    /// Offset of local time from universal time, in hours.
     pub timezone: f64,
     /// Year, month and day of the first day.
     pub first: [u32; 3],
     /// Number of days; at least 1.
     pub days: u32,
-    /// Beginning and end of the hours of each day, from 0 to 24.
+    /// Start and end of the hours of each day, from 0 to 24.
     pub hours: [f64; 2],
-    /// The part of this time that counts, as shares of it from 0 to 1. Where they are the same,
-    /// the sun stands still.
+    /// Start and end of the averaged part of the range, as fractions from 0 to 1. If they are
+    /// equal, the sun does not move.
     pub part: [f64; 2],
 }
 
 impl TimeRange {
-    /// The most days.
+    /// Maximum number of days.
     pub const MAX_DAYS: u32 = 1_000_000;
 
-    /// Refuses numbers out of their ranges.
+    /// Checks that all numbers are in range.
     fn check(&self) -> Result<(), String> {
         let Self { place, timezone, first, days, hours, part } = self;
         let is_rising = |[from, to]: [f64; 2], most: f64| 0.0 <= from && from <= to && to <= most;
@@ -76,8 +76,8 @@ impl TimeRange {
         Err(format!("the span of days {self:?} is out of range; expected {what}"))
     }
 
-    /// The unit vector towards the sun after a share from 0 to 1 of the part that counts; the hours
-    /// of the days follow one another.
+    /// Returns the unit vector towards the sun at a fraction from 0 to 1 of [`Self::part`]; the
+    /// hours of successive days are concatenated.
     pub fn to_sun(&self, share: f64) -> DVec3 {
         let [from, to] = self.part;
         let days = f64::from(self.days);
@@ -94,7 +94,7 @@ impl TimeRange {
 }
 
 impl Default for Daylight {
-    /// The sun at its height, in a clear air.
+    /// The sun at the zenith, in clear air.
     fn default() -> Self {
         Self {
             to_sun: [0.0, 1.0, 0.0],
@@ -110,15 +110,16 @@ impl Default for Daylight {
 }
 
 impl Daylight {
-    /// Turbidities for which the model was fitted.
+    /// Turbidities to which the model was fitted.
     pub const TURBIDITIES: RangeInclusive<f64> = 1.0..=10.0;
-    /// Apertures of the sun: more than single precision tells apart.
+    /// Range of apparent diameters of the sun, in degrees. The minimum exceeds the resolution of
+    /// single precision.
     pub const APERTURES: RangeInclusive<f64> = 0.0116..=180.0;
 
-    /// The unit vector towards the sun.
+    /// Checks all parameters, and returns the unit vector towards the sun.
     ///
     /// # Errors
-    /// If a number is out of its range.
+    /// Returns a message if a number is out of range.
     pub fn check(&self) -> Result<DVec3, String> {
         if !Self::TURBIDITIES.contains(&self.turbidity) {
             return Err(format!("the turbidity is {}; expected 1 to 10", self.turbidity));
@@ -143,7 +144,7 @@ impl Daylight {
     }
 }
 
-/// A place on Earth.
+/// A geographic location.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeoLocation {
     /// Degrees north of the equator.
@@ -152,7 +153,7 @@ pub struct GeoLocation {
     pub longitude: f64,
 }
 
-/// A time of the Gregorian calendar.
+/// A time in the Gregorian calendar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DateTime {
     /// Year.
@@ -161,12 +162,12 @@ pub struct DateTime {
     pub month: i32,
     /// Day of the month, from 1.
     pub day: i32,
-    /// Hours since the midnight of universal time with which the day begins.
+    /// Hours since the beginning of the day in universal time.
     pub hours: f64,
 }
 
 impl DateTime {
-    /// Days from one day of the calendar to another, each by year, month and day.
+    /// Returns the number of days between two dates, each given as year, month and day.
     pub fn days_between(first: [u32; 3], last: [u32; 3]) -> i64 {
         let noon = |date: [u32; 3]| {
             let [year, month, day] = date.map(|n| n as i32);
@@ -175,8 +176,8 @@ impl DateTime {
         (noon(last) - noon(first)).round() as i64
     }
 
-    /// Days since noon of 1 January 2000, universal time. [Fliegel & Van Flandern 1968, "A Machine
-    /// Algorithm for Processing Calendar Dates"]
+    /// Returns the days since noon of 1 January 2000, universal time.
+    /// [Fliegel & Van Flandern 1968, "A Machine Algorithm for Processing Calendar Dates"]
     fn days_since_2000(&self) -> f64 {
         let [year, month, day] = [self.year, self.month, self.day].map(i64::from);
         let january = (month - 14) / 12;
@@ -189,9 +190,9 @@ impl DateTime {
 }
 
 impl GeoLocation {
-    /// The angle of the sun to the zenith, and its azimuth from north over east, both in radians;
-    /// within 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al.
-    /// 2001, "Computing the Solar Vector"]
+    /// Returns the zenith angle of the sun, and its azimuth from north over east, both in radians,
+    /// within 0.5 minutes of arc for the years 1999 to 2015. [Blanco-Muriel et al. 2001, "Computing
+    /// the Solar Vector"]
     pub fn sun(&self, moment: &DateTime) -> [f64; 2] {
         const EARTH_RADIUS_KM: f64 = 6371.01;
         const ASTRONOMICAL_UNIT_KM: f64 = 149_597_890.0;
@@ -229,9 +230,9 @@ impl GeoLocation {
 mod tests {
     use super::*;
 
-    /// Golden, Colorado, on 17 October 2003 at 12:30:30 of its standard time: 50.11162° to the
-    /// zenith (with refraction, which lifts the sun by 0.016332° there) and 194.34024° of
-    /// azimuth. [Reda & Andreas 2004, "Solar Position Algorithm for Solar Radiation
+    /// Golden, Colorado, on 17 October 2003 at 12:30:30 standard time: the zenith angle is
+    /// 50.11162° (with refraction, which raises the sun by 0.016332° there), and the azimuth
+    /// 194.34024°. [Reda & Andreas 2004, "Solar Position Algorithm for Solar Radiation
     /// Applications", table A5.1]
     #[test]
     fn the_sun_stands_where_the_ephemeris_says() {
@@ -246,8 +247,8 @@ mod tests {
         );
     }
 
-    /// In Tokyo on 10 July 2010 the sun rises in the north-east and culminates in the south; days
-    /// follow one another.
+    /// In Tokyo on 10 July 2010, the sun rises in the north-east and culminates in the south. The
+    /// hours of the two days are concatenated.
     #[test]
     fn spans_of_days_go_from_morning_to_evening() {
         let span = TimeRange {

@@ -1,4 +1,4 @@
-//! Lights that are not the glow of a material.
+//! Lights other than emissive materials.
 
 mod daylight;
 pub mod ies;
@@ -6,53 +6,53 @@ mod portal;
 
 use std::sync::Arc;
 
+pub use daylight::{DateTime, Daylight, GeoLocation, TimeRange};
+pub use ies::IesProfile;
+pub use portal::Portal;
 use pt_math::DAffine3;
 
 use crate::image::Image;
 use crate::{Span, Texture};
-pub use daylight::{DateTime, Daylight, GeoLocation, TimeRange};
-pub use ies::IesProfile;
-pub use portal::Portal;
 
-/// A light and where it stands.
+/// A light in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// Name in the file.
     pub name: String,
-    /// Node to world. Lights with a direction shine along −z of their node.
+    /// Node to world. Lights with a direction emit along −z of their node.
     pub to_world: DAffine3,
-    /// What it is.
+    /// Kind and parameters.
     pub kind: LightKind,
-    /// Where it was written.
+    /// Location in the file.
     pub at: Span,
 }
 
-/// The lights an author can write. All colours are linear Rec. 709.
+/// Kinds of lights. All colours are linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
-    /// The same radiance from every direction of the upper (+y world) half.
+    /// Constant radiance from the upper (+y in the world) hemisphere.
     Hemisphere {
         /// Radiance.
         radiance: [f32; 3],
     },
-    /// The same radiance from every direction.
+    /// Constant radiance from all directions.
     Constant {
         /// Radiance.
         radiance: [f32; 3],
-        /// Through what it arrives; `None` for no limits.
+        /// Portal through which the light arrives; `None` if it arrives everywhere.
         portal: Option<Portal>,
     },
-    /// An image in latitude and longitude, all around and far away. Seen in the node, its upper row
-    /// is +y, its left edge looks along −x, and a quarter of the width further on, along +z. The
-    /// node may turn and mirror; its size does not count.
+    /// An environment map in latitude and longitude. In the coordinates of the node, its upper row
+    /// is +y, its left edge is −x, and the column at a quarter of its width is +z. The node may
+    /// rotate and mirror; its scale is ignored.
     Environment {
         /// Radiance, finite and not negative.
         image: Arc<Image>,
-        /// By what the image is multiplied.
+        /// Factor of the image.
         scale: f32,
-        /// Where its rows lie.
+        /// Polar angles of the rows.
         rows: Rows,
-        /// Through what its light arrives; `None` for no limits.
+        /// Portal through which the light arrives; `None` if it arrives everywhere.
         portal: Option<Portal>,
     },
     /// Parallel light along −z of the node.
@@ -60,80 +60,79 @@ pub enum LightKind {
         /// Irradiance on a surface that faces the light.
         irradiance: [f32; 3],
     },
-    /// A disk towards +z of the node, infinitely far away: the sun. Rays that leave the scene see
-    /// it.
+    /// A disk in the direction +z of the node, at infinity, such as the sun. Rays that leave the
+    /// scene hit it.
     DistantDisk {
-        /// Irradiance on a surface that faces the middle of the disk.
+        /// Irradiance on a surface that faces the centre of the disk.
         irradiance: [f32; 3],
-        /// Half of the angle under which it is seen, in degrees, up to 90. Below 0.0058 it is
-        /// parallel light, which cannot be seen.
+        /// Angular radius in degrees, up to 90. Below 0.0058 the light is parallel, and no ray hits
+        /// it.
         angular_radius: f64,
     },
-    /// A point at the origin of the node.
+    /// A point light at the origin of the node.
     Point {
         /// Radiant intensity.
         intensity: [f32; 3],
     },
-    /// A point at the origin of the node that shines into a cone around −z.
+    /// A point light at the origin of the node that emits into a cone around −z.
     Spot {
         /// Radiant intensity along the axis.
         intensity: [f32; 3],
-        /// Full opening angle of the cone, in degrees. Outside of it there is no light.
+        /// Full opening angle of the cone, in degrees. The intensity is 0 outside.
         falloff_angle: f64,
-        /// Exponent of the cosine to the axis by which the intensity falls.
+        /// Exponent of the cosine between direction and axis, by which the intensity falls off.
         falloff_exponent: f64,
     },
-    /// A point at the origin of the node that shines into a cone around −z; between two angles to
-    /// that axis, its intensity falls to 0 linearly.
+    /// A point light at the origin of the node that emits into a cone around −z. Between two angles
+    /// to that axis, its intensity falls off linearly in the angle to 0.
     LinearSpot {
         /// Radiant intensity along the axis.
         intensity: [f32; 3],
-        /// Angle to the axis, in degrees, up to which the intensity is that of the axis.
+        /// Angle to the axis, in degrees, up to which the intensity is constant.
         beam_angle: f64,
-        /// Angle to the axis, in degrees, beyond which there is no light.
+        /// Angle to the axis, in degrees, beyond which the intensity is 0.
         cutoff_angle: f64,
-        /// By what the intensity is multiplied, as if it were a slide before the light: in the
-        /// middle of the slide is the axis, and its edges are at the cutoff angle, which
-        /// is below 90 then; u grows with x of the node, and v with y. The node may turn,
-        /// mirror and scale.
+        /// Factor of the intensity, as by a slide in front of the light: the axis is at the centre
+        /// of the slide, and its edges are at the cutoff angle, which is below 90 then; u increases
+        /// with x of the node, and v with y. The node may rotate, mirror and scale.
         texture: Option<Arc<Texture>>,
     },
-    /// A point at the origin of the node that shines into a cone around −z; between two angles to
-    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [glTF
-    /// 2.0, KHR_lights_punctual]
+    /// A point light at the origin of the node that emits into a cone around −z. Between two angles
+    /// to that axis, its intensity falls off to 0 with the square of a linear function of the
+    /// cosine. [glTF 2.0, KHR_lights_punctual]
     PunctualSpot {
         /// Radiant intensity along the axis.
         intensity: [f32; 3],
-        /// Angle to the axis, in degrees, up to which the intensity is that of the axis.
+        /// Angle to the axis, in degrees, up to which the intensity is constant.
         inner_angle: f64,
-        /// Angle to the axis, in degrees, beyond which there is no light.
+        /// Angle to the axis, in degrees, beyond which the intensity is 0.
         outer_angle: f64,
     },
-    /// A point at the origin of the node that throws a picture along −z, which a plane across that
-    /// axis shows evenly lit: the intensity at the angle θ to the axis is that of the axis over
-    /// cos³ θ.
+    /// A point light at the origin of the node that projects a picture along −z. A plane
+    /// perpendicular to that axis is lit evenly: the intensity at the angle θ to the axis is that
+    /// of the axis over cos³ θ.
     Projector {
-        /// Radiant intensity along the axis where the picture is 1.
+        /// Radiant intensity along the axis for a picture of value 1.
         intensity: [f32; 3],
-        /// Angle in degrees, in (0, 180), that the picture takes along x of the node.
+        /// Horizontal angle of the picture in degrees, in (0, 180), along x of the node.
         x_fov: f64,
-        /// Angle in degrees, in (0, 180), that it takes along y.
+        /// Vertical angle of the picture in degrees, in (0, 180), along y of the node.
         y_fov: f64,
-        /// The picture: u grows with x of the node, and v with y. Nothing of it is shown beyond
-        /// the unit square. The node may turn, mirror and scale.
+        /// The picture: u increases with x of the node, and v with y. There is no light beyond the
+        /// unit square. The node may rotate, mirror and scale.
         texture: Arc<Texture>,
     },
-    /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:
-    /// that is the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.
+    /// A point light at the origin of the node with the intensity distribution of a luminaire that
+    /// points along −z, the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.
     Ies {
-        /// The intensities.
+        /// Intensity distribution.
         profile: Arc<IesProfile>,
         /// Radiant intensity of one candela.
         scale: [f32; 3],
     },
-    /// The sun and a clear sky. In the node, +y is up.
+    /// The sun and a clear sky. +y of the node is up.
     Daylight(Daylight),
-    /// A unit square in the node's xy plane, centred at its origin, that shines towards −z.
+    /// A unit square in the node's xy plane, centred at its origin, that emits towards −z.
     Area {
         /// Emitted radiance.
         radiance: [f32; 3],
@@ -141,7 +140,7 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// The name of its kind.
+    /// Returns the name of the kind.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Hemisphere { .. } => "Hemisphere",
@@ -161,12 +160,14 @@ impl LightKind {
     }
 }
 
-/// Where the rows of an image of the sky lie.
+/// Polar angles of the rows of an environment map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rows {
-    /// The middle of row j of n is at the polar angle π(j + ½)/n: the rows share the sky.
+    /// The centre of row j of n is at the polar angle π(j + ½)/n, so that the rows divide the
+    /// sphere evenly in angle.
     #[default]
     PixelCenters,
-    /// It is at πj/(n − 1): the first and the last row are the poles, as in Mitsuba.
+    /// The centre of row j of n is at πj/(n − 1): the first and the last row are the poles, as in
+    /// Mitsuba.
     EndpointsAtPoles,
 }

@@ -1,20 +1,20 @@
-//! Rectangles through which light from far away arrives.
+//! Portals: rectangles through which the light of infinite lights arrives.
 
 use pt_math::DVec3;
 
-/// A rectangle, such as a window: light of the sky arrives only along rays that go through it.
+/// A rectangle, such as a window: the light arrives only along rays through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Portal {
-    /// Its corners in the world, counter-clockwise as seen from where the light arrives. On the
-    /// other side, nothing of the sky is seen.
+    /// Corners in the world, counter-clockwise as seen from the side where the light arrives. From
+    /// the other side, no light is visible through it.
     pub corners: [[f64; 3]; 4],
 }
 
 impl Portal {
-    /// The first corner, and the edges from there to the second and to the last.
+    /// Returns the first corner, and the edges from there to the second and to the last.
     ///
     /// # Errors
-    /// If it is no rectangle.
+    /// Returns a message if the corners are not a rectangle.
     pub fn edges(&self) -> Result<[DVec3; 3], String> {
         const TOLERANCE: f64 = 1e-3;
         let [a, b, c, d] = self.corners.map(DVec3::from_array);

@@ -1,64 +1,66 @@
-//! The material of glTF.
+//! The metallic-roughness material of glTF.
 
 use std::sync::Arc;
 
 use crate::texture::{Color, NormalOrBump, Scalar, Texture};
 
-/// The normals of a clear coat.
+/// Normals of a clear coat.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum CoatNormals {
-    /// Those of what is below it.
+    /// Normals of the layers below, with their relief.
     #[default]
     Base,
-    /// Those of the shape, whatever relief is below it.
+    /// Normals of the shape, without the relief of the layers below.
     Shape,
-    /// Those of the shape with a relief of its own.
+    /// Normals of the shape, perturbed by a relief of the coat.
     Relief(NormalOrBump),
 }
 
-/// The material of glTF, with its extensions: a mixture of a metal and of a dielectric with a
-/// diffuse base, or with one that light goes through, under a sheen and a clear coat. Each layer
-/// has the light that those above leave to it, so that no light is gained (to 0.6 %, the precision
-/// of the tables), and light that one facet reflects to another is followed on. Numbers are from 0
-/// to 1 where nothing else is said. [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy,
+/// The metallic-roughness material of glTF, with its extensions: a mixture of a metal and a
+/// dielectric with a diffuse or transmissive base, under sheen and clear coat. Each layer receives
+/// the light that the layers above transmit, so that no energy is gained (to 0.6 %, the precision
+/// of the tables), and multiple scattering between facets is included. Parameters are from 0 to 1
+/// unless stated otherwise. [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy,
 /// _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen, _specular, _transmission,
 /// _volume]
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetallicRoughness {
-    /// Colour of the base, of the metal, and of light that goes through: at once of a sheet, else
-    /// its square root at each surface.
+    /// Colour of the base, of the metal, and of transmitted light: once for sheets, otherwise its
+    /// square root at each surface.
     pub base_color: Color,
-    /// Share of metal.
+    /// Weight of the metal.
     pub metallic: Scalar,
-    /// √α of the facets, which are those of GGX.
+    /// √α of the GGX facets.
     pub roughness: Scalar,
     /// Index of refraction of the back side over that of the front side, at least 1.
     pub ior: f32,
-    /// Amount of the reflection of the dielectric.
+    /// Amount of specular reflection of the dielectric.
     pub specular: Scalar,
-    /// Its colour at normal incidence; not negative.
+    /// Colour of the specular reflection of the dielectric at normal incidence; not negative.
     pub specular_color: Color,
-    /// Share of the dielectric that light goes through.
+    /// Weight of transmission in the dielectric.
     pub transmission: Scalar,
-    /// Share of the diffuse base that scatters light to the other side; sheets alone have one.
+    /// Fraction of the diffuse base that scatters light to the other side; only for sheets.
     pub diffuse_transmission: Scalar,
-    /// Colour of that light.
+    /// Colour of diffuse transmission.
     pub diffuse_transmission_color: Color,
-    /// How far the roughness α along a direction is from that across it to 1, by its square.
+    /// Strength of anisotropy: its square interpolates α along [`Self::anisotropy_direction`]
+    /// between α across it and 1.
     pub anisotropy: Scalar,
-    /// That direction along the surface, where u and then v grow: −1 to 1 as these numbers go from
-    /// 0 to 1.
+    /// Direction of anisotropy along increasing u and v: the values from 0 to 1 are mapped to −1
+    /// to 1.
     pub anisotropy_direction: [Scalar; 2],
-    /// The angle in radians by which it is turned, from where u grows to where v does.
+    /// Angle in radians by which the direction of anisotropy is rotated from increasing u to
+    /// increasing v.
     pub anisotropy_rotation: f32,
-    /// The direction that stands for that in which u grows, if another one does: its red and green
-    /// are the shares of ∂p/∂u and ∂p/∂v.
+    /// Direction that replaces that of increasing u: its red and green channels are the
+    /// coefficients of ∂p/∂u and ∂p/∂v.
     pub anisotropy_along: Option<Arc<Texture>>,
-    /// Share of the surface with a thin film.
+    /// Weight of the thin film.
     pub iridescence: Scalar,
     /// Index of refraction of the film, at least 1.
     pub film_ior: f32,
-    /// Its thickness in nanometres, at least 0.
+    /// Thickness of the film in nanometres, at least 0.
     pub film_thickness: Scalar,
     /// Colour of the sheen.
     pub sheen_color: Color,
@@ -66,19 +68,18 @@ pub struct MetallicRoughness {
     pub sheen_roughness: Scalar,
     /// Amount of clear coat.
     pub clearcoat: Scalar,
-    /// √α of its facets.
+    /// √α of the clear coat.
     pub clearcoat_roughness: Scalar,
     /// The normals of the clear coat.
     pub clearcoat_normals: CoatNormals,
-    /// True if it is a sheet without an inside, the same from both sides.
+    /// True if the material is a sheet without an interior, equal on both sides.
     pub thin: bool,
-    /// True if the back side of what light does not go through reflects as the front does; else it
-    /// is black.
+    /// True if the back side of opaque parts reflects as the front does; otherwise it is black.
     pub two_sided: bool,
 }
 
 impl Default for MetallicRoughness {
-    /// A white dielectric of index 1.5 and roughness 1, without anything else.
+    /// A white dielectric of index 1.5 and roughness 1, with all other weights 0.
     fn default() -> Self {
         let (none, white) = (|| Scalar::Value(0.0), || Color::Value([1.0; 3]));
         Self {
@@ -110,7 +111,7 @@ impl Default for MetallicRoughness {
 }
 
 impl MetallicRoughness {
-    /// Returns true if light goes through it anywhere.
+    /// Returns true if the surface transmits light anywhere.
     pub fn transmits(&self) -> bool {
         self.transmission != Scalar::Value(0.0) || self.diffuse_transmission != Scalar::Value(0.0)
     }

@@ -1,20 +1,20 @@
-//! Round surfaces as meshes.
+//! Meshes of round surfaces.
 
 use std::f64::consts::TAU;
 
 use super::single_part;
 use crate::{Attribute, Attributes, Mesh};
 
-/// Sides of the polygon that stands for a circle. Of a radius r its sides are at most
-/// r (1 − cos(π / 1024)) = 4.7 · 10⁻⁶ r from the circle, far less than a pixel, and its area is
+/// Number of sides of the polygon that approximates a circle. For radius r, its sides are at most r
+/// (1 − cos(π / 1024)) = 4.7 · 10⁻⁶ r from the circle, far less than a pixel, and its area is
 /// smaller by 6.3 · 10⁻⁶.
 const SIDES: u32 = 1024;
 
-/// The disk of radius 1 in the xy plane around the origin; the front looks to +z. u is the distance
-/// from the middle, and v the angle from +x towards +y over a full turn.
+/// Returns the disk of radius 1 in the xy plane around the origin; the front is +z. u is the
+/// distance from the centre, and v the angle from +x towards +y over a full turn.
 ///
-/// In the middle, where all angles meet, each triangle has that of its own axis, which is within
-/// 1/2048 of the v of its points.
+/// At the centre, where all angles meet, each triangle has the angle of its own axis, which is
+/// within 1/2048 of the v of its points.
 pub fn disk() -> Mesh {
     let rim = (0..SIDES).map(|i| circle(i, 0.0));
     let positions = std::iter::once([0.0; 3]).chain(rim).collect();
@@ -36,12 +36,12 @@ pub fn disk() -> Mesh {
     }
 }
 
-/// The sphere of radius 1 around the origin, with its normals; the front looks outwards. u is the
+/// Returns the sphere of radius 1 around the origin, with normals; the front is outside. u is the
 /// longitude from +x towards +y over a full turn, and v the angle from +z over half a turn.
 ///
-/// Its triangles are at most 1.6 · 10⁻⁴ inside of it.
+/// The triangles are at most 1.6 · 10⁻⁴ inside of the sphere.
 pub fn sphere() -> Mesh {
-    /// Meridians, and circles of latitude from pole to pole.
+    /// Numbers of meridians, and of intervals of latitude from pole to pole.
     const MERIDIANS: u32 = 256;
     const CIRCLES: u32 = 128;
     let (mut positions, mut uvs) = (Vec::new(), Vec::new());
@@ -51,7 +51,7 @@ pub fn sphere() -> Mesh {
         for i in 0..=MERIDIANS {
             let phi = f64::from(i) / f64::from(MERIDIANS);
             let (y, x) = libm::sincos(TAU * f64::from(i % MERIDIANS) / f64::from(MERIDIANS));
-            // All ends of the meridians are one point.
+            // All meridians end at the same point.
             let equator = if j == 0 || j == CIRCLES { 0.0 } else { sin };
             positions.push([equator * x, equator * y, cos].map(|x| x as f32));
             uvs.push([phi, theta].map(|x| x as f32));
@@ -83,8 +83,8 @@ pub fn sphere() -> Mesh {
     }
 }
 
-/// The surface of radius 1 around the z axis between z = 0 and z = 1, open at both ends; the front
-/// looks outwards. u is the angle from +x towards +y over a full turn, and v is z.
+/// Returns the surface of radius 1 around the z axis between z = 0 and z = 1, open at both ends;
+/// the front is outside. u is the angle from +x towards +y over a full turn, and v is z.
 pub fn cylinder() -> Mesh {
     let ring = |z: f64| (0..SIDES).map(move |i| circle(i, z));
     let positions: Vec<_> = ring(0.0).chain(ring(1.0)).collect();
@@ -115,13 +115,13 @@ pub fn cylinder() -> Mesh {
     }
 }
 
-/// The corner with a number on the circle of radius 1 at the height z.
+/// Returns a corner of the circle of radius 1 at height z.
 fn circle(corner: u32, z: f64) -> [f32; 3] {
     let (sin, cos) = libm::sincos(f64::from(corner) / f64::from(SIDES) * TAU);
     [cos as f32, sin as f32, z as f32]
 }
 
-/// So many sides as a share of the circle.
+/// Returns a number of sides as a fraction of the circle.
 fn share(sides: f64) -> f32 {
     (sides / f64::from(SIDES)) as f32
 }
@@ -140,7 +140,7 @@ mod tests {
             .map(|i| DVec3::from_array(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// The areas of all triangles.
+    /// Returns the total area of all triangles.
     fn area(mesh: &Mesh) -> f64 {
         let of = |i: usize| {
             let [a, b, c] = corners(mesh, i);
@@ -163,8 +163,8 @@ mod tests {
         }
     }
 
-    /// Checks at the middles of edges and faces that the texture coordinates of the corners mean
-    /// those of the surface; where a turn ends, another begins.
+    /// Checks at the midpoints of edges and the centres of faces that interpolated texture
+    /// coordinates equal those of the surface, modulo a full turn.
     fn check_uvs(mesh: &Mesh, turn_axis: usize, uv_of: impl Fn(DVec3) -> DVec2) {
         let uvs = mesh.uvs.as_ref().unwrap();
         for (i, &triangle) in mesh.triangles.iter().enumerate() {
@@ -182,7 +182,7 @@ mod tests {
         }
     }
 
-    /// The angle from +x over a full turn, in [0, 1).
+    /// Returns the angle from +x over a full turn, in [0, 1).
     fn turn(p: DVec3) -> f64 {
         (p.y.atan2(p.x) / TAU).rem_euclid(1.0)
     }
@@ -209,7 +209,7 @@ mod tests {
             assert!(normal.z.abs() < 1e-6);
             for corner in triangle {
                 let smooth = normals.values[*corner as usize].map(f64::from);
-                // Half a side away from the middle of the facet.
+                // Half a side from the middle of the facet.
                 assert!(normal.dot(DVec3::from_array(smooth)) > (PI / 1000.0).cos());
             }
         }

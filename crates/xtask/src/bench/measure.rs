@@ -1,4 +1,4 @@
-//! One run of the program, in numbers.
+//! Measurements of one run of the program.
 
 use std::path::Path;
 use std::process::Command;
@@ -14,9 +14,10 @@ pub(crate) struct Measured {
     pub(crate) triangles: f64,
     pub(crate) samples: f64,
     pub(crate) rays: f64,
-    /// Wall-clock time of rendering.
+    /// Wall-clock time of rendering in seconds.
     pub(crate) seconds: f64,
-    /// Processor time of rendering; the wall-clock time where the system does not tell.
+    /// Processor time of rendering in seconds; the wall-clock time if the system does not report
+    /// it.
     pub(crate) cpu_seconds: f64,
     pub(crate) peak_bytes: f64,
 }
@@ -35,7 +36,7 @@ pub(crate) fn measure(program: &Path, args: &str, scene: &Path) -> Result<Measur
     read_summary(&summary)
 }
 
-/// What the program wrote with `--summary-json`.
+/// Parses the file written by `--summary-json`.
 ///
 /// # Errors
 /// If it cannot be read, or lacks a number.
@@ -56,14 +57,15 @@ pub(crate) fn read_summary(summary: &Path) -> Result<Measured> {
     })
 }
 
-/// The least and the middle one of some numbers.
+/// Minimum and median of some numbers.
 pub(crate) fn least_and_median(mut numbers: Vec<f64>) -> [f64; 2] {
     numbers.sort_by(f64::total_cmp);
     let at = |i: usize| numbers.get(i).copied().unwrap_or(f64::NAN);
     [at(0), at(numbers.len() / 2)]
 }
 
-/// How busy the machine is, where the system tells: times are not to be trusted on a busy one.
+/// Prints the load of the machine, if the system reports it: times are unreliable on a busy
+/// machine.
 pub(crate) fn print_busyness() {
     if let Ok(text) = std::fs::read_to_string("/proc/loadavg") {
         let load = text.split_whitespace().next().unwrap_or_default();
@@ -71,7 +73,7 @@ pub(crate) fn print_busyness() {
     }
 }
 
-/// `ok` or `MISSED`.
+/// Returns `ok` or `MISSED`.
 pub(crate) fn verdict(reached: bool) -> &'static str {
     if reached { "ok" } else { "MISSED" }
 }

@@ -9,8 +9,8 @@ use super::ply;
 /// Squares along a side, each of two triangles.
 const SIDE: u32 = 1000;
 
-/// The corners and the triangles of a rolling plain. The heights need not be the same on every
-/// machine: only time and memory are measured.
+/// Vertices and triangles of a wavy plane. The heights may differ between machines: only time and
+/// memory are measured.
 pub(crate) fn waves()
 -> (impl ExactSizeIterator<Item = [f32; 3]>, impl ExactSizeIterator<Item = [u32; 3]>) {
     let row = SIDE + 1;
@@ -27,7 +27,7 @@ pub(crate) fn waves()
     ((0..row * row).map(position), (0..2 * SIDE * SIDE).map(triangle))
 }
 
-/// Writes the plain as a binary PLY file.
+/// Writes the plane as a binary PLY file.
 ///
 /// # Errors
 /// If the file cannot be written.

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: measurements, with what they are measured against.
+//! `cargo xtask bench`: measurements against other programs.
 
 mod load;
 mod measure;

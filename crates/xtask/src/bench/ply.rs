@@ -1,4 +1,4 @@
-//! Meshes as binary PLY files.
+//! Writer of meshes as binary PLY files.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

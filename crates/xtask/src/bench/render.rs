@@ -14,12 +14,12 @@ pub(crate) struct Args {
     repeats: usize,
 }
 
-/// A scene, and what is asked of it.
+/// Scene with its requirements.
 struct Case {
     scene: &'static str,
     /// Million camera samples and million rays per second on a core, of the course's program.
     course: [Option<f64>; 2],
-    /// The same, as asked of ours.
+    /// The same rates as required of ours.
     asked: [Option<f64>; 2],
 }
 
@@ -33,9 +33,9 @@ const CASES: [Case; 2] = [
 ];
 
 const COMMAND: &str = "-r 480 360 -s 64 -l 1 -m 5 -t 1";
-/// The course's way, with all samples.
+/// Command lines; the course's mode takes all samples.
 const MODES: [(&str, &str); 2] = [("default", ""), ("cs184", "--cs184 -a 64 0")];
-/// Bytes of memory for each triangle of a large mesh, at most.
+/// Maximum number of bytes of memory per triangle of a large mesh.
 const MAX_BYTES: f64 = 500.0;
 
 /// Measures and prints.

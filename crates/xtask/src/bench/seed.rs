@@ -1,4 +1,4 @@
-//! `cargo xtask bench seed`: what a tree brings, by the two meshes of a report on the university
+//! `cargo xtask bench seed`: speedup by a tree, for the two meshes of a report on the university
 //! course's program.
 
 use anyhow::Result;
@@ -17,7 +17,7 @@ pub(crate) struct Args {
     repeats_without: usize,
 }
 
-/// A mesh, and what others reached with it.
+/// Mesh with the results of others.
 struct Mesh {
     scene: &'static str,
     /// Seconds without and with a tree, in the report.
@@ -31,15 +31,15 @@ const MESHES: [Mesh; 2] = [
     Mesh { scene: "meshedit/maxplanck.dae", report: [390.0, 0.58], course: 3.1 },
 ];
 
-/// Ours over theirs, at least.
+/// Required speedup by the tree, relative to that in the report.
 const FACTOR: f64 = 3.0;
-/// Our time over theirs, at most.
+/// Maximum ratio of our time to theirs.
 const SHARE: f64 = 0.1;
 const COMMAND: &str = "-r 800 600 --integrator normals";
-/// Samples per pixel: of the report, of the course's pictures and rates, and so many that what a
-/// pixel costs apart from its rays hardly counts.
+/// Samples per pixel: of the report, of the course's images and rates, and enough that the cost per
+/// pixel apart from its rays is negligible.
 const SPP: [u32; 3] = [1, 4, 64];
-/// Which of them the course's rates were taken with.
+/// Index in [`SPP`] of the course's rates.
 const COURSE: usize = 1;
 
 /// Measures and prints.
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// How long a render took.
+/// Time of a render.
 struct Time {
     seconds: f64,
     /// Million rays per second.
@@ -89,8 +89,8 @@ struct Time {
 }
 
 impl Mesh {
-    /// Compares with others what was measured on one core: times with each of [`SPP`], and one
-    /// `without` a tree.
+    /// Compares measurements on one core with the results of others: times with each of [`SPP`],
+    /// and one `without` a tree.
     fn judge(&self, with: &[Time], without: &Time) {
         let one = &with[0];
         let [slow, fast] = self.report;

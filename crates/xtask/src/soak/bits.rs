@@ -1,5 +1,5 @@
 //! The film is a function of scene, settings, seed and version alone: not of threads, tiles,
-//! vectors, trees, or processes among which the samples are shared out.
+//! vectors, trees, or processes among which the samples are divided.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::project::{output_folder, root, shown};
 
-/// Scenes, each with what is rendered of it.
+/// Scenes, each with its options.
 const SCENES: [(&str, &str); 5] = [
     ("cornell.dae", "-r 64 48 -s 64 --aov albedo,normal,primitive,refused,cryptomatte_object"),
     ("mitsuba/textures.xml", "-r 64 64 -s 32"),
@@ -17,7 +17,7 @@ const SCENES: [(&str, &str); 5] = [
     ("motion.xml", "-r 64 48 -s 32 --filter mitchell"),
 ];
 
-/// What must not change a bit: the vectors of which processors are used, and options.
+/// Variants that must not change any bit: the vector instructions, and options.
 const VARIANTS: [(&str, &str); 12] = [
     ("", "-t 2"),
     ("", "-t 3"),
@@ -33,8 +33,7 @@ const VARIANTS: [(&str, &str); 12] = [
     ("", "-t 2 --bvh-quality high"),
 ];
 
-/// Samples of the parts that are rendered by processes of their own, at the same time: how many of
-/// 32 each begins with.
+/// Bounds, in 32nds of all samples, of the parts that are rendered by concurrent processes.
 const CUTS: [u32; 5] = [0, 1, 9, 25, 32];
 
 /// Compares the films of all variants of all scenes.
@@ -73,7 +72,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A scene and what is rendered of it.
+/// A scene and its options.
 struct Bits<'a> {
     program: &'a Path,
     folder: &'a Path,
@@ -88,7 +87,7 @@ impl Bits<'_> {
         Ok(number.context("the options say how many samples")?.parse()?)
     }
 
-    /// The hash of the film that comes of parts, each rendered by a process of its own.
+    /// Hash of the film that is merged from parts, each rendered by its own process.
     fn hash(&self, parts: &[(&str, String)], what: &str) -> Result<String> {
         let film = |i: usize| self.folder.join(format!("{i}.film"));
         let mut running = Vec::new();

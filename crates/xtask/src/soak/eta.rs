@@ -1,5 +1,4 @@
-//! What renders say about when they will end, against when they end, on this machine with its load
-//! of now.
+//! Accuracy of the predicted end of renders, on this machine with its current load.
 
 use std::path::Path;
 use std::process::Command;
@@ -19,10 +18,10 @@ const RENDERS: [(&str, &str); 6] = [
     ("motion.xml", "-r 400 300 -s 300"),
 ];
 
-/// Renders, and counts how often, from a tenth on, the end lay in the interval that was told.
+/// Renders, and counts how often, from a tenth on, the end was in the predicted interval.
 ///
 /// # Errors
-/// If it did less than nine times of ten, or a render fails.
+/// If this is less than nine times of ten, or a render fails.
 pub(super) fn run(program: &Path) -> Result<()> {
     let image = output_folder("soak")?.join("eta.exr");
     let (mut inside, mut all) = (0, 0);

@@ -1,8 +1,8 @@
-//! Bytes that nobody wrote, for each reader of files: coverage-guided fuzzing by libFuzzer, with
-//! our files as seeds.
+//! Coverage-guided fuzzing of each reader of files by libFuzzer, with files of the project as
+//! seeds.
 //!
-//! Each target of `fuzz/` has the name of the ending of its seeds. What makes it grow is kept in
-//! the target folder, from where the next campaign goes on.
+//! Each target of `fuzz/` is named after the extension of its seeds. Inputs that increase coverage
+//! are kept in the target folder, from which the next campaign continues.
 
 mod seeds;
 
@@ -15,24 +15,24 @@ use rayon::prelude::*;
 
 use crate::project::{output_folder, root, shown, succeed, target};
 
-/// The version of cargo-fuzz that is installed.
+/// Version of cargo-fuzz that is installed.
 const VERSION: &str = "0.13.2";
-/// Most seconds for one input.
+/// Maximum number of seconds for one input.
 const TIMEOUT: u32 = 10;
-/// Most memory of a target, in MiB, with what the address sanitizer adds.
+/// Maximum memory of a target, in MiB, including that of the address sanitizer.
 const MEMORY: u32 = 2048;
-/// Threads of the readers: enough to try what is done in parallel.
+/// Threads of the readers: enough to test parallel code.
 const THREADS: &str = "2";
 
-/// What came of one target.
+/// Result of one target.
 struct Outcome {
     target: String,
     seconds: f64,
-    /// Inputs that were tried.
+    /// Number of inputs that were tried.
     executions: u64,
-    /// Edges of the program that the seeds reach, and all inputs at the end.
+    /// Number of edges of the program that the seeds reach, and that all inputs reach at the end.
     coverage: [u64; 2],
-    /// Files with the inputs that do harm.
+    /// Files with the inputs that cause failures.
     findings: Vec<PathBuf>,
     log: PathBuf,
 }
@@ -40,7 +40,7 @@ struct Outcome {
 /// Runs the targets, as many at a time as there are processors.
 ///
 /// # Errors
-/// If one finds an input that does harm, or what is needed cannot be had.
+/// If one finds an input that causes a failure, or a required tool is not available.
 pub(super) fn run(minutes: f64, only: &[String]) -> Result<()> {
     let tool = Tool::prepare()?;
     let all = tool.targets()?;
@@ -62,14 +62,14 @@ pub(super) fn run(minutes: f64, only: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// cargo-fuzz, with the nightly toolchain.
+/// cargo-fuzz with the nightly toolchain.
 struct Tool {
     program: PathBuf,
     build: PathBuf,
 }
 
 impl Tool {
-    /// Installs it where it is missing.
+    /// Installs it if it is missing.
     fn prepare() -> Result<Self> {
         let nightly =
             Command::new("rustup").args(["run", "nightly", "rustc", "--version"]).output();
@@ -90,7 +90,7 @@ impl Tool {
         Ok(Self { program, build: target()?.join("fuzz") })
     }
 
-    /// A command of it on the crate of the targets.
+    /// Command of cargo-fuzz on the crate of the targets.
     fn command(&self, what: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new("rustup");
         command.args(["run", "nightly"]).arg(&self.program).arg(what);
@@ -98,7 +98,7 @@ impl Tool {
         if what != "list" {
             command.arg("--target-dir").arg(&self.build);
         }
-        // The variables of the cargo that runs this would bring its toolchain along.
+        // The variables of the cargo that runs this program would select its toolchain.
         command
             .args(arguments)
             .current_dir(root())
@@ -107,7 +107,7 @@ impl Tool {
         command
     }
 
-    /// The names of the targets.
+    /// Names of the targets.
     fn targets(&self) -> Result<Vec<String>> {
         let mut list = self.command("list", &[]);
         let output = list.output().with_context(|| shown(&list))?;
@@ -117,7 +117,7 @@ impl Tool {
     }
 }
 
-/// Runs one target, and says what came of it.
+/// Runs one target, and returns its result.
 fn fuzz(tool: &Tool, folder: &Path, name: String, minutes: f64) -> Result<Outcome> {
     let folder = folder.join(&name);
     let [corpus, findings, temporary] = ["corpus", "findings", "temporary"].map(|f| folder.join(f));
@@ -165,7 +165,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 impl Outcome {
-    /// Of what libFuzzer says.
+    /// Parses the output of libFuzzer.
     fn of(
         target: String,
         time: Duration,
@@ -202,7 +202,7 @@ impl Outcome {
     }
 }
 
-/// The number that stands in a line behind some words.
+/// Number in a line after some words.
 fn number_behind(line: &str, words: &str) -> Option<u64> {
     let rest = line.split_once(words)?.1.trim_start();
     let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());

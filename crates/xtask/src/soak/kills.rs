@@ -1,4 +1,4 @@
-//! Renders that are killed come to the same image as others.
+//! Renders that are killed produce the same image as others.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,24 +25,24 @@ const RENDERS: [(&str, &str); 6] = [
     ),
 ];
 
-/// Kills after which a line says how far it is.
+/// Number of kills between lines of progress.
 const LINE_EVERY: u32 = 100;
 
-/// What became of them.
+/// Statistics of the kills.
 #[derive(Default)]
 struct Tally {
     kills: u32,
     renders: u32,
-    /// Newest films that were torn, cut off or changed by us.
+    /// Number of newest films that were damaged on purpose.
     damaged: u32,
-    /// Times that the one before took the place of one that could not be read.
+    /// Number of times that the previous film replaced one that could not be read.
     fell_back: u32,
-    /// Kills after which there was a film to go on from.
+    /// Number of kills after which there was a film to resume from.
     kept: u32,
 }
 
-/// Kills renders at random instants, damages the newest of two films at times, and goes on until
-/// they are finished; each image has to be the one that nobody stopped.
+/// Kills renders at random instants, sometimes damages the newest of two films, and resumes until
+/// they are finished; each image must equal that of an uninterrupted render.
 pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
     let mut random = Random::new(args.seed);
     let mut tally = Tally::default();
@@ -89,7 +89,7 @@ pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// A render into a folder of its own.
+/// A render into its own folder.
 struct Render<'a> {
     program: &'a Path,
     folder: PathBuf,
@@ -97,7 +97,7 @@ struct Render<'a> {
 }
 
 impl<'a> Render<'a> {
-    /// In an empty folder.
+    /// Creates the render in an empty folder.
     fn new(program: &'a Path, folder: &Path, options: &str) -> Result<Self> {
         let folder = folder.join("killed");
         if folder.is_dir() {
@@ -131,8 +131,8 @@ impl<'a> Render<'a> {
     }
 }
 
-/// Starts a render again and again, each time killing it at some instant of the time that it takes
-/// as a whole, until one ends by itself. Its image.
+/// Starts a render repeatedly, and kills it at a random instant of its total time, until one ends
+/// by itself. Returns its image.
 fn killed(
     render: &Render,
     whole: Duration,
@@ -163,7 +163,8 @@ fn ended(status: ExitStatus) -> bool {
     status.code().is_some()
 }
 
-/// Tears a file, cuts it off, or changes a bit. Whether there was one.
+/// Damages a file: overwrites a part, truncates it, or changes a bit. Returns true if there was a
+/// file.
 fn damage(film: &Path, random: &mut Random) -> Result<bool> {
     if !film.is_file() {
         return Ok(false);

@@ -1,5 +1,5 @@
-//! The good files of all formats with random damage, more often than in the ordinary tests, and
-//! otherwise damaged.
+//! Good files of all formats with random damage, more often than in the ordinary tests, and with
+//! another seed.
 
 use anyhow::Result;
 
@@ -11,7 +11,7 @@ use crate::project::{cargo, succeed};
 /// # Errors
 /// If one of them fails.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let mut tests = cargo(&["test", "--package", "pt-scene", "--tests", "damage"]);
+    let mut tests = cargo(&["test", "--package", "pt-formats", "--tests", "damage"]);
     tests.env("PT_MUTATIONS", args.mutations.to_string());
     tests.env("PT_MUTATION_SEED", args.seed.to_string());
     succeed(&mut tests)

@@ -6,10 +6,10 @@ use anyhow::Result;
 use super::Args;
 use crate::project::{cargo, succeed};
 
-/// Runs the test of them.
+/// Runs the tests of pipes.
 ///
 /// # Errors
-/// If a command hangs, or ends with another status than is documented.
+/// If a command hangs, or ends with an undocumented status.
 pub(super) fn run(args: &Args) -> Result<()> {
     let mut tests = cargo(&["test", "--package", "pt-cli", "--test", "cli", "pipes"]);
     tests.env("PT_PIPES", args.pipes.to_string());

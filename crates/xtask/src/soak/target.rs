@@ -1,18 +1,17 @@
-//! Renders with an error target keep their word: the true error, told by a converged image, is
-//! below the target as often as they say; and they take fewer samples than a render with the same
-//! for all pixels.
+//! Guarantees of renders with an error target: the true error, measured against a converged image,
+//! is below the target as often as promised; and they take fewer samples than a render with equally
+//! many for all pixels.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use pt_scene::image;
 use serde_json::Value;
 
 use crate::project::{output_folder, root};
 
-/// Scenes, each with what is rendered of it, its target, and the samples of the image that is taken
-/// for the truth.
+/// Scenes, each with its options, its target, and the samples of the converged image that serves as
+/// the truth.
 const SCENES: [(&str, &str, f64, u32); 5] = [
     ("cornell.dae", "-r 64 48", 0.06, 131_072),
     ("mitsuba/spot.xml", "-r 64 64", 0.004, 65_536),
@@ -21,17 +20,17 @@ const SCENES: [(&str, &str, f64, u32); 5] = [
     ("mitsuba/fog.xml", "-r 40 40", 0.04, 65_536),
 ];
 
-/// Renders of each, with seeds of their own.
+/// Number of renders of each scene, with different seeds.
 const SEEDS: u32 = 40;
 
-/// The confidence that is asked for.
+/// Requested confidence.
 const CONFIDENCE: f64 = 0.95;
 
-/// With so many it is asked how many samples all pixels alike need.
+/// Number of seeds with which the samples of uniform renders are determined.
 const SOME: u32 = 8;
 
-/// The share of samples of a render without adaptive sampling that should suffice, and in how many
-/// scenes.
+/// Maximum fraction of the samples of a render without adaptive sampling, and the minimum number of
+/// scenes that achieve it.
 const FEWER: (f64, usize) = (0.7, 3);
 
 /// A scene that is rendered in different ways.
@@ -42,7 +41,7 @@ struct Subject<'a> {
     options: &'a str,
 }
 
-/// Image in linear light, and what the program says of the render.
+/// Image in linear light, and the summary of the render.
 type Rendered = (Vec<[f32; 3]>, Value);
 
 impl Subject<'_> {
@@ -55,12 +54,12 @@ impl Subject<'_> {
         let status = command.status()?;
         ensure!(status.success(), "{}: the render fails", self.scene.display());
         let summary = serde_json::from_str(&std::fs::read_to_string(&json)?)?;
-        Ok((image::load_raw(&self.image)?.pixels, summary))
+        Ok((pt_image::load_raw(&self.image)?.pixels, summary))
     }
 
-    /// The fewest samples of a pixel with which a render that takes the same of each has an error
-    /// of at most `target`, by the same measure and with the same confidence, if it is known
-    /// how many these are and there is a single look; to 1 %.
+    /// Minimum number of samples per pixel with which a uniform render has an error of at most
+    /// `target`, by the same measure and with the same confidence, if the number of samples is
+    /// known in advance and the error is evaluated once; to 1 %.
     fn known_samples(&self, target: f64, seed: u32) -> Result<u32> {
         let is_enough = |spp: u32| -> Result<bool> {
             let options = format!("-s {spp} --seed {seed} --aov half_a,half_b");
@@ -83,7 +82,7 @@ fn number(summary: &Value, name: &str) -> Result<f64> {
     summary[name].as_f64().with_context(|| format!("the summary has no number \"{name}\""))
 }
 
-/// The relative root mean square error of an image, as a screen of white 1 shows it.
+/// Relative root mean square error of an image, as displayed on a screen with white level 1.
 fn true_error(pixels: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
     let shown = |image: &[[f32; 3]]| -> Vec<f64> {
         image.as_flattened().iter().map(|v| f64::from(v.clamp(0.0, 1.0))).collect()
@@ -93,11 +92,10 @@ fn true_error(pixels: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
     (error / truth.iter().map(|v| v * v).sum::<f64>()).sqrt()
 }
 
-/// Renders all, and compares.
+/// Renders all scenes, and compares.
 ///
 /// # Errors
-/// If more renders than allowed are worse than their target, too few need fewer samples, or a
-/// render fails.
+/// If more renders than allowed exceed their target, too few need fewer samples, or a render fails.
 pub(super) fn run(program: &Path) -> Result<()> {
     let folder = output_folder("soak")?;
     let (mut within, mut in_interval, mut all, mut fewer) = (0, 0, 0, 0);

@@ -1,5 +1,5 @@
-//! Files of others: the meshes and scenes that packages of Python and npm ship are rendered, each
-//! in a small picture. None may crash or hang; what became of them is a table.
+//! Third-party files: the meshes and scenes in packages of Python and npm are rendered, each as a
+//! small image. None may crash or hang; the outcomes are printed as a table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,21 +14,21 @@ use rayon::prelude::*;
 use crate::project::{output_folder, succeed};
 use crate::venv::{self, Prepared};
 
-/// Packages of Python, whose wheels are unpacked and not run, and their versions.
+/// Packages of Python, whose wheels are unpacked but not run, and their versions.
 const PYTHON: [(&str, &str); 4] = [
     ("robosuite", "1.5.2"),
     ("dm_control", "1.0.50"),
     ("gymnasium-robotics", "1.4.2"),
     ("pyvista", "0.49.1"),
 ];
-/// Packages of npm, likewise.
+/// Packages of npm and their versions.
 const NPM: [(&str, &str); 1] = [("@webxr-input-profiles/assets", "1.0.20")];
-/// Endings of names of files that are rendered.
+/// Extensions of files that are rendered.
 const ENDINGS: [&str; 8] = ["dae", "glb", "gltf", "obj", "ply", "stl", "zae", "pbrt"];
-/// The longest that one file may take.
+/// Maximum time for one file.
 const LIMIT: Duration = Duration::from_mins(2);
 
-/// What became of a file.
+/// Outcome of a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     Shown,
@@ -47,7 +47,7 @@ impl Outcome {
         (Self::Hung, "hung"),
     ];
 
-    /// By the exit status, which is documented.
+    /// Converts the documented exit status.
     fn of_status(status: Option<i32>) -> Self {
         match status {
             Some(0) => Self::Shown,
@@ -58,19 +58,19 @@ impl Outcome {
     }
 }
 
-/// A file that was tried.
+/// File with its outcome.
 struct Tried {
     package: String,
     file: PathBuf,
     outcome: Outcome,
-    /// The last line of the messages.
+    /// Last line of the messages.
     message: String,
 }
 
 /// Renders all files of the packages.
 ///
 /// # Errors
-/// If a package cannot be had, or a file crashes the program or hangs.
+/// If a package is not available, or a file crashes the program or hangs.
 pub(super) fn run(program: &Path) -> Result<()> {
     let folder = output_folder("soak/wild")?;
     let mut files = Vec::new();
@@ -100,7 +100,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Packages, and where their files are.
+/// Downloads and unpacks the packages; returns their names and folders.
 fn unpack(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let Prepared::Python(python) = venv::prepare("wild-venv", &["pip"], "import pip")? else {
         bail!("there is no Python with pip");
@@ -138,13 +138,13 @@ fn unpack(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     Ok(all)
 }
 
-/// The file of a folder that has one.
+/// The only file of a folder.
 fn only_file(folder: &Path) -> Result<PathBuf> {
     let first = fs::read_dir(folder)?.next().context("nothing was downloaded")??;
     Ok(first.path())
 }
 
-/// Files with the endings, in a folder and those inside of it.
+/// Collects the files with known extensions below a folder.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
@@ -158,7 +158,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// Renders a file in a small picture.
+/// Renders a file as a small image.
 fn render(program: &Path, file: &Path, image: &Path) -> Result<(Outcome, String)> {
     let messages = image.with_extension("txt");
     let mut command = Command::new(program);
@@ -185,7 +185,7 @@ fn render(program: &Path, file: &Path, image: &Path) -> Result<(Outcome, String)
     Ok((status.map_or(Outcome::Hung, |status| Outcome::of_status(status.code())), message))
 }
 
-/// What became of all files.
+/// Table of the outcomes of all files.
 fn report(tried: &[Tried], folder: &Path) -> String {
     let mut rows: BTreeMap<(&str, String), BTreeMap<Outcome, usize>> = BTreeMap::new();
     for Tried { package, file, outcome, .. } in tried {
@@ -198,7 +198,7 @@ fn report(tried: &[Tried], folder: &Path) -> String {
     for ((package, ending), row) in &rows {
         let all: usize = row.values().sum();
         let counts = Outcome::ALL.map(|(outcome, _)| row.get(&outcome).unwrap_or(&0).to_string());
-        // Strings take all.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "| {package} | {all} `.{ending}` | {} |", counts.join(" | "));
     }
     for Tried { file, outcome, message, .. } in tried.iter().filter(|t| t.outcome != Outcome::Shown)

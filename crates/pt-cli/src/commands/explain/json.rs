@@ -1,4 +1,4 @@
-//! An explanation for programs.
+//! Explanations as JSON.
 
 use pathtracer::Session;
 use pathtracer::explain::{
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::words::{advice, cause};
 
-/// An explanation of a pixel.
+/// Formats the explanation of a pixel.
 pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
     let Explanation { pixel, samples, mean, luminance, variance, rejected, .. } = explanation;
     let Fireflies { ordinary, share_of_mean, share_of_variance, all } = &explanation.fireflies;
@@ -45,7 +45,7 @@ pub(super) fn explanation(names: Names, session: &Session, explanation: &Explana
     }))
 }
 
-/// All of one sample.
+/// Formats one sample of a pixel completely.
 pub(super) fn sample(names: Names, pixel: [u32; 2], sample: &Sample) -> String {
     let mut value = sample_value(names, sample);
     value["pixel"] = json!(pixel);

@@ -1,4 +1,4 @@
-//! `pathtracer explain`: what a pixel is made of.
+//! `pathtracer explain`: the light paths of a pixel and their contributions.
 
 mod json;
 mod text;
@@ -16,10 +16,10 @@ use crate::commands::{Explain, OfPixel};
 use crate::limits::Limit;
 use crate::{args, output};
 
-/// Explains a pixel, or one of its samples, and prints that.
+/// Prints the explanation of a pixel, or of one of its samples.
 ///
 /// # Errors
-/// If the options make no sense, there is no such pixel or sample, or as a render.
+/// If the options are invalid, if the pixel or sample does not exist, or as a render.
 pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     ensure!(
         !cli.cs184,
@@ -65,7 +65,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     output::print(&text)
 }
 
-/// The pixel, if it is one of those that are rendered.
+/// Returns the coordinates of the pixel, or an error if it is not rendered.
 fn pixel(of: &OfPixel, session: &Session) -> Result<[u32; 2]> {
     let &OfPixel { column: x, row: y, .. } = of;
     let [width, height] = session.scene().camera.resolution;

@@ -1,4 +1,4 @@
-//! An explanation for people, at most a hundred columns wide.
+//! Explanations as text, at most a hundred columns wide.
 
 use std::fmt::Write as _;
 
@@ -10,10 +10,10 @@ use pathtracer::explain::{
 
 use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
 
-/// Ways of light of which neither the mean nor the variance has such a share are told together.
+/// Path types with a smaller fraction of both the mean and the variance are summed in one row.
 const MIN_SHARE: f64 = 0.01;
 
-/// An explanation of a pixel.
+/// Formats the explanation of a pixel.
 pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
     let mut text = head(session, explanation);
     text += &types(explanation);
@@ -38,7 +38,7 @@ fn head(session: &Session, explanation: &Explanation) -> String {
         samples.end.saturating_sub(1)
     );
     let [r, g, b] = mean.map(number);
-    // Strings take all.
+    // Writing to a string cannot fail.
     let _ = writeln!(text, "mean      {r} {g} {b}, luminance {}", number(*luminance));
     let noise = format!(
         "standard deviation of a sample {}{}, of the mean of {n} independent ones {}{}",
@@ -107,12 +107,12 @@ fn paths(names: Names, explanation: &Explanation) -> String {
     text
 }
 
-/// A path from the eye on; with all that it found on its way, or with what it found last.
+/// Formats a path, beginning at the camera: with all of its contributions if `is_whole`, or else
+/// with those of a brightest path, which has one.
 fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
     let mut text = line("eye", &place(trace.eye.to_array()));
     text += &finds(names, trace, 0);
-    // At the last vertex of a path which asked for its light, what else the path did is of no
-    // matter.
+    // If the path ends with a light sample, the scattering at its last vertex is not shown.
     let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_sampled());
     for (i, vertex) in trace.vertices.iter().enumerate() {
         let has_asked = asked && i + 1 == trace.vertices.len();
@@ -125,13 +125,13 @@ fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
     text
 }
 
-/// What was asked for at the last of so many vertices.
+/// Light samples taken at the vertex with the number `vertices`.
 fn asks(names: Names, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
 
-/// What was found behind it.
+/// Emission found by rays that leave the vertex with the number `vertices`; 0 is the camera.
 fn finds(names: Names, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
@@ -173,7 +173,7 @@ fn goes_on(departure: &ScatterSample) -> String {
     format!("goes on {pdf}, weight {}{survival}", numbers(weight.to_array()))
 }
 
-/// How light was found, and what it brings.
+/// Formats a contribution: its light, how it was sampled or hit, and its value.
 fn contribution(names: Names, contribution: &Contribution) -> String {
     let from = source(names, &contribution.source);
     let (label, how) = match &contribution.source {
@@ -258,7 +258,7 @@ fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> Stri
         number(*ordinary)
     );
     let mut text = format!("\n{}", paragraph(label, &text));
-    // Those with the same way and cause stand together.
+    // Fireflies with the same path type and cause are grouped.
     let mut groups: Vec<(String, String, Vec<&Firefly>)> = Vec::new();
     for firefly in all {
         let trace = &firefly.sample.trace;
@@ -280,7 +280,7 @@ fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> Stri
     text
 }
 
-/// One firefly, most of which came this way.
+/// Formats a firefly; `way` is the path type of its largest contribution.
 fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
     let &Firefly { luminance, share_of_variance, share_of_sample, .. } = firefly;
     let times = if ordinary > 0.0 {
@@ -296,7 +296,7 @@ fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
     )
 }
 
-/// All of one sample.
+/// Formats one sample of a pixel completely.
 pub(super) fn sample(names: Names, [x, y]: [u32; 2], sample: &Sample) -> String {
     let Sample { number, trace, weight, radiance, fault } = sample;
     let radiance = numbers(radiance.to_array());

@@ -1,14 +1,14 @@
-//! Words and numbers.
+//! Words, numbers and paragraphs of explanations.
 
 use pathtracer::explain::{
     Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, SceneItem,
 };
 use pathtracer::{DirectLight, Session};
 
-/// The width of lines.
+/// Maximum width of lines.
 pub(super) const WIDTH: usize = 100;
 
-/// A number with four digits.
+/// Formats a number with four digits.
 pub(super) fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 {
@@ -23,20 +23,20 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
-/// What keeps words on one line.
+/// No-break space, at which a [`paragraph`] is not wrapped.
 const TIE: &str = "\u{a0}";
 
-/// Several of them, on one line of a [`paragraph`].
+/// Formats several numbers, on one line of a [`paragraph`].
 pub(super) fn numbers<const N: usize>(all: [f32; N]) -> String {
     all.map(|x| number(f64::from(x))).join(TIE)
 }
 
-/// A share.
+/// Formats a fraction as a percentage.
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-/// A paragraph in lines that begin with `first` and, from the second on, with as many spaces.
+/// Wraps a paragraph that begins with `first`; further lines are indented by its width.
 pub(super) fn paragraph(first: &str, text: &str) -> String {
     let indent = first.chars().count();
     let mut lines = first.to_owned();
@@ -57,7 +57,7 @@ pub(super) fn paragraph(first: &str, text: &str) -> String {
     lines.replace(TIE, " ") + "\n"
 }
 
-/// What a thing is called.
+/// Describes an item of the scene: its name, kind and material.
 pub(super) fn thing(thing: &SceneItem) -> String {
     let SceneItem { kind, object, material } = thing;
     let object = object.as_ref().map_or("a light's own shape".into(), |name| format!("\"{name}\""));
@@ -65,7 +65,7 @@ pub(super) fn thing(thing: &SceneItem) -> String {
     format!("{object} ({kind}{material})")
 }
 
-/// Where light of a contribution comes from.
+/// Describes the light source of a contribution.
 pub(super) fn source(names: Names, source: &LightSource) -> String {
     match source {
         LightSource::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
@@ -83,7 +83,7 @@ pub(super) fn source(names: Names, source: &LightSource) -> String {
     }
 }
 
-/// Why a sample is so bright.
+/// Describes the cause of a firefly.
 pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
     let trace = &firefly.sample.trace;
     let Some(bright) = trace.contributions.get(firefly.contribution) else { return String::new() };
@@ -146,7 +146,7 @@ pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
     }
 }
 
-/// How far a light is that was sampled.
+/// Distance of a sampled light as a clause, or nothing for other sources.
 fn near(source: &LightSource) -> String {
     match source {
         LightSource::Light(light) if light.distance.is_finite() => {
@@ -156,7 +156,7 @@ fn near(source: &LightSource) -> String {
     }
 }
 
-/// What would help against a firefly, among what this program can do.
+/// Describes the options that reduce a firefly.
 pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Firefly) -> String {
     let settings = session.settings();
     let mut all = vec!["more samples (-s)".to_owned()];
@@ -186,7 +186,8 @@ pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Fir
     if all.is_empty() { last } else { format!("{}; or {last}", all.join("; ")) }
 }
 
-/// To cut off what is brighter than ten ordinary samples, and what that costs in this pixel.
+/// Describes clamping at the luminance of [`Fireflies::TIMES`] ordinary samples, and the energy
+/// that it removes from this pixel.
 fn clamp(explanation: &Explanation, firefly: &Firefly) -> String {
     let Explanation { fireflies, luminance, samples, .. } = explanation;
     let limit = Fireflies::TIMES * fireflies.ordinary;
@@ -202,7 +203,7 @@ fn clamp(explanation: &Explanation, firefly: &Firefly) -> String {
     )
 }
 
-/// One line about a path.
+/// Formats the heading of a path.
 pub(super) fn path(number: usize, path: &LightPath, way: &str, of_pixel: f64) -> String {
     let LightPath { sample, luminance, .. } = path;
     format!(

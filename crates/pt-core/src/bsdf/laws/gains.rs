@@ -1,29 +1,29 @@
-//! Materials of many parameters: layers scatter no more than arrives, and Mitsuba's as much more as
-//! is documented.
+//! Energy of materials with many parameters: layers scatter no more than arrives, and the gain of
+//! Mitsuba's models is as documented.
 
 use pt_math::{Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::physics::{mean, power};
+use super::sampled_mean::{mean, power};
 use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::{
     AnyLobe, CompensatedConductor, Lobe, MetallicRoughness, Principled, PrincipledThin,
     RoughConductor, SmoothConductor,
 };
 
-/// Points by which albedos are integrated, squared.
+/// Number of integration points of an albedo, squared.
 const GRID: u32 = 160;
 
-/// Kulla & Conty's tables of this program scatter this much more or less than arrives.
+/// Error of the albedos by the Kulla & Conty tables.
 const TABLES: f32 = 5e-3;
 
-/// The greatest albedo of `principled` as in Mitsuba, with a white base, sheen and a coat: see
+/// Greatest albedo of `principled` as in Mitsuba, with a white base, sheen and a coat: see
 /// docs/formats.md.
 const PRINCIPLED: f32 = 1.69 + 0.027;
-/// That of `principledthin`.
+/// Greatest albedo of `principledthin`.
 const PRINCIPLED_THIN: f32 = 1.65;
 
-/// The greatest albedo that a lobe may have.
+/// Greatest permitted albedo of a lobe.
 pub(super) fn most(lobe: &AnyLobe) -> f32 {
     match lobe {
         AnyLobe::Principled(_) => PRINCIPLED,
@@ -43,14 +43,14 @@ fn albedo<'t>(lobe: impl Into<AnyLobe<'t>>, cos: f32) -> f32 {
     mean(&lobe.into(), seen_at(cos), GRID, power).max_channel()
 }
 
-/// Facets of two roughnesses scatter this much more or less, by the precision of the fit of
-/// `compensation::across`.
+/// Error of the albedos of anisotropic facets, by the precision of the fit of
+/// `multiscatter::across`.
 const BRUSHED: f32 = 6e-3;
 
-/// Adds something to a material.
+/// Adds a feature to a material.
 type Add = fn(&mut MetallicRoughness);
 
-/// What may be added to a white material of glTF, each as bright as can be.
+/// Additions to a white material of glTF, each with the maximum brightness.
 const ADDITIONS: [(&str, Add); 10] = [
     ("a coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.4)),
     ("a smooth coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.0)),
@@ -64,8 +64,8 @@ const ADDITIONS: [(&str, Add); 10] = [
     ("diffuse transmission", |m| (m.diffuse_transmission, m.thin) = (0.5, true)),
 ];
 
-/// In a furnace, no two of the additions, nor one twice, on white dielectrics and on what is half
-/// white metal, gain light: to the precision of the tables.
+/// White furnace: no two of the additions, nor one of them twice, gain energy on white dielectrics
+/// and half-metallic white materials, to the precision of the tables.
 #[test]
 fn no_two_layers_of_gltf_gain_light() {
     let white = MetallicRoughness { base_color: Spectrum::ONE, ..MetallicRoughness::examples()[0] };
@@ -88,7 +88,7 @@ fn no_two_layers_of_gltf_gain_light() {
     }
 }
 
-/// Under a gloss of any brightness, a white base sends back all light that the gloss does not.
+/// Under a specular reflection of any brightness, a white base scatters all remaining light.
 #[test]
 fn white_of_gltf_loses_no_light() {
     for (roughness, specular_color, eta) in
@@ -108,8 +108,8 @@ fn white_of_gltf_loses_no_light() {
     }
 }
 
-/// White brushed metal whose facets' light is followed on scatters all that arrives, at every
-/// azimuth, to the precision of the fit in `compensation::across`.
+/// White brushed metal with multiple scattering between facets scatters all incident light, at
+/// every azimuth, to the precision of the fit in `multiscatter::across`.
 #[test]
 fn brushed_metal_gains_nothing_at_any_azimuth() {
     let metal =
@@ -133,7 +133,7 @@ fn brushed_metal_gains_nothing_at_any_azimuth() {
     }
 }
 
-/// The figures of docs/formats.md: the gain of Mitsuba's models, whose parts are added up.
+/// The figures of docs/formats.md: energy gain of Mitsuba's models, whose parts are added.
 #[test]
 fn gains_of_mitsuba_are_as_documented() {
     let plain = Principled { base_color: Spectrum::ONE, ..Principled::examples()[0] };

@@ -1,4 +1,4 @@
-//! Whatever lobes are asked, they answer with numbers.
+//! Lobes return finite, non-negative numbers for all arguments.
 
 use pt_math::{Pdf, Spectrum, Vec3};
 use pt_testing::Random;
@@ -7,11 +7,11 @@ use super::{AnyLobe, CORNERS, all_lobes, below, unit_3d};
 use crate::bsdf::mirror::reflect;
 use crate::bsdf::{BsdfSample, LobeRecord, LobeTables};
 
-/// Calls of lobes in every round.
+/// Number of calls of lobes per round.
 const CALLS: u64 = 5;
 
-/// One of the lobes, which are sorted by kind; each parameter may come from another one near it, or
-/// from between.
+/// A random one of the lobes, which are sorted by kind. Each parameter may be replaced by or
+/// interpolated with that of a neighbour of the same kind.
 fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
     let first = random.below(lobes.len());
     let mut record = lobes[first];
@@ -30,7 +30,7 @@ fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
     AnyLobe::from_record(&record, LobeTables::examples())
 }
 
-/// A direction on either side, half of the time along the surface.
+/// A direction on either side, half of the time at grazing angles.
 fn direction(random: &mut Random) -> Vec3 {
     let w = random.direction();
     if random.below(2) == 0 {
@@ -42,13 +42,13 @@ fn direction(random: &mut Random) -> Vec3 {
     if grazing.is_normalized() { grazing } else { w }
 }
 
-/// Numbers that samplers return, at times the extremes.
+/// Sampler values, sometimes extremes.
 fn numbers(random: &mut Random) -> [f32; 3] {
     let corner = random.below(8) == 0;
     unit_3d(random).map(|u| if corner { CORNERS[random.below(CORNERS.len())] } else { u })
 }
 
-/// A direction that may mean something together with `wo`.
+/// A direction, in most cases one with a special relation to `wo`.
 fn partner(wo: Vec3, random: &mut Random) -> Vec3 {
     match random.below(5) {
         0 => reflect(wo),
@@ -73,7 +73,7 @@ fn is_good(sample: &BsdfSample) -> bool {
         && p.is_finite()
 }
 
-/// Asks random lobes about random directions, `calls` times in all.
+/// Evaluates and samples random lobes for random directions, with `calls` calls in all.
 fn ask(calls: u64) {
     let mut lobes: Vec<_> = all_lobes().iter().map(AnyLobe::record).collect();
     lobes.sort_by_key(|lobe| lobe.kind);
@@ -92,7 +92,7 @@ fn ask(calls: u64) {
     }
 }
 
-/// Neither NaN nor infinity nor less than nothing.
+/// Results are never NaN, infinite or negative.
 #[test]
 fn lobes_answer_with_numbers() {
     ask(4_000_000);

@@ -6,39 +6,13 @@ use std::f32::consts::PI;
 use pt_math::{DVec3, Spectrum, Vec3, trig};
 use pt_scene::material::Distribution;
 
-use super::gains;
-use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, unit_3d, with_alpha};
+use super::sampled_mean::{grid, mean, power};
+use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, gains, unit_3d, with_alpha};
 use crate::bsdf::mirror::reflect;
 use crate::bsdf::{BsdfSample, Lobe, PrincipledThin};
 
-/// Midpoints of n × n cells of the unit square, each with a third number; these are spread evenly
-/// over the interval in every neighbourhood (multiples of the golden ratio).
-fn grid(n: u32) -> impl Iterator<Item = [f32; 3]> {
-    let middle = move |i: u32| (i as f32 + 0.5) / n as f32;
-    let third = |i: u32| (i.wrapping_mul(0x9E37_79B9) >> 8) as f32 / (1 << 24) as f32;
-    (0..n * n).map(move |i| [middle(i % n), middle(i / n), third(i)])
-}
-
-/// Mean of a function of samples over n × n points; what is absorbed counts as black.
-pub(super) fn mean(
-    lobe: &AnyLobe,
-    wo: Vec3,
-    n: u32,
-    f: impl Fn(&BsdfSample) -> Spectrum,
-) -> Spectrum {
-    // In f64: sums of equal weights must not lose digits.
-    let samples = grid(n).filter_map(|u| lobe.sample(wo, u));
-    let sum = samples.map(|s| f(&s).0.as_dvec3()).sum::<DVec3>();
-    Spectrum((sum / f64::from(n * n)).as_vec3())
-}
-
-/// What a sample scatters of the power that arrives: its weight without the squeeze of radiance.
-pub(super) fn power(s: &BsdfSample) -> Spectrum {
-    s.weight * s.eta_scale
-}
-
-/// No lobe scatters more power than arrives, from whatever direction, but those of Mitsuba, of
-/// which [`gains`] holds the gain. (The course's models, which are not reciprocal, may.)
+/// No lobe scatters more power than arrives, from any direction, except those of Mitsuba, whose
+/// gain [`gains`] documents. (The course's models, which are not reciprocal, may gain energy.)
 #[test]
 fn energy_is_conserved() {
     for_all(|lobe, wo, _| {
@@ -49,7 +23,7 @@ fn energy_is_conserved() {
     });
 }
 
-/// Returns true if a lobe scatters all that arrives from `wo`.
+/// Returns true if a lobe scatters all light that arrives from `wo`.
 fn is_perfect(lobe: &AnyLobe, wo: Vec3) -> bool {
     match lobe {
         AnyLobe::Diffuse(l) => l.rho == Spectrum::ONE && wo.z > 0.0,
@@ -64,8 +38,8 @@ fn is_perfect(lobe: &AnyLobe, wo: Vec3) -> bool {
     }
 }
 
-/// White furnace: lobes that absorb nothing scatter all that arrives. What radiance loses by
-/// refraction, 1/η², is the squeeze of the beam and no loss.
+/// White furnace: lobes without absorption scatter all incident light. The factor 1/η² of radiance
+/// by refraction is due to the solid angle of the beam and is no loss.
 #[test]
 fn perfect_lobes_lose_nothing() {
     let perfect = |lobe: &AnyLobe, wo| is_perfect(lobe, wo).then(|| mean(lobe, wo, 64, power));
@@ -80,8 +54,7 @@ fn perfect_lobes_lose_nothing() {
     assert_eq!(kinds.len(), 6, "an example of each lobe that can be perfect");
 }
 
-/// The albedo is the same by samples as by integration of what is evaluated, over the sphere by
-/// angles.
+/// The albedo by samples agrees with the integral of `eval` over the sphere, by angles.
 #[test]
 fn weights_sum_to_the_integral_of_the_lobe() {
     for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
@@ -101,8 +74,8 @@ fn weights_sum_to_the_integral_of_the_lobe() {
 
 /// Helmholtz: f(wo, wi) = f(wi, wo), and f(wo, wi) η² = f(wi, wo) for light that is refracted on
 /// its way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2] Thin principled
-/// sheets obey it but for facets that say themselves that they do not; coats with other normals
-/// than their base do not, since the light is by the cosine to theirs. [Veach 1997, §5.3]
+/// sheets are reciprocal except for facets for which `is_one_way` holds. Coats with normals other
+/// than those of their base are not, since their cosine is to their own normal. [Veach 1997, §5.3]
 #[test]
 fn scattering_is_reciprocal() {
     for_all_smooth(|lobe, wo, random| {
@@ -130,8 +103,8 @@ fn scattering_is_reciprocal() {
                 };
                 let f = lobe.eval(wo, wi) * (eta_scale / wi.z.abs());
                 let g = lobe.eval(wi, wo) * (1.0 / wo.z);
-                // The least numbers have fewer digits, and so have those of facets that refract
-                // edge-on, as the difference of directions tells.
+                // The smallest numbers have fewer digits, and so have those of facets that refract
+                // at grazing angles, by cancellation in the difference of directions.
                 let (least, share) =
                     if lobe.transmits() { (1e-5, 5e-3) } else { (f32::MIN_POSITIVE * 1e4, 1e-3) };
                 let nothing = f.max_channel().max(g.max_channel()) < least;
@@ -141,8 +114,8 @@ fn scattering_is_reciprocal() {
     });
 }
 
-/// A ray that goes back the way it came ends where it began, and L/η² is reciprocal: what is
-/// reflected or refracted from `wo` to `wi` is what is from `wi` to `wo`, but for the squeeze.
+/// A reversed ray ends where it began, and L/η² is reciprocal: reflection or refraction from `wo`
+/// to `wi` equals that from `wi` to `wo`, except for the scaling of radiance.
 /// [Veach 1997, eq. 5.30]
 #[test]
 fn light_takes_the_same_way_back() {
@@ -184,7 +157,7 @@ fn fresnel_by_angles(cos_i: f64, eta: f64) -> f64 {
     0.5 * (perpendicular * perpendicular + parallel * parallel)
 }
 
-/// A dielectric reflects what Fresnel's equations say, and refracts by Snell's law.
+/// A dielectric reflects by Fresnel's equations, and refracts by Snell's law.
 #[test]
 fn glass_obeys_fresnel_and_snell() {
     for_all(|lobe, wo, _| {
@@ -192,7 +165,7 @@ fn glass_obeys_fresnel_and_snell() {
         let eta = f64::from(if wo.z > 0.0 { glass.eta } else { 1.0 / glass.eta });
         let reflected =
             |s: &BsdfSample| if s.wi == reflect(wo) { Spectrum::ONE } else { Spectrum::ZERO };
-        // The choice is by one number: n cells tell the share to half a cell.
+        // One number makes the choice: n cells measure the fraction to half a cell.
         let share = f64::from(mean(lobe, wo, 512, reflected).0.x);
         let want = fresnel_by_angles(f64::from(wo.z.abs()), eta);
         assert!((share - want).abs() <= 0.51 / 512.0, "{lobe:?} {wo}: {share} {want}");
@@ -205,7 +178,7 @@ fn glass_obeys_fresnel_and_snell() {
     });
 }
 
-/// As the roughness vanishes, a rough metal becomes the smooth one.
+/// As the roughness vanishes, a rough metal approaches the smooth one.
 #[test]
 fn rough_metal_becomes_a_mirror() {
     const ALPHA: f32 = 1e-3;
@@ -216,9 +189,9 @@ fn rough_metal_becomes_a_mirror() {
             let smooth = rough.metal.sample(*wo, [0.5; 3]).expect("above").weight;
             let albedo = mean(&nearly, *wo, 64, power);
             assert!(close(albedo, smooth, 1e-2), "{rough:?} {wo}: {albedo:?} {smooth:?}");
-            // A facet turned by the angle a turns the reflection by 2a. Of Beckmann's, a is at most
-            // α √(ln 2²⁴); of GGX with 64 numbers each, α √(2·64), and more where it is seen
-            // better.
+            // A facet rotated by the angle a rotates the reflection by 2a. For Beckmann, a is at
+            // most α √(ln 2²⁴); for GGX with 64 numbers each, α √(2·64), and more for facets of
+            // greater visibility.
             let furthest = match rough.distribution.distribution {
                 Distribution::Beckmann => 2.0 * ALPHA * 16.64f32.sqrt() * 1.01,
                 Distribution::Ggx => 4.0 * ALPHA * 128f32.sqrt(),
@@ -230,8 +203,8 @@ fn rough_metal_becomes_a_mirror() {
     }
 }
 
-/// The course's glass is ours but for Schlick's approximation and the wrong sense of η²: without
-/// either factor, both lose nothing.
+/// The course's glass differs from ours by Schlick's approximation and the inverted η²: without
+/// either factor, both conserve energy.
 #[test]
 fn course_glass_gains_by_the_square_of_the_index() {
     for lobe in AnyLobe::examples() {
@@ -239,7 +212,7 @@ fn course_glass_gains_by_the_square_of_the_index() {
         for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
             for s in grid(16).filter_map(|u| lobe.sample(wo, u)) {
                 let refracted = s.wi.z * wo.z < 0.0;
-                // sin θo / sin θi, where there is an angle.
+                // sin θo / sin θi, unless the angle is near 0.
                 let sines = |w: Vec3| w.x.hypot(w.y);
                 if refracted && sines(wo) > 0.1 {
                     let eta = sines(wo) / sines(s.wi);

@@ -1,25 +1,24 @@
-//! Directions that were drawn for one viewer serve another who stands where [`Lobe::lobe_width`]
-//! says.
+//! Directions sampled for one viewer serve others within [`Lobe::lobe_width`].
 
 use pt_math::Vec3;
 
 use super::{AnyLobe, for_all_smooth, has_mirror, unit_3d};
 use crate::bsdf::serves;
 
-/// The most that the mean square of weights may grow for the other viewer; of ideal ones it is 1 at
-/// most.
+/// Maximum mean squared weight for the other viewer, relative to the greater of 1 and that for the
+/// first; ideal weights have at most 1.
 const MAX: f32 = 2.0;
 
-/// Another direction, as far away as light is still given.
+/// Another viewing direction, close to the greatest distance at which reuse is allowed.
 fn turned(wo: Vec3, spread: f32, towards: Vec3) -> Option<Vec3> {
     let across = (towards - wo * towards.dot(wo)).try_normalize()?;
     let w = (wo + across * (spread * 0.9 * wo.z)).normalize();
     serves(spread, wo, w).then_some(w)
 }
 
-/// What has a spread only reflects, and into more than one direction; what is matte looks the same
-/// to all; and directions make little more noise for a viewer at the edge of the spread than they
-/// might for the first.
+/// Lobes with a positive width only reflect, and are not Dirac deltas; diffuse lobes are equal for
+/// all viewers; and sampled directions have little more variance for a viewer at the edge of the
+/// width than for the first.
 #[test]
 fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
     const SAMPLES: u16 = 4000;
@@ -32,7 +31,7 @@ fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
         for _ in 0..4 {
             let other = turned(wo, spread.min(1.0), random.direction());
             let Some(other) = other else { continue };
-            // Who sees the surface at a smaller angle is given less.
+            // A viewer at a more grazing angle receives a smaller fraction.
             let share = (other.z / wo.z).min(1.0);
             let mut squares = [0.0; 2];
             for _ in 0..SAMPLES {

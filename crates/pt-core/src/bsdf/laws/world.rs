@@ -1,4 +1,5 @@
-//! Lobes on surfaces in the world: frames, sides, and shading normals that are not the true ones.
+//! Lobes on surfaces in world space: frames, sides, and shading normals that differ from the true
+//! normals.
 
 use pt_math::{Pdf, Vec3};
 use pt_testing::Random;
@@ -6,13 +7,13 @@ use pt_testing::Random;
 use super::{AnyLobe, all_lobes, close, unit_3d};
 use crate::bsdf::{Bsdf, LobeRecord, LobeTables, Orientation, Shadowing};
 
-/// A true normal, and a shading normal up to about 40 degrees off.
+/// A true normal, and a shading normal up to about 40 degrees from it.
 fn normals(random: &mut Random) -> (Vec3, Vec3) {
     let true_normal = random.direction();
     (true_normal, (true_normal + random.in_cube() * 0.5).normalize())
 }
 
-/// Runs a law at random surface points of every lobe.
+/// Runs a law at random surface points for every lobe.
 fn at_surfaces(law: impl Fn(&AnyLobe, bool, [Vec3; 3], &mut Random)) {
     for lobe in all_lobes() {
         let mut random = Random::new(7);
@@ -28,15 +29,15 @@ fn bsdf(lobe: &LobeRecord, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]
     Bsdf::new(lobe, LobeTables::examples(), two_sided, normal, true_normal, wo)
 }
 
-/// The same under a relief that shadows.
+/// The BSDF with a shadowing relief.
 fn shadowed(lobe: &LobeRecord, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
     let shadowing = Shadowing::new(true_normal, normal);
     let orientation = Orientation { shadowing, ..Orientation::plain(normal, None) };
     Bsdf::oriented(lobe, LobeTables::examples(), true, orientation, true_normal, wo)
 }
 
-/// Lobes that do not transmit never carry light through the true surface, whatever the shading
-/// normal; those that do cross it exactly when they do so in their own frame.
+/// Lobes that do not transmit never carry light through the true surface, for any shading normal;
+/// those that transmit cross it exactly when they do so in their own frame.
 #[test]
 fn light_does_not_leak_through_surfaces() {
     at_surfaces(|lobe, two_sided, v, random| {
@@ -56,8 +57,7 @@ fn light_does_not_leak_through_surfaces() {
     });
 }
 
-/// In the world as in the frame of the surface, with a relief that shadows or without: weight · pdf
-/// = eval.
+/// weight · pdf = eval in world space as in the local frame, with and without a shadowing relief.
 #[test]
 fn weight_times_pdf_is_eval_in_the_world() {
     at_surfaces(|lobe, two_sided, v, random| {
@@ -67,9 +67,9 @@ fn weight_times_pdf_is_eval_in_the_world() {
             let b = if i % 2 == 0 { plain } else { shadowed };
             let Some(s) = b.sample(unit_3d(random)) else { continue };
             let Some(pdf) = s.pdf else { continue };
-            // Light that goes on along the surface: the facet between is known to 2⁻²³ / 2 cos θ
-            // only, and facets vary within α. For an error of 1 % in the density, cos θ
-            // is at least 2⁻²³ / 0.01 α; the least α is 0.001.
+            // Grazing light: the half vector is accurate to 2⁻²³ / 2 cos θ only, and facets vary
+            // within α. For an error of 1 % in the density, cos θ is at least 2⁻²³ / 0.01 α; the
+            // minimum α is 0.001.
             if b.wo.z.abs() < 0.012 {
                 continue;
             }
@@ -80,8 +80,8 @@ fn weight_times_pdf_is_eval_in_the_world() {
     });
 }
 
-/// The back of a surface with two sides is its front, seen with both normals turned; that of a
-/// surface with one side is black, unless it transmits.
+/// The back of a two-sided surface is its front with both normals flipped; the back of a one-sided
+/// surface is black, unless it transmits.
 #[test]
 fn sides_are_those_of_the_true_normal() {
     at_surfaces(|lobe, _, [normal, true_normal, wo], random| {
@@ -100,8 +100,8 @@ fn sides_are_those_of_the_true_normal() {
     });
 }
 
-/// Where a relief shadows, directions are drawn as without it, and each brings the share of light
-/// that is left: never more, so that no lobe scatters more than it does without.
+/// With a shadowing relief, directions are sampled as without it, and each weight is multiplied by
+/// the visible fraction of the light: at most 1, so that no lobe scatters more than without.
 #[test]
 fn shadowing_takes_light_away_and_moves_none() {
     at_surfaces(|lobe, _, v, random| {

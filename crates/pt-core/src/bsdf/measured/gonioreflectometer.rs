@@ -1,5 +1,5 @@
-//! An instrument that measures what lobes reflect, by the way of the paper, for tests and examples:
-//! what tables tell of a lobe is then known.
+//! A simulated gonioreflectometer that measures lobes by the method of the paper, so that tests and
+//! examples have tables of known lobes.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
@@ -12,47 +12,47 @@ use super::super::{AnyLobe, RoughConductor, RoughPlastic, SmoothConductor};
 use super::planes::{Blend, Warp};
 use super::stretch;
 
-/// What is measured: a lobe that reflects, and the facets of which its tables are.
+/// A specimen: a lobe that reflects, and the facet distribution of its tables.
 pub struct TabulatedLobe<'a> {
-    /// What is said of it.
+    /// Description of the material.
     pub description: &'a str,
-    /// What it reflects.
+    /// The lobe to measure.
     pub lobe: AnyLobe<'a>,
-    /// D(m) of facets. Those of the lobe make tables of which the numbers differ least; what they
-    /// do not reflect is as right where D is not too small for numbers between.
+    /// D(m) of the facets. The distribution of the lobe itself makes the tables smoothest; other
+    /// reflection is represented accurately as well, unless D is too small for interpolation.
     pub distribution: &'a dyn Fn(Vec3) -> f32,
-    /// True if it is the same all around; else it is measured all around a half, and has to be the
-    /// same on the other.
+    /// True if the lobe is isotropic; otherwise, half of the azimuths are measured, and the other
+    /// half has to be equal.
     pub is_isotropic: bool,
-    /// True if what is reflected is written over D / 4σ.
+    /// True if reflection is stored relative to D / 4σ.
     pub is_relative: bool,
 }
 
-/// Numbers of points along the axes of the tables, each at least 2.
+/// Resolution of the tables; each number is at least 2.
 pub struct Gonioreflectometer {
-    /// Angles from the normal.
+    /// Number of polar angles.
     pub theta: usize,
-    /// Angles around it, of a half; at least 3.
+    /// Number of azimuths, over half of the circle; at least 3.
     pub phi: usize,
-    /// Columns and rows of D and σ.
+    /// Columns and rows of the tables of D and σ.
     pub distribution: [usize; 2],
-    /// Columns and rows of visible normals.
+    /// Columns and rows of the tables of visible normals.
     pub visible: [usize; 2],
-    /// Columns and rows of what is reflected.
+    /// Columns and rows of the tables of reflection.
     pub reflected: usize,
 }
 
-/// Angles from the normal up to which is measured.
+/// Maximum polar angle of the measurement.
 const MAX_THETA: f32 = 1.5;
 
-/// A direction by where the square has it.
+/// Direction of a point of the unit square.
 fn direction(p: Vec2) -> Vec3 {
     let (sin, cos) = trig::sin_cos(FRAC_PI_2 * p.x * p.x);
     let (sin_phi, cos_phi) = trig::sin_cos(p.y * TAU - PI);
     Vec3::new(sin * cos_phi, sin * sin_phi, cos)
 }
 
-/// The points of a plane.
+/// The points of a table, row by row.
 fn points([columns, rows]: [usize; 2]) -> impl Iterator<Item = Vec2> {
     let step = |i: usize, n: usize| i as f32 / (n - 1) as f32;
     (0..rows).flat_map(move |row| {
@@ -65,10 +65,10 @@ fn plane(size: [usize; 2], number: impl Fn(Vec2) -> f32) -> Planes {
 }
 
 impl Gonioreflectometer {
-    /// The tables of a specimen.
+    /// Measures the tables of a specimen.
     ///
     /// # Panics
-    /// If its facets are no distribution.
+    /// If its facets are not a valid distribution.
     pub fn measure(&self, specimen: &TabulatedLobe<'_>) -> Measurements {
         let distribution = specimen.distribution;
         let theta: Vec<f32> = steps(self.theta).map(|t| t * MAX_THETA).collect();
@@ -107,7 +107,7 @@ impl Gonioreflectometer {
         Measurements::new(tables).expect("tables of the instrument fit together")
     }
 
-    /// Measures what is reflected where the tables so far say.
+    /// Measures the reflection at the points that the tables so far determine.
     fn light(&self, specimen: &TabulatedLobe<'_>, views: &[Vec3], tables: &mut Tables) {
         let size = [self.reflected; 2];
         let warp = Warp::new(&tables.vndf);
@@ -150,12 +150,12 @@ impl Gonioreflectometer {
     }
 }
 
-/// Numbers from 0 to 1.
+/// Equidistant numbers from 0 to 1.
 fn steps(count: usize) -> impl Iterator<Item = f32> {
     (0..count).map(move |i| i as f32 / (count - 1) as f32)
 }
 
-/// σ, the integral of D(m) (m · ω) over the normals that ω sees.
+/// σ, the integral of D(m) (m · ω) over the normals that are visible from ω.
 fn projected(distribution: &dyn Fn(Vec3) -> f32, w: Vec3) -> f32 {
     const SIDE: u16 = 128;
     let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
@@ -168,8 +168,8 @@ fn projected(distribution: &dyn Fn(Vec3) -> f32, w: Vec3) -> f32 {
     (sum / f64::from(SIDE).powi(2)) as f32
 }
 
-/// A glossy surface that is the same all around, a metal that is not, and the former with what it
-/// reflects as it is.
+/// A glossy isotropic surface, an anisotropic metal, and the former with absolute instead of
+/// relative reflection.
 pub(super) fn examples() -> [Measurements; 3] {
     let instrument = Gonioreflectometer {
         theta: 6,
@@ -190,7 +190,7 @@ pub(super) fn examples() -> [Measurements; 3] {
         alpha: [0.5, 0.25],
     };
     let metal = RoughConductor { metal: SmoothConductor::gold(), distribution: brushed };
-    // Facets that look to all sides carry what is diffuse.
+    // A uniform distribution of facets is added for the diffuse part.
     let mixed = |m: Vec3| 0.5 * gloss.d(m) + 0.5 * FRAC_1_PI;
     let of_glossy = |description, is_relative| TabulatedLobe {
         description,

@@ -1,12 +1,10 @@
-//! Functions of the unit square, by numbers at points between which they are linear, and that blend
-//! from plane to plane.
+//! Bilinear functions on the unit square, blended between tables.
 
 use std::ops::{Add, Mul};
 
 use pt_math::Vec2;
 
-/// The planes for a direction from which a surface is seen, and their weights, which are 1
-/// together.
+/// The tables for a viewing direction, and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blend {
     planes: [(usize, f32); 4],
@@ -14,16 +12,16 @@ pub(super) struct Blend {
 }
 
 impl Blend {
-    /// The only plane there is.
+    /// The first table, for functions with only one.
     pub(super) const ONE: Self = Self::only(0);
 
-    /// One of the planes alone.
+    /// A single table.
     pub(super) const fn only(plane: usize) -> Self {
         Self { planes: [(plane, 1.0); 4], count: 1 }
     }
 
-    /// Of planes for each of the angles `phi`, and in it for each of `theta`; beyond the ends it is
-    /// as at the ends.
+    /// Blends tables that are ordered by the angle `phi`, then `theta`; angles are clamped to the
+    /// range.
     pub(super) fn new(phi: &[f32], theta: &[f32], [at_phi, at_theta]: [f32; 2]) -> Self {
         let ((first_row, row), (first, t)) = (between(phi, at_phi), between(theta, at_theta));
         let mut blend = Self { planes: [(0, 0.0); 4], count: 0 };
@@ -38,7 +36,7 @@ impl Blend {
         blend
     }
 
-    /// The number at place `index` of planes that are `stride` numbers apart.
+    /// Blended value at place `index` of tables that are `stride` values apart.
     #[inline]
     fn of<T>(&self, values: &[T], stride: usize, index: usize) -> T
     where
@@ -50,8 +48,8 @@ impl Blend {
     }
 }
 
-/// The last of increasing numbers that is not above `x`, and the share of the way from it to the
-/// next.
+/// Index of the last of increasing numbers that is not above `x`, and the fraction of the way from
+/// it to the next.
 fn between(numbers: &[f32], x: f32) -> (usize, f32) {
     let i = numbers.partition_point(|n| *n <= x).saturating_sub(1);
     match numbers.get(i + 1) {
@@ -60,7 +58,7 @@ fn between(numbers: &[f32], x: f32) -> (usize, f32) {
     }
 }
 
-/// Planes of numbers from edge to edge.
+/// Tables of values on the unit square, with points on the edges.
 #[derive(Debug)]
 pub(super) struct Planes<T> {
     pub(super) columns: usize,
@@ -74,12 +72,12 @@ impl From<&pt_scene::measured::Planes> for Planes<f32> {
     }
 }
 
-/// Where a point is between four others.
+/// Position of a point between four others.
 #[derive(Clone, Copy)]
 struct Cell {
     column: usize,
     row: usize,
-    /// From its lower corner, in cells.
+    /// Offset from the lower corner, in cells.
     s: f32,
     t: f32,
 }
@@ -98,19 +96,19 @@ where
         Cell { column, row, s, t }
     }
 
-    /// The number of a point of a row.
+    /// Blended value of a column and row.
     #[inline]
     fn of(&self, blend: &Blend, column: usize, row: usize) -> T {
         blend.of(&self.values, self.columns * self.rows, row * self.columns + column)
     }
 
-    /// Between two rows.
+    /// Value interpolated between two rows.
     #[inline]
     fn between_rows(&self, blend: &Blend, column: usize, row: usize, t: f32) -> T {
         self.of(blend, column, row) * (1.0 - t) + self.of(blend, column, row + 1) * t
     }
 
-    /// The number at a point.
+    /// Value at a point.
     pub(super) fn at(&self, blend: &Blend, p: Vec2) -> T {
         let Cell { column, row, s, t } = self.cell(p);
         let [a, b] = [column, column + 1].map(|column| self.between_rows(blend, column, row, t));
@@ -118,20 +116,21 @@ where
     }
 }
 
-/// A map of the unit square to itself whose density is a blend of planes: first to a row, and in it
-/// to a column. [Dupuy & Jakob 2018, §4; the inversion of linear densities: Devroye 1986, §II.2]
+/// A map of the unit square to itself whose density is a blend of tables: first to a row, then to a
+/// column in it. [Dupuy & Jakob 2018, §4; the inversion of linear densities: Devroye 1986, §II.2]
 #[derive(Debug)]
 pub(super) struct Warp {
-    /// The density, whose mean is 1 in every plane.
+    /// The density, whose mean is 1 in every table.
     density: Planes<f32>,
-    /// Its integral in a row, up to a column.
+    /// Integral of the density in a row, up to a column.
     along: Planes<f32>,
-    /// Its integral up to a row.
+    /// Integral of the density up to a row.
     across: Planes<f32>,
 }
 
 impl Warp {
-    /// By densities up to a factor, which is another one for each plane; a plane of zeros is even.
+    /// Creates the map from densities, which are normalized for each table; a table of zeros is
+    /// uniform.
     pub(super) fn new(
         &pt_scene::measured::Planes { columns, rows, ref values }: &pt_scene::measured::Planes,
     ) -> Self {
@@ -161,12 +160,12 @@ impl Warp {
         }
     }
 
-    /// The density at a point.
+    /// Density at a point.
     pub(super) fn pdf(&self, blend: &Blend, p: Vec2) -> f32 {
         self.density.at(blend, p)
     }
 
-    /// The point to which a point is mapped.
+    /// Maps a point.
     pub(super) fn sample(&self, blend: &Blend, u: Vec2) -> Vec2 {
         let Planes { columns, rows, .. } = self.density;
         let last = columns - 1;
@@ -181,7 +180,7 @@ impl Warp {
         Vec2::new((column as f32 + s) / last as f32, (row as f32 + t) / (rows - 1) as f32)
     }
 
-    /// The point that is mapped to a point, and the density there.
+    /// Inverse of the map, and the density at its argument.
     pub(super) fn invert(&self, blend: &Blend, p: Vec2) -> (Vec2, f32) {
         let Planes { columns, rows, .. } = self.density;
         let last = columns - 1;
@@ -196,7 +195,7 @@ impl Warp {
     }
 }
 
-/// The integral over the unit square.
+/// Integral over the unit square.
 fn integral(plane: &[f32], columns: usize, rows: usize) -> f64 {
     let weight = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
     let of_row = |row: &[f32]| -> f64 {
@@ -207,7 +206,8 @@ fn integral(plane: &[f32], columns: usize, rows: usize) -> f64 {
     sum / ((columns - 1) * (rows - 1)) as f64
 }
 
-/// The integrals of what is linear between numbers from 0 to 1, up to each of them.
+/// Integrals of a piecewise linear function, given by numbers at equidistant points from 0 to 1, up
+/// to each of them.
 fn integrals(numbers: &[f32]) -> Vec<f32> {
     let step = 0.5 / (numbers.len() - 1) as f64;
     let mut sum = 0.0;
@@ -218,8 +218,8 @@ fn integrals(numbers: &[f32]) -> Vec<f32> {
     std::iter::once(0.0).chain(rest).collect()
 }
 
-/// Between which two of `count` increasing numbers `x` is, and how far beyond the first, in units
-/// of 1 / (count − 1).
+/// Finds the pair of `count` increasing numbers between which `x` is; returns the index of the
+/// first, and the distance from it in units of 1 / (count − 1).
 fn search(count: usize, x: f32, number: impl Fn(usize) -> f32) -> (usize, f32) {
     let (mut first, mut end) = (0, count - 1);
     while end - first > 1 {
@@ -229,15 +229,15 @@ fn search(count: usize, x: f32, number: impl Fn(usize) -> f32) -> (usize, f32) {
     (first, (x - number(first)) * (count - 1) as f32)
 }
 
-/// ∫ from 0 to t of what is linear from a at 0 to b at 1.
+/// ∫ from 0 to t of the linear function from a at 0 to b at 1.
 fn part([a, b]: [f32; 2], t: f32) -> f32 {
     t * (a + 0.5 * t * (b - a))
 }
 
-/// The t in [0, 1] of an integral; 0 where there is nothing.
+/// The t in [0, 1] of an integral; 0 if the function is 0.
 fn solve([a, b]: [f32; 2], integral: f32) -> f32 {
     let root = (a * a + 2.0 * integral * (b - a)).max(0.0).sqrt();
-    // Not (√… − a) / (b − a): without the difference of near numbers.
+    // Equals (√… − a) / (b − a), without cancellation.
     if a + root > 0.0 { (2.0 * integral / (a + root)).clamp(0.0, 1.0) } else { 0.0 }
 }
 
@@ -247,7 +247,7 @@ mod tests {
 
     use super::*;
 
-    /// Six planes of random numbers, with zeros here and there.
+    /// Six tables of random numbers, with some zeros.
     fn warp(random: &mut Random) -> Warp {
         let (columns, rows) = (5, 4);
         let number = |_| if random.below(5) == 0 { 0.0 } else { random.unit() };
@@ -287,7 +287,7 @@ mod tests {
                 let p = warp.sample(&blend, u);
                 let (again, pdf) = warp.invert(&blend, p);
                 assert!((pdf - warp.pdf(&blend, p)).abs() <= 1e-5 * pdf, "{p}: {pdf}");
-                // Where the density is low, points are far apart for others that are near.
+                // At low density, small errors of a point are large errors of its preimage.
                 if pdf > 0.02 {
                     assert!((again - u).length() < 1e-4, "{u} {p} {again}: {pdf}");
                 }

@@ -1,4 +1,4 @@
-//! What tables tell of lobes that are known.
+//! Measured tables of known lobes.
 
 use pt_scene::material::{Distribution, Masking};
 use pt_scene::measured::Tables;
@@ -8,7 +8,7 @@ use super::super::microfacet::MicrofacetDistribution;
 use super::super::{AnyLobe, Diffuse, RoughConductor, SmoothConductor};
 use super::*;
 
-/// An instrument that sees more than that of the examples.
+/// An instrument of higher resolution than that of the examples.
 const FINE: Gonioreflectometer = Gonioreflectometer {
     theta: 16,
     phi: 13,
@@ -17,14 +17,14 @@ const FINE: Gonioreflectometer = Gonioreflectometer {
     reflected: 48,
 };
 
-/// A direction at most `most` from the normal, in radians.
+/// A direction at most `most` radians from the normal.
 fn direction(random: &mut Random, most: f32) -> Vec3 {
     let (sin, cos) = trig::sin_cos(random.between(0.0, most));
     let (s, c) = trig::sin_cos_tau(random.unit());
     Vec3::new(sin * c, sin * s, cos)
 }
 
-/// The mean of the differences of two lobes over the mean of one, over directions of light within
+/// Mean difference of two lobes relative to the mean of the second, over directions of light within
 /// 70 degrees from the normal, for views within `most`.
 fn difference(measured: &AnyLobe, lobe: &AnyLobe, most: f32) -> f32 {
     let mut random = Random::new(1);
@@ -52,8 +52,8 @@ fn measured(specimen: &TabulatedLobe<'_>) -> MeasuredTables {
     MeasuredTables::new(&FINE.measure(specimen))
 }
 
-/// What is the same all around, by relative numbers and by others, and what is not: between the
-/// numbers of the tables it differs from what was measured by 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
+/// An isotropic lobe with relative and with absolute values, and an anisotropic one: interpolation
+/// between table entries has errors of 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
 #[test]
 fn tables_tell_what_was_measured() {
     let (isotropic, distribution) = metal([0.3; 2]);
@@ -83,8 +83,8 @@ fn tables_tell_what_was_measured() {
     assert!(found < 2e-3, "{found}");
 }
 
-/// A matte surface of facets that look to all sides reflects the same share of light wherever it is
-/// seen from.
+/// A diffuse surface, with facets of all orientations, reflects the same fraction of light from all
+/// viewing directions.
 #[test]
 fn a_matte_surface_is_one() {
     let rho = Spectrum::rgb(0.2, 0.5, 0.8);
@@ -112,9 +112,9 @@ fn a_matte_surface_is_one() {
     }
 }
 
-/// Half a turn is repeated by a half turn, and a quarter by mirrors: light and view turned or
-/// mirrored alike look alike, and a quarter tells of a brushed metal, which mirrors do not change,
-/// what a half does.
+/// Tables over a half circle are completed by a rotation of half a turn, and those over a quarter
+/// by mirroring: the lobe is equal for light and view rotated or mirrored together, and a quarter
+/// table of a brushed metal, which is mirror symmetric, is equal to the half table.
 #[test]
 fn parts_of_a_turn_are_repeated() {
     let (brushed, distribution) = metal([0.5, 0.25]);
@@ -156,13 +156,13 @@ fn parts_of_a_turn_are_repeated() {
     assert!(found < 1e-3, "{found}");
 }
 
-/// The first planes of as many angles around the normal.
+/// The first `count` of the tables of `of` azimuths.
 fn part(planes: &measured::Planes, count: usize, of: usize) -> measured::Planes {
     let values = planes.values[..planes.values.len() / of * count].to_vec();
     measured::Planes { values, ..*planes }
 }
 
-/// The spread is about α of facets.
+/// The lobe width is about α of the facets.
 #[test]
 fn roughness_is_that_of_facets() {
     for alpha in [0.1f32, 0.2, 0.4] {

@@ -1,4 +1,4 @@
-//! The clear coat, and the share of light that it leaves to the layers below.
+//! The clear coat, and its transmittance to the layers below.
 
 use std::sync::LazyLock;
 
@@ -8,11 +8,11 @@ use pt_scene::material::{Distribution, Masking};
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 
-/// Cosines of a table, even in their square roots: albedos change most along the surface.
+/// Cosines of a table, uniform in their square roots: albedos change most at grazing angles.
 const COSINES: usize = 48;
-/// Roughnesses of the table, even from 0 to 1.
+/// Roughnesses of the table, uniform from 0 to 1.
 const ROUGHNESSES: usize = 17;
-/// Side of the grid of points by which albedos are integrated.
+/// Side of the grid of integration points of albedos.
 const GRID: u16 = 96;
 
 /// Albedos by the cosine to the normal.
@@ -31,19 +31,19 @@ static COATS: LazyLock<Box<[Albedos; ROUGHNESSES]>> = LazyLock::new(|| {
     Box::new(std::array::from_fn(coat))
 });
 
-/// A coat of index 1.5 with facets of GGX: its roughness is √α.
-/// [glTF 2.0, KHR_materials_clearcoat, "Clearcoat BRDF"]
+/// A coat of index 1.5 with GGX facets, whose roughness is √α. [glTF 2.0,
+/// KHR_materials_clearcoat, "Clearcoat BRDF"]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coat(MicrofacetDistribution);
 
-/// The reflectance of a facet of a coat. [Schlick 1994]
+/// Fresnel reflectance of a facet of the coat. [Schlick 1994]
 #[inline]
 fn fresnel(cos: f32) -> f32 {
     0.04.lerp(1.0, schlick_weight(cos))
 }
 
-/// Transmittance of a coat of a share for light that the surface below emits at this cosine to the
-/// normal: 1 − c F. [glTF 2.0, KHR_materials_clearcoat, "Emission"]
+/// Transmittance of a coat of amount `coat` for light that the surface below emits at this cosine
+/// to the normal: 1 − c F. [glTF 2.0, KHR_materials_clearcoat, "Emission"]
 #[inline]
 pub fn emitted_through(coat: f32, cos: f32) -> f32 {
     1.0 - coat * fresnel(cos)
@@ -62,7 +62,7 @@ impl Coat {
         })
     }
 
-    /// α.
+    /// Roughness α of the facets.
     #[inline]
     pub(super) fn alpha(self) -> f32 {
         self.0.alpha[0]
@@ -74,22 +74,21 @@ impl Coat {
         fresnel(wo.dot(h)) * self.pdf(wo, h) * self.0.shadowing(wo, wi)
     }
 
-    /// Density of the direction that [`Self::sample`] leads to.
+    /// Density of the reflected direction of half vector `h`, by [`Self::sample`].
     #[inline]
     pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
         let pdf = 0.25 * self.0.visible_pdf(wo, h) / wo.dot(h);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// A facet that `wo` sees.
+    /// Samples a facet that is visible from `wo`.
     #[inline]
     pub(super) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
         self.0.sample_visible(wo, [u, v])
     }
 }
 
-/// Directions as the coat sees them, whose normal may differ from that of the base; `None` if it
-/// does not.
+/// Frame of the coat, whose normal may differ from that of the base; `None` if they are equal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoatFrame(pub(super) Option<Frame>);
 
@@ -104,8 +103,8 @@ impl CoatFrame {
         self.0.map_or(w, |frame| frame.to_world(w))
     }
 
-    /// The cosine between a direction and the normal, positive above the base and negative below;
-    /// at least 10⁻⁶ where the coat has the direction on its other side.
+    /// Cosine between a direction and the normal of the coat, positive above the base and negative
+    /// below; its absolute value is at least 10⁻⁶ if the coat's normal differs.
     #[inline]
     pub(super) fn cosine(self, w: Vec3) -> f32 {
         const MIN: f32 = 1e-6;
@@ -117,12 +116,12 @@ impl CoatFrame {
     }
 }
 
-/// The cosine of a node of a table.
+/// Cosine of an entry of a table.
 fn cosine(i: usize) -> f32 {
     (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6)
 }
 
-/// The albedo at a cosine, between the nodes.
+/// Albedo at a cosine, interpolated between the entries.
 #[inline]
 fn at(albedos: &Albedos, cos: f32) -> f32 {
     let x = cos.max(0.0).sqrt() * (COSINES - 1) as f32;
@@ -130,7 +129,7 @@ fn at(albedos: &Albedos, cos: f32) -> f32 {
     albedos[lower].lerp(albedos[lower + 1], (x - lower as f32).min(1.0))
 }
 
-/// The share of light from a cosine that a coat of full amount and some roughness reflects.
+/// Directional albedo of a coat of amount 1.
 #[inline]
 pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
     let x = roughness.clamp(0.0, 1.0) * (ROUGHNESSES - 1) as f32;
@@ -139,10 +138,12 @@ pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
     a.lerp(b, x - lower as f32)
 }
 
-/// The share of light that gets through a layer on its way from the cosine `wi` to `wo`, of which
-/// `left` is left to directions above the surface. Light that is reflected below has the lesser of
-/// both shares: that is reciprocal, and the layer scatters with what is below no more than arrives.
-/// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
+/// Transmittance of a layer for light from the cosine `wi` to `wo`, where `left` is the
+/// transmittance for a direction above the surface.
+///
+/// Light reflected below the layer is attenuated by the lesser of the two transmittances: this is
+/// reciprocal, and the layer and its base together scatter no more than arrives. [as for sheen in
+/// glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
 pub(super) fn through(wo: f32, wi: f32, left: impl Fn(f32) -> f32) -> f32 {
     let share = |cos: f32| if cos > 0.0 { left(cos) } else { 1.0 };

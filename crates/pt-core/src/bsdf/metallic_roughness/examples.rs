@@ -1,4 +1,4 @@
-//! Materials for the laws: each part of the lobe, and the brightest.
+//! Examples for the laws: each part of the lobe, and the brightest material.
 
 use pt_math::Spectrum;
 
@@ -82,7 +82,7 @@ pub(super) fn all() -> Vec<MetallicRoughness> {
             thin: true,
             ..plain
         },
-        // The brightest.
+        // Maximum albedo.
         MetallicRoughness {
             base_color: Spectrum::ONE,
             roughness: 0.8,

@@ -1,6 +1,6 @@
-//! The reflectance of a thin film on a surface. [Belcour & Barla 2017, "A Practical Extension to
-//! Microfacet Theory for the Modeling of Varying Iridescence"; as glTF 2.0,
-//! KHR_materials_iridescence, has it]
+//! Reflectance of a thin film on a surface. [Belcour & Barla 2017, "A Practical Extension to
+//! Microfacet Theory for the Modeling of Varying Iridescence"; in the form of glTF 2.0,
+//! KHR_materials_iridescence]
 
 use std::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use pt_math::{FloatExt, Spectrum, Vec3, trig};
 
 use crate::bsdf::fresnel::schlick_weight;
 
-/// A film.
+/// A thin film.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
     /// Index of refraction, at least 1.
@@ -17,19 +17,19 @@ pub(super) struct Film {
     pub(super) thickness: f32,
 }
 
-/// In nanometres: thinner films have more and more the index of what is above them.
+/// Thickness in nanometres below which the index of the film fades to that of the medium above.
 const THIN: f32 = 0.03;
-/// Orders of interference that count.
+/// Number of orders of interference.
 const ORDERS: u8 = 2;
 
-/// The reflectance at normal incidence between two media.
+/// Reflectance at normal incidence between two media.
 #[inline]
 fn normal_reflectance(above: f32, below: f32) -> f32 {
     let root = (below - above) / (below + above);
     root * root
 }
 
-/// The index against vacuum of what reflects a share of light at normal incidence.
+/// Index of refraction against vacuum of a surface with reflectance `f0` at normal incidence.
 #[inline]
 fn index_of(f0: f32) -> f32 {
     let root = (f0 + 1e-4).clamp(0.0, 0.9999).sqrt();
@@ -42,8 +42,8 @@ fn schlick(f0: f32, cos: f32) -> f32 {
     f0.lerp(1.0, schlick_weight(cos))
 }
 
-/// The reflectance of two surfaces whose reflected waves add up. [Born & Wolf, Principles of
-/// Optics, §7.6]
+/// Reflectance of two surfaces with constructive interference. [Born & Wolf, Principles of Optics,
+/// §7.6]
 #[inline]
 fn together(first: f32, second: f32) -> f32 {
     let (a, b) = (first.sqrt(), second.sqrt());
@@ -51,9 +51,9 @@ fn together(first: f32, second: f32) -> f32 {
     sum * sum
 }
 
-/// What the eye sees of light whose phase differs by an optical path, in nanometres, and by
-/// `shift`, in linear Rec. 709: Gaussians in the frequency, fitted to the colour matching
-/// functions. [Belcour & Barla 2017, supplemental material]
+/// Spectral sensitivity of the eye to light with a phase difference by an optical path, in
+/// nanometres, and by `shift`, in linear Rec. 709: Gaussians in the frequency, fitted to the colour
+/// matching functions. [Belcour & Barla 2017, supplemental material]
 #[inline]
 fn sensitivity(path: f32, shift: Vec3) -> Vec3 {
     const VALUE: Vec3 = Vec3::new(5.4856e-13, 4.4201e-13, 5.2481e-13);
@@ -79,15 +79,15 @@ fn sensitivity(path: f32, shift: Vec3) -> Vec3 {
 }
 
 impl Film {
-    /// The index with which it counts.
+    /// Effective index of refraction, which fades to 1 for very thin films.
     #[inline]
     fn index(self) -> f32 {
         let t = (self.thickness / THIN).clamp(0.0, 1.0);
         1.0.lerp(self.ior, t * t * (3.0 - 2.0 * t))
     }
 
-    /// The reflectance on a surface that without it reflects `f0` at normal incidence, from vacuum
-    /// at a cosine: from 0 to 1.
+    /// Reflectance for light from vacuum at a cosine, from 0 to 1, of a surface whose reflectance
+    /// at normal incidence without the film is `f0`.
     pub(super) fn reflectance(self, cos: f32, f0: Spectrum) -> Spectrum {
         let index = self.index();
         let sin2 = (1.0 - cos * cos) / (index * index);
@@ -113,13 +113,14 @@ impl Film {
             term *= amplitude;
             sum += term * sensitivity(order * path, phi * order) * 2.0;
         }
-        // Colours beyond Rec. 709 have channels above what waves that add up reflect.
+        // Colours outside Rec. 709 have channels above the reflectance of constructive
+        // interference.
         let most = Vec3::from(r23.map(|r23| together(r12, r23)));
         Spectrum(sum.clamp(Vec3::ZERO, most))
     }
 
-    /// The reflectance from a cosine where waves add up: no less than [`Self::reflectance`] at any
-    /// thickness.
+    /// Reflectance at a cosine with constructive interference: an upper bound of
+    /// [`Self::reflectance`] for any thickness.
     pub(super) fn most(self, cos: f32, f0: f32) -> f32 {
         let index = self.index();
         let inside = (1.0 - (1.0 - cos * cos) / (index * index)).max(0.0).sqrt();
@@ -132,7 +133,7 @@ impl Film {
 mod tests {
     use super::*;
 
-    /// A film of the index of what is above it is not there.
+    /// A film of thickness 0 or of the index of the medium above has no effect.
     #[test]
     fn no_film_is_the_surface_below() {
         for film in [Film { ior: 1.8, thickness: 0.0 }, Film { ior: 1.0, thickness: 300.0 }] {
@@ -142,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Of a thick film, light of all phases mixes: r12 + t² r23 / (1 − r12 r23), from intensities.
+    /// A thick film mixes light of all phases: r12 + t² r23 / (1 − r12 r23), from intensities.
     #[test]
     fn thick_films_have_no_colours() {
         let (ior, f0) = (1.33_f32, 0.04_f32);
@@ -154,7 +155,7 @@ mod tests {
         assert!((got - Vec3::splat(want)).abs().max_element() < 1e-4, "{got} {want}");
     }
 
-    /// A quarter of a wavelength of what has the root of the index below reflects nothing of that
+    /// A quarter-wave film whose index is the square root of that below reflects nothing of its
     /// wavelength: green is dark, as on coated lenses.
     #[test]
     fn a_quarter_wave_reflects_least() {

@@ -1,4 +1,4 @@
-//! The material of metal and roughness of glTF, with its extensions.
+//! The metallic-roughness material of glTF, with its extensions.
 
 mod coat;
 mod examples;
@@ -8,61 +8,60 @@ mod sheen;
 #[cfg(test)]
 mod tests;
 
-use pt_math::{FloatExt, Frame, Pdf, SolidAngle, Spectrum, Vec3, trig};
-use pt_scene::material::{Distribution, Masking};
-
-use super::fresnel;
-use super::microfacet::MicrofacetDistribution;
-use super::multiscatter::{Reflected, SchlickGloss};
-use super::rough_dielectric::{Pair, eta_from};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 pub use coat::emitted_through;
 use coat::{Coat, CoatFrame, coat_albedo, through as through_layer};
 use film::Film;
+use pt_math::{FloatExt, Frame, Pdf, SolidAngle, Spectrum, Vec3, trig};
+use pt_scene::material::{Distribution, Masking};
 use sheen::Sheen;
 
-/// A mixture of a metal and of a dielectric with a diffuse base or one that light goes through,
-/// under a sheen and a clear coat. See [`pt_scene::material::MetallicRoughness`] for its
-/// parameters.
+use super::microfacet::MicrofacetDistribution;
+use super::multiscatter::{Reflected, SchlickGloss};
+use super::rough_dielectric::{Pair, eta_from};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+
+/// A mixture of a metal and a dielectric with a diffuse or transmissive base, under sheen and clear
+/// coat. See [`pt_scene::material::MetallicRoughness`] for its parameters.
 ///
-/// The parts are those of the Khronos group. Where its text weighs a layer below by what one facet
-/// above reflects, which gains light along the surface, it is weighed here by what all facets above
-/// reflect, so that the whole scatters no more than arrives. [glTF 2.0, app. B, and the extensions
-/// KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen,
-/// _specular, _transmission, _volume]
+/// The parts are those of the Khronos group. Its text weights a lower layer by the reflection of
+/// one facet above, which gains energy at grazing angles. Here, the weight is by the directional
+/// albedo of the layer above, so that the whole scatters no more than arrives. [glTF 2.0, app. B,
+/// and the extensions KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior,
+/// _iridescence, _sheen, _specular, _transmission, _volume]
 #[derive(Clone, Copy, Debug)]
 pub struct MetallicRoughness {
-    /// Colour of the base, of the metal, and of light that goes through: at once of sheets, else
-    /// its square root at each surface.
+    /// Colour of the base, of the metal, and of transmitted light: once for sheets, otherwise its
+    /// square root at each surface.
     pub base_color: Spectrum,
-    /// Share of metal, from 0 to 1.
+    /// Weight of the metal, from 0 to 1.
     pub metallic: f32,
     /// √α of the facets, from 0 to 1.
     pub roughness: f32,
-    /// Index of refraction below the surface over that above it, at least 1; above 1 if light goes
-    /// through what is no sheet.
+    /// Index of refraction below the surface over that above it, at least 1; above 1 for
+    /// transmission without `thin`.
     pub eta: f32,
-    /// Amount of the reflection of the dielectric, from 0 to 1.
+    /// Amount of specular reflection of the dielectric, from 0 to 1.
     pub specular: f32,
-    /// Its colour at normal incidence: not negative.
+    /// Colour of the specular reflection of the dielectric at normal incidence, not negative.
     pub specular_color: Spectrum,
-    /// Share of the dielectric that light goes through, from 0 to 1.
+    /// Weight of transmission in the dielectric, from 0 to 1.
     pub transmission: f32,
-    /// Share of the diffuse base that scatters light to the other side, from 0 to 1; of sheets.
+    /// Fraction of the diffuse base that scatters light to the other side, from 0 to 1; for sheets.
     pub diffuse_transmission: f32,
-    /// Its colour.
+    /// Colour of diffuse transmission.
     pub diffuse_transmission_color: Spectrum,
-    /// From 0 to 1: how far α along a direction is from that across it to 1, by its square.
+    /// Strength of anisotropy, from 0 to 1: its square interpolates α along its direction between α
+    /// across it and 1.
     pub anisotropy: f32,
-    /// That direction, in coordinates along x and y that go from −1 to 1 as these do from 0 to 1.
+    /// Direction of anisotropy along x and y, each mapped from −1…1 to 0…1.
     pub direction: [f32; 2],
-    /// By which angle, in radians, it is turned.
+    /// Angle in radians by which the direction of anisotropy is rotated.
     pub rotation: f32,
-    /// Share of the surface with a thin film, from 0 to 1.
+    /// Weight of the thin film, from 0 to 1.
     pub iridescence: f32,
     /// Index of refraction of the film, at least 1.
     pub film_ior: f32,
-    /// Its thickness in nanometres.
+    /// Thickness of the film in nanometres.
     pub film_thickness: f32,
     /// Colour of the sheen.
     pub sheen_color: Spectrum,
@@ -70,22 +69,24 @@ pub struct MetallicRoughness {
     pub sheen_roughness: f32,
     /// Amount of clear coat, from 0 to 1.
     pub clearcoat: f32,
-    /// √α of its facets, from 0 to 1.
+    /// √α of the clear coat, from 0 to 1.
     pub clearcoat_roughness: f32,
-    /// The x and y of its unit normal, which is above the surface; 0 and 0 is that of the base.
+    /// The x and y of the unit normal of the clear coat, which is above the surface; 0 and 0 is
+    /// that of the base.
     pub coat_normal: [f32; 2],
-    /// True if it is a sheet without an inside, the same from both sides.
+    /// True if the material is a sheet without an interior, which is equal on both sides.
     pub thin: bool,
 }
 
-/// Two directions as the material sees them: from its front, along the axes of its facets.
+/// Two directions in the frame of the facets, with the front up.
 struct View {
     wo: Vec3,
     wi: Vec3,
 }
 
 impl MetallicRoughness {
-    /// Index of the parameters that textures may give among the packed parameters.
+    /// Index of the base colour among the packed parameters; like the following ones, it may be
+    /// given by a texture.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const METALLIC: usize = 3;
@@ -117,10 +118,10 @@ impl MetallicRoughness {
     pub(crate) const CLEARCOAT: usize = 26;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const CLEARCOAT_ROUGHNESS: usize = 27;
-    /// Index of the coat's normal among the packed parameters.
+    /// Index of the normal of the coat among the packed parameters.
     pub(crate) const COAT_NORMAL: usize = 29;
 
-    /// The facets, whose first roughness is along the direction of the anisotropy.
+    /// Facet distribution, whose first roughness is along the direction of anisotropy.
     /// [KHR_materials_anisotropy, "Anisotropy roughness"]
     #[inline]
     fn distribution(&self) -> MicrofacetDistribution {
@@ -134,7 +135,7 @@ impl MetallicRoughness {
         }
     }
 
-    /// Cosine and sine of the angle from +x to the direction of the anisotropy.
+    /// Cosine and sine of the angle from +x to the direction of anisotropy.
     #[inline]
     fn turn(&self) -> [f32; 2] {
         if self.anisotropy == 0.0 {
@@ -147,8 +148,7 @@ impl MetallicRoughness {
         [x * cos - y * sin, x * sin + y * cos]
     }
 
-    /// Returns true if a direction is turned over, as the front of a sheet is where it is seen
-    /// from.
+    /// Returns true if directions are flipped: the viewed side of a sheet is its front.
     #[inline]
     fn flips(&self, wo: Vec3) -> bool {
         self.thin && wo.z < 0.0
@@ -164,7 +164,7 @@ impl MetallicRoughness {
         View { wo: seen(wo), wi: seen(wi) }
     }
 
-    /// The direction that is `w` in a [`View`] from `wo`.
+    /// Inverse of [`Self::view`], for the direction `w` in a [`View`] from `wo`.
     #[inline]
     fn back(&self, wo: Vec3, w: Vec3) -> Vec3 {
         let [cos, sin] = self.turn();
@@ -185,13 +185,13 @@ impl MetallicRoughness {
         CoatFrame(Some(Frame::from_normal(normal)))
     }
 
-    /// Share of the diffuse base.
+    /// Weight of the diffuse base.
     #[inline]
     fn opaque(&self) -> f32 {
         (1.0 - self.metallic) * (1.0 - self.transmission)
     }
 
-    /// Share of what light goes through.
+    /// Weight of transmission.
     #[inline]
     fn transparent(&self) -> f32 {
         (1.0 - self.metallic) * self.transmission
@@ -202,7 +202,7 @@ impl MetallicRoughness {
         Film { ior: self.film_ior, thickness: self.film_thickness }
     }
 
-    /// The reflectance of the dielectric at normal incidence, and at 90°.
+    /// Reflectance of the dielectric at normal incidence, and at 90°.
     #[inline]
     fn dielectric(&self) -> (Spectrum, f32) {
         let root = (self.eta - 1.0) / (self.eta + 1.0);
@@ -210,7 +210,7 @@ impl MetallicRoughness {
         (f0.map(|c| c.min(1.0)) * self.specular, self.specular)
     }
 
-    /// With a film where there is one.
+    /// Blends a reflectance `plain` with that of the film, by the weight of the film.
     #[inline]
     fn filmed(&self, plain: Spectrum, cos: f32, f0: Spectrum) -> Spectrum {
         if self.iridescence == 0.0 || self.film_thickness == 0.0 {
@@ -220,7 +220,8 @@ impl MetallicRoughness {
         plain * (1.0 - self.iridescence) + film * self.iridescence
     }
 
-    /// The reflectance of facets of the dielectric at the greater of two angles.
+    /// Fresnel reflectance of a facet of the dielectric at the cosine of the greater of the two
+    /// angles.
     #[inline]
     fn dielectric_at(&self, cos: f32) -> Spectrum {
         let (f0, f90) = self.dielectric();
@@ -228,8 +229,8 @@ impl MetallicRoughness {
         self.filmed(f0 + (Spectrum::splat(f90) - f0) * weight, cos, f0)
     }
 
-    /// That of a pair of directions. The refracted direction, which is known, has more digits than
-    /// one that is computed.
+    /// Fresnel reflectance of the dielectric for a pair of directions. The known refracted
+    /// direction is more accurate than a computed one.
     #[inline]
     fn reflected_by_pair(&self, pair: &Pair) -> Option<Spectrum> {
         let cos = pair.wo.dot(pair.h);
@@ -239,11 +240,11 @@ impl MetallicRoughness {
         Some(self.dielectric_at(cos.min(-pair.wi.dot(pair.h))))
     }
 
-    /// The reflectance of facets of the dielectric that are seen at a cosine; `None` beyond the
-    /// critical angle, where all is reflected.
+    /// Fresnel reflectance of a facet of the dielectric that is seen at a cosine; `None` for total
+    /// internal reflection.
     #[inline]
     fn reflected_by_dielectric(&self, cos: f32, eta: f32) -> Option<Spectrum> {
-        // Schlick's formula is by the greater angle of the two.
+        // Schlick's formula uses the greater of the two angles.
         let cos = if eta < 1.0 && self.transmission > 0.0 && !self.thin {
             let sin2 = (1.0 - cos * cos) / (eta * eta);
             if sin2 >= 1.0 {
@@ -256,8 +257,8 @@ impl MetallicRoughness {
         Some(self.dielectric_at(cos))
     }
 
-    /// What facets reflect that are seen at a cosine from the front or, where light goes through,
-    /// from the back.
+    /// Reflectance of a facet that is seen at a cosine from the front or, with transmission, from
+    /// the back.
     #[inline]
     fn reflectance(&self, front: bool, cos: f32, dielectric: Option<Spectrum>) -> Spectrum {
         let dielectric = dielectric.unwrap_or(Spectrum::ONE);
@@ -269,7 +270,7 @@ impl MetallicRoughness {
         metal * self.metallic + dielectric * (1.0 - self.metallic)
     }
 
-    /// What facets let through.
+    /// Transmittance of a facet.
     #[inline]
     fn transmittance(&self, dielectric: Option<Spectrum>) -> Spectrum {
         let Some(reflected) = dielectric else { return Spectrum::ZERO };
@@ -277,14 +278,14 @@ impl MetallicRoughness {
         if self.thin { self.base_color * left } else { self.base_color.map(f32::sqrt) * left }
     }
 
-    /// How often facets reflect, and do not let through.
+    /// Probability with which a facet reflects instead of transmitting.
     #[inline]
     fn reflection_probability(reflected: Spectrum, transmitted: Spectrum) -> f32 {
         let [reflected, transmitted] = [reflected, transmitted].map(Spectrum::luminance);
         if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
     }
 
-    /// The mean reflectance of the metal and of the dielectric over evenly spread light, about.
+    /// Approximate mean reflectance of the metal and of the dielectric for diffuse illumination.
     #[inline]
     fn mean_reflectances(&self) -> [Spectrum; 2] {
         let (f0, f90) = self.dielectric();
@@ -293,7 +294,7 @@ impl MetallicRoughness {
         [fresnel::mean_schlick(metal), f0 + (Spectrum::splat(f90) - f0) * (1.0 / 21.0)]
     }
 
-    /// What the facets of the dielectric leave to its base.
+    /// Coupling between the facets of the dielectric and its base.
     #[inline]
     fn gloss(&self, distribution: &MicrofacetDistribution, again: Reflected) -> SchlickGloss {
         let (f0, f90) = self.dielectric();
@@ -303,7 +304,7 @@ impl MetallicRoughness {
         SchlickGloss::new(distribution, again, [f0, f90], share)
     }
 
-    /// What the film reflects at most, of light from a cosine that the dielectric reflects.
+    /// Upper bound of the reflectance of the dielectric with the film at a cosine; 0 without film.
     #[inline]
     fn most_of_film(&self, cos: f32) -> f32 {
         if self.iridescence == 0.0 {
@@ -319,8 +320,8 @@ impl MetallicRoughness {
         self.sheen_color.max_channel() > 0.0
     }
 
-    /// The facet that takes one direction to the other; of a sheet, light that goes through leaves
-    /// as if it were reflected to the other side.
+    /// The facet that connects two directions; transmission through a sheet is treated as
+    /// reflection to the other side.
     #[inline]
     fn pair(&self, wo: Vec3, wi: Vec3) -> Option<Pair> {
         if self.thin && wi.z < 0.0 {
@@ -331,8 +332,8 @@ impl MetallicRoughness {
         Pair::new(if self.eta == 1.0 { 1.5 } else { self.eta }, wo, wi)
     }
 
-    /// Light that facets scatter more than once, and that of the base, both above the front or, for
-    /// a sheet, beyond it.
+    /// Multiple scattering between facets, and scattering by the base, above the front or, for a
+    /// sheet, below it.
     #[inline]
     fn again_and_base(
         &self,
@@ -363,12 +364,12 @@ impl MetallicRoughness {
         sum
     }
 
-    /// The layers over what scatters `below`, for two directions, and the half vector if both are
-    /// above the front.
+    /// Adds sheen and clear coat over `below`, for two directions, with their half vector if both
+    /// are above the front.
     #[inline]
     fn under_layers(&self, below: Spectrum, [wo, wi]: [Vec3; 2], h: Option<Vec3>) -> Spectrum {
         let mut sum = below;
-        // The other side of a sheet has the same layers.
+        // Both sides of a sheet have the same layers.
         let through = |[wo, wi]: [f32; 2], left: &dyn Fn(f32) -> f32| {
             if self.thin { left(wo.abs()).min(left(wi.abs())) } else { through_layer(wo, wi, left) }
         };
@@ -396,7 +397,7 @@ impl MetallicRoughness {
         sum
     }
 
-    /// Returns true if light from one direction of a [`View`] can leave in the other.
+    /// Returns true if light can be scattered from one direction of a [`View`] into the other.
     #[inline]
     fn connects(&self, wo: Vec3, wi: Vec3) -> bool {
         let above = wo.z > 0.0 && wi.z > 0.0;
@@ -427,12 +428,12 @@ impl MetallicRoughness {
         self.under_layers(f, [wo, wi], half)
     }
 
-    /// Density with which the facet of a pair leads from one of its directions to the other, if it
-    /// is drawn as it is seen.
+    /// Density of scattering from one direction of a pair into the other by its facet, if visible
+    /// facets are sampled.
     #[inline]
     fn density(&self, pair: &Pair, distribution: &MicrofacetDistribution) -> f32 {
         if self.thin && !pair.is_reflected {
-            // As if it were reflected.
+            // Treated as reflection.
             let pdf = distribution.visible_pdf(pair.wo, pair.h) * 0.25 / pair.wo.dot(pair.h);
             return if pdf.is_finite() { pdf } else { 0.0 };
         }

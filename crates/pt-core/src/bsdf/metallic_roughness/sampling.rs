@@ -1,4 +1,4 @@
-//! How directions are drawn.
+//! Sampling of directions.
 
 use std::f32::consts::TAU;
 
@@ -13,19 +13,20 @@ use crate::bsdf::fresnel;
 use crate::bsdf::multiscatter::Reflected;
 use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
 
-/// Probabilities of the maps that [`MetallicRoughness::draw`] takes; the rest is the cosine's.
+/// Probabilities of the sampling maps of [`MetallicRoughness::draw`]; the remainder is that of
+/// cosine sampling.
 struct Shares {
     distribution: f32,
     coat: f32,
     sheen: f32,
-    /// Of the cosine's share, how much is on the other side.
+    /// Fraction of cosine sampling that is on the other side.
     beyond: f32,
 }
 
 impl MetallicRoughness {
-    /// Shares by about what each part scatters of light towards a cosine.
+    /// Probabilities by the approximate albedo of each part for light from `wo`.
     fn shares(&self, wo: Vec3, lost: &Reflected) -> Shares {
-        /// Of what there is, so that nothing is left out where it is more than expected.
+        /// Added to the weight of the facets, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
             return Shares { distribution: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
@@ -59,7 +60,7 @@ impl MetallicRoughness {
         }
     }
 
-    /// The probability of the map that `choice` takes from `wo` to `wi`.
+    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
     #[cfg(test)]
     pub(in crate::bsdf) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let View { wo, wi } = self.view(wo, wi);
@@ -82,7 +83,7 @@ impl MetallicRoughness {
         }
     }
 
-    /// The density of one direction of a `View` from the other.
+    /// Density of one direction of a `View` given the other.
     pub(super) fn density_of(&self, wo: Vec3, wi: Vec3) -> f32 {
         if !self.connects(wo, wi) {
             return 0.0;
@@ -116,7 +117,7 @@ impl MetallicRoughness {
         pdf
     }
 
-    /// Follows one of the maps from a direction of a `View`, which is up if the front is seen.
+    /// Samples a direction of a `View`, where up is the front.
     #[inline]
     pub(super) fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let shares = self.shares(wo, &Reflected::new(&self.distribution()));
@@ -143,8 +144,8 @@ impl MetallicRoughness {
         (wi.z > 0.0).then_some(if is_beyond { Vec3::new(wi.x, wi.y, -wi.z) } else { wi })
     }
 
-    /// Where a facet that is seen sends light, which it reflects or lets through by a number from 0
-    /// to 1.
+    /// Direction into which a visible facet reflects or transmits light, which `choice`, from 0 to
+    /// 1, selects.
     #[inline]
     fn draw_facet(&self, wo: Vec3, u: [f32; 2], choice: f32) -> Option<Vec3> {
         let up = upright(wo, wo);
@@ -164,7 +165,7 @@ impl MetallicRoughness {
             let (_, cos_t) = fresnel::dielectric(cos, eta)?;
             refract(up, h, [cos, cos_t], eta)
         };
-        // Facets that send light to the wrong side absorb it.
+        // Light that a facet scatters to the wrong side is absorbed.
         ((wi.z > 0.0) == reflects && wi.z != 0.0).then(|| upright(wi, wo))
     }
 }

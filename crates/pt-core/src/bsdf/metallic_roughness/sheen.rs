@@ -1,19 +1,19 @@
-//! The sheen of cloth: facets that stand along the normal. [Estevez & Kulla 2017, "Production
-//! Friendly Microfacet Sheen BRDF"; glTF 2.0, KHR_materials_sheen]
+//! The sheen of cloth, with facets along the normal. [Estevez & Kulla 2017, "Production Friendly
+//! Microfacet Sheen BRDF"; glTF 2.0, KHR_materials_sheen]
 
 use std::f32::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 use pt_math::{FloatExt, Vec3, trig};
 
-/// Cosines of the table of albedos, even in their square roots: albedos change most along the
-/// surface.
+/// Cosines of the table of albedos, uniform in their square roots: albedos change most at grazing
+/// angles.
 const COSINES: usize = 48;
-/// Roughnesses of the table, even from [`MIN`] to 1.
+/// Roughnesses of the table, uniform from [`MIN`] to 1.
 const ROUGHNESSES: usize = 17;
-/// Less roughness than this is taken for it: there, sheen is seen along the surface alone.
+/// Minimum roughness; below it, sheen is visible at grazing angles only.
 const MIN: f32 = 0.07;
-/// Side of the grid of directions by which albedos are integrated.
+/// Side of the grid of integration directions of albedos.
 const GRID: u16 = 96;
 
 /// Sheen of full amount.
@@ -21,7 +21,7 @@ const GRID: u16 = 96;
 pub(super) struct Sheen {
     /// α, the square of the roughness.
     alpha: f32,
-    /// Where it is in the table.
+    /// Position of the roughness in the table.
     place: f32,
 }
 
@@ -29,7 +29,7 @@ static ALBEDOS: LazyLock<Box<[[f32; COSINES]; ROUGHNESSES]>> = LazyLock::new(|| 
     let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(GRID);
     let albedo = |sheen: Sheen, cos: f32| {
         let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-        // Directions near the surface, where most light goes, are taken more often.
+        // Grazing directions, into which most light is scattered, are sampled more densely.
         let weight = |u: f32, v: f32| {
             let z = u * u;
             let (sin_phi, cos_phi) = trig::sin_cos(TAU * v);
@@ -70,8 +70,8 @@ impl Sheen {
         trig::exp(exponent)
     }
 
-    /// f cos θi for two directions above the surface, by the formulas: along the surface, more
-    /// light than arrives.
+    /// f cos θi for two directions above the surface, by the formulas, which gain energy at grazing
+    /// angles.
     #[inline]
     fn raw(self, wo: Vec3, wi: Vec3) -> f32 {
         let h = (wo + wi).normalize();
@@ -83,7 +83,7 @@ impl Sheen {
         if f.is_finite() { f } else { 0.0 }
     }
 
-    /// The albedo of the formulas at a cosine.
+    /// Albedo of the formulas at a cosine.
     #[inline]
     fn raw_albedo(self, cos: f32) -> f32 {
         let x = cos.clamp(0.0, 1.0).sqrt() * (COSINES - 1) as f32;
@@ -95,14 +95,14 @@ impl Sheen {
         a.lerp(b, self.place - r as f32)
     }
 
-    /// The share of light from a cosine that it scatters, at most 1.
+    /// Directional albedo at a cosine, at most 1.
     #[inline]
     pub(super) fn albedo(self, cos: f32) -> f32 {
         self.raw_albedo(cos).min(1.0)
     }
 
-    /// f cos θi for two directions above the surface. Where the formulas scatter more than arrives,
-    /// each direction has less by as much.
+    /// f cos θi for two directions above the surface, scaled down in directions in which the
+    /// formulas gain energy.
     #[inline]
     pub(super) fn eval(self, wo: Vec3, wi: Vec3) -> f32 {
         let held = |cos: f32| self.raw_albedo(cos).max(1.0).recip();
@@ -114,7 +114,8 @@ impl Sheen {
 mod tests {
     use super::*;
 
-    /// Integrals of the formulas on a grid of 400 × 400 directions, in double precision.
+    /// The table agrees with integrals of the formulas on a grid of 400 × 400 directions, in double
+    /// precision.
     #[test]
     fn albedos_are_those_of_the_formulas() {
         for (roughness, cos, wanted) in [

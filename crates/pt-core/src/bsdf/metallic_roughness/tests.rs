@@ -11,7 +11,7 @@ fn above(random: &mut Random) -> Vec3 {
     Vec3::new(w.x, w.y, w.z.abs().max(0.3)).normalize()
 }
 
-/// D V cos θi of facets of GGX of one roughness α, from the text of glTF 2.0, app. B.3.2, in double
+/// D V cos θi of GGX facets of one roughness α, from the text of glTF 2.0, app. B.3.2, in double
 /// precision.
 fn facets_by_the_text(alpha: f64, [wo, wi, h]: [Vec3; 3]) -> f64 {
     let [wo, wi, h] = [wo, wi, h].map(Vec3::as_dvec3);
@@ -27,7 +27,7 @@ fn schlick_by_the_text(f0: f64, f90: f64, cos: f64) -> f64 {
     f0 + (f90 - f0) * (1.0 - cos).powi(5)
 }
 
-/// A black base under facets of low roughness, which reflect nearly all at once.
+/// A black base under facets of low roughness, with little multiple scattering.
 #[test]
 fn reflections_of_dielectrics_are_those_of_the_text() {
     let lobe = MetallicRoughness {
@@ -54,7 +54,7 @@ fn reflections_of_dielectrics_are_those_of_the_text() {
     }
 }
 
-/// Likewise of metals, whose amount of reflection does not depend on the specular one.
+/// The reflection of metals does not depend on `specular`.
 #[test]
 fn reflections_of_metals_are_those_of_the_text() {
     let base_color = Spectrum::rgb(0.9, 0.5, 0.2);
@@ -73,8 +73,8 @@ fn reflections_of_metals_are_those_of_the_text() {
     }
 }
 
-/// Light that goes through a sheet is the colour of the base, less what is reflected, as if it were
-/// reflected to the other side.
+/// Light transmitted by a sheet has the colour of the base, times 1 − F, and the direction of
+/// reflection to the other side.
 #[test]
 fn what_goes_through_sheets_is_that_of_the_text() {
     let base_color = Spectrum::rgb(0.9, 0.5, 0.2);
@@ -97,7 +97,7 @@ fn what_goes_through_sheets_is_that_of_the_text() {
     }
 }
 
-/// What is diffuse is 1/π of its colour under no gloss, on its side.
+/// Diffuse scattering without specular reflection is 1/π of its colour, on each side.
 #[test]
 fn diffuse_light_goes_to_both_sides() {
     let lobe = MetallicRoughness {
@@ -119,8 +119,8 @@ fn diffuse_light_goes_to_both_sides() {
     }
 }
 
-/// A turn of the direction is one of the surface the other way round; a direction by a texture is
-/// that by an angle.
+/// Rotating the anisotropy is the inverse of rotating the surface; a direction given by a texture
+/// is equivalent to an angle.
 #[test]
 fn highlights_turn_with_their_direction() {
     let brushed = MetallicRoughness { metallic: 1.0, roughness: 0.3, anisotropy: 0.8, ..plain() };
@@ -140,7 +140,7 @@ fn highlights_turn_with_their_direction() {
             }
         }
     }
-    // Along the direction, α is that from the roughness to 1 by the square of the strength.
+    // Along the direction, α is interpolated to 1 by the square of the strength.
     let [along, across] = brushed.distribution().alpha;
     assert!((across - 0.09).abs() < 1e-6 && (along - (0.09 + 0.91 * 0.64)).abs() < 1e-6);
 }

@@ -1,4 +1,4 @@
-//! What facets by Schlick's formula leave to what lies under them.
+//! Coupling between facets with Schlick's Fresnel term and the base under them.
 
 use std::f32::consts::FRAC_1_PI;
 use std::sync::OnceLock;
@@ -10,8 +10,8 @@ use super::{ALPHAS, COSINES, MIN_ALPHA, Reflected, cosine, locate, node, place, 
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 
-/// The mean of Schlick's weight over what facets of GGX reflect: of a roughness by the cosine, and
-/// of evenly spread light.
+/// Mean of Schlick's weight over single scattering by GGX facets of a roughness: by the cosine, and
+/// for diffuse illumination.
 struct Weights {
     seen: [f32; COSINES],
     mean: f32,
@@ -19,7 +19,7 @@ struct Weights {
 
 static ROWS: [OnceLock<Box<Weights>>; ALPHAS] = [const { OnceLock::new() }; ALPHAS];
 
-/// Those of a node of the roughnesses.
+/// Weights of a node of the roughnesses.
 #[inline]
 fn row(i: usize) -> &'static Weights {
     ROWS[i].get_or_init(|| {
@@ -65,28 +65,29 @@ impl Weights {
     }
 }
 
-/// The share of what facets of two roughnesses leave that their base has: as much less as E may be
-/// wrong, so that it gains nothing.
+/// Factor of the light that anisotropic facets leave to their base: compensates the error of E, so
+/// that no energy is gained.
 const BRUSHED: f32 = 0.992;
 
-/// A gloss of facets that reflect F₀ + (F₉₀ − F₀)(1 − cos θ)⁵, and what of it they reflect again.
+/// Facets that reflect F₀ + (F₉₀ − F₀)(1 − cos θ)⁵, with multiple scattering.
 #[derive(Clone, Copy)]
 pub(in crate::bsdf) struct SchlickGloss {
     again: Reflected,
     alpha: f32,
     f0: f32,
     f90: f32,
-    /// How much of what is lost at once is reflected again.
+    /// Fraction of the single-scattering loss that multiple scattering reflects.
     share: f32,
-    /// The mean of 1 − E.
+    /// Mean of 1 − E.
     mean: f32,
-    /// How much of what is left counts.
+    /// Factor of the light that is left to the base.
     kept: f32,
 }
 
 impl SchlickGloss {
-    /// Of facets of GGX, whose weights are taken as if their roughness were the same in all
-    /// directions. `share` of what they lose at once is reflected again.
+    /// Creates the terms for GGX facets, whose Schlick weights are those of the geometric mean of
+    /// the two roughnesses. `share` is the fraction of the single-scattering loss that multiple
+    /// scattering reflects.
     #[inline]
     pub(in crate::bsdf) fn new(
         distribution: &MicrofacetDistribution,
@@ -103,7 +104,7 @@ impl SchlickGloss {
         Self { again, alpha, f0, f90, share, mean: (1.0 - reflected).max(0.0), kept }
     }
 
-    /// E: the share of light that it scatters, for a direction above the surface.
+    /// E: directional albedo for a direction above the surface.
     #[inline]
     pub(in crate::bsdf) fn albedo(&self, w: Vec3) -> f32 {
         let x = place(w.z, stretch_of_gloss(self.alpha));
@@ -113,17 +114,18 @@ impl SchlickGloss {
         self.f0 * (1.0 - lost - weight).max(0.0) + self.f90 * weight + self.share * lost
     }
 
-    /// 1 − E, or less.
+    /// 1 − E, or slightly less.
     #[inline]
     pub(in crate::bsdf) fn left(&self, w: Vec3) -> f32 {
         self.kept * (1.0 - self.albedo(w)).max(0.0)
     }
 
-    /// f |cos θi| of a white matte base, for two directions, as from above the surface: light
-    /// reaches the base, of which as much leaves in each direction as would have reached it
-    /// from there, but no more than is left of some other reflectance, too. So the two together
-    /// scatter all light where the base does, and are reciprocal. [Kelemen & Szirmay-Kalos 2001, "A
-    /// Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
+    /// f |cos θi| of a white diffuse base, for two directions taken as above the surface.
+    ///
+    /// Light that reaches the base leaves in each direction by the fraction that would have reached
+    /// it from there, which is limited by 1 minus the reflectance `other`. Facets and base together
+    /// thus scatter all light if the base does, and are reciprocal. [Kelemen & Szirmay-Kalos 2001,
+    /// "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
     #[inline]
     pub(in crate::bsdf) fn eval_base(&self, wo: Vec3, wi: Vec3, other: impl Fn(f32) -> f32) -> f32 {
         if self.mean > 0.0 {

@@ -1,5 +1,5 @@
-//! The diffuse part of principled materials: rough diffuse reflection, something like light under a
-//! thin skin, and the sheen of cloth.
+//! The diffuse part of principled materials: rough diffuse reflection, an approximation of
+//! subsurface scattering, and the sheen of cloth.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -7,25 +7,25 @@ use pt_math::{FloatExt, Spectrum, Vec3};
 
 use crate::bsdf::fresnel::schlick_weight;
 
-/// What lies under the facets.
+/// Parameters of the base under the facets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Base {
-    /// Its colour.
+    /// Colour of the base.
     pub(super) color: Spectrum,
-    /// Roughness from 0 to 1, which brightens its rim.
+    /// Roughness from 0 to 1, which brightens the rim.
     pub(super) roughness: f32,
-    /// From 0, a surface, to 1, light that is scattered under it.
+    /// Weight of the approximate subsurface scattering, from 0 to 1.
     pub(super) flatness: f32,
 }
 
-/// The colour without its brightness: of luminance 1.
+/// Colour normalized to luminance 1; white for black.
 #[inline]
 pub(super) fn tint(color: Spectrum) -> Spectrum {
     let luminance = color.luminance();
     if luminance > 0.0 { color / luminance } else { Spectrum::ONE }
 }
 
-/// The cosine between `wi` and the half vector of two directions above the surface.
+/// Cosine between `wi` and the half vector of two directions above the surface.
 #[inline]
 fn cos_half(wo: Vec3, wi: Vec3) -> f32 {
     wi.dot((wo + wi).normalize())
@@ -44,19 +44,19 @@ impl Base {
         let diffuse = (1.0 - 0.5 * f_o) * (1.0 - 0.5 * f_i);
         let retro = back * (f_o + f_i + f_o * f_i * (back - 1.0));
         let ss = 1.0.lerp(0.5 * back, f_o) * 1.0.lerp(0.5 * back, f_i);
-        // Times cos θi, which keeps 1 / (cos θo + cos θi) within bounds.
+        // Multiplied by cos θi, which bounds 1 / (cos θo + cos θi).
         let flat = 1.25 * (ss * (wi.z / (wo.z + wi.z) - 0.5 * wi.z) + 0.5 * wi.z);
         self.color * (FRAC_1_PI * ((diffuse + retro) * wi.z).lerp(flat, self.flatness))
     }
 }
 
-/// White with an `amount` of a tint, from 0 to 1.
+/// Blends white with a tint by `amount`, from 0 to 1.
 #[inline]
 pub(super) fn tinted(tint: Spectrum, amount: f32) -> Spectrum {
     Spectrum::ONE + (tint - Spectrum::ONE) * amount
 }
 
-/// The sheen of fibres at the rim, f cos θi: Schlick's weight of the half vector, times a colour.
+/// Sheen of fibres at the rim, f cos θi: Schlick's weight of the half vector, times a colour.
 /// [Burley 2012, §5.4]
 #[inline]
 pub(super) fn sheen(color: Spectrum, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -69,7 +69,7 @@ pub(super) fn sheen_weight(wo: Vec3, wi: Vec3) -> f32 {
     schlick_weight(cos_half(wo, wi))
 }
 
-/// About the albedo of [`sheen`] at a cosine, for the choice of samples.
+/// Approximate albedo of [`sheen`] at a cosine, for sampling probabilities.
 #[inline]
 pub(super) fn about_sheen(cos: f32) -> f32 {
     0.05 + 0.4 * schlick_weight(cos)

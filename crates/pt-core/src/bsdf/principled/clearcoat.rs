@@ -1,4 +1,4 @@
-//! The clear coat of principled materials: a thin gloss with long tails.
+//! The clear coat of principled materials: a thin specular layer with long tails.
 
 use std::f32::consts::PI;
 
@@ -8,9 +8,8 @@ use pt_scene::material::{Distribution, Masking};
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 
-/// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), which hide each
-/// other as those of GGX with α = ¼.
-/// [Burley 2012, "Physically Based Shading at Disney", §5.4 and appendix B.2]
+/// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), and the masking of
+/// GGX with α = ¼. [Burley 2012, "Physically Based Shading at Disney", §5.4 and appendix B.2]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clearcoat {
     alpha2: f32,
@@ -24,14 +23,14 @@ const HIDING: MicrofacetDistribution = MicrofacetDistribution {
 };
 
 impl Clearcoat {
-    /// A coat that is from 0, satin, to 1, glossy.
+    /// Creates a coat of a gloss from 0, satin, to 1, glossy.
     #[inline]
     pub(super) fn new(gloss: f32) -> Self {
         let alpha = 0.1f32.lerp(0.001, gloss);
         Self { alpha2: alpha * alpha }
     }
 
-    /// α.
+    /// Roughness α of the facets.
     #[inline]
     pub(super) fn alpha(self) -> f32 {
         self.alpha2.sqrt()
@@ -40,14 +39,14 @@ impl Clearcoat {
     /// D(h).
     #[inline]
     fn d(self, h: Vec3) -> f32 {
-        // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
+        // Not by 1 − cos²: near the normal it has lost the digits that a small α needs.
         let width = h.x * h.x + h.y * h.y + self.alpha2 * h.z * h.z;
         (self.alpha2 - 1.0) / (PI * trig::ln(self.alpha2) * width)
     }
 
     /// F D G / 4 · cos θi for two directions above the surface with half vector `h`, without the
-    /// cosines that microfacets have below: so Mitsuba 3 reads the paper. `weight` is
-    /// Schlick's.
+    /// cosines in the denominator of microfacet models, as Mitsuba 3 interprets the paper. `weight`
+    /// is Schlick's.
     #[inline]
     pub(super) fn eval(self, weight: f32, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         0.25 * fresnel(weight) * self.d(h) * HIDING.g(wo, wi) * wi.z
@@ -59,7 +58,7 @@ impl Clearcoat {
         self.d(h) * h.z / (4.0 * wo.dot(h))
     }
 
-    /// A facet, by D(h) cos θh. [Burley 2012, appendix B.2]
+    /// Samples a facet by D(h) cos θh. [Burley 2012, appendix B.2]
     #[inline]
     pub(super) fn sample(self, [u, v]: [f32; 2]) -> Vec3 {
         let sin2 = (trig::powf(self.alpha2, u) - self.alpha2) / (1.0 - self.alpha2);
@@ -68,14 +67,14 @@ impl Clearcoat {
         Vec3::new(sin * c, sin * s, cos)
     }
 
-    /// About the share of light from a direction that it scatters.
+    /// Approximate directional albedo.
     #[inline]
     pub(super) fn albedo(cos: f32) -> f32 {
         fresnel(schlick_weight(cos)) * cos * cos
     }
 }
 
-/// The reflectance of index 1.5.
+/// Fresnel reflectance for index 1.5.
 #[inline]
 fn fresnel(weight: f32) -> f32 {
     0.04.lerp(1.0, weight)

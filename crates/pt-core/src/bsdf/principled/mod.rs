@@ -1,4 +1,4 @@
-//! The material of many parameters that artists think in.
+//! The principled material, with parameters for artists.
 
 mod base;
 mod clearcoat;
@@ -6,62 +6,60 @@ mod clearcoat;
 mod tests;
 mod thin;
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
-use pt_scene::material::{Distribution, Masking};
-
-use super::fresnel;
-use super::microfacet::MicrofacetDistribution;
-use super::rough_dielectric::{Pair, eta_from, refract, upright};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 use base::{Base, about_sheen, sheen, tint, tinted};
 use clearcoat::Clearcoat;
-
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_scene::material::{Distribution, Masking};
 pub use thin::PrincipledThin;
 
-/// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through,
-/// and a clear coat. See [`pt_scene::material::Principled`] for its parameters.
+use super::microfacet::MicrofacetDistribution;
+use super::rough_dielectric::{Pair, eta_from, refract, upright};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+
+/// A diffuse base with sheen, facets that reflect as a dielectric or a metal or transmit light, and
+/// a clear coat. See [`pt_scene::material::Principled`] for its parameters.
 ///
-/// It is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
-/// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the
-/// reflection of metals. [Burley 2012, "Physically Based Shading at Disney"; Burley
-/// 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering"]
+/// It equals Mitsuba 3's "principled": parts are added, so that bright bases scatter more than
+/// arrives (see `PRINCIPLED` in `laws/gains.rs`), and an index of 1 removes the reflection of
+/// metals. [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney
+/// BRDF to a BSDF with Integrated Subsurface Scattering"]
 #[derive(Clone, Copy, Debug)]
 pub struct Principled {
-    /// Colour of the base, the metal, and of light that goes through (its square root at each
-    /// surface).
+    /// Colour of the base, the metal, and of transmitted light (its square root at each surface).
     pub base_color: Spectrum,
     /// √α of the facets, from 0 to 1.
     pub roughness: f32,
-    /// From 0 to 1: how much longer highlights are along +x than across it.
+    /// Elongation of highlights along +x, from 0 to 1.
     pub anisotropic: f32,
-    /// Share of metal, from 0 to 1.
+    /// Weight of the metal, from 0 to 1.
     pub metallic: f32,
-    /// Share of what is not metal that light goes through, from 0 to 1.
+    /// Weight of transmission in the dielectric, from 0 to 1.
     pub spec_trans: f32,
-    /// Index of refraction below the surface over that above it; not 1 if light goes through.
+    /// Index of refraction below the surface over that above it; not 1 with transmission.
     pub eta: f32,
-    /// How much of the base's tint the reflection of a dielectric has, from 0 to 1.
+    /// Fraction of the base's tint in the reflection of the dielectric, from 0 to 1.
     pub spec_tint: f32,
     /// Amount of sheen, from 0 to 1.
     pub sheen: f32,
     /// Fraction of the base's tint in the sheen, from 0 to 1.
     pub sheen_tint: f32,
-    /// From 0, a diffuse surface, to 1, light that is scattered under it.
+    /// Weight of the approximate subsurface scattering, from 0 to 1.
     pub flatness: f32,
     /// Amount of clear coat, from 0 to 1.
     pub clearcoat: f32,
-    /// From 0, a satin coat, to 1, a glossy one.
+    /// Gloss of the clear coat, from 0, satin, to 1, glossy.
     pub clearcoat_gloss: f32,
 }
 
-/// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
+/// Probabilities of the sampling maps of [`Lobe::sample`]; the remainder is that of cosine
+/// sampling.
 struct Shares {
     distribution: f32,
     coat: f32,
 }
 
-/// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if there is no
-/// direction. [Burley 2012, §5.4]
+/// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if isotropic.
+/// [Burley 2012, §5.4]
 #[inline]
 fn distribution(roughness: f32, anisotropic: f32) -> MicrofacetDistribution {
     const MIN_ALPHA: f32 = 1e-3;
@@ -74,8 +72,8 @@ fn distribution(roughness: f32, anisotropic: f32) -> MicrofacetDistribution {
     }
 }
 
-/// Schlick's weight of light that arrives at a side whose other side has the index `eta`: of the
-/// greater angle.
+/// Schlick's weight of light that arrives at a side whose other side has the index `eta`: by the
+/// greater of the two angles.
 #[inline]
 fn schlick_weight(cos: f32, eta: f32) -> f32 {
     if eta > 1.0 {
@@ -85,7 +83,7 @@ fn schlick_weight(cos: f32, eta: f32) -> f32 {
     fresnel::schlick_weight((1.0 - sin2_t).max(0.0).sqrt())
 }
 
-/// Reflectance of a dielectric with a tint. [Burley 2012, §5.4]
+/// Fresnel reflectance of a dielectric with a tint. [Burley 2012, §5.4]
 #[inline]
 fn tinted_fresnel(tint: Spectrum, weight: f32, eta: f32) -> Spectrum {
     let ratio = (eta - 1.0) / (eta + 1.0);
@@ -94,7 +92,8 @@ fn tinted_fresnel(tint: Spectrum, weight: f32, eta: f32) -> Spectrum {
 }
 
 impl Principled {
-    /// Index of the parameters that textures may give among the packed parameters.
+    /// Index of the base colour among the packed parameters; like the following ones, it may be
+    /// given by a texture.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const ROUGHNESS: usize = 3;
@@ -117,7 +116,7 @@ impl Principled {
     /// See [`Self::BASE_COLOR`].
     pub(crate) const CLEARCOAT_GLOSS: usize = 13;
 
-    /// The probability with which the map that `choice` takes leads from `wo` to `wi`.
+    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let shares = self.shares(wo);
@@ -137,32 +136,32 @@ impl Principled {
         distribution(self.roughness, self.anisotropic)
     }
 
-    /// Share of the diffuse base.
+    /// Weight of the diffuse base.
     #[inline]
     fn opaque(&self) -> f32 {
         (1.0 - self.metallic) * (1.0 - self.spec_trans)
     }
 
-    /// Share of what light goes through.
+    /// Weight of transmission.
     #[inline]
     fn transparent(&self) -> f32 {
         (1.0 - self.metallic) * self.spec_trans
     }
 
-    /// The colour of sheen of full amount.
+    /// Colour of sheen of amount 1.
     #[inline]
     fn sheen_color(&self) -> Spectrum {
         tinted(tint(self.base_color), self.sheen_tint)
     }
 
-    /// Amount of sheen on what is not metal.
+    /// Amount of sheen on the dielectric.
     #[inline]
     fn sheen_amount(&self) -> f32 {
         if self.opaque() > 0.0 { self.sheen * (1.0 - self.metallic) } else { 0.0 }
     }
 
-    /// The reflectance of facets that are seen from the front at a cosine, where a dielectric
-    /// reflects `f`.
+    /// Reflectance of facets seen from the front at a cosine, where `f` is the Fresnel reflectance
+    /// of the dielectric.
     #[inline]
     fn reflectance(&self, cos: f32, f: f32) -> Spectrum {
         if f <= 0.0 {
@@ -175,19 +174,19 @@ impl Principled {
         metal * self.metallic + dielectric * (1.0 - self.metallic)
     }
 
-    /// What facets let through where a dielectric reflects `f`.
+    /// Transmittance of facets, where `f` is the Fresnel reflectance of the dielectric.
     #[inline]
     fn transmittance(&self, f: f32) -> Spectrum {
         self.base_color.map(f32::sqrt) * (self.transparent() * (1.0 - f))
     }
 
-    /// What facets reflect that are seen from one of the sides.
+    /// Reflectance of facets seen from either side.
     #[inline]
     fn reflectance_from(&self, front: bool, cos: f32, f: f32) -> Spectrum {
         if front { self.reflectance(cos, f) } else { Spectrum::splat(self.transparent() * f) }
     }
 
-    /// How often facets reflect that are seen at a cosine, and do not refract.
+    /// Probability with which a facet that is seen at a cosine reflects instead of refracting.
     #[inline]
     fn reflection_probability(&self, front: bool, cos: f32, f: f32) -> f32 {
         let reflected = self.reflectance_from(front, cos, f).luminance();
@@ -195,10 +194,10 @@ impl Principled {
         if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
     }
 
-    /// Shares by about what each part scatters of light towards a cosine.
+    /// Probabilities by the approximate albedo of each part for light from `wo`.
     #[inline]
     fn shares(&self, wo: Vec3) -> Shares {
-        /// Of what there is, so that nothing is left out where it is more than expected.
+        /// Added to the weight of the facets, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
             return Shares { distribution: 1.0, coat: 0.0 };
@@ -219,7 +218,7 @@ impl Principled {
         Shares { distribution: distribution / all, coat: coat / all }
     }
 
-    /// The base, the sheen and the coat, for two directions above the front and their half vector.
+    /// Base, sheen and coat, for two directions above the front and their half vector.
     #[inline]
     fn others(&self, wo: Vec3, wi: Vec3, h: Vec3) -> Spectrum {
         let mut sum = Spectrum::ZERO;
@@ -240,7 +239,7 @@ impl Principled {
         sum
     }
 
-    /// f cos θi and the density.
+    /// f cos θi and the density of `wi`.
     #[inline]
     fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         let front = wo.z > 0.0;
@@ -272,7 +271,7 @@ impl Principled {
         (f + self.others(wo, wi, pair.h), pdf)
     }
 
-    /// Follows one of the maps, from a direction that is up if the front is seen.
+    /// Samples a direction, where up is the front.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let shares = self.shares(wo);
@@ -293,7 +292,7 @@ impl Principled {
         let reflects =
             choice < shares.distribution * self.reflection_probability(wo.z > 0.0, cos, f);
         let wi = if reflects { h * (2.0 * cos) - up } else { refract(up, h, [cos, cos_t], eta) };
-        // Facets that send light to the wrong side absorb it.
+        // Light that a facet scatters to the wrong side is absorbed.
         ((wi.z > 0.0) == reflects).then(|| upright(wi, wo))
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts and from both sides.
+/// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), for all parts and from both sides.
 #[test]
 fn values_are_those_of_mitsuba() {
     let plain = Principled {

@@ -6,69 +6,68 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::base::{Base, about_sheen, sheen, tint, tinted};
 use super::{distribution, schlick_weight, tinted_fresnel};
-use crate::bsdf::fresnel;
 use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::rough_dielectric::upright;
-use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// Both sides of a sheet at once: diffuse reflection with sheen, diffuse transmission, and facets
-/// that reflect light or let it through unbent. See [`pt_scene::material::PrincipledThin`] for its
-/// parameters.
+/// that reflect light or transmit it unrefracted. See [`pt_scene::material::PrincipledThin`] for
+/// its parameters.
 ///
-/// As in Mitsuba 3, whose "principledthin" it is value by value: there is no gloss above what is
-/// diffuse, bright bases can scatter a little more than arrives, and facets let no light through to
-/// where their back is not seen, which is not the same for light that goes the other way.
-/// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5]
+/// It equals Mitsuba 3's "principledthin": there is no specular layer above the diffuse part,
+/// bright bases can scatter a little more than arrives, and facets transmit no light into
+/// directions from which their back is not visible, which is not reciprocal. [Burley 2015,
+/// "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5]
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipledThin {
-    /// Colour of what is diffuse, and of light that facets let through.
+    /// Colour of the diffuse part, and of light that facets transmit.
     pub base_color: Spectrum,
-    /// √α of the facets that reflect, from 0 to 1.
+    /// √α of the reflecting facets, from 0 to 1.
     pub roughness: f32,
-    /// From 0 to 1: how much longer highlights are along +x than across it.
+    /// Elongation of highlights along +x, from 0 to 1.
     pub anisotropic: f32,
-    /// Share of facets, from 0 to 1; the rest is diffuse.
+    /// Weight of the facets, from 0 to 1; the remainder is diffuse.
     pub spec_trans: f32,
     /// Index of refraction of the sheet over that around it.
     pub eta: f32,
-    /// How much of the base's tint the reflection of facets has, from 0 to 1.
+    /// Fraction of the base's tint in the reflection of facets, from 0 to 1.
     pub spec_tint: f32,
     /// Amount of sheen, from 0 to 1.
     pub sheen: f32,
     /// Fraction of the base's tint in the sheen, from 0 to 1.
     pub sheen_tint: f32,
-    /// From 0, a diffuse surface, to 1, light that is scattered under it.
+    /// Weight of the approximate subsurface scattering, from 0 to 1.
     pub flatness: f32,
-    /// From 0, all that is diffuse is reflected, to 2, all goes through.
+    /// Diffuse transmission, from 0, all diffuse light is reflected, to 2, all is transmitted.
     pub diff_trans: f32,
 }
 
-/// A pair of directions, seen from the side of `wo`: that is up.
+/// A pair of directions, with the side of `wo` up.
 struct Pair {
     wo: Vec3,
-    /// Mirrored to the side of `wo`, if it is not there.
+    /// Mirrored to the side of `wo`, if it is on the other.
     wi: Vec3,
     is_reflected: bool,
-    /// The facet that reflects one into the other, before light that goes through is mirrored.
+    /// Half vector of `wo` and the mirrored `wi`.
     h: Vec3,
 }
 
-/// Probabilities of the maps that [`Lobe::sample`] takes.
+/// Probabilities of the sampling maps of [`Lobe::sample`].
 struct Shares {
-    /// Facets that reflect, and that let light through.
+    /// Probabilities of facets that reflect, and of facets that transmit.
     distribution: [f32; 2],
-    /// The cosine on the side of the viewer, and on the other.
+    /// Probabilities of the cosine distribution on the side of the viewer, and on the other.
     cosine: [f32; 2],
 }
 
-/// Which number of a pair it is.
+/// Index of a side in pairs of numbers: 0 for reflection, 1 for transmission.
 #[inline]
 fn side(is_reflected: bool) -> usize {
     usize::from(!is_reflected)
 }
 
 impl Pair {
-    /// `None` where one is along the surface.
+    /// Creates the pair; `None` if a direction is along the surface.
     #[inline]
     fn new(wo: Vec3, wi: Vec3) -> Option<Self> {
         let (wo, wi) = (upright(wo, wo), upright(wi, wo));
@@ -78,22 +77,23 @@ impl Pair {
         (wo.z > 0.0 && wi.z > 0.0).then_some(Self { wo, wi, is_reflected, h })
     }
 
-    /// Returns true if the facet would let light through to where its back is not seen.
+    /// Returns true if the back of the facet is not visible from the direction of transmission.
     #[inline]
     fn hides(&self) -> bool {
         !self.is_reflected && hides(self.wi, self.h)
     }
 }
 
-/// Returns true if a facet's back is not seen from a direction below the surface, which is mirrored
-/// to above it.
+/// Returns true if the back of a facet is not visible from a direction below the surface, of which
+/// `wi` is the mirror image above it.
 #[inline]
 fn hides(wi: Vec3, h: Vec3) -> bool {
     wi.x * h.x + wi.y * h.y >= wi.z * h.z
 }
 
 impl PrincipledThin {
-    /// Index of the parameters that textures may give among the packed parameters.
+    /// Index of the base colour among the packed parameters; like the following ones, it may be
+    /// given by a texture.
     pub(crate) const BASE_COLOR: usize = 0;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const ROUGHNESS: usize = 3;
@@ -112,7 +112,7 @@ impl PrincipledThin {
     /// See [`Self::BASE_COLOR`].
     pub(crate) const DIFF_TRANS: usize = 11;
 
-    /// The probability of the map that `choice` takes.
+    /// Probability of the sampling map that `choice` selects.
     #[cfg(test)]
     pub(crate) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
         let Shares { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
@@ -125,14 +125,14 @@ impl PrincipledThin {
         chosen.unwrap_or(d)
     }
 
-    /// Returns true if facets let light through in one direction of the two only.
+    /// Returns true if facets transmit light in only one of the two directions.
     #[cfg(test)]
     pub(crate) fn is_one_way(wo: Vec3, wi: Vec3) -> bool {
         let hides = |wo, wi| Pair::new(wo, wi).is_some_and(|pair| pair.hides());
         hides(wo, wi) != hides(wi, wo)
     }
 
-    /// Facets of one of the sides; light that goes through spreads by the index.
+    /// Facet distribution of a side; that of transmitted light is scaled by the index.
     /// [Burley 2015, figure 15]
     #[inline]
     fn distribution(&self, is_reflected: bool) -> MicrofacetDistribution {
@@ -140,14 +140,14 @@ impl PrincipledThin {
         distribution(scale * self.roughness, self.anisotropic)
     }
 
-    /// Share of what is diffuse on a side.
+    /// Weight of diffuse scattering to a side.
     #[inline]
     fn diffuse(&self, is_reflected: bool) -> f32 {
         let through = 0.5 * self.diff_trans;
         (1.0 - self.spec_trans) * if is_reflected { 1.0 - through } else { through }
     }
 
-    /// What facets scatter to a side that are seen at a cosine.
+    /// Scattering to a side by facets seen at a cosine.
     #[inline]
     fn scattered(&self, is_reflected: bool, cos: f32) -> Spectrum {
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
@@ -161,10 +161,10 @@ impl PrincipledThin {
         colored * self.spec_trans
     }
 
-    /// Shares by about what each part scatters of light towards a cosine.
+    /// Probabilities by the approximate albedo of each part at a cosine.
     #[inline]
     fn shares(&self, cos: f32) -> Shares {
-        /// Of what there is, so that nothing is left out where it is more than expected.
+        /// Added to the weights of the parts, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         let distribution = [true, false].map(|is_reflected| {
             self.scattered(is_reflected, cos).luminance() + MIN * self.spec_trans
@@ -176,7 +176,7 @@ impl PrincipledThin {
         Shares { distribution: distribution.map(|x| x / all), cosine: cosine.map(|x| x / all) }
     }
 
-    /// f cos θi of what is diffuse.
+    /// f cos θi of the diffuse part.
     #[inline]
     fn eval_diffuse(&self, &Pair { wo, wi, is_reflected, .. }: &Pair) -> Spectrum {
         let &Self { base_color: color, roughness, flatness, .. } = self;
@@ -189,7 +189,7 @@ impl PrincipledThin {
         f * self.diffuse(is_reflected)
     }
 
-    /// f cos θi and the density.
+    /// f cos θi and the density of `wi`.
     #[inline]
     fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         let Some(pair) = Pair::new(wo, wi) else { return (Spectrum::ZERO, 0.0) };
@@ -210,7 +210,7 @@ impl PrincipledThin {
         (f, pdf)
     }
 
-    /// Follows one of the maps, from a direction that is up.
+    /// Samples a direction, with `wo` up.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let Shares { distribution: [reflects, through], cosine: [above, _] } = self.shares(wo.z);
@@ -219,8 +219,8 @@ impl PrincipledThin {
             if by_facets { choice < reflects } else { choice < reflects + through + above };
         let wi = if by_facets {
             let h = self.distribution(is_reflected).sample_visible(wo, [u, v]);
-            // Facets that send light to the wrong side absorb it, and those whose back is not seen
-            // from there.
+            // Light that a facet scatters to the wrong side is absorbed, as is light transmitted
+            // into directions from which its back is not visible.
             let wi = h * (2.0 * wo.dot(h)) - wo;
             (wi.z > 0.0 && (is_reflected || !hides(wi, h))).then_some(wi)?
         } else {
@@ -309,7 +309,7 @@ impl Lobe<'_> for PrincipledThin {
             Self { base_color: bright, diff_trans: 2.0, ..plain },
             Self { base_color: bright, spec_trans: 1.0, spec_tint: 0.5, ..plain },
             Self { spec_trans: 0.7, diff_trans: 1.0, anisotropic: 0.6, eta: 1.8, ..plain },
-            // Light goes through as by a roughness of 0.24.
+            // The facets for transmission have a roughness of 0.24.
             Self { spec_trans: 1.0, roughness: 1.0, eta: 0.9, ..plain },
             Self { base_color: Spectrum::ONE, sheen: 1.0, diff_trans: 1.0, ..plain },
         ]
@@ -320,8 +320,8 @@ impl Lobe<'_> for PrincipledThin {
 mod tests {
     use super::*;
 
-    /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts, and the same from
-    /// behind.
+    /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), for all parts and from both
+    /// sides.
     #[test]
     fn values_are_those_of_mitsuba() {
         let plain = PrincipledThin {
@@ -380,7 +380,7 @@ mod tests {
                 [-0.85, 0.1, -0.51],
                 [0.072_077_1, 0.036_038_6, 0.018_019_3],
             ),
-            // Facets whose back is not seen; and the other way round.
+            // Facets whose back is not visible, and the reversed directions.
             (distribution(0.9, 1.5), near, [-0.98, 0.1, -0.17], [0.0; 3]),
             (
                 distribution(0.9, 1.5),

@@ -1,4 +1,4 @@
-//! The irradiance of each light, by its samples and by its closed form.
+//! Irradiance of each light, by its samples and by its closed form.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,11 +13,11 @@ use super::super::{
 };
 use super::{Example, POINTS, all_lights};
 
-/// Normals of lit surfaces: facing the lights of the examples, tilted, and half turned away.
+/// Normals of receiving surfaces: facing the lights of the examples, tilted, and turned half away.
 const NORMALS: [Vec3; 4] =
     [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.0, 0.1, -0.994_987_4), Vec3::NEG_X];
 
-/// Irradiance at `p` on a surface with normal `n`, nothing in the way.
+/// Irradiance at `p` on a surface with normal `n`, without occlusion.
 fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let level = level_of;
@@ -70,14 +70,14 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
             };
             tables.trees[l.tree as usize].primitives().map(of_one).sum()
         }
-        // The point of the example.
+        // The point light of the example.
         AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
         AnyLight::Hidden(_) => unreachable!("it would be another light if it were seen"),
         AnyLight::ClearSky(l) => {
             irradiance::of_sky(n, 512, |d| level(l.le_infinite(tables, Vec3::ZERO, d.as_vec3())))
         }
         AnyLight::PortalSky(l) => of_portal(tables, l, p, n),
-        // Lambert's cosine law over the part of the upper half that the surface faces.
+        // Lambert's cosine law over the part of the upper hemisphere that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
             None => level(l.radiance) * PI,
@@ -116,7 +116,7 @@ fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
     }
 }
 
-/// That of a sphere at distance 1 whose radius is the sine of the angle.
+/// Irradiance of a sphere at distance 1 whose radius is the sine of the angle.
 fn of_disk(l: &DistantDisk, n: DVec3) -> f64 {
     let cos = 1.0 - f64::from(l.one_minus_cos);
     let radius = (1.0 - cos * cos).sqrt().min(1.0 - 1e-9);
@@ -124,7 +124,7 @@ fn of_disk(l: &DistantDisk, n: DVec3) -> f64 {
         * irradiance::of_sphere(l.to_light.as_dvec3(), radius, DVec3::ZERO, n)
 }
 
-/// By the middles of parts of equal solid angle.
+/// Midpoint rule over parts of equal solid angle.
 fn of_sun(tables: &LightTables, l: &Sun, n: DVec3) -> f64 {
     const PARTS: u32 = 600;
     let one_minus_cos = f64::from(l.disk.one_minus_cos);
@@ -142,7 +142,7 @@ fn of_sun(tables: &LightTables, l: &Sun, n: DVec3) -> f64 {
     sum * TAU * one_minus_cos / f64::from(PARTS * PARTS)
 }
 
-/// By the middles of many parts of the rectangle.
+/// Midpoint rule over many parts of the rectangle.
 fn of_portal(tables: &LightTables, l: &PortalSky, p: DVec3, n: DVec3) -> f64 {
     const PARTS: u32 = 600;
     let [corner, e1, e2] = tables.portals[l.portal as usize].sides();
@@ -167,7 +167,7 @@ fn inverse_square(position: Vec3, p: DVec3, n: DVec3) -> f64 {
     d.normalize().dot(n).max(0.0) / d.length_squared()
 }
 
-/// By the middles of many parts; radiance is linear over the triangles of the example.
+/// Midpoint rule over many parts; radiance is linear over the triangles of the example.
 fn of_textured_triangle(
     tables: &LightTables,
     t: &EmitterTriangle,
@@ -190,7 +190,7 @@ fn of_textured_triangle(
     upright.chain(turned).map(|(i, j, sign)| part(i, j, sign)).sum()
 }
 
-/// ∫ L cos θ cos θ′ / r² dA over the sphere, by the middles of parts of equal area.
+/// ∫ L cos θ cos θ′ / r² dA over the sphere, by the midpoint rule over parts of equal area.
 fn of_textured_sphere(tables: &LightTables, l: &TexturedSphere, p: DVec3, n: DVec3) -> f64 {
     const PARTS: u32 = 400;
     let map = &tables.sphere_maps[l.map as usize];
@@ -219,7 +219,7 @@ fn of_triangle(t: &EmitterTriangle, p: DVec3, n: DVec3) -> f64 {
     if visible { irradiance::of_polygon(&[p0, p0 + e1, p0 + e2], p, n) } else { 0.0 }
 }
 
-/// Equal radiance comes from all around inside of a sphere that glows inwards.
+/// Inside of a sphere that emits inwards, radiance is equal from all directions.
 fn of_sphere(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
     let (center, radius) = (l.center.as_dvec3(), f64::from(l.radius));
     match ((p - center).length() > radius, l.inward) {
@@ -229,7 +229,7 @@ fn of_sphere(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
     }
 }
 
-/// E = mean of L cos θ / p.
+/// Returns samples of the estimator L cos θ / p, whose mean is the irradiance.
 fn estimates((light, tables): &Example, p: Vec3, n: Vec3, count: usize) -> Vec<f64> {
     let mut random = Random::new(11);
     let value = |u| {
@@ -256,13 +256,13 @@ fn check(examples: &[Example], points: &[Vec3]) {
     }
 }
 
-/// The mean over samples is what the formula of each light says.
+/// The mean over samples is the closed form of each light.
 #[test]
 fn samples_bring_the_irradiance_of_the_closed_form() {
     check(&all_lights(), &POINTS);
 }
 
-/// A round plate on the axis: E = πL R²/(R² + h²); by samples, and by the formula for polygons.
+/// A disk on the axis: E = πL R²/(R² + h²); by samples, and by the formula for polygons.
 #[test]
 fn a_disk_lights_as_its_formula_says() {
     const CORNERS: u32 = 4096;
@@ -289,7 +289,8 @@ fn a_disk_lights_as_its_formula_says() {
     mean_z_test(&estimates(&example, Vec3::ZERO, Vec3::Y, 100_000), want, 1e-4).unwrap();
 }
 
-/// Maps whose light is hard to sample: a single texel, one at a pole, one row, black.
+/// Maps that are hard to sample: a single texel, one bright texel, one at a pole, a single row,
+/// black.
 #[test]
 fn maps_of_all_kinds_light_as_quadrature_says() {
     let map = |w: u32, h: u32, context: &dyn Fn(u32, u32) -> f32| {

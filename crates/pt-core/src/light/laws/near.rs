@@ -1,4 +1,4 @@
-//! Lit points near a glowing triangle, where it is sampled by solid angle.
+//! Receiving points near an emissive triangle, which is then sampled by solid angle.
 
 use pt_math::{Spectrum, Vec3};
 use pt_testing::Random;
@@ -6,7 +6,7 @@ use pt_testing::Random;
 use super::super::{AnyLight, EmitterTriangle, LightSampleContext, LightTables, MeshLight};
 use super::{Example, assert_density, samples};
 
-/// Regular, flat, and long triangles at z = 0 that glow upwards.
+/// Regular, flat, and long triangles at z = 0 that emit upwards.
 fn triangles() -> Vec<Example> {
     let edges = [
         (Vec3::X, Vec3::Y),
@@ -22,7 +22,8 @@ fn triangles() -> Vec<Example> {
     edges.map(light).into()
 }
 
-/// Above the middle, an edge and a corner, and beside, from near to nearly on edge.
+/// Points above the centre, an edge and a corner, and beside the triangle, from near to nearly
+/// edge-on.
 fn places((light, tables): &Example) -> Vec<Vec3> {
     let AnyLight::Mesh(_) = light else { panic!("{light:?} is no mesh") };
     let EmitterTriangle { e1, e2, .. } = tables.triangles[0];
@@ -32,7 +33,7 @@ fn places((light, tables): &Example) -> Vec<Vec3> {
     above.chain(beside).collect()
 }
 
-/// As far as samples are by solid angle, their density is the same everywhere.
+/// If triangles are sampled by solid angle, the density is constant.
 #[test]
 fn near_triangles_are_sampled_evenly() {
     for example in triangles() {
@@ -45,7 +46,7 @@ fn near_triangles_are_sampled_evenly() {
     }
 }
 
-/// Their histogram fits that density, whose integral is 1.
+/// The histogram of samples fits that density, whose integral is 1.
 #[test]
 fn near_triangles_are_sampled_by_their_density() {
     let all = triangles();

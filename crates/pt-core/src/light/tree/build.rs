@@ -1,4 +1,4 @@
-//! Building trees of lights.
+//! Construction of light trees.
 
 use pt_math::{Bounds3, Vec3};
 
@@ -9,29 +9,29 @@ use super::{Slot, TreeLight};
 
 /// Number of bins along each axis.
 const BINS: usize = 12;
-/// From this depth on, lights are halved by their number, so that no tree is deep …
+/// Depth from which on lights are split in halves by number, which bounds the depth of trees.
 const MAX_UNEVEN: u32 = 16;
-/// … and so few of them are anyway, so that nodes are full.
+/// Largest number of lights that are split in halves at any depth, so that nodes are full.
 const FEW: usize = WIDTH * WIDTH;
 
-/// A light that is not yet in the tree.
+/// A light to be inserted into the tree.
 #[derive(Clone, Copy)]
 struct Item {
     light: u32,
     emission: EmissionProfile,
 }
 
-/// A tree that grows.
+/// A tree under construction.
 pub(super) struct Built {
-    /// The root is the first.
+    /// Nodes; the root is the first.
     pub(super) nodes: Vec<Node>,
-    /// Where each node but the root hangs.
+    /// Slot of each node in its parent; unused for the root.
     pub(super) parents: Vec<Slot>,
-    /// Where each light hangs.
+    /// Slot of each light.
     pub(super) places: Vec<Slot>,
 }
 
-/// The tree of some lights.
+/// Builds the tree of lights.
 pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
     let item =
         |(light, l): (u32, &TreeLight)| Item { light, emission: EmissionProfile::of(l, tables) };
@@ -44,7 +44,7 @@ pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
 }
 
 impl Built {
-    /// Adds a node for some lights, which hangs at a place; returns its number.
+    /// Adds a node for lights, with its slot in the parent; returns the index of the node.
     fn add(&mut self, items: &mut [Item], parent: Slot, depth: u32) -> u32 {
         let groups = groups(items, depth);
         let emissions: Vec<_> = groups.iter().map(|group| group.emission).collect();
@@ -65,7 +65,7 @@ impl Built {
     }
 }
 
-/// Lights that become one child.
+/// Lights that form one child of a node.
 struct Group<'a> {
     items: &'a mut [Item],
     emission: EmissionProfile,
@@ -86,9 +86,9 @@ impl<'a> Group<'a> {
     }
 }
 
-/// The children of a node: groups of lights, of which the one that costs most is split again and
-/// again while it is more than a node holds; then, as there is room, all lights of a group by
-/// themselves.
+/// Partitions lights into the children of a node. While there is room, the most expensive group
+/// that is larger than a node is split; if there is none, the lights of the most expensive group
+/// that fits become children.
 fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
     let mut groups = vec![Group::new(items)];
     while groups.len() < WIDTH {
@@ -113,8 +113,7 @@ fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
     groups
 }
 
-/// Orders more lights than a node holds so that the first ones, whose number is returned, go into
-/// one group.
+/// Partitions more lights than a node holds into two groups; returns the size of the first.
 fn split(items: &mut [Item], whole: &EmissionProfile, depth: u32) -> usize {
     let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
     let is_open = depth < MAX_UNEVEN && items.len() > FEW;
@@ -130,7 +129,7 @@ fn split(items: &mut [Item], whole: &EmissionProfile, depth: u32) -> usize {
     (items.len() / 2).next_multiple_of(WIDTH)
 }
 
-/// Moves those that are near to the front; returns how many they are.
+/// Moves the items for which `is_near` is true to the front; returns their number.
 fn partition(items: &mut [Item], is_near: impl Fn(&Item) -> bool) -> usize {
     let mut near = 0;
     for i in 0..items.len() {
@@ -153,12 +152,12 @@ fn bin_of(item: &Item, centers: &Bounds3, axis: usize) -> usize {
     ((share * BINS as f32) as usize).min(BINS - 1)
 }
 
-/// What the cost of some lights depends on.
+/// Aggregate on which the cost of lights depends.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds3,
     strength: f32,
-    /// Sum of the axes, each times its strength.
+    /// Sum of the axes, weighted by strength.
     axes: Vec3,
 }
 
@@ -171,14 +170,14 @@ impl Bin {
         self.axes += other.axes;
     }
 
-    /// `None` if it is empty.
+    /// Returns the cost, or `None` if the bin is empty.
     fn cost(&self) -> Option<f32> {
         (self.strength > 0.0).then(|| cost(self.strength, self.axes / self.strength, &self.bounds))
     }
 }
 
-/// The axis and the last bin on the near side where strength, area and orientation say so.
-/// [Conty Estevez & Kulla 2018, §4.4]
+/// Returns the axis and the last bin of the near side of the cheapest split, by strength, area and
+/// orientation; `None` if there is none. [Conty Estevez & Kulla 2018, §4.4]
 fn best_plane(
     items: &[Item],
     whole: &EmissionProfile,
@@ -208,7 +207,7 @@ fn best_plane(
     best.map(|(_, plane)| plane)
 }
 
-/// The costs of each bin together with those behind it.
+/// Returns the cost of each bin together with all following ones.
 fn costs_from_the_end(bins: &[Bin; BINS]) -> [Option<f32>; BINS] {
     let mut costs = [None; BINS];
     let mut far = Bin::EMPTY;
@@ -219,9 +218,9 @@ fn costs_from_the_end(bins: &[Bin; BINS]) -> [Option<f32>; BINS] {
     costs
 }
 
-/// Strength times area, times the measure of the directions into which lights shine, over that of a
-/// light of one axis: from 1 to 4. A box without area costs as much as a very small one: its
-/// strength still counts.
+/// Returns the strength times the area, times the measure of the emitting directions relative to
+/// that of a light of one axis: from 1 to 4. A box without area counts as a very small one, so that
+/// its strength still counts.
 fn cost(strength: f32, axis: Vec3, bounds: &Bounds3) -> f32 {
     let orientation = 1.0 + 12.0 * across(axis);
     strength * orientation * (bounds.half_area() + f32::MIN_POSITIVE)

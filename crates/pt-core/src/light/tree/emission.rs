@@ -1,4 +1,4 @@
-//! What is known of some lights: how much they shine, from where, and to where.
+//! Emission of sets of lights: strength, position and direction.
 
 use std::f32::consts::PI;
 
@@ -7,45 +7,45 @@ use pt_math::{Bounds3, Spectrum, Vec3, trig};
 use super::super::{AnyLight, Falloff, LightTables, SphereLight, Spot};
 use super::TreeLight;
 
-/// Less than what rounding may do to a cosine is no reason to leave out a light.
+/// Tolerance for the rounding error of cosines, within which lights are not culled.
 pub(super) const MARGIN: f32 = 1e-3;
 
-/// Strengths are held within these, so that no sum of them vanishes or overflows.
+/// Strengths are clamped to this range, so that no sum of them underflows or overflows.
 const MIN: f32 = 1e-30;
 const MAX: f32 = 1e30;
 
-/// Light that shines everywhere alike is on average turned away as far as this from where it goes:
-/// the mean of max(0, cos) over all directions.
+/// Mean cosine of lights that emit equally in all directions: the mean of max(0, cos) over the
+/// sphere.
 const EVERYWHERE: f32 = 0.25;
 
-/// Some lights together.
+/// Emission of a set of lights.
 ///
-/// Each light is one that shines by the cosine to an axis (of triangles, the normal), or everywhere
-/// alike. The irradiance at distance 1 in the direction w is about strength · max(0, m·w) with the
-/// mean axis m, which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024,
-/// "Hierarchical Light Sampling with Accurate Spherical Gaussian Lighting", tell the directions of
-/// many lights by the mean of their axes]
+/// Each light emits either by the cosine to an axis (for triangles, the normal), or equally in all
+/// directions. The irradiance at distance 1 in the direction w is about strength · max(0, m·w) with
+/// the mean axis m, which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024,
+/// "Hierarchical Light Sampling with Accurate Spherical Gaussian Lighting", represent the
+/// directions of many lights by the mean of their axes]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmissionProfile {
-    /// Around all of them.
+    /// Bounding box of all lights.
     pub(super) bounds: Bounds3,
-    /// Mean of their places, by strength.
+    /// Mean position, weighted by strength.
     pub(super) center: Vec3,
-    /// Of a sphere around `center` that holds them.
+    /// Radius of a sphere around `center` that contains all lights.
     pub(super) radius: f32,
-    /// Irradiance at distance 1 of all, if they face the point.
+    /// Irradiance at distance 1 of all lights, if they face the point.
     pub(super) strength: f32,
-    /// Mean of their axes, by strength.
+    /// Mean axis, weighted by strength.
     pub(super) axis: Vec3,
-    /// Nothing shines at a smaller cosine to the axis.
+    /// Smallest cosine to the axis at which light is emitted.
     pub(super) cut: f32,
 }
 
-/// Of lights that shine all around, or differ.
+/// Value of `cut` for lights that emit in all directions, and for sets of lights.
 const NO_CUT: f32 = -4.0;
 
 impl EmissionProfile {
-    /// Of one light.
+    /// Returns the emission of one light.
     pub(super) fn of(light: &TreeLight, tables: &LightTables) -> Self {
         match light {
             TreeLight::Triangle(t, radiance) => {
@@ -85,7 +85,7 @@ impl EmissionProfile {
         }
     }
 
-    /// Of a spot with a share of its light.
+    /// Returns the emission of a spot light whose intensity is multiplied by `share`.
     fn of_spot(spot: &Spot, share: f32) -> Self {
         let cut = match spot.falloff {
             Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
@@ -101,7 +101,7 @@ impl EmissionProfile {
         Self { strength: held(strength), axis: spot.axis, cut: cut - MARGIN, ..everywhere }
     }
 
-    /// Of a sphere with a share of its light.
+    /// Returns the emission of a sphere whose radiance is multiplied by `share`.
     fn of_sphere(s: &SphereLight, share: f32) -> Self {
         let strength = level(s.radiance) * PI * s.radius * s.radius;
         Self::everywhere(s.center, s.radius, strength * share)
@@ -119,7 +119,7 @@ impl EmissionProfile {
         }
     }
 
-    /// Of some together; at least one.
+    /// Returns the emission of a set of at least one light.
     pub(super) fn of_all<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> Self {
         let (mut bounds, mut strength) = (Bounds3::EMPTY, 0.0);
         let (mut place, mut axis) = (Vec3::ZERO, Vec3::ZERO);
@@ -142,8 +142,8 @@ impl EmissionProfile {
     }
 }
 
-/// By which lights of different colours are weighed: lights that are chosen by √(r² + g² + b²) have
-/// the least sum of the variances of the three.
+/// Weight of a spectrum for choosing lights: √(r² + g² + b²), up to a constant, which minimises the
+/// sum of the variances of the three channels.
 fn level(spectrum: Spectrum) -> f32 {
     let [r, g, b] = spectrum.to_array();
     ((r * r + g * g + b * b) * (1.0 / 3.0)).sqrt()
@@ -153,10 +153,10 @@ fn held(strength: f32) -> f32 {
     strength.clamp(MIN, MAX)
 }
 
-/// How much light with this mean axis shines across it, where light of one axis does not at all.
+/// Emission across the mean axis, which is 0 for lights with a common axis.
 ///
-/// Axes that are spread evenly over a cap of half angle α have |m| = (1 + cos α)/2, so α ≈ 2 √(1 −
-/// |m|), and shine across with about α/8; from a hemisphere on, with the mean over all directions.
+/// Axes that are uniform over a cap of half angle α have |m| = (1 + cos α)/2, so α ≈ 2 √(1 − |m|),
+/// and emit about α/8 across it; from a hemisphere on, the mean over all directions.
 pub(super) fn across(axis: Vec3) -> f32 {
     let less = (1.0 - axis.length()).clamp(0.0, 0.5);
     EVERYWHERE * (2.0 * less).sqrt()

@@ -1,23 +1,20 @@
-//! Many lights, of which one is chosen for each lit point, by how much it may matter there.
-//! [Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting";
-//! without their splitting, as Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed.,
-//! §12.6.3]
+//! Light trees: hierarchies by which one of many lights is chosen for each receiving point, by its
+//! estimated contribution. [Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with
+//! Adaptive Tree Splitting"; without their splitting, as Pharr, Jakob & Humphreys, Physically Based
+//! Rendering, 4th ed., §12.6.3]
 
 mod build;
 mod emission;
 mod node;
 
+pub(crate) use emission::is_bounded;
+use node::{Node, Receiver};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
-use super::{
-    AnyLight, InvisibleLight, Light, LightHit, LightSample, LightSampleContext, LightTables,
-};
-use node::{Node, Receiver};
+use super::{AnyLight, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-pub(crate) use emission::is_bounded;
-
-/// Lights in a tree, either without extent, which nothing hits, or extended.
+/// Lights in a tree: either lights without extent, which rays never hit, or extended ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Many<const POINTS: bool> {
     /// Index into [`LightTables::trees`].
@@ -32,27 +29,27 @@ pub type ManyPoints = Many<true>;
 /// A light in a tree.
 #[derive(Clone, Copy, Debug)]
 pub enum TreeLight {
-    /// A triangle of this radiance.
+    /// A triangle of constant radiance.
     Triangle(EmitterTriangle, Spectrum),
-    /// One that glows by a texture; its place in [`LightTables::textured_triangles`].
+    /// A triangle with an emission texture, and its index in [`LightTables::textured_triangles`].
     Textured(EmitterTriangle, u32),
-    /// A sphere, or a light without extent, that is in the scene.
+    /// A sphere, or a light without extent, at a finite distance.
     Other(AnyLight),
 }
 
 /// A tree of lights, whose nodes have up to eight children.
 #[derive(Debug)]
 pub struct LightTree {
-    /// The root is the first.
+    /// Nodes; the root is the first.
     nodes: Vec<Node>,
-    /// Where each node but the root hangs.
+    /// Slot of each node in its parent; unused for the root.
     parents: Vec<Slot>,
     lights: Vec<TreeLight>,
-    /// Where each light hangs.
+    /// Slot of each light.
     places: Vec<Slot>,
-    /// The first primitive that is one of the lights …
+    /// First primitive that is one of the lights.
     first_primitive: u32,
-    /// … and the lights of the primitives from there on; `u32::MAX` for those that are none.
+    /// Lights of the primitives from there on; `u32::MAX` for primitives that are no lights.
     light_of: Vec<u32>,
 }
 
@@ -64,11 +61,11 @@ struct Slot {
 }
 
 impl LightTree {
-    /// A tree of some lights, with the primitives that they are, if they are any. `tables` has the
-    /// intensities of luminaires.
+    /// Builds a tree of lights, with the primitives of those that have one. `tables` contains the
+    /// intensity profiles of luminaires.
     ///
     /// # Panics
-    /// If there are none.
+    /// If there are no lights.
     pub fn new(lights: Vec<(TreeLight, Option<u32>)>, tables: &LightTables) -> Self {
         assert!(!lights.is_empty(), "a tree has lights");
         let primitives = || lights.iter().filter_map(|(_, primitive)| *primitive);
@@ -85,10 +82,11 @@ impl LightTree {
         Self { nodes, parents, lights, places, first_primitive, light_of }
     }
 
-    /// Chooses a light for each of up to [`BLOCK`] points, by the first of two numbers from [0, 1).
+    /// Chooses a light for each of up to [`BLOCK`] points, by the first of two random numbers in
+    /// [0, 1).
     ///
-    /// They go down side by side, so that none waits for the node of another, nor for what is a
-    /// light.
+    /// The points descend side by side, so that none waits for the cache misses of another, neither
+    /// for nodes nor for lights.
     #[inline]
     fn choose(&self, points: &[(LightSampleContext, [f32; 2])]) -> [Option<Choice>; BLOCK] {
         let mut choices = [None; BLOCK];
@@ -122,7 +120,7 @@ impl LightTree {
         choices
     }
 
-    /// The probability with which [`Self::choose`] chooses a light.
+    /// Probability with which [`Self::choose`] chooses a light.
     fn probability(&self, light: usize, context: &LightSampleContext) -> f32 {
         let receiver = Receiver::new(context);
         let mut slot = self.places[light];
@@ -137,7 +135,7 @@ impl LightTree {
         }
     }
 
-    /// A sample of the light that was chosen.
+    /// Samples the chosen light.
     #[inline(always)]
     fn sample(
         &self,
@@ -168,7 +166,7 @@ impl LightTree {
         })
     }
 
-    /// Samples for many points.
+    /// Computes samples for many points.
     fn sample_each(
         &self,
         tables: &LightTables,
@@ -190,7 +188,7 @@ impl LightTree {
         }
     }
 
-    /// A sample for one point.
+    /// Computes a sample for one point.
     fn sample_one(
         &self,
         tables: &LightTables,
@@ -221,41 +219,29 @@ impl LightTree {
     }
 }
 
-/// Which of many lights was chosen.
+/// A light chosen from a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
-    /// Its number among those of the tree.
+    /// Index of the light in the tree.
     pub number: u32,
-    /// With which probability.
+    /// Probability of the choice.
     pub probability: f32,
 }
 
-impl AnyLight {
-    /// Its tree, if it stands for many.
-    pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
-        match self {
-            Self::ManyLights(Many { tree })
-            | Self::Hidden(InvisibleLight::ManyLights(Many { tree }))
-            | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
-            _ => None,
-        }
-    }
-}
-
 impl LightTree {
-    /// The light of a sample by these numbers, as [`Light::sample`] chooses it.
+    /// Returns the light that [`Light::sample`] chooses for these random numbers.
     pub fn chosen(&self, context: &LightSampleContext, u: [f32; 2]) -> Option<Chosen> {
         let [choice, ..] = self.choose(&[(*context, u)]);
         choice.map(|Choice { light, probability, .. }| Chosen { number: light, probability })
     }
 
-    /// The primitive that a light is, if it is one.
+    /// Returns the primitive of a light, or `None` if it has none.
     pub fn primitive(&self, number: u32) -> Option<u32> {
         let index = self.light_of.iter().position(|&light| light == number)?;
         Some(self.first_primitive + index as u32)
     }
 
-    /// Of each light the primitive that it is, if it is one.
+    /// Returns, for each light, its primitive, if it has one.
     pub fn primitive_of_each(&self) -> Vec<Option<u32>> {
         let mut primitives = vec![None; self.lights.len()];
         for (primitive, &light) in (self.first_primitive..).zip(&self.light_of) {
@@ -272,7 +258,7 @@ impl LightTree {
     }
 }
 
-/// Points that go down a tree side by side.
+/// Number of points that descend a tree side by side.
 const BLOCK: usize = 16;
 
 /// A chosen light and its probability.
@@ -280,11 +266,11 @@ const BLOCK: usize = 16;
 struct Choice {
     light: u32,
     probability: f32,
-    /// A number from [0, 1) that can be used again.
+    /// Remapped random number in [0, 1).
     rest: f32,
 }
 
-/// A point on its way down.
+/// A point that descends the tree.
 #[derive(Clone, Copy, Default)]
 struct Descent {
     point: usize,
@@ -293,14 +279,14 @@ struct Descent {
 }
 
 impl Choice {
-    /// Before anything was chosen by this number.
+    /// Returns the initial choice with this random number.
     fn start(rest: f32) -> Self {
         Self { light: 0, probability: 1.0, rest }
     }
 }
 
-/// A number that was used to choose something of this probability has lost so many digits; others
-/// take their place.
+/// Restores the digits of a random number that were used for a choice of this probability, by a
+/// hash.
 #[inline]
 fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
     const MAX: f32 = 1.0f32.next_down();
@@ -352,7 +338,7 @@ impl<const POINTS: bool> Light for Many<POINTS> {
     }
 }
 
-/// Two squares at height 2, of which one is brighter, each of four triangles that face down.
+/// Two squares at height 2, one of them brighter, each of four triangles that face down.
 fn example_of_squares() -> Vec<(TreeLight, Option<u32>)> {
     let square = |x: f32, half: f32, radiance: f32| {
         let corner = move |i: f32, j: f32| Vec3::new(x + i * half, 2.0, j * half);
@@ -373,7 +359,7 @@ fn example_of_squares() -> Vec<(TreeLight, Option<u32>)> {
     lights.zip(7..).map(|(light, primitive)| (light, Some(primitive))).collect()
 }
 
-/// One point: the laws of lights without extent are about a single one.
+/// One point light: the laws of lights without extent hold for a single light.
 fn example_of_points() -> Vec<(TreeLight, Option<u32>)> {
     let position = Vec3::new(0.1, 2.5, 0.3);
     let point = super::Point { position, intensity: Spectrum::splat(3.0) };
@@ -382,7 +368,7 @@ fn example_of_points() -> Vec<(TreeLight, Option<u32>)> {
 
 #[cfg(test)]
 impl LightTree {
-    /// The lights and the numbers of their primitives.
+    /// Returns the lights that have primitives, with the numbers of these.
     pub(super) fn primitives(&self) -> impl Iterator<Item = (&TreeLight, u32)> {
         let light = |(i, &light): (usize, &u32)| {
             let light = self.lights.get(light as usize)?;
@@ -399,7 +385,7 @@ mod tests {
     use super::super::{Point, ReceiverSides, SphereLight, Spot};
     use super::*;
 
-    /// A point on a surface that reflects, on one that lets light through, or on none.
+    /// Creates a point on a reflecting surface, on a transmitting one, or on none.
     fn random_lit(random: &mut Random, p: Vec3) -> LightSampleContext {
         match (3.0 * random.unit()) as u32 {
             0 => LightSampleContext::in_space(p),
@@ -437,8 +423,8 @@ mod tests {
         (0..n).map(light).collect()
     }
 
-    /// Probabilities of all lights add up to 1, or to less where parts of the tree turn out to be
-    /// dark; they are those with which lights are chosen, and not 0 for a light that shines on
+    /// Probabilities of all lights add up to 1, or to less if parts of the tree turn out to be
+    /// dark. They are those with which lights are chosen, and not 0 for a light that illuminates
     /// the point.
     #[test]
     fn every_light_that_shines_is_chosen_as_often_as_it_says() {
@@ -482,7 +468,7 @@ mod tests {
         }
     }
 
-    /// What is chosen for a point does not depend on those beside it.
+    /// The choice for a point does not depend on the other points.
     #[test]
     fn points_go_down_by_themselves() {
         let mut random = Random::new(13);
@@ -499,7 +485,7 @@ mod tests {
         }
     }
 
-    /// Every light hangs where it is said to, once, and every node but the root, too.
+    /// Every light is in its slot, and every node but the root is, too.
     #[test]
     fn places_are_those_of_the_tree() {
         let mut random = Random::new(12);
@@ -516,7 +502,7 @@ mod tests {
         }
     }
 
-    /// Lights that are all in one place, or on top of each other, make no deep tree.
+    /// Lights that are all in one place, or accumulate at a point, do not make a deep tree.
     #[test]
     fn trees_of_equal_lights_are_flat() {
         let intensity = Spectrum::ONE;

@@ -1,4 +1,4 @@
-//! Nodes of eight children, which are weighed side by side.
+//! Nodes of eight children, whose importances are computed in parallel.
 
 use bytemuck::Zeroable;
 use pt_math::Vec3;
@@ -10,8 +10,8 @@ use super::emission::{EmissionProfile, MARGIN, across};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// [`EmissionProfile`] of up to eight children, in columns; those that are not there have no
-/// strength.
+/// [`EmissionProfile`] of up to eight children in structure-of-arrays layout; missing children have
+/// strength 0.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
 pub(super) struct Node {
@@ -21,26 +21,26 @@ pub(super) struct Node {
     strength: f32x8,
     across: f32x8,
     cut: f32x8,
-    /// Twice the number of the light or node, and one more for nodes.
+    /// Twice the index of the light or node, plus one for nodes.
     children: [u32; WIDTH],
 }
 
-/// The lit point, in columns.
+/// Receiving point, broadcast to all lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Receiver {
     p: [f32x8; 3],
     normal: [f32x8; 3],
-    /// −1 where the cosine is an absolute one, else 1.
+    /// −1 if the absolute cosine counts, otherwise 1.
     sign: f32x8,
-    /// Least that the cosine counts: 1 where there is none.
+    /// Lower bound of the cosine; 1 without a surface.
     least: f32x8,
 }
 
-/// A cosine counts at least this where bounds do not say that nothing arrives.
+/// Lower bound of cosines of children that are not culled.
 const MIN: f32 = 1e-3;
-/// An importance beyond this is one.
+/// Upper bound of importances.
 const MAX: f32 = 1e30;
-/// The greatest number below 1.
+/// Largest number below 1.
 const BELOW_ONE: f32 = 1.0f32.next_down();
 
 impl Receiver {
@@ -64,7 +64,7 @@ fn dot(a: &[f32x8; 3], b: &[f32x8; 3]) -> f32x8 {
 }
 
 impl Node {
-    /// Of up to eight children.
+    /// Creates a node of up to eight children.
     pub(super) fn new(children: &[EmissionProfile]) -> Self {
         let mut node = Self::zeroed();
         for (lane, child) in children.iter().enumerate() {
@@ -84,22 +84,23 @@ impl Node {
         self.children[lane] = 2 * number + u32::from(is_node);
     }
 
-    /// Returns whether a child is a node, and the number of the node or light.
+    /// Returns the kind of a child, true for nodes and false for lights, and its index.
     #[inline(always)]
     pub(super) fn child(&self, lane: usize) -> (bool, u32) {
         let child = self.children[lane];
         (child % 2 == 1, child / 2)
     }
 
-    /// How much each child may matter to the lit point; 0 only where it brings nothing.
+    /// Returns the importance of each child for the receiving point; 0 only if it does not
+    /// contribute.
     ///
-    /// strength · c′ · c / (d² + r²/16), with the distance d of the middle of the lights, the
-    /// radius r of the sphere around them, and about the means of the cosines max(0, cos θ′) at
-    /// the lights and max(0, cos θ) at the lit point. Lights are seen in directions that differ
-    /// by ρ = r/d, and their axes differ, so these means are more than 0 at and below the
-    /// horizon. Only where cos θ < −ρ, all of the sphere is below that of the lit
-    /// point. Of slopes below the horizon of 1/10, 1/4 and 1/2, a quarter has the least noise in a
-    /// hall with 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means for their
+    /// strength · c′ · c / (d² + r²/16), with the distance d of the centre of the lights, the
+    /// radius r of the sphere around them, and approximate means c′ and c of the cosines
+    /// max(0, cos θ′) at the lights and max(0, cos θ) at the receiving point. The directions to the
+    /// lights differ by ρ = r/d, and their axes differ, so these means are positive at and below
+    /// the horizon. Only if cos θ < −ρ, all of the sphere is below the horizon of the receiving
+    /// point. Among slopes below the horizon of 1/10, 1/4 and 1/2, a quarter has the least noise in
+    /// a hall with 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means instead of their
     /// bounds]
     #[inline(always)]
     pub(super) fn importances(&self, context: &Receiver) -> f32x8 {
@@ -122,8 +123,8 @@ impl Node {
         (!is_dark & importance).fast_min(splat(MAX))
     }
 
-    /// Chooses a child by a number from [0, 1): which, with what probability, and a number that can
-    /// be used again. `None` if none of them brings anything.
+    /// Chooses a child by a random number in [0, 1): returns its lane, its probability, and the
+    /// remapped random number. `None` if no child contributes.
     #[inline(always)]
     pub(super) fn choose(&self, context: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
         let importances = self.importances(context).to_array();
@@ -140,7 +141,7 @@ impl Node {
         Some((lane, importance / total, rest))
     }
 
-    /// The probability with which [`Self::choose`] chooses a child.
+    /// Probability with which [`Self::choose`] chooses a child.
     pub(super) fn share(&self, context: &Receiver, lane: usize) -> f32 {
         let importances = self.importances(context).to_array();
         let total = running_sums(importances)[WIDTH - 1];
@@ -148,7 +149,7 @@ impl Node {
     }
 }
 
-/// Sums of the first one, the first two, and so on.
+/// Returns the prefix sums: of the first one, the first two, and so on.
 #[inline(always)]
 fn running_sums(numbers: [f32; WIDTH]) -> [f32; WIDTH] {
     let mut sum = 0.0;

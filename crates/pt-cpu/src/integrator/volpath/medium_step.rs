@@ -9,25 +9,25 @@ use super::{Layout, VolPath, VolPathState};
 use crate::Tracer;
 use crate::integrator::CameraRays;
 use crate::integrator::accumulator::RadianceAccumulator;
+use crate::integrator::context::{Context, SurfaceHit};
 use crate::integrator::estimator::add_emission;
-use crate::integrator::estimator::{Context, SurfaceHit};
 use crate::integrator::observer::PathObserver;
 use crate::trace::LightSource;
 
 /// Event at the end of a step.
 #[derive(Clone, Copy)]
 pub(super) enum PathEvent {
-    /// On a surface.
+    /// The path hit a surface.
     Surface(Hit),
-    /// In its medium, at the parameter `t` of its ray.
+    /// The path was scattered in its medium, at the parameter `t` of its ray.
     Scattered { t: f32 },
-    /// Out of the scene.
+    /// The path left the scene.
     Escaped,
-    /// No light is left.
+    /// The throughput is zero.
     Absorbed,
 }
 
-/// Memory to work in.
+/// Buffers of [`VolPath::sample_medium`].
 #[derive(Default)]
 pub(super) struct MediumStep {
     under_way: Vec<usize>,
@@ -37,16 +37,16 @@ pub(super) struct MediumStep {
 
 /// Result of following a ray to the next surface.
 enum Step {
-    /// The end of its way.
+    /// The step ends with an event.
     Ends(PathEvent),
-    /// A hole, behind which it goes on.
+    /// The ray passes a transparent surface.
     Passes(Hit),
 }
 
 impl<W: PathObserver> VolPath<'_, W> {
-    /// Follows all paths until they are scattered or leave; adds what glows at the holes that they
-    /// go through. After the last interaction that is allowed, media scatter nothing that
-    /// counts: there, the share that gets through is taken.
+    /// Follows all paths until they are scattered or leave the scene; adds the emission of the
+    /// transparent surfaces that they pass. After the last allowed interaction, scattering in media
+    /// does not count, so the transmittance is used instead of sampling a distance.
     pub(super) fn sample_medium(
         &mut self,
         bounces: u32,
@@ -124,12 +124,12 @@ impl<W: PathObserver> VolPath<'_, W> {
     }
 }
 
-/// The part of a path's ray up to the next surface.
+/// Segment of a path's ray up to the next surface.
 fn ray_up_to(path: &VolPathState, hit: Option<&Hit>) -> Ray {
     Ray { t_max: hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray }
 }
 
-/// Adds what the medium of a path emits on its way to the next surface.
+/// Adds the emission of a path's medium up to the next surface.
 fn add_medium_emission(
     scene: &RenderScene,
     path: &mut VolPathState,
@@ -150,7 +150,7 @@ fn add_medium_emission(
     }
 }
 
-/// Takes a path to its next surface, if its medium lets it through.
+/// Advances a path to its next surface, unless it is scattered in its medium.
 fn step(
     scene: &RenderScene,
     path: &mut VolPathState,

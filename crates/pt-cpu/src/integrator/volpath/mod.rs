@@ -1,5 +1,4 @@
-//! The path tracer for scenes with media.
-//!
+//! Path tracer for scenes with media.
 //! ```text
 //! for each bounce:
 //!     steps to the next scattering event, through alpha      sample_medium
@@ -8,12 +7,13 @@
 //!     shadow rays                                            ShadowRays::trace
 //! ```
 //!
-//! As in [`super::wavefront`], paths share nothing but memory.
+//! As in [`super::wavefront`], paths have only buffers in common.
 
 mod medium_step;
 mod shadow_ray;
 mod vertex;
 
+use medium_step::{MediumStep, PathEvent};
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
@@ -23,10 +23,12 @@ use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::{RngStream, Sampler};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
+use shadow_ray::{ShadowRay, ShadowRays};
+use vertex::Vertex;
 
 use super::accumulator::RadianceAccumulator;
-use super::estimator::{Context, PathEstimator, SurfaceHit};
-use super::estimator::{add_emission, add_sky};
+use super::context::{Context, SurfaceHit};
+use super::estimator::{PathEstimator, add_emission, add_sky};
 use super::observer::{self, PathObserver, PathRecorder};
 use super::path::{Path, light_mis_weight, without_hemisphere_sampling};
 use super::path_queue::PathState;
@@ -35,27 +37,25 @@ use super::transparency::Transparency;
 use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
 use crate::trace::{LightRef, ScatterSample, Trace};
-use medium_step::{MediumStep, PathEvent};
-use shadow_ray::{ShadowRay, ShadowRays};
-use vertex::Vertex;
 
-/// Volumetric path tracing: [`Path`], where paths are scattered by media as well, with direct light
-/// there too. [Kajiya & Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric
-/// light transport simulation", §5 and §7.1]
+/// Volumetric path tracing: [`Path`] with scattering in media, and direct light there. [Kajiya &
+/// Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric light transport
+/// simulation", §5 and §7.1]
 ///
 /// An interaction is one with a surface or with a medium. The phase function takes the place of the
-/// BSDF. Where light goes straight on for free, such interactions are not counted, and follow the
-/// last one that is. Estimators of direct light by hemispheres, which media do not have, are that
-/// of [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
+/// BSDF. Where `straight_is_free` is set, undeflected transmission does not count as an
+/// interaction, and is possible after the last one that counts. Estimators of direct light by
+/// hemisphere sampling, which media do not support, are replaced by
+/// [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
 pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
     estimator: Path,
-    /// Largest number of interactions.
+    /// Maximum number of interactions.
     max_depth: u32,
-    /// Which numbers of the sampler are for what.
+    /// Assignment of sampler dimensions.
     layout: Layout,
-    /// True if some materials choose.
+    /// True if some materials are stochastic.
     stochastic_materials: bool,
     paths: Vec<VolPathState>,
     events: Vec<PathEvent>,
@@ -67,34 +67,34 @@ pub(super) struct VolPath<'a, W = ()> {
     observer: W,
 }
 
-/// A path under way.
+/// Active path.
 #[derive(Clone, Copy)]
 struct VolPathState {
     state: PathState,
-    /// Its interval is what the path has not been through yet.
+    /// Ray whose interval is the part that is still to be traversed.
     ray: Ray,
-    /// That of the ray, if some texture asks for it.
+    /// Cone of the ray, if some texture needs footprints.
     cone: Cone,
     /// Medium around the path.
     medium: Option<Id<MediumRecord>>,
-    /// Number of interactions that are not counted.
+    /// Number of interactions that do not count.
     free: u32,
-    /// Numbers for what happens an unknown number of times until it is scattered.
+    /// Random numbers for an unknown number of events until the path is scattered.
     stream: RngStream,
 }
 
-/// Dimensions of the sampler per bounce: a pair for distances in media, one per light sample, one
-/// for the direction, one for roulette and what the BSDF chooses, and one for materials.
+/// Sampler dimensions per bounce: a pair for distances in media, one per light sample, one for the
+/// direction, one for Russian roulette and the choice of a BSDF component, and one for materials.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// Pairs that direct light takes.
+    /// Number of pairs for direct light.
     light_pairs: u32,
 }
 
 impl Layout {
     const OTHERS: u32 = 4;
 
-    /// The pair number `pair` of a bounce.
+    /// Returns pair number `pair` of a bounce.
     fn pair(self, sampler: Sampler, bounces: u32, pair: u32) -> [f32; 2] {
         let pairs = self.light_pairs.wrapping_add(Self::OTHERS);
         let pair = bounces.wrapping_mul(pairs).wrapping_add(pair);
@@ -110,7 +110,7 @@ impl Layout {
         self.pair(sampler, bounces, number.wrapping_add(1))
     }
 
-    /// Three numbers for the direction, and one for roulette.
+    /// Returns three numbers for the direction, and one for Russian roulette.
     fn direction(self, sampler: Sampler, bounces: u32) -> ([f32; 3], f32) {
         let first = self.light_pairs.wrapping_add(1);
         let [x, y] = self.pair(sampler, bounces, first);
@@ -123,7 +123,7 @@ impl Layout {
     }
 }
 
-/// Numbers of the streams of a bounce: that of the path itself, and those of its light samples.
+/// Random streams of a bounce: that of the path itself, and those of its light samples.
 fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> RngStream {
     sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
 }
@@ -226,7 +226,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         self.paths.extend((0..).zip(Rays::from(&camera_rays.rays).iter()).map(path));
     }
 
-    /// Adds the light that paths find where they end; leaves those that are scattered.
+    /// Adds the emission found at the ends of paths; keeps those that are scattered.
     fn add_emission_and_sky(
         &mut self,
         bounces: u32,
@@ -268,8 +268,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         events.truncate(going);
     }
 
-    /// Asks for the direct light at each place where a path is scattered, and sends the paths that
-    /// live on their way.
+    /// Samples direct light at each vertex, and continues the surviving paths.
     fn scatter_paths(
         &mut self,
         bounces: u32,
@@ -293,7 +292,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
             let time = camera_rays.time(path.state.start as usize);
             let vertex = Vertex::new(scene, &path, &event, time, choice, &mut materials);
             let Some(vertex) = vertex else { continue };
-            // After the last interaction that is counted, light may go straight on.
+            // After the last interaction that counts, light may continue undeflected.
             let last = counted >= self.max_depth;
             if last && !vertex.is_straight() {
                 continue;
@@ -325,7 +324,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         self.paths.truncate(live);
     }
 
-    /// Asks for samples of each light.
+    /// Queues the shadow rays of samples of each light.
     fn sample_lights(
         &mut self,
         vertex: &Vertex,
@@ -384,7 +383,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         }
     }
 
-    /// The path behind interaction number `bounces`, if it goes on.
+    /// Samples the direction of the path after interaction number `bounces`; `None` if it ends.
     fn sample_direction(
         &self,
         vertex: &Vertex,
@@ -396,7 +395,8 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         let (u, roulette) = self.layout.direction(sampler, bounces - 1);
         let scattered = vertex.sample(u)?;
         let is_free = self.settings.straight_is_free && vertex.goes_straight(scattered.wi);
-        // What goes straight on for free may be found by the light samples of the place before.
+        // Light behind an undeflected, uncounted interaction may be found by the light samples of
+        // the vertex before.
         let (origin, bsdf_pdf) = if is_free {
             (path.state.origin, path.state.bsdf_pdf)
         } else {
@@ -438,7 +438,7 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
     }
 }
 
-/// One of `n` samples of a light: the ray that asks whether it gets through, with what it brings.
+/// One of `n` samples of a light: its shadow ray and contribution.
 struct LightSampling<'s, 'a, W> {
     integrator: &'s VolPath<'a, W>,
     vertex: &'s Vertex<'s>,
@@ -461,8 +461,8 @@ impl<W: PathObserver> LightVisitor for LightSampling<'_, '_, W> {
 }
 
 impl<W: PathObserver> LightSampling<'_, '_, W> {
-    /// The ray of a sample; `None` if it brings nothing. That of a light that is hidden, which rays
-    /// do not find, brings all of it.
+    /// Shadow ray of a sample; `None` if its contribution is zero. Samples of invisible lights,
+    /// which rays do not find, have MIS weight 1.
     fn shadow(self, sample: &LightSample, is_invisible: bool) -> Option<ShadowRay> {
         let Self { integrator, vertex, path, light_number, u, n, stream, observer } = self;
         let Context { scene, settings } = integrator.context();
@@ -478,7 +478,7 @@ impl<W: PathObserver> LightSampling<'_, '_, W> {
         if value.is_black() {
             return None;
         }
-        // The ray ends a little before the light, up to which the medium is.
+        // The ray ends slightly before the light, but the medium extends to the light.
         let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
         let medium = vertex.medium_towards(scene, sample.wi);
         let (ray, start) = (point.spawn_to(sample), path.state.start);

@@ -15,20 +15,20 @@ use crate::integrator::observer::PathObserver;
 /// A shadow ray and its contribution.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRay {
-    /// Its interval is what it has not been through yet.
+    /// Ray whose interval is the part that is still to be traversed.
     pub(super) ray: Ray,
-    /// The parameter of the light itself.
+    /// Parameter of the light itself.
     pub(super) end: f32,
     pub(super) value: Spectrum,
-    /// The medium that it is in.
+    /// Medium that contains the current origin.
     pub(super) medium: Option<Id<MediumRecord>>,
-    /// Numbers for what is on its way.
+    /// Random numbers for media and surfaces along the ray.
     pub(super) stream: RngStream,
-    /// To the radiance of which start it belongs.
+    /// Number of the camera ray to which the contribution belongs.
     pub(super) start: u32,
 }
 
-/// Rays that were not followed yet, in the order in which they were asked for.
+/// Pending shadow rays, in the order in which they were queued.
 #[derive(Default)]
 pub(super) struct ShadowRays {
     queue: Vec<ShadowRay>,
@@ -36,17 +36,17 @@ pub(super) struct ShadowRays {
     blocked: Vec<bool>,
     under_way: Vec<usize>,
     hits: Vec<Option<Hit>>,
-    /// True if they go straight through thin glass.
+    /// True if rays pass thin glass without deflection.
     through_panes: bool,
 }
 
-/// Rays beyond which they are followed before there are more.
+/// Number of rays from which on the queue is flushed.
 const FLUSH_RAYS: usize = 4096;
 
 impl ShadowRay {
-    /// The share of light that goes straight through the surface that was hit at a time.
+    /// Undeflected transmittance of the surface that was hit at a time.
     fn straight_transmittance(&mut self, scene: &RenderScene, hit: &Hit, time: f32) -> Spectrum {
-        // The direction of a shadow ray is as long as its way.
+        // The direction of a shadow ray is not normalized.
         let mut at = scene.interaction(&self.ray, hit, time);
         at.wo = at.wo.normalize();
         let choice = self.stream.next_1d();
@@ -54,7 +54,7 @@ impl ShadowRay {
         scene.bsdf(&at, materials.as_ref()).straight()
     }
 
-    /// Takes away what the medium does up to the parameter `t`.
+    /// Multiplies by the transmittance of the medium up to the parameter `t`.
     fn attenuate(&mut self, scene: &RenderScene, t: f32) {
         if let Some(medium) = self.medium {
             let ray = Ray { t_max: t, ..self.ray };
@@ -63,7 +63,8 @@ impl ShadowRay {
         }
     }
 
-    /// Goes on behind what was hit at a time, if something gets through; says whether it does.
+    /// Continues behind the surface that was hit at a time; returns true unless the transmittance
+    /// is zero.
     fn continue_through(&mut self, scene: &RenderScene, hit: &Hit, time: f32, panes: bool) -> bool {
         let opacity = scene.opacity(&self.ray, hit, time);
         let mut share = Spectrum::splat(1.0 - opacity);
@@ -83,7 +84,7 @@ impl ShadowRay {
 }
 
 impl ShadowRays {
-    /// Rays that go straight through thin glass if `through_panes` is true.
+    /// Creates an empty queue. Rays pass thin glass without deflection if `panes` is true.
     pub(super) fn new(panes: bool) -> Self {
         Self { through_panes: panes, ..Self::default() }
     }
@@ -92,7 +93,7 @@ impl ShadowRays {
         self.queue.push(shadow);
     }
 
-    /// Follows them if they are many.
+    /// Flushes the queue if it is full.
     pub(super) fn trace_if_full(
         &mut self,
         tracer: &mut Tracer,
@@ -104,8 +105,7 @@ impl ShadowRays {
         }
     }
 
-    /// Adds to each start what its rays bring, in the order in which they were asked for, and
-    /// forgets them.
+    /// Traces all pending rays, adds their contributions in order, and clears the queue.
     pub(super) fn trace(
         &mut self,
         tracer: &mut Tracer,
@@ -130,7 +130,7 @@ impl ShadowRays {
         }
     }
 
-    /// Follows those under way from surface to surface.
+    /// Advances active rays from surface to surface.
     fn pass_alpha(&mut self, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let scene = tracer.scene;
         while !self.under_way.is_empty() {

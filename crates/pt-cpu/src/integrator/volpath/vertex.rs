@@ -4,12 +4,13 @@ use std::borrow::Cow;
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
 use pt_core::footprint::Cone;
-use pt_core::id::Id;
+use pt_core::id::{Id, SurfaceId};
+use pt_core::interaction::SurfacePoint;
 use pt_core::light::LightSampleContext;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::medium::MediumRecord;
 use pt_core::phase::AnyPhase;
-use pt_core::scene::{RenderScene, SurfacePoint, SurfaceRecord};
+use pt_core::scene::RenderScene;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::VolPathState;
@@ -17,10 +18,10 @@ use super::medium_step::PathEvent;
 use crate::integrator::estimator::transmittance_after;
 use crate::trace::ScatterSite;
 
-/// A place where a path is scattered.
+/// Vertex at which a path is scattered.
 pub(super) struct Vertex<'a> {
     point: SurfacePoint,
-    /// The medium that the path came through.
+    /// Medium through which the path arrived.
     medium: Option<Id<MediumRecord>>,
     /// Length of the ray, for the footprint.
     distance: f32,
@@ -30,10 +31,10 @@ pub(super) struct Vertex<'a> {
 enum Kind<'a> {
     Surface {
         bsdf: Bsdf<'a>,
-        surface: Id<SurfaceRecord>,
+        surface: SurfaceId,
         primitive: u32,
     },
-    /// With the direction towards where the point is seen from.
+    /// Point in a medium, with the direction `wo` towards the previous vertex.
     Medium {
         phase: Cow<'a, AnyPhase>,
         wo: Vec3,
@@ -41,8 +42,9 @@ enum Kind<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and
-    /// `materials` has room for what a material is that varies. `None` if it is not scattered.
+    /// Creates the vertex for the event of a path, at its time; `choice` selects among the
+    /// components of stochastic materials, and `materials` stores an evaluated material that
+    /// varies. `None` if the path is not scattered.
     #[inline(always)]
     pub(super) fn new(
         scene: &'a RenderScene,
@@ -94,7 +96,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The cone of a ray that leaves, by that of the ray that came.
+    /// Ray cone of the next ray, given that of the previous one.
     pub(super) fn cone(
         &self,
         scene: &RenderScene,
@@ -111,7 +113,7 @@ impl<'a> Vertex<'a> {
         came.scattered(self.distance, pdf, is_flat)
     }
 
-    /// Returns true if it is no surface.
+    /// Returns true if the vertex is in a medium.
     pub(super) fn is_in_medium(&self) -> bool {
         matches!(self.kind, Kind::Medium { .. })
     }
@@ -147,7 +149,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Draws a direction and its weight.
+    /// Samples a direction; returns it with its weight.
     #[inline(always)]
     pub(super) fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         match &self.kind {
@@ -160,7 +162,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// How clear the way of a path is that leaves in the direction `wi`.
+    /// Transmittance from the camera of a path that continues in the direction `wi`.
     pub(super) fn clear_behind(&self, camera_transmittance: f32, wi: Vec3) -> f32 {
         match &self.kind {
             Kind::Surface { bsdf, .. } => transmittance_after(camera_transmittance, bsdf, wi),
@@ -168,7 +170,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The medium of a ray that leaves in the direction `wi`.
+    /// Medium of a ray that leaves in the direction `wi`.
     pub(super) fn medium_towards(&self, scene: &RenderScene, wi: Vec3) -> Option<Id<MediumRecord>> {
         match &self.kind {
             Kind::Surface { surface, .. } => {

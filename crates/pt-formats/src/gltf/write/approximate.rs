@@ -1,26 +1,27 @@
-//! The nearest of what glTF can say to any surface.
+//! Approximates any surface by a metallic-roughness material of glTF.
 
-use super::super::super::legacy_specular;
-use super::layer::mapped;
-use crate::material::{
+use pt_scene::material::{
     CoatedConductor, Diffuse, DiffuseTransmission, MetallicRoughness, Mix, Principled,
     PrincipledThin, Roughness,
 };
-use crate::texture::{Input, NormalOrBump, Pattern, Scalar};
-use crate::{Color, Surface};
+use pt_scene::texture::{Input, NormalOrBump, Pattern, Scalar};
+use pt_scene::{Color, Surface};
 
-/// What is inside of a surface.
+use super::layer::mapped;
+use crate::shared::legacy_specular;
+
+/// Interior of an object, by its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BaseMaterial {
-    /// Nothing that is seen.
+    /// No light is transmitted.
     Opaque,
-    /// What light goes through.
+    /// A solid with an interior that transmits light.
     Solid,
-    /// It is a sheet without an inside.
+    /// A thin sheet without an interior.
     Sheet,
 }
 
-/// A surface of metallic and roughness.
+/// A metallic-roughness surface.
 #[derive(Debug)]
 pub(super) struct ApproximateMaterial {
     pub(super) look: MetallicRoughness,
@@ -28,10 +29,10 @@ pub(super) struct ApproximateMaterial {
     pub(super) relief: Option<NormalOrBump>,
 }
 
-/// √α of the sheen that is about as wide as Burley's, which has no roughness.
+/// √α of a sheen that is about as wide as that of Burley, which has no roughness.
 const SHEEN_ROUGHNESS: f32 = 0.5;
 
-/// The surface that looks most like another one. `tell` is given what is different.
+/// Returns the best approximation of a surface. `tell` receives a note for each difference.
 pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     match surface {
         Surface::SurfaceDetail(embossed) => {
@@ -82,14 +83,14 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
     }
 }
 
-/// Of two surfaces the one with the larger share.
+/// Returns the surface with the larger weight.
 fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     tell("of the surfaces that it mixes, the one with the larger share is written");
     let is_second = matches!(mix.amount, Input::Value(share) if share > 0.5);
     approximate(if is_second { &mix.second } else { &mix.first }, tell)
 }
 
-/// What is inside of a material of glTF.
+/// Returns the interior of a glTF material.
 fn body(look: &MetallicRoughness) -> BaseMaterial {
     match (look.transmits(), look.thin) {
         (false, _) => BaseMaterial::Opaque,
@@ -98,8 +99,8 @@ fn body(look: &MetallicRoughness) -> BaseMaterial {
     }
 }
 
-/// Where light goes through, the tints of Burley's are left out, and his sheen has the width of
-/// [`SHEEN_ROUGHNESS`].
+/// Converts a Disney material. The tints of reflection and sheen and the flatness are omitted; the
+/// sheen has the roughness [`SHEEN_ROUGHNESS`].
 fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
@@ -155,7 +156,7 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMateri
     ApproximateMaterial { body: body(&look), look, relief: None }
 }
 
-/// As much grey sheen as there is.
+/// Returns the sheen as a grey colour.
 fn sheen(amount: &Scalar) -> Color {
     match amount {
         Input::Value(amount) => Input::Value([*amount; 3]),
@@ -163,7 +164,7 @@ fn sheen(amount: &Scalar) -> Color {
     }
 }
 
-/// An index that glTF knows.
+/// Returns an index of refraction that glTF supports.
 fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
     if ior >= 1.0 {
         return ior;
@@ -172,13 +173,13 @@ fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
     1.0 / ior.max(0.01)
 }
 
-/// What has no difference of indices reflects nothing, as glTF has it by an amount of 0.
+/// With equal indices nothing is reflected, which glTF expresses by a specular factor of 0.
 fn without_gloss(look: MetallicRoughness, ior: f32) -> MetallicRoughness {
     if ior == 1.0 { MetallicRoughness { specular: 0.0.into(), ior: 1.5, ..look } } else { look }
 }
 
-/// The facets of a √α and an anisotropy of Burley's: glTF has the roughness across highlights, and
-/// how far it is to 1 along them.
+/// Converts √α and Burley's anisotropy: glTF has the roughness across highlights, and its
+/// interpolation towards 1 along them.
 fn brushed(
     roughness: &Scalar,
     anisotropic: &Scalar,
@@ -198,7 +199,7 @@ fn brushed(
     }
 }
 
-/// Facets of two roughnesses α, of which the first is the greater.
+/// Converts two roughnesses α, of which the first is the greater.
 fn stretched([along, across]: [f32; 2]) -> MetallicRoughness {
     let left = (1.0 - across).max(f32::MIN_POSITIVE);
     let strength = ((along.min(1.0) - across) / left).clamp(0.0, 1.0).sqrt();
@@ -209,12 +210,13 @@ fn stretched([along, across]: [f32; 2]) -> MetallicRoughness {
     }
 }
 
-/// What other surfaces are built from.
+/// Smooth dielectric base, from which other surfaces are built.
 fn bare(two_sided: bool) -> MetallicRoughness {
     MetallicRoughness { roughness: 0.0.into(), two_sided, ..MetallicRoughness::default() }
 }
 
-/// A share of what is diffuse goes through: of colours, those that together are what goes each way.
+/// Converts diffuse reflection and transmission to a fraction that is transmitted, and colours that
+/// together yield the original reflectance and transmittance.
 fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let matte = MetallicRoughness {
         base_color: sheet.reflectance.clone(),
@@ -244,11 +246,11 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     }
 }
 
-/// A metal whose coat is that of glTF.
+/// Converts a coated metal to one with the clearcoat of glTF.
 fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     tell("its coat reflects white over the metal, whose reflectance becomes that of Schlick");
     let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
-    // Light goes through the coat twice.
+    // Light passes through the coat twice.
     let passed = libm::expf(-2.0 * m.thickness);
     let at_normal = std::array::from_fn::<f32, 3, _>(|c| passed * reflectance(eta[c], k[c]));
     MetallicRoughness {
@@ -261,7 +263,7 @@ fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     }
 }
 
-/// Surfaces of one model.
+/// Converts a surface that contains no other surfaces.
 fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let matte = |color: &Color, two_sided| MetallicRoughness {
         base_color: color.clone(),
@@ -310,7 +312,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
             if m.reflectance != Color::Value([1.0; 3]) {
                 tell("the tint of what it reflects is left out");
             }
-            // Its colour is that of two surfaces.
+            // In glTF, the colour is the transmittance of two interfaces.
             let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
             roughen(&mut look, m.roughness.as_ref(), tell);
             look
@@ -357,17 +359,17 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     }
 }
 
-/// What is told of a diffuse base under a coat.
+/// Note about a diffuse base under a coat.
 const COATED: &str = "its coat becomes a gloss over a base that keeps its colour";
 
-/// Sets √α and how much longer facets are along u.
+/// Sets √α and the anisotropy along u.
 fn roughen(
     look: &mut MetallicRoughness,
     roughness: Option<&Roughness>,
     tell: &mut dyn FnMut(&str),
 ) {
     let Some(Roughness { alpha: [along_u, along_v], distribution, .. }) = roughness else { return };
-    if *distribution == crate::material::Distribution::Beckmann {
+    if *distribution == pt_scene::material::Distribution::Beckmann {
         tell("its facets become those of GGX");
     }
     match (along_u, along_v) {
@@ -412,8 +414,9 @@ fn times(color: &Color, factor: [f32; 3]) -> Color {
 
 #[cfg(test)]
 mod tests {
+    use pt_scene::material::{Distribution, Masking, Mirror};
+
     use super::*;
-    use crate::material::{Distribution, Masking, Mirror};
 
     #[test]
     fn metals_keep_their_colour_and_the_roughness_of_both_directions() {

@@ -1,25 +1,26 @@
-//! The buffer of a binary file with its views and accessors, and what is around them. [glTF 2.0,
+//! The buffer of a binary file, its views and accessors, and the chunks around them. [glTF 2.0,
 //! §3.6 and §4.4]
 
 use serde_json::{Map, Value, json};
 
 use super::super::container;
 
-/// Data of vertices.
+/// Target of buffer views of vertex attributes.
 const VERTICES: u32 = 34_962;
-/// Indices of vertices.
+/// Target of buffer views of vertex indices.
 const INDICES: u32 = 34_963;
-/// What readers may take for the end of a strip. [glTF 2.0, §3.7.2.1]
+/// Largest number of vertices for indices of 16 bits. The index 65535 is excluded, since readers
+/// may interpret it as primitive restart. [glTF 2.0, §3.7.2.1]
 const LAST_SHORT: usize = 65_535;
 
-/// Numbers of single precision.
+/// Component type of single-precision numbers.
 const F32: u32 = 5126;
-/// Whole numbers of 16 bits.
+/// Component type of 16-bit integers.
 const U16: u32 = 5123;
-/// Whole numbers of 32 bits.
+/// Component type of 32-bit integers.
 const U32: u32 = 5125;
 
-/// The only buffer of a file, and the lists that say what is where in it.
+/// The only buffer of a file, with its views and accessors.
 #[derive(Default)]
 pub(super) struct Binary {
     bytes: Vec<u8>,
@@ -28,7 +29,7 @@ pub(super) struct Binary {
 }
 
 impl Binary {
-    /// Adds bytes, and gives the index of their view.
+    /// Adds bytes and returns the index of their view.
     pub(super) fn view(&mut self, bytes: impl IntoIterator<Item = u8>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let start = self.bytes.len();
@@ -38,8 +39,8 @@ impl Binary {
         self.views.len() - 1
     }
 
-    /// Adds values at vertices, all finite, and gives the index of their accessor. Positions are
-    /// told with the box around them.
+    /// Adds vertex attributes, all finite, and returns the index of their accessor. With
+    /// `has_bounds`, the accessor contains the minimum and the maximum, as positions require.
     pub(super) fn vertices<const N: usize>(
         &mut self,
         values: &[[f32; N]],
@@ -64,7 +65,7 @@ impl Binary {
         self.accessors.len() - 1
     }
 
-    /// Adds indices below `vertices`, and gives the index of their accessor.
+    /// Adds indices below `vertices` and returns the index of their accessor.
     pub(super) fn indices(&mut self, corners: &[u32], vertices: usize) -> usize {
         let (view, component) = if vertices <= LAST_SHORT {
             (self.view(corners.iter().flat_map(|i| (*i as u16).to_le_bytes())), U16)
@@ -78,10 +79,10 @@ impl Binary {
         self.accessors.len() - 1
     }
 
-    /// The bytes of a file with these lists.
+    /// Returns the bytes of a file with this JSON and buffer.
     ///
     /// # Errors
-    /// If they are more than the 4 GiB that a file may have.
+    /// If they exceed 4 GiB, the limit of a file.
     pub(super) fn finish(mut self, mut root: Map<String, Value>) -> Result<Vec<u8>, String> {
         if !self.bytes.is_empty() {
             self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);

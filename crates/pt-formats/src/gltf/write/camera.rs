@@ -1,23 +1,24 @@
 //! Cameras and lights. [glTF 2.0, §3.10; KHR_lights_punctual]
 
 use pt_math::{DAffine3, DMat3, DVec3, point_mesh};
+use pt_scene::{
+    Camera, Fit, Geometry, Light, LightKind, Material, Object, Placement, Projection, Scene, Span,
+    Surface, framing, shapes,
+};
 use serde_json::{Map, Value, json};
 
-use super::super::super::xml::quote;
 use super::super::camera::unscaled;
 use super::Writer;
 use super::exact::near_f64;
 use super::layer::power_of_two;
-use crate::{
-    Camera, Fit, Geometry, Light, LightKind, Material, Object, Placement, Projection, Scene, Span,
-    Surface, framing, shapes,
-};
+use crate::shared::names::quote;
 
-/// The farthest thing that is seen by parallel rays where a scene sees all.
+/// Distance of the far plane of orthographic cameras whose scene has none.
 const FAR: f64 = 1e6;
 
 impl Writer<'_> {
-    /// The cameras: the one that is used comes first, since other programs use that.
+    /// Writes the cameras. The one that is used comes first, since other programs use the first
+    /// one.
     pub(super) fn cameras(&mut self) -> Result<(), String> {
         let scene = self.scene;
         let Some(used) = scene.camera() else { return Ok(()) };
@@ -88,7 +89,7 @@ impl Writer<'_> {
         self.node(&camera.name, rigid, shown, &place)
     }
 
-    /// A camera whose place depends on the surfaces, at its place.
+    /// Returns the camera; if its placement depends on the surfaces, with the resulting transform.
     fn placed(&self, camera: &Camera) -> Camera {
         if camera.placement == Placement::Node {
             return camera.clone();
@@ -102,7 +103,7 @@ impl Writer<'_> {
         placed
     }
 
-    /// The lights.
+    /// Writes the lights.
     pub(super) fn lights(&mut self) -> Result<(), String> {
         let scene = self.scene;
         scene.lights.iter().try_for_each(|light| self.light(light))
@@ -115,7 +116,8 @@ impl Writer<'_> {
             LightKind::Directional { irradiance } => ("directional", *irradiance, to_world),
             LightKind::DistantDisk { irradiance, .. } => {
                 tell("its disk becomes parallel light, whose shadows are sharp");
-                // It lies towards +z, and parallel light shines along −z: both the same way.
+                // The disk is towards +z, and directional lights face −z: the direction of light is
+                // the same.
                 ("directional", *irradiance, to_world)
             }
             LightKind::Point { intensity } => ("point", *intensity, to_world),
@@ -179,7 +181,8 @@ impl Writer<'_> {
         self.node(&light.name, to_world, shown, &light.at)
     }
 
-    /// The angles to its axis, in radians, between which the light of a spot falls.
+    /// Returns the angles to the axis, in radians, between which the intensity of a spot light
+    /// falls off.
     fn cone(&mut self, light: &Light) -> Option<[f64; 2]> {
         let [beam, cutoff] = match &light.kind {
             LightKind::Spot { falloff_angle, falloff_exponent, .. } => {
@@ -190,7 +193,7 @@ impl Writer<'_> {
             LightKind::PunctualSpot { inner_angle, outer_angle, .. } => {
                 [*inner_angle, *outer_angle]
             }
-            // The cone that holds all of the picture.
+            // The cone that encloses the picture.
             LightKind::Projector { x_fov, y_fov, .. } => {
                 let tangent = |fov: f64| libm::tan(0.5 * fov.to_radians());
                 [libm::atan(tangent(*x_fov).hypot(tangent(*y_fov))).to_degrees(); 2]
@@ -205,21 +208,21 @@ impl Writer<'_> {
             near_f64(degrees.to_radians(), |angle| angle.to_degrees() == degrees)
         };
         let outer = radians(cutoff).max(f64::MIN_POSITIVE);
-        // The inner one has to be below the outer one.
+        // The inner angle has to be below the outer one.
         Some([radians(beam).min(outer * (1.0 - 1e-6)), outer])
     }
 
-    /// A square that emits, which is a mesh.
+    /// Writes a square area light, as a mesh that emits.
     fn square(&mut self, light: &Light, radiance: [f32; 3]) -> Result<(), String> {
         let material = Material {
             name: light.name.clone(),
-            surface: Surface::from(crate::material::Black),
+            surface: Surface::from(pt_scene::material::Black),
             emission: radiance.into(),
             hidden_emission: false,
             opacity: 1.0.into(),
         };
         let worn = self.described(&material, None)?;
-        // The square [−1, 1]² looks towards +z; the light has half its sides, and looks towards −z.
+        // The square [−1, 1]² faces +z; the light has half its side length and faces −z.
         let size = DMat3::from_diagonal(DVec3::new(-0.5, 0.5, -0.5));
         let turned = DAffine3 { matrix3: size, translation: DVec3::ZERO };
         let object = Object {
@@ -235,8 +238,8 @@ impl Writer<'_> {
     }
 }
 
-/// Returns true if a light is on a mesh that glows, which lights the scene in its place. (Other
-/// lights that are so are left out by those who read them.)
+/// Returns true if an area light is on an emissive mesh, which represents it in the file. (Readers
+/// omit other lights for which this holds.)
 fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
     let glows = |object: &Object, slot: u32| {
         let material = object.materials.get(slot as usize).copied().flatten();
@@ -256,7 +259,8 @@ fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
     })
 }
 
-/// The angle of view and its shape, of which a reader makes the same two angles, in degrees.
+/// Returns the vertical field of view and the aspect ratio from which a reader computes the same
+/// two angles, in degrees.
 fn perspective([x_fov, y_fov]: [f64; 2]) -> Value {
     let y = near_f64(y_fov.to_radians(), |y| y.to_degrees() == y_fov);
     let half = libm::tan(0.5 * y);

@@ -1,15 +1,15 @@
-//! Numbers that a reader turns into exactly those that are meant, though it rounds on the way.
+//! Finds numbers from which a reader computes exact values in spite of rounding.
 
-/// Steps of rounding that are tried on either side.
+/// Number of neighbouring floating-point numbers that are tried on either side.
 const STEPS: usize = 8;
 
-/// The number of single precision nearest to a guess of which a condition is true; the guess if
-/// there is none near it.
+/// Returns the single-precision number nearest to a guess that satisfies a condition, or the guess
+/// if no neighbour does.
 pub(super) fn near_f32(guess: f32, is_right: impl Fn(f32) -> bool) -> f32 {
     near(guess, f32::next_up, f32::next_down, is_right)
 }
 
-/// Like [`near_f32`], of double precision.
+/// Like [`near_f32`], for double precision.
 pub(super) fn near_f64(guess: f64, is_right: impl Fn(f64) -> bool) -> f64 {
     near(guess, f64::next_up, f64::next_down, is_right)
 }

@@ -1,21 +1,22 @@
-//! The layers of a material, each an extension.
+//! Layers of a material, each of which is an extension.
 
 use std::sync::Arc;
 
+use pt_scene::Color;
+use pt_scene::material::{CoatNormals, MetallicRoughness};
+use pt_scene::texture::{Blend, Input, NormalOrBump, Pattern, Scalar};
 use serde_json::{Map, Value, json};
 
 use super::super::texture::Content;
 use super::Writer;
 use super::layer::Parameter;
 use super::material::Writing;
-use crate::Color;
-use crate::material::{CoatNormals, MetallicRoughness};
-use crate::texture::{Blend, Input, NormalOrBump, Pattern, Scalar};
 
 const NONE: Scalar = Scalar::Value(0.0);
 
 impl Writer<'_> {
-    /// The extensions of all layers that a material has.
+    /// Writes the extensions of all layers of a material. Returns true if the clearcoat has a
+    /// normal map.
     pub(super) fn layers(
         &mut self,
         look: &MetallicRoughness,
@@ -30,7 +31,7 @@ impl Writer<'_> {
         self.coat(look, relief, cx)
     }
 
-    /// A colour as a factor and an image.
+    /// Writes a colour as a factor and a texture.
     fn put_color(
         &mut self,
         fields: &mut Map<String, Value>,
@@ -49,7 +50,7 @@ impl Writer<'_> {
         self.put_texture(fields, texture, image.as_slice(), cx)
     }
 
-    /// A number as a factor and an image in what is meant of it.
+    /// Writes a number as a factor and a texture in the given channels.
     fn put_factor(
         &mut self,
         fields: &mut Map<String, Value>,
@@ -82,7 +83,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// KHR_materials_anisotropy. A direction that is the same everywhere becomes a rotation.
+    /// KHR_materials_anisotropy. A constant direction becomes a rotation.
     fn anisotropy(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
         if look.anisotropy == NONE {
             return Ok(());
@@ -136,7 +137,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// KHR_materials_iridescence. A thickness by an image is between two numbers.
+    /// KHR_materials_iridescence. A textured thickness interpolates between two numbers.
     fn film(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
         if look.iridescence == NONE {
             return Ok(());
@@ -167,7 +168,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// KHR_materials_clearcoat, over a perhaps embossed base; whether it has normals of its own.
+    /// KHR_materials_clearcoat. `base` is the normal map of the base, if there is one. Returns true
+    /// if a normal map was written for the coat.
     fn coat(
         &mut self,
         look: &MetallicRoughness,
@@ -210,8 +212,8 @@ impl Writer<'_> {
     }
 }
 
-/// Two greys, and by what a texture is between them.
-fn between(pattern: &Pattern) -> Option<([f32; 2], &Arc<crate::Texture>)> {
+/// Returns the two greys of a blend and the texture that interpolates between them.
+fn between(pattern: &Pattern) -> Option<([f32; 2], &Arc<pt_scene::Texture>)> {
     let Pattern::Blend(blend) = pattern else { return None };
     let Blend { first: Input::Value(first), second: Input::Value(second), amount: share } =
         &**blend

@@ -1,39 +1,40 @@
-//! Images, each of which has what several parameters of a material are made of.
+//! Images, each of which contains the channels of several parameters of a material.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use pt_image::{BitDepth, Decoded, encode_stored};
 use pt_math::color::srgb_from_linear;
+use pt_scene::image::Image;
+use pt_scene::texture::{Edge, Filter, Wrap};
 use serde_json::{Map, Value, json};
 
 use super::super::texture::{Content, part};
 use super::Writer;
 use super::binary::Binary;
 use super::layer::Layer;
-use crate::image::{BitDepth, Decoded, Image, encode_stored};
-use crate::texture::{Edge, Filter, Wrap};
 
-/// Images, and how they are laid out.
+/// Images, samplers and textures of a file.
 #[derive(Default)]
 pub(super) struct Images {
     files: Vec<Value>,
     samplers: Vec<Value>,
     textures: Vec<Value>,
-    /// Files by the addresses of the images that they were made of.
+    /// Files by the addresses of their source images.
     made: HashMap<Vec<(Content, usize)>, usize>,
-    /// These, so that no others take their addresses.
+    /// Source images, kept alive so that their addresses remain unique.
     kept: Vec<Arc<Image>>,
     /// Files by their hashes.
     known: HashMap<blake3::Hash, usize>,
 }
 
 impl Images {
-    /// The lists of a file.
+    /// Returns the arrays of a file with their names.
     pub(super) fn lists(self) -> [(&'static str, Vec<Value>); 3] {
         [("images", self.files), ("samplers", self.samplers), ("textures", self.textures)]
     }
 
-    /// The index of an image of which these contents are read.
+    /// Returns the index of an image that contains these channels.
     fn image(
         &mut self,
         parts: Vec<(Content, Arc<Image>)>,
@@ -72,8 +73,8 @@ impl Images {
 }
 
 impl Writer<'_> {
-    /// A texture of which a material reads contents, each from a layer; all lie as the first one
-    /// does.
+    /// Writes a texture with channels from several layers; all of them use the mapping of the first
+    /// one.
     pub(super) fn texture(
         &mut self,
         parts: &[(Content, &Layer)],
@@ -105,7 +106,7 @@ impl Writer<'_> {
         Ok(info)
     }
 
-    /// The object of extensions, which count as used.
+    /// Creates the object of extensions and marks them as used.
     pub(super) fn extended(
         &mut self,
         extensions: impl IntoIterator<Item = (&'static str, Value)>,
@@ -119,7 +120,7 @@ impl Writer<'_> {
     }
 }
 
-/// The place of a value in a list, at the end of which it is put if it is not there yet.
+/// Returns the index of a value in a list, to which it is appended if it is missing.
 fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     let known = list.iter().position(|known| *known == value);
     known.unwrap_or_else(|| {
@@ -128,7 +129,7 @@ fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     })
 }
 
-/// A file with these contents: of 8 bits if all of them are read from it as they are, else of 16.
+/// Encodes an image with these channels: with 8 bits if that is lossless, otherwise with 16.
 fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
     let eight = stored(parts, 255.0);
     let is_exact = parts.iter().all(|(content, image)| part(&eight, *content) == **image);
@@ -138,8 +139,8 @@ fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
     encode_stored(&stored(parts, 65_535.0), BitDepth::Sixteen)
 }
 
-/// The levels, as shares of the highest one, of an image with these contents, which have one size;
-/// what none of them is is 1.
+/// Combines channels of images of the same size, quantized to multiples of 1/`highest`. Unused
+/// channels are 1.
 fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
     let &Image { width, height, ref pixels } = &*parts[0].1;
     let mut pixels = vec![[1.0; 3]; pixels.len()];

@@ -1,56 +1,56 @@
-//! Parameters of materials as glTF has them: a factor, times an image, times the colours of the
+//! Parameters of materials in the form of glTF: a factor times an image times the colours of the
 //! mesh.
 
 use std::sync::Arc;
 
 use pt_math::{DMat3, DVec3};
-use serde_json::{Map, Value, json};
-
-use super::super::super::legacy_specular;
-use crate::image::Image;
-use crate::texture::{
+use pt_scene::image::Image;
+use pt_scene::texture::{
     Bitmap, Blend, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
+use serde_json::{Map, Value, json};
 
-/// Which colours of a mesh a material shows.
+use crate::shared::legacy_specular;
+
+/// Colours of a mesh that a material uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum MeshColors {
-    /// Those at the corners of triangles.
+    /// Vertex colours.
     Vertices,
-    /// Those of triangles.
+    /// Face colours.
     Faces,
 }
 
-/// An image and how it lies on a surface.
+/// An image and its mapping to a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
-    /// Numbers from 0 to 1, unless they are normals.
+    /// Values from 0 to 1, unless they are normals.
     pub(super) image: Arc<Image>,
     pub(super) wrap: Wrap,
     pub(super) filter: Filter,
-    /// From the (u, v, 1) of the surface to those of the image, v upwards.
+    /// Transform from the (u, v, 1) of the surface to those of the image, v upwards.
     pub(super) to_pattern: DMat3,
 }
 
-/// A parameter.
+/// A parameter of a material: the product of its fields.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub(super) factor: [f32; 3],
     pub(super) layer: Option<Layer>,
     pub(super) colors: Option<MeshColors>,
-    /// True if textures are missing that it would be multiplied with.
+    /// True if textures were omitted from the product.
     pub(super) lost: bool,
 }
 
 impl Parameter {
-    /// A colour.
+    /// Converts a colour.
     pub(super) fn of(color: &Color) -> Self {
         let mut made = Self { factor: [1.0; 3], layer: None, colors: None, lost: false };
         made.add(color);
         made.into_shares()
     }
 
-    /// A number: a factor with three equal channels, and an image in greys.
+    /// Converts a number: the factor has three equal channels, the image is grey.
     pub(super) fn of_number(number: &Scalar) -> Self {
         let made = match number {
             Input::Value(value) => Self::of(&[*value; 3].into()),
@@ -58,7 +58,7 @@ impl Parameter {
         };
         let grey = |color: [f32; 3]| [grey(color); 3];
         let layer = made.layer.map(|layer| {
-            // What is grey stays the same image, which other materials may have, too.
+            // A grey image is kept, so that other materials can share it.
             let is_grey = layer.image.pixels.iter().all(|[r, g, b]| r == g && g == b);
             let image = if is_grey { layer.image } else { changed(&layer.image, grey) };
             Layer { image, ..layer }
@@ -66,7 +66,7 @@ impl Parameter {
         Self { factor: grey(made.factor), layer, ..made }
     }
 
-    /// The number, if it is the same everywhere.
+    /// Returns the number if it is constant.
     pub(super) fn number(&self) -> Option<f32> {
         (self.layer.is_none() && self.colors.is_none()).then_some(self.factor[0])
     }
@@ -87,7 +87,7 @@ impl Parameter {
                 if texture.layout == TextureMapping::Surface =>
             {
                 let layer = layer(texture);
-                // There is no black beyond the edges; what is at them is there instead.
+                // glTF has no black border; the edge is extended instead.
                 self.lost |= layer
                     .as_ref()
                     .is_some_and(|layer| [layer.wrap.u, layer.wrap.v].contains(&Edge::Black));
@@ -101,7 +101,8 @@ impl Parameter {
         }
     }
 
-    /// Multiplies by a blend, or else by the one of the two that has the larger share.
+    /// Multiplies by a blend, or, if that is not possible, by the one of its two parts with the
+    /// larger weight.
     fn blend(&mut self, blend: &Blend) {
         if let Some(made) = blended(blend) {
             return self.lay(Some(made));
@@ -111,7 +112,7 @@ impl Parameter {
         self.lost = true;
     }
 
-    /// Multiplies by an image, which can be done where it lies as the one that is there.
+    /// Multiplies by an image. Only images with the same mapping and size can be multiplied.
     fn lay(&mut self, layer: Option<Layer>) {
         let Some(layer) = layer else { return };
         let Some(known) = &mut self.layer else {
@@ -128,7 +129,7 @@ impl Parameter {
         known.image = Arc::new(Image { pixels, ..*known.image });
     }
 
-    /// The same with an image from 0 to 1.
+    /// Moves a scale from the image to the factor, so that the image is from 0 to 1.
     fn into_shares(mut self) -> Self {
         let Some(layer) = &mut self.layer else { return self };
         let pixels = layer.image.pixels.as_flattened();
@@ -144,12 +145,12 @@ impl Parameter {
 }
 
 impl Layer {
-    /// Returns true if two images lie alike on surfaces.
+    /// Returns true if two images have the same mapping.
     pub(super) fn lies_as(&self, other: &Self) -> bool {
         self.wrap == other.wrap && self.to_pattern == other.to_pattern
     }
 
-    /// The same with as many texels as another one that lies as it does.
+    /// Returns the image resampled to a size, by nearest neighbours.
     pub(super) fn with_size(&self, [width, height]: [u32; 2]) -> Arc<Image> {
         let image = &self.image;
         if [image.width, image.height] == [width, height] {
@@ -167,8 +168,10 @@ impl Layer {
         Arc::new(Image { width, height, pixels })
     }
 
-    /// The fields of KHR_texture_transform; `None` if the image lies as it is, or if it is sheared,
-    /// which that cannot say.
+    /// Returns the fields of KHR_texture_transform, or `None` if the mapping is the identity.
+    ///
+    /// # Errors
+    /// If the mapping has a shear, which the extension does not support.
     pub(super) fn transform(&self) -> Result<Option<Value>, Sheared> {
         if self.to_pattern == DMat3::IDENTITY {
             return Ok(None);
@@ -202,10 +205,10 @@ impl Layer {
     }
 }
 
-/// A transform of coordinates that glTF cannot say.
+/// Error of a texture mapping with a shear.
 pub(super) struct Sheared;
 
-/// What a texture shows of itself, as an image.
+/// Converts a texture that is an image or a checkerboard.
 fn layer(texture: &Texture) -> Option<Layer> {
     if texture.layout != TextureMapping::Surface {
         return None;
@@ -225,7 +228,8 @@ fn layer(texture: &Texture) -> Option<Layer> {
     }
 }
 
-/// What a blend shows, as an image, if its images lie alike, and are all that it is made of.
+/// Converts a blend to an image, if its parts consist of images with the same mapping and of
+/// constants.
 fn blended(blend: &Blend) -> Option<Layer> {
     let parts = [
         Parameter::of(&blend.first),
@@ -256,12 +260,13 @@ fn blended(blend: &Blend) -> Option<Layer> {
     Some(Layer { image: Arc::new(Image { width, height, pixels }), ..finest.clone() })
 }
 
-/// The image of normals of a texture, if it shows nothing else.
+/// Converts a normal map, if it is an image.
 pub(super) fn normals(texture: &Texture) -> Option<Layer> {
     layer(texture)
 }
 
-/// A parameter of which each number is changed by a function f for which f(a b) = f(a) f(b).
+/// Applies a multiplicative function f, for which f(a b) = f(a) f(b), to each number of a
+/// parameter.
 pub(super) fn mapped<T: Copy>(input: &Input<T>, number: fn(T) -> T, f: fn(f32) -> f32) -> Input<T> {
     match input {
         Input::Value(value) => Input::Value(number(*value)),
@@ -289,7 +294,7 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
             Pattern::Blend(Box::new(Blend { first, second, amount: share.clone() }))
         }
         Pattern::VertexColors | Pattern::FaceColors => texture.pattern.clone(),
-        // Of these, the mean is written.
+        // Other patterns are written as their mean.
         other => Pattern::Checkerboard3d([color(other.mean()); 2]),
     };
     Texture { pattern, ..texture.clone() }
@@ -300,8 +305,8 @@ fn changed(image: &Image, change: impl Fn([f32; 3]) -> [f32; 3]) -> Arc<Image> {
     Arc::new(Image { pixels, ..*image })
 }
 
-/// The least power of two from 1 up that is not below a number, or else the largest that there is:
-/// what is divided by it keeps its bits.
+/// Returns the smallest power of two from 1 up that is not below a number, or the largest finite
+/// one. Division by it is exact.
 pub(super) fn power_of_two(number: f32) -> f32 {
     const LARGEST: f32 = 1.701_411_8e38; // 2¹²⁷
     let mut scale = 1.0;
@@ -311,7 +316,7 @@ pub(super) fn power_of_two(number: f32) -> f32 {
     scale
 }
 
-/// The luminance of a colour; of greys, their number to the bit.
+/// Returns the luminance of a colour; exact for greys.
 fn grey([r, g, b]: [f32; 3]) -> f32 {
     if r == g && g == b { r } else { legacy_specular::luminance([r, g, b]) }
 }

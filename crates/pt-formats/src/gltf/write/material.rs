@@ -1,39 +1,39 @@
-//! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9, and the registry of
+//! Metallic-roughness materials and their extensions. [glTF 2.0, §3.9, and the registry of
 //! extensions]
 
 use std::sync::Arc;
 
 use pt_math::trig;
+use pt_scene::material::MetallicRoughness;
+use pt_scene::medium::MediumProperties;
+use pt_scene::texture::{NormalOrBump, Pattern, Scalar};
+use pt_scene::{Color, Material, Medium, Surface};
 use serde_json::{Map, Value, json};
 
-use super::super::super::xml::quote;
 use super::super::texture::Content;
 use super::Writer;
 use super::approximate::{ApproximateMaterial, BaseMaterial, approximate};
 use super::exact::near_f32;
 use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
-use crate::material::MetallicRoughness;
-use crate::medium::MediumProperties;
-use crate::texture::{NormalOrBump, Pattern, Scalar};
-use crate::{Color, Material, Medium, Surface};
+use crate::shared::names::quote;
 
-/// Extensions of a material, by their names.
+/// Names and values of the extensions of a material.
 type Extensions = Vec<(&'static str, Value)>;
 
-/// A material that was written, and what it asks of meshes.
+/// A material that was written, and its requirements of meshes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Worn {
-    /// Its index.
+    /// Index of the material in the file.
     pub(super) index: usize,
-    /// The colours of the mesh that it shows.
+    /// Mesh colours that the material uses.
     pub(super) colors: Option<MeshColors>,
-    /// True if it has textures, which take coordinates.
+    /// True if the material has textures, which require texture coordinates.
     pub(super) has_textures: bool,
-    /// True if it has normals of its own.
+    /// True if the material has a normal map.
     pub(super) has_relief: bool,
 }
 
-/// What is known of a material while it is written.
+/// State of a material that is being written.
 pub(super) struct Writing {
     pub(super) place: String,
     has_textures: bool,
@@ -42,7 +42,7 @@ pub(super) struct Writing {
 }
 
 impl Writer<'_> {
-    /// A material with a medium inside; written once. `None` is the one of objects without a
+    /// Writes a material with an interior medium, once, and returns it. `None` is the default
     /// material.
     pub(super) fn material(
         &mut self,
@@ -98,8 +98,7 @@ impl Writer<'_> {
         if body == BaseMaterial::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
-        // Here what emits does so on its front alone, and light goes through both sides of a body
-        // anyway.
+        // Emission here is one-sided, and light passes through both sides of a solid anyway.
         if !emits && (look.two_sided || body == BaseMaterial::Sheet) {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
@@ -115,7 +114,7 @@ impl Writer<'_> {
         Ok(Worn { index, colors: base.colors, has_textures, has_relief })
     }
 
-    /// Colour, opacity, metal and roughness; gives the colour.
+    /// Writes base colour, opacity, metallic and roughness. Returns the base colour.
     fn base(
         &mut self,
         look: &MetallicRoughness,
@@ -167,7 +166,7 @@ impl Writer<'_> {
         Ok(color)
     }
 
-    /// A number as a factor and an image.
+    /// Converts a number to a factor and an image.
     pub(super) fn number(&mut self, number: &Scalar, what: &str, cx: &Writing) -> Parameter {
         let made = Parameter::of_number(number);
         if made.colors.is_some() {
@@ -181,7 +180,7 @@ impl Writer<'_> {
         made
     }
 
-    /// A number from 0 to 1, with a note about what is beyond.
+    /// Clamps a number to [0, 1], with a note if that changes it.
     pub(super) fn share(&mut self, number: f32, what: &str, cx: &Writing) -> f32 {
         if (0.0..=1.0).contains(&number) {
             return number;
@@ -206,7 +205,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A factor and an image in one channel.
+    /// Writes a factor and a texture in the red channel.
     fn put_number(
         &mut self,
         fields: &mut Map<String, Value>,
@@ -221,7 +220,7 @@ impl Writer<'_> {
         self.put_texture(fields, texture, image.as_slice(), cx)
     }
 
-    /// KHR_materials_transmission, _volume, _ior and _specular.
+    /// KHR_materials_transmission, _volume and _ior.
     fn refraction(
         &mut self,
         look: &MetallicRoughness,
@@ -251,7 +250,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What a medium leaves of light behind a distance: c = exp(−σt d).
+    /// Writes the attenuation of a medium: c = exp(−σt d).
     fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
         let MediumProperties::Homogeneous { extinction, albedo, .. } = &medium.matter else {
             self.notes.tell(&medium.at, "it is left out: media of glTF are the same everywhere");
@@ -268,7 +267,7 @@ impl Writer<'_> {
         fields.insert("attenuationDistance".to_owned(), distance.into());
     }
 
-    /// A normal texture; whether there is one.
+    /// Writes a normal map. Returns true if there is one.
     pub(super) fn relief(
         &mut self,
         fields: &mut Map<String, Value>,
@@ -296,7 +295,7 @@ impl Writer<'_> {
         self.put_texture(fields, name, &[(content, &layer)], cx).map(|()| true)
     }
 
-    /// What is emitted where all of the surface is there; whether there is anything.
+    /// Writes the emission of a fully opaque surface. Returns true if it emits.
     fn emission(
         &mut self,
         material: &Material,
@@ -335,11 +334,11 @@ impl Writer<'_> {
     }
 }
 
-/// What the whole of a surface emits of which a share is there that emits this, and whether it is
-/// certain.
+/// Divides the emission by the opacity: returns the emission of the opaque surface, and true if it
+/// is exact.
 fn emitted_by_the_whole(emission: &Color, opacity: &Scalar) -> (Color, bool) {
     let share = match opacity {
-        // Where nothing is there, nothing is emitted.
+        // Nothing is emitted where the opacity is 0.
         Scalar::Value(1.0 | 0.0) => return (emission.clone(), true),
         Scalar::Value(share) => {
             let inverse = Color::Value([share.recip(); 3]);
@@ -365,9 +364,9 @@ fn emitted_by_the_whole(emission: &Color, opacity: &Scalar) -> (Color, bool) {
     (emission.clone(), *emission == [0.0; 3].into())
 }
 
-/// What is left of light behind a distance, and this, from which readers compute an extinction per
-/// metre: exactly this one, if there is such a distance among those behind which from e⁻¹ to e⁻⁵ is
-/// left of the channel that loses most.
+/// Returns an attenuation colour and distance from which readers compute an extinction per metre.
+/// The result is exact if such a distance exists among those tried, at which the transmittance of
+/// the densest channel is from e⁻¹ to e⁻⁵.
 fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
     const TRIED: u8 = 255;
     let most = extinction.into_iter().fold(f32::MIN_POSITIVE, f32::max);
@@ -386,9 +385,9 @@ fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
     (left(distance), distance)
 }
 
-/// What objects without a material wear.
+/// Material of objects without one.
 fn default_material() -> Material {
-    let matte = crate::material::Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
+    let matte = pt_scene::material::Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     Material {
         name: "default".to_owned(),
         surface: Surface::from(matte),
@@ -398,13 +397,13 @@ fn default_material() -> Material {
     }
 }
 
-/// Returns true if each texel of an image is there or not.
+/// Returns true if each texel is either 0 or 1.
 fn is_mask(layer: &Layer) -> bool {
     layer.image.pixels.iter().all(|[x, ..]| *x == 0.0 || *x == 1.0)
 }
 
-/// Returns true if a material is another one whose normals lean to the other side along v, as
-/// readers of glTF make it for triangles on which coordinates lie mirrored.
+/// Returns true if a material equals another one except that its normal map is reversed along v, as
+/// readers of glTF create it for triangles with mirrored coordinates.
 pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
     let (Surface::SurfaceDetail(one), Surface::SurfaceDetail(other)) =
         (&material.surface, &of.surface)

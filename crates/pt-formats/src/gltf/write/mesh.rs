@@ -1,37 +1,36 @@
-//! Meshes: triangles whose corners have one index for all that they have. [glTF 2.0, §3.7.2]
+//! Meshes: triangles with one index per corner for all attributes. [glTF 2.0, §3.7.2]
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::DVec3;
+use pt_scene::{Attribute, Mesh, Submesh};
 use serde_json::{Value, json};
 
 use super::Writer;
 use super::layer::MeshColors;
 use super::material::Worn;
-use crate::{Attribute, Mesh, Submesh};
 
-/// By how much the length of a normal may differ from 1: that is what numbers of 8 bits leave, ½ √3
-/// / 127.
+/// Tolerance of the length of a unit normal: the rounding error of 8-bit normals, ½ √3 / 127.
 const UNIT: f32 = 6.8e-3;
-/// Texture coordinates of the corners of triangles that have none, as the renderer takes them.
+/// Texture coordinates that the renderer uses for triangles without any.
 const BARYCENTRIC: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 
-/// What a material asks of a mesh.
+/// Attributes of a mesh that a material requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Needs {
     colors: Option<MeshColors>,
     has_textures: bool,
 }
 
-/// The address of a mesh, and the first triangle and the material of each part.
+/// Address of a mesh, and the first triangle and the material of each part.
 pub(super) type MeshKey = (usize, Vec<(u32, usize)>);
 
-/// The primitives of meshes by addresses, triangles and needs; the meshes are kept so that no
-/// others take their addresses.
+/// Primitives by the address of the mesh, the range of triangles and the required attributes.
+/// Meshes are kept alive so that their addresses remain unique.
 pub(super) type Primitives = HashMap<(usize, u32, u32, Needs), (Value, Arc<Mesh>)>;
 
-/// Triangles with values at their vertices.
+/// Triangles with all attributes at their vertices.
 struct Welded {
     positions: Vec<[f32; 3]>,
     normals: Option<Vec<[f32; 3]>>,
@@ -41,10 +40,11 @@ struct Welded {
 }
 
 impl Writer<'_> {
-    /// The index of a mesh whose parts wear these materials; `None` if it has no triangles.
+    /// Writes a mesh whose parts have these materials and returns its index; `None` if it has no
+    /// triangles.
     ///
     /// # Errors
-    /// If its lists do not fit together, or a position is not finite.
+    /// If its arrays are inconsistent, or a position is not finite.
     pub(super) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,
@@ -75,7 +75,7 @@ impl Writer<'_> {
         Ok(index)
     }
 
-    /// A primitive without its material.
+    /// Writes a primitive without its material.
     fn primitive(&mut self, mesh: &Arc<Mesh>, part: &Submesh, needs: Needs) -> Value {
         let range = &part.triangles;
         let key = (Arc::as_ptr(mesh).addr(), range.start, range.end, needs);
@@ -108,7 +108,7 @@ impl Writer<'_> {
     }
 }
 
-/// Checks that the lists of a mesh fit together, and that its positions are finite.
+/// Checks that the arrays of a mesh are consistent and that its positions are finite.
 fn check(mesh: &Mesh) -> Result<(), String> {
     fn fits<T>(attribute: Option<&Attribute<T>>, mesh: &Mesh) -> bool {
         attribute.is_none_or(|attribute| {
@@ -134,8 +134,8 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     Ok(())
 }
 
-/// The triangles of a part. Vertices stay as they are where all values have the indices of the
-/// positions.
+/// Returns the triangles of a part with one index per corner. Vertices are unchanged if all
+/// attributes are indexed like the positions.
 fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
     fn own<T>(attribute: Option<&Attribute<T>>) -> bool {
         attribute.is_some_and(|attribute| attribute.indices.is_some())
@@ -197,8 +197,8 @@ fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
     made
 }
 
-/// Makes normals as long as 1 that are not. Those without a direction become the mean of the
-/// normals of the triangles around, by their areas.
+/// Normalizes normals that are not of unit length. A normal without direction becomes the
+/// area-weighted mean of the normals of the adjacent triangles.
 fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let is_unit = |n: &[f32; 3]| (wide(*n).length() as f32 - 1.0).abs() <= UNIT;
@@ -218,7 +218,7 @@ fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32
     }
 }
 
-/// Returns true if texture coordinates lie mirrored on some triangle of a part.
+/// Returns true if some triangle of a part has mirrored texture coordinates.
 pub(super) fn is_mirrored_somewhere(mesh: &Mesh, part: &Submesh) -> bool {
     let Some(uvs) = &mesh.uvs else { return false };
     part.triangles.clone().any(|i| {
@@ -230,8 +230,9 @@ pub(super) fn is_mirrored_somewhere(mesh: &Mesh, part: &Submesh) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use pt_scene::shapes;
+
     use super::*;
-    use crate::shapes;
 
     const PLAIN: Needs = Needs { colors: None, has_textures: false };
 

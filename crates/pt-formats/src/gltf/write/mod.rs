@@ -1,13 +1,13 @@
-//! Scenes as binary files of glTF.
+//! Writer of scenes as binary glTF files.
 //!
 //! ```text
-//! Scene ─┬▶ mesh ──────────────────────────────────┬▶ binary ─▶ container ─▶ bytes
-//!        ├▶ material ─▶ closest ─▶ layer ─▶ image ─┘
-//!        └▶ sight (cameras, lights)                  ▶ notes
+//! Scene ─┬▶ mesh ───────────────────────────────────────┬▶ binary ─▶ container ─▶ bytes
+//!        ├▶ material ─▶ approximate ─▶ layer ─▶ image ──┘
+//!        └▶ camera (cameras, lights)                     ▶ notes
 //! ```
 //!
-//! What our reader makes of a file is written so that it makes the same of it again. What glTF
-//! cannot say becomes what is nearest to it, or is left out; both have notes.
+//! Content of a file that our reader supports is written so that it is read back unchanged. Content
+//! that glTF does not support is approximated or omitted, with a note.
 
 mod approximate;
 mod binary;
@@ -33,16 +33,16 @@ use material::Worn;
 use mesh::{MeshKey, Primitives};
 use notes::Notes;
 use pt_math::{DAffine3, DVec3};
+use pt_scene::{Geometry, Hidden, Mesh, Object, RenderHints, Scene, Submesh, shapes};
 use serde_json::{Map, Value, json};
 
-use super::super::save::Encoded;
-use crate::{Geometry, Hidden, Mesh, Object, RenderHints, Scene, Submesh, shapes};
+use super::super::encoded::Encoded;
 
-/// Turns a scene into a file.
+/// Encodes a scene as a file.
 ///
 /// # Errors
-/// If numbers are not finite, indices refer to nothing, or it would be larger than 4 GiB.
-pub(in crate::format) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, String> {
+/// If numbers are not finite, indices are out of range, or the file would exceed 4 GiB.
+pub(crate) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, String> {
     let mut writer = Writer::new(scene);
     writer.cameras()?;
     writer.lights()?;
@@ -61,23 +61,23 @@ struct Writer<'a> {
     binary: Binary,
     images: Images,
     notes: Notes,
-    /// Those that are used.
+    /// Extensions that are used.
     extensions: BTreeSet<&'static str>,
     materials: Vec<Value>,
-    /// Materials by what they were in the scene, and the medium inside.
+    /// Written materials by material and interior medium of the scene.
     worn: HashMap<(Option<u32>, Option<u32>), Worn>,
     meshes: Vec<Value>,
-    /// Meshes that were written; `None` are those without triangles.
+    /// Indices of written meshes; `None` if they have no triangles.
     known_meshes: HashMap<MeshKey, Option<usize>>,
-    /// Meshes of points and lines by their addresses and materials.
+    /// Meshes of points and lines by address and material.
     known_points: HashMap<(usize, Option<usize>), usize>,
     primitives: Primitives,
-    /// What all spheres are, once there is one.
+    /// Mesh of a unit sphere, created on first use.
     sphere: Option<Arc<Mesh>>,
     cameras: Vec<Value>,
     lights: Vec<Value>,
     nodes: Vec<Value>,
-    /// Nodes that are nobody's children.
+    /// Nodes without a parent.
     roots: Vec<usize>,
 }
 
@@ -104,7 +104,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// An object with its materials.
+    /// Writes an object with its materials.
     fn object(&mut self, object: &Object) -> Result<(), String> {
         let media = object.media.unwrap_or_default();
         if media.exterior.is_some() {
@@ -120,14 +120,14 @@ impl<'a> Writer<'a> {
             let material = self.unmirrored(object, slot);
             worn[slot] = Some(self.material(material, media.interior)?);
         }
-        // Parts refer to those alone that are there.
+        // Parts refer only to slots that exist.
         let first = worn.iter().flatten().next().copied();
         let worn: Vec<_> = worn.into_iter().filter_map(|worn| worn.or(first)).collect();
         self.dressed(object, &worn)
     }
 
-    /// The material of a slot; that of the first one where the other is the same for mirrored
-    /// coordinates.
+    /// Returns the material of a slot. If the second slot has the mirrored variant of the first
+    /// one, that is the material of the first slot.
     fn unmirrored(&self, object: &Object, slot: usize) -> Option<u32> {
         let material = object.materials.get(slot).copied().flatten();
         let known = |index: Option<u32>| self.scene.materials.get(index? as usize);
@@ -138,7 +138,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// An object whose slots wear these materials.
+    /// Writes an object whose slots have these materials.
     fn dressed(&mut self, object: &Object, worn: &[Worn]) -> Result<(), String> {
         let mut to_world = object.to_world;
         if let Some(motion) = &object.motion {
@@ -167,7 +167,7 @@ impl<'a> Writer<'a> {
             }
         };
         let parts: Vec<(Submesh, Worn)> = match worn {
-            // Readers find the mirrored part themselves.
+            // Readers find the mirrored triangles themselves.
             [first, second] if first.index == second.index => {
                 vec![(Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }, *first)]
             }
@@ -192,7 +192,7 @@ impl<'a> Writer<'a> {
         self.node(&object.name, self.in_metres(to_world), shown, &object.at)
     }
 
-    /// Adds a node that shows something.
+    /// Adds a node with the fields `shown`.
     fn node(
         &mut self,
         name: &str,
@@ -219,12 +219,12 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// A place in the scene in metres.
+    /// Converts a transform from scene units to metres.
     fn in_metres(&self, to_world: DAffine3) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(self.metres)) * to_world
     }
 
-    /// Tells what is asked for of the image.
+    /// Reports render settings that are omitted.
     fn settings(&mut self, settings: &RenderHints) {
         let asked = [
             (settings.resolution.is_some(), "the size of the image"),
@@ -243,7 +243,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The file.
+    /// Assembles the file.
     fn finish(mut self) -> Result<Encoded, String> {
         let generator = concat!("pathtracer ", env!("CARGO_PKG_VERSION"));
         let asset = json!({"version": "2.0", "generator": generator});

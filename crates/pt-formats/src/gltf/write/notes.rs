@@ -1,19 +1,19 @@
-//! What is told of a scene that does not fit into a format.
+//! Notes about features of a scene that a format does not support.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
-/// Messages, each once, with the first place that it is about and how many others there are.
+/// Distinct messages, each with its first location and the number of others.
 #[derive(Default)]
 pub(super) struct Notes {
-    /// Messages in the order in which they came, and their places.
+    /// Messages in the order of their first occurrence, and their locations.
     all: Vec<(String, Vec<String>)>,
     numbers: HashMap<String, usize>,
     told: HashSet<(usize, String)>,
 }
 
 impl Notes {
-    /// Says something about a place, once.
+    /// Adds a message about a location, once.
     pub(super) fn tell(&mut self, place: impl Display, message: impl Into<String>) {
         let (place, message) = (place.to_string(), message.into());
         let number = *self.numbers.entry(message).or_insert_with_key(|message| {
@@ -25,7 +25,7 @@ impl Notes {
         }
     }
 
-    /// Returns a line for each message, with its number of places.
+    /// Returns a line for each message, with its number of locations.
     pub(super) fn finish(self) -> Vec<String> {
         let line = |(message, places): (String, Vec<String>)| {
             let first = places.first().map(String::as_str).unwrap_or_default();

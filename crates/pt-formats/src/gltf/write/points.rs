@@ -1,16 +1,16 @@
-//! Points and lines as primitives.
+//! Primitives of points and lines.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use pt_scene::Points;
 use serde_json::{Map, Value, json};
 
 use super::Writer;
-use crate::Points;
 
 impl Writer<'_> {
-    /// The fields of a node with points and segments between them: a mesh of primitives of points
-    /// and of lines.
+    /// Writes a mesh with primitives of points and of lines, and returns the fields of a node that
+    /// refers to it.
     ///
     /// # Errors
     /// If a position is not finite.

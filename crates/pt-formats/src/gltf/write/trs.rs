@@ -1,29 +1,29 @@
-//! Transforms of nodes, which have to be made of a scale, a turn and a move. [glTF 2.0, §3.5.3]
+//! Transforms of nodes, which must be decomposable into translation, rotation and scale. [glTF 2.0,
+//! §3.5.3]
 
 use pt_math::{DAffine3, DMat3, DVec3};
 use serde_json::{Map, Value};
 
-/// Cosine of the angle between two axes up to which they count as orthogonal.
+/// Cosine of the angle between two axes below which they count as orthogonal.
 const ORTHOGONAL: f64 = 1e-6;
-/// Turns by which axes are made orthogonal, at most; four or five are enough for all numbers of
-/// double precision.
+/// Maximum number of Jacobi rotations; four or five suffice for double precision.
 const MAX_SWEEPS: usize = 32;
 
-/// Where a node is in its parent; the parent is there where one node cannot say it.
+/// Transform of a node, with an additional parent node if a single one cannot represent it.
 pub(super) struct Place {
-    /// What stretches, if that is not along the axes of the node.
+    /// Fields of the parent: a scale that is not along the axes of the node.
     pub(super) parent: Option<Map<String, Value>>,
-    /// The rest.
+    /// Fields of the node: the remaining transform.
     pub(super) node: Map<String, Value>,
 }
 
-/// The fields that say a transform.
+/// Decomposes a transform into the fields of one or two nodes.
 pub(super) fn place(to_parent: DAffine3) -> Place {
     if has_orthogonal_axes(&to_parent.matrix3) {
         return Place { parent: None, node: fields(to_parent) };
     }
-    // M = (M V) Vᵀ, with the eigenvectors of Mᵀ M as the columns of V, has orthogonal columns in M
-    // V.
+    // M = (M V) Vᵀ; if the columns of V are the eigenvectors of Mᵀ M, the columns of M V are
+    // orthogonal.
     let turn = eigenvectors(to_parent.matrix3.transpose() * to_parent.matrix3);
     let stretched = DAffine3 { matrix3: to_parent.matrix3 * turn, ..to_parent };
     let turned = DAffine3 { matrix3: turn.transpose(), translation: DVec3::ZERO };
@@ -49,8 +49,8 @@ fn has_orthogonal_axes(m: &DMat3) -> bool {
     [x.dot(y), y.dot(z), z.dot(x)].iter().all(|cos| cos.abs() < ORTHOGONAL)
 }
 
-/// Unit eigenvectors of a symmetric matrix as the columns of a rotation, by turns that each make
-/// one element 0. [Jacobi 1846; Golub & Van Loan 2013, "Matrix Computations", §8.5]
+/// Returns unit eigenvectors of a symmetric matrix as the columns of a rotation, by Jacobi
+/// rotations. [Jacobi 1846; Golub & Van Loan 2013, "Matrix Computations", §8.5]
 fn eigenvectors(mut symmetric: DMat3) -> DMat3 {
     let mut vectors = DMat3::IDENTITY;
     for sweep in 0..MAX_SWEEPS {

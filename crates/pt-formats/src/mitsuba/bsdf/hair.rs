@@ -1,15 +1,16 @@
-//! `hair`: fibres.
+//! `hair`: hair fibres.
+
+use pt_scene::material::{Hair, Pigment};
 
 use super::super::object::Role;
 use super::inputs::Inputs;
 use super::refraction::relative_index;
 use crate::LoadError;
-use crate::material::{Hair, Pigment};
 
-/// Pigments where none are given, of which the first is brown, and the second red.
+/// Default concentrations of eumelanin (brown) and pheomelanin (red).
 const MELANIN: [f64; 2] = [1.3, 0.2];
 
-/// Fibres that are the same everywhere.
+/// Reads a hair with constant parameters.
 pub(super) fn hair(inputs: &mut Inputs<'_, '_>) -> Result<Hair, LoadError> {
     let ior = relative_index(&mut inputs.parameters, "amber")?;
     if ior < 1.0 {
@@ -24,7 +25,7 @@ pub(super) fn hair(inputs: &mut Inputs<'_, '_>) -> Result<Hair, LoadError> {
     Ok(Hair { pigment, ior, roughness, azimuthal_roughness, scale_angle, two_sided: false })
 }
 
-/// What colours fibres: pigments, or what they absorb.
+/// Reads the pigmentation of fibres: concentrations of melanin, or an absorption coefficient.
 fn pigment(inputs: &mut Inputs<'_, '_>) -> Result<Pigment, LoadError> {
     const NAMES: [&str; 2] = ["eumelanin", "pheomelanin"];
     let scale = number(inputs, "scale", 1.0, [0.0, f64::from(f32::MAX)])?;

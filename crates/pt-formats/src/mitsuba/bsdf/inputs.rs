@@ -1,23 +1,24 @@
-//! Parameters that may be values or textures, and bsdfs inside of bsdfs.
+//! Parameters that may be values or textures, and nested bsdfs.
 
 use std::sync::Arc;
 
-use super::super::super::xml::quote;
+use pt_scene::texture::{Color, Input, Pattern, Scalar, Texture};
+
 use super::super::object::{Child, Object, Parameters, Role, error};
 use super::super::texture::{Textures, as_number};
 use crate::LoadError;
-use crate::texture::{Color, Input, Pattern, Scalar, Texture};
+use crate::shared::names::quote;
 
-/// Reads the parameters and the objects of a bsdf, and remembers which were asked for.
+/// Reads the parameters and nested objects of a bsdf, and records which were requested.
 pub(super) struct Inputs<'a, 't> {
     pub(super) textures: &'a mut Textures<'t>,
     pub(super) object: &'a Object,
     pub(super) parameters: Parameters<'a>,
-    /// Names of textures that were asked for.
+    /// Names of textures that were requested.
     known: Vec<&'static str>,
-    /// True if a texture of any name was.
+    /// True if a texture of any name was requested.
     takes_textures: bool,
-    /// True if bsdfs inside of it were.
+    /// True if nested bsdfs were requested.
     takes_bsdfs: bool,
 }
 
@@ -28,7 +29,7 @@ impl<'a, 't> Inputs<'a, 't> {
         Self { textures, object, parameters, known, takes_textures: false, takes_bsdfs: false }
     }
 
-    /// The children with a tag, and where they stand.
+    /// Returns the children with a tag, and the indices of their objects.
     fn children(&self, tag: &str) -> Result<Vec<(&'a Child, usize)>, LoadError> {
         let tree = self.textures.tree;
         let mut found = Vec::new();
@@ -41,19 +42,19 @@ impl<'a, 't> Inputs<'a, 't> {
         Ok(found)
     }
 
-    /// The texture that is given for a parameter, if there is one.
+    /// Returns the texture of a parameter, if there is one.
     fn texture(&mut self, name: &'static str) -> Result<Option<Arc<Texture>>, LoadError> {
         self.known.push(name);
         let found = self.children("texture")?.into_iter().find(|(child, _)| child.name == name);
         found.map(|(_, index)| self.textures.get(index)).transpose()
     }
 
-    /// The texture of a parameter that is a number.
+    /// Returns the texture of a scalar parameter, if there is one.
     fn number_texture(&mut self, name: &'static str) -> Result<Option<Arc<Texture>>, LoadError> {
         Ok(self.texture(name)?.map(as_number))
     }
 
-    /// The only texture, whatever its name.
+    /// Returns the only texture, whatever its name.
     pub(super) fn any_texture(&mut self) -> Result<Arc<Texture>, LoadError> {
         self.takes_textures = true;
         match self.children("texture")?.as_slice() {
@@ -69,7 +70,7 @@ impl<'a, 't> Inputs<'a, 't> {
         }
     }
 
-    /// A texture that has to be there: the one or the colour of this name, or else the only one.
+    /// Returns a required texture: the texture or colour of this name, or the only unnamed texture.
     pub(super) fn only_texture(&mut self, name: &'static str) -> Result<Arc<Texture>, LoadError> {
         if let Some(texture) = self.texture(name)? {
             return Ok(texture);
@@ -87,7 +88,7 @@ impl<'a, 't> Inputs<'a, 't> {
         }
     }
 
-    /// A share of light.
+    /// Reads a reflectance or transmittance.
     pub(super) fn color(&mut self, name: &'static str, default: f64) -> Result<Color, LoadError> {
         if let Some(texture) = self.texture(name)? {
             return Ok(Input::Texture(texture));
@@ -95,7 +96,7 @@ impl<'a, 't> Inputs<'a, 't> {
         self.parameters.color(name, Role::Share, default).map(Input::Value)
     }
 
-    /// A number from 0 to 1.
+    /// Reads a number from 0 to 1.
     pub(super) fn share(&mut self, name: &'static str, default: f64) -> Result<Scalar, LoadError> {
         if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
@@ -108,7 +109,7 @@ impl<'a, 't> Inputs<'a, 't> {
         Err(self.parameters.refuse(name, message))
     }
 
-    /// A number from 0 to `most`, 0 by default.
+    /// Reads a number from 0 to `most`, 0 by default.
     pub(super) fn number(&mut self, name: &'static str, most: f64) -> Result<Scalar, LoadError> {
         if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
@@ -121,7 +122,7 @@ impl<'a, 't> Inputs<'a, 't> {
         Err(self.parameters.refuse(name, message))
     }
 
-    /// A roughness.
+    /// Reads a roughness.
     pub(super) fn alpha(
         &mut self,
         name: &'static str,
@@ -136,7 +137,7 @@ impl<'a, 't> Inputs<'a, 't> {
         Ok(Input::Value(self.parameters.positive(name, 1.0)? as f32))
     }
 
-    /// The bsdfs inside, between `least` and `most` of them.
+    /// Returns the nested bsdfs, between `least` and `most` of them.
     pub(super) fn bsdfs(&mut self, least: usize, most: usize) -> Result<Vec<&'a Object>, LoadError>
     where
         't: 'a,
@@ -157,7 +158,7 @@ impl<'a, 't> Inputs<'a, 't> {
         Ok(found.into_iter().map(|(_, index)| &tree.objects[index]).collect())
     }
 
-    /// Refuses all that nobody asked for.
+    /// Rejects parameters and nested objects that were not requested.
     pub(super) fn finish(self) -> Result<(), LoadError> {
         let tree = self.textures.tree;
         for child in &self.object.children {

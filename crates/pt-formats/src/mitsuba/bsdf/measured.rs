@@ -1,13 +1,15 @@
-//! `measured`: what is in files of measured materials.
+//! `measured`: files of measured materials.
 
-use super::super::super::context::Unusable;
-use super::super::super::placeholder;
+use pt_scene::Surface;
+use pt_scene::material::Measured;
+
 use super::super::object::error;
 use super::inputs::Inputs;
-use crate::material::Measured;
-use crate::{LoadError, Surface};
+use crate::LoadError;
+use crate::shared::context::Unusable;
+use crate::shared::placeholder;
 
-/// What was measured, on the front; something loud in place of a file that is missing.
+/// Reads a measured material, which is one-sided. A missing file is replaced by a placeholder.
 pub(super) fn measured(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let tree = inputs.textures.tree;
     let parameters = &mut inputs.parameters;

@@ -1,4 +1,4 @@
-//! `<bsdf>`: how surfaces scatter.
+//! `<bsdf>`: surface scattering.
 
 mod hair;
 mod inputs;
@@ -7,18 +7,20 @@ mod principled;
 mod refraction;
 mod wrappers;
 
-use super::super::xml::quote;
-use super::object::{Object, Role, unsupported};
-use super::texture::Textures;
-use crate::material::{
+use inputs::Inputs;
+use pt_scene::Surface;
+use pt_scene::material::{
     CoatedDiffuse, Conductor, Diffuse, Distribution, FresnelPlastic, Glass, Masking,
     RoughCoatedDiffuse, RoughDiffuse, Roughness, ThinGlass,
 };
-use crate::metals::{METALS, Metal};
-use crate::texture::Scalar;
-use crate::{LoadError, Surface};
-use inputs::Inputs;
+use pt_scene::metals::{METALS, Metal};
+use pt_scene::texture::Scalar;
 use refraction::relative_index;
+
+use super::object::{Object, Role, unsupported};
+use super::texture::Textures;
+use crate::LoadError;
+use crate::shared::names::quote;
 
 const KINDS: [&str; 23] = [
     "diffuse",
@@ -46,13 +48,13 @@ const KINDS: [&str; 23] = [
     "null (outermost)",
 ];
 
-/// A surface, and how much of it is there.
+/// A surface and its opacity.
 pub(super) struct Scattering {
     pub(super) surface: Surface,
     pub(super) opacity: Scalar,
 }
 
-/// What an object describes.
+/// Reads a bsdf, with its opacity.
 pub(super) fn scattering(
     textures: &mut Textures<'_>,
     object: &Object,
@@ -64,7 +66,7 @@ pub(super) fn scattering(
     }
 }
 
-/// The surface that an object describes.
+/// Reads the surface of a bsdf.
 fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, LoadError> {
     let mut inputs = Inputs::new(textures, object);
     let surface = match object.kind.as_str() {
@@ -112,7 +114,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
     Ok(surface)
 }
 
-/// A metal by name, or by η and k; without either, one that reflects all light.
+/// Reads a metal by name, or by η and k; the default is a perfect mirror.
 fn conductor(
     inputs: &mut Inputs<'_, '_>,
     roughness: Option<Roughness>,
@@ -144,10 +146,10 @@ fn conductor(
     })
 }
 
-/// What reflects all light.
+/// A metal that reflects all light.
 const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3], palik: false };
 
-/// The metal of a name, or without one [`PERFECT`].
+/// Returns the metal with a name; [`PERFECT`] without one.
 fn named_metal(name: Option<&str>) -> Option<Metal> {
     match name {
         None | Some("none") => Some(PERFECT),
@@ -155,7 +157,7 @@ fn named_metal(name: Option<&str>) -> Option<Metal> {
     }
 }
 
-/// A dielectric.
+/// Reads a dielectric.
 fn glass(inputs: &mut Inputs<'_, '_>, roughness: Option<Roughness>) -> Result<Glass, LoadError> {
     Ok(Glass {
         reflectance: inputs.color("specular_reflectance", 1.0)?,
@@ -165,8 +167,8 @@ fn glass(inputs: &mut Inputs<'_, '_>, roughness: Option<Roughness>) -> Result<Gl
     })
 }
 
-/// What lets a share of light through, straight. Without polarization, how it is turned does not
-/// count.
+/// Reads a polarization filter as a straight transmission by a fraction. Without polarization, its
+/// rotation has no effect.
 fn filter(
     inputs: &mut Inputs<'_, '_>,
     of_polarization: &[&'static str],
@@ -177,7 +179,7 @@ fn filter(
     Ok(ThinGlass { reflectance: [1.0; 3].into(), transmittance, ior: 1.0 }.into())
 }
 
-/// A diffuse base under a smooth coat.
+/// Reads a diffuse base under a smooth coat.
 fn plastic(inputs: &mut Inputs<'_, '_>) -> Result<CoatedDiffuse, LoadError> {
     Ok(CoatedDiffuse {
         diffuse: inputs.color("diffuse_reflectance", 0.5)?,
@@ -188,7 +190,7 @@ fn plastic(inputs: &mut Inputs<'_, '_>) -> Result<CoatedDiffuse, LoadError> {
     })
 }
 
-/// A diffuse base under a rough coat, whose roughness is the same everywhere and in all directions.
+/// Reads a diffuse base under a rough coat, whose roughness is constant and isotropic.
 fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, LoadError> {
     let CoatedDiffuse { diffuse, specular, ior, nonlinear, two_sided } = plastic(inputs)?;
     if ior <= 1.0 {
@@ -202,7 +204,7 @@ fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, Load
     Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, nonlinear, two_sided })
 }
 
-/// A "pplastic", without its polarization.
+/// Reads a "pplastic", without its polarization.
 fn unpolarized_plastic(inputs: &mut Inputs<'_, '_>) -> Result<FresnelPlastic, LoadError> {
     Ok(FresnelPlastic {
         diffuse: inputs.color("diffuse_reflectance", 0.5)?,
@@ -213,7 +215,7 @@ fn unpolarized_plastic(inputs: &mut Inputs<'_, '_>) -> Result<FresnelPlastic, Lo
     })
 }
 
-/// Distribution of microfacet slopes.
+/// Reads the microfacet distribution.
 fn distribution(inputs: &mut Inputs<'_, '_>) -> Result<Distribution, LoadError> {
     let parameters = &mut inputs.parameters;
     parameters.pass_over(&["sample_visible"]);
@@ -228,7 +230,7 @@ fn distribution(inputs: &mut Inputs<'_, '_>) -> Result<Distribution, LoadError> 
     }
 }
 
-/// Microfacets; `alpha` goes before `alpha_u` and `alpha_v`.
+/// Reads the roughness; `alpha` is the default of `alpha_u` and `alpha_v`.
 fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
     let distribution = distribution(inputs)?;
     let alpha = inputs.alpha("alpha", &0.1.into())?;

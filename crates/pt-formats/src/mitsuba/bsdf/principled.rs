@@ -1,10 +1,11 @@
-//! The materials of many parameters.
+//! Principled (Disney) materials.
+
+use pt_scene::material::{Principled, PrincipledThin};
 
 use super::inputs::Inputs;
 use crate::LoadError;
-use crate::material::{Principled, PrincipledThin};
 
-/// Its index of refraction is given as such, or by the reflectance of the dielectric.
+/// Reads a `principled`. Its index of refraction is given directly, or by the specular reflectance.
 pub(super) fn principled(inputs: &mut Inputs<'_, '_>) -> Result<Principled, LoadError> {
     inputs.parameters.pass_over(&[
         "main_specular_sampling_rate",
@@ -28,7 +29,7 @@ pub(super) fn principled(inputs: &mut Inputs<'_, '_>) -> Result<Principled, Load
     })
 }
 
-/// A sheet, the same from both sides.
+/// Reads a `principledthin`: a thin sheet, equal on both sides.
 pub(super) fn principled_thin(inputs: &mut Inputs<'_, '_>) -> Result<PrincipledThin, LoadError> {
     inputs.parameters.pass_over(&[
         "specular_reflectance_sampling_rate",
@@ -50,7 +51,7 @@ pub(super) fn principled_thin(inputs: &mut Inputs<'_, '_>) -> Result<PrincipledT
     })
 }
 
-/// `eta`, or the index of which the reflectance at normal incidence is 0.08 of `specular`.
+/// Returns `eta`, or the index whose reflectance at normal incidence is 0.08 times `specular`.
 /// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §4.2]
 fn index(inputs: &mut Inputs<'_, '_>) -> Result<f32, LoadError> {
     let parameters = &mut inputs.parameters;

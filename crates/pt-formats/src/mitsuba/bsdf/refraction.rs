@@ -1,12 +1,12 @@
-//! Indices of refraction, by number or by name.
+//! Indices of refraction, by number or name.
 
-use super::super::super::xml::quote;
 use super::super::object::Parameters;
 use super::super::value::Value;
 use crate::LoadError;
+use crate::shared::names::quote;
 
-/// Indices of refraction at 589 nm by the names that Mitsuba gives them. [Hecht, "Optics",
-/// 4th ed., as tabulated in Mitsuba 3.9]
+/// Indices of refraction at 589 nm, by Mitsuba's names. [Hecht, "Optics", 4th ed., as tabulated in
+/// Mitsuba 3.9]
 const REFRACTIVE_INDICES: [(&str, f64); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000_036),
@@ -33,7 +33,8 @@ const REFRACTIVE_INDICES: [(&str, f64); 23] = [
     ("diamond", 2.419),
 ];
 
-/// The index of refraction of the inside, `default` if none is given, over that of the outside.
+/// Returns the index of refraction of the interior, `default` if none is given, relative to the
+/// exterior.
 pub(super) fn relative_index(
     parameters: &mut Parameters<'_>,
     default: &str,
@@ -43,7 +44,7 @@ pub(super) fn relative_index(
     Ok((inside / outside) as f32)
 }
 
-/// An index of refraction, as a number or by name.
+/// Reads an index of refraction by number or name.
 fn refractive_index(
     parameters: &mut Parameters<'_>,
     name: &'static str,

@@ -1,18 +1,20 @@
-//! Bsdfs that are made of others.
+//! Bsdfs that contain other bsdfs.
 
-use super::super::super::xml::quote;
+use pt_scene::Surface;
+use pt_scene::material::{
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, FresnelPlastic, Measured,
+    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, SurfaceDetail, TwoSided,
+};
+use pt_scene::texture::NormalOrBump;
+
 use super::super::object::{Object, error};
 use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
-use crate::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, FresnelPlastic, Measured,
-    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, SurfaceDetail, TwoSided,
-};
-use crate::texture::NormalOrBump;
-use crate::{LoadError, Surface};
+use crate::LoadError;
+use crate::shared::names::quote;
 
-/// A surface with holes.
+/// Reads a surface with an opacity.
 pub(super) fn mask(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
     let mut inputs = Inputs::new(textures, object);
     let opacity = inputs.share("opacity", 0.5)?;
@@ -22,13 +24,13 @@ pub(super) fn mask(textures: &mut Textures<'_>, object: &Object) -> Result<Scatt
     Ok(Scattering { surface, opacity })
 }
 
-/// No surface.
+/// Reads a `null`: an invisible surface.
 pub(super) fn null(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
     Inputs::new(textures, object).finish()?;
     Ok(Scattering { surface: Black.into(), opacity: 0.0.into() })
 }
 
-/// One surface on both sides, or one on each.
+/// Reads a surface for both sides, or one for each.
 pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let inner = inputs.bsdfs(1, 2)?;
     let mut sides = Vec::new();
@@ -52,7 +54,7 @@ pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErro
     })
 }
 
-/// A part of one and a part of the other.
+/// Reads a weighted sum of two surfaces.
 pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let share = inputs.share("weight", 0.5)?;
     let inner = inputs.bsdfs(2, 2)?;
@@ -60,13 +62,13 @@ pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     Ok(Mix { first: part(0)?, second: part(1)?, amount: share }.into())
 }
 
-/// Normals by an image.
+/// Reads a surface with a normal map.
 pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let relief = NormalOrBump::Normals(inputs.only_texture("normalmap")?);
     embossed(inputs, relief)
 }
 
-/// Normals by heights.
+/// Reads a surface with a bump map.
 pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let texture = inputs.any_texture()?;
     if texture.shows_colors_of_mesh() {
@@ -78,8 +80,8 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
     embossed(inputs, NormalOrBump::Heights(texture, scale))
 }
 
-/// The bsdf inside with a relief. Mitsuba 3.9 shadows, and turns normals that look away from the
-/// viewer, unless it is told not to.
+/// Reads the nested bsdf of a normal or bump map. By default, Mitsuba 3.9 applies a shadowing term,
+/// and flips normals that face away from the viewer.
 fn embossed(inputs: &mut Inputs<'_, '_>, relief: NormalOrBump) -> Result<Surface, LoadError> {
     let shadowing = inputs.parameters.boolean_or("use_shadowing_function", true)?;
     let turns = inputs.parameters.boolean_or("flip_invalid_normals", true)?;
@@ -107,13 +109,13 @@ fn transmits(surface: &Surface) -> bool {
     }
 }
 
-/// A surface that reflects on its back as it does on its front.
+/// Makes a surface reflect on its back as on its front.
 fn on_both_sides(surface: Surface) -> Surface {
     let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
     match surface {
         Surface::Diffuse(matte) => Diffuse { two_sided: true, ..matte }.into(),
         Surface::RoughDiffuse(rough) => RoughDiffuse { two_sided: true, ..rough }.into(),
-        // Without a real part of the index of refraction, all light is reflected at every angle.
+        // With a real part of 0, all light is reflected at every angle.
         Surface::Conductor(Conductor {
             eta: [0.0, 0.0, 0.0],
             roughness: None,

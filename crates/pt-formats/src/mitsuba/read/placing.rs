@@ -1,13 +1,14 @@
-//! `<transform>`, and `<animation>`: transforms at some times.
+//! `<transform>`, and `<animation>` with keyframes.
 
 use pt_math::{DAffine3, DVec3};
+use pt_scene::{Key, Motion};
 
-use super::super::super::transform::{look_at, matrix, perpendicular, rotate};
 use super::{Document, Node, Reader, value};
-use crate::{Key, LoadError, Motion};
+use crate::LoadError;
+use crate::shared::transform::{look_at, matrix, perpendicular, rotate};
 
 impl Reader {
-    /// The product of the steps of a transform; later ones act on the result of earlier ones.
+    /// Returns the product of the steps of a transform, which are applied in order.
     pub(super) fn transform<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -23,7 +24,7 @@ impl Reader {
         Ok(product)
     }
 
-    /// One step of a transform.
+    /// Reads a step of a transform.
     fn step<'a>(
         &mut self,
         document: &'a Document<'a>,
@@ -85,7 +86,7 @@ impl Reader {
         Ok(rotate(axis, angle))
     }
 
-    /// `<animation>` with a `<transform time="…">` for each key, as Mitsuba 0.6 had it.
+    /// Reads an `<animation>` with a `<transform time="…">` for each key, as in Mitsuba 0.6.
     pub(super) fn animation<'a>(
         &mut self,
         document: &'a Document<'a>,

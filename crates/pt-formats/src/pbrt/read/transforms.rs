@@ -2,16 +2,17 @@
 
 use pt_math::{DAffine3, DVec3};
 
-use super::super::super::transform::{look_at, rotate};
-use super::super::super::xml::{did_you_mean, quote};
 use super::super::arguments::{active, numbers, text};
+use super::super::position::TokenPosition;
 use super::super::state::matrix;
-use super::super::token::{TokenPosition, Tokens};
+use super::super::token::Tokens;
 use super::Reader;
 use crate::LoadError;
+use crate::shared::names::{did_you_mean, quote};
+use crate::shared::transform::{look_at, rotate};
 
 impl Reader {
-    /// Reads a directive that changes the transform of what comes after it.
+    /// Processes a directive that changes the current transform.
     pub(super) fn transform(
         &mut self,
         word: &str,

@@ -1,4 +1,4 @@
-//! The files: the same mesh of two million triangles in all formats.
+//! Input files: the same mesh of two million triangles in all formats.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -12,11 +12,11 @@ use crate::bench::mesh::{waves, write_waves};
 /// Number of triangles of the mesh.
 pub(super) const TRIANGLES: usize = 2_000_000;
 
-/// A file.
+/// File to be read.
 pub(super) struct Kind {
     pub(super) name: &'static str,
     pub(super) write: fn(&Path) -> Result<()>,
-    /// MB/s (10⁶ bytes per second) that its reader is to reach.
+    /// Required speed of its reader in MB/s (10⁶ bytes per second).
     pub(super) wanted: f64,
 }
 
@@ -90,7 +90,7 @@ fn obj(file: &mut dyn Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Each triangle with its corners.
+/// Writes each triangle with its vertices.
 fn stl(file: &mut dyn Write) -> std::io::Result<()> {
     let (positions, triangles) = waves();
     let positions: Vec<_> = positions.collect();
@@ -106,8 +106,8 @@ fn stl(file: &mut dyn Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// glTF in one file: 12 bytes of header, a chunk of JSON and one of bytes.
-/// [glTF 2.0 specification, section 4.4 "Binary glTF Layout"]
+/// Binary glTF: 12 bytes of header, a chunk of JSON and a chunk of binary data. [glTF 2.0
+/// specification, section 4.4 "Binary glTF Layout"]
 fn glb(file: &mut dyn Write) -> std::io::Result<()> {
     let (positions, triangles) = waves();
     let (points, indices) = (positions.len(), 3 * triangles.len());

@@ -1,9 +1,9 @@
-//! `cargo xtask bench load`: our readers of mesh files against those of others, on the same files,
-//! by turns.
+//! `cargo xtask bench load`: our readers of mesh files against those of others, alternating on the
+//! same files.
 //!
-//! What is timed is one call that turns a file, which the system has in memory, into arrays of
-//! vertices and triangles: ours in this process, those of others each in a Python process that has
-//! imported them before. Each reads every file once before it is timed.
+//! The measured time is that of one call that converts a file, which is in the system's cache, into
+//! arrays of vertices and triangles: ours in this process, those of others each in a Python process
+//! with the library already imported. Each reader reads every file once before it is timed.
 
 mod files;
 mod peer;
@@ -22,12 +22,12 @@ use crate::project::{cargo, output_folder, succeed};
 /// Options of the measurement.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// How often each reads each file
+    /// Number of timed reads of each file by each reader
     #[arg(long, default_value_t = 7)]
     repeats: usize,
 }
 
-/// How much faster than the fastest of the others the readers are to be.
+/// Required speed of the readers, relative to the fastest of the others.
 const RATIO: f64 = 3.0;
 
 /// Measures and prints.
@@ -36,7 +36,7 @@ const RATIO: f64 = 3.0;
 /// If a file cannot be written or read, or the peers' Python cannot be started.
 pub(crate) fn run(args: &Args) -> Result<()> {
     if cfg!(debug_assertions) {
-        // What is measured is linked: with the optimisations that users get.
+        // The readers are linked into this program, so it must have the optimisations of a release.
         let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask", "--"]);
         return succeed(command.args(std::env::args_os().skip(1)));
     }
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Reads a file by turns, prints the times, and returns whether they are as wanted.
+/// Reads a file with all readers in turn, prints the times, and returns the verdict on the speed.
 fn race(kind: &Kind, path: &Path, peers: &mut [Peer], repeats: usize) -> Result<String> {
     let mut ours = Vec::new();
     let mut theirs = vec![Vec::new(); peers.len()];
@@ -104,10 +104,10 @@ fn race(kind: &Kind, path: &Path, peers: &mut [Peer], repeats: usize) -> Result<
     ))
 }
 
-/// Seconds that our reader takes for a file.
+/// Time in seconds that our reader takes for a file.
 fn load(path: &Path) -> Result<f64> {
     let start = Instant::now();
-    let scene = pt_scene::format::load(path)?;
+    let scene = pt_formats::load(path)?;
     let seconds = start.elapsed().as_secs_f64();
     let triangles: usize = scene
         .objects

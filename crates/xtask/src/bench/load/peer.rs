@@ -1,4 +1,4 @@
-//! Readers of others, each in a Python process that reads files when it is told to.
+//! Readers of other projects, each in a Python process that reads files on request.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -9,11 +9,10 @@ use anyhow::{Context, Result};
 use crate::project::root;
 use crate::venv::{self, Prepared};
 
-/// A library, by the name that `python/bench_load.py` gives it, and how its Python module is
-/// installed.
+/// A library: its name in `python/bench_load.py`, and the function that installs its Python module.
 type Library = (&'static str, fn() -> Result<Prepared>);
 
-/// The package `assimp_py` carries assimp itself.
+/// The package `assimp_py` contains assimp itself.
 const LIBRARIES: [Library; 3] = [
     ("assimp", || {
         let packages = ["assimp_py==1.1.0", "numpy"];
@@ -26,7 +25,7 @@ const LIBRARIES: [Library; 3] = [
     }),
 ];
 
-/// A reader that waits for the name of a file.
+/// Process of a reader, which waits for file names.
 pub(super) struct Peer {
     pub(super) name: &'static str,
     process: Child,
@@ -34,7 +33,7 @@ pub(super) struct Peer {
     from: BufReader<ChildStdout>,
 }
 
-/// Starts all readers that can be had, and prints which cannot and why.
+/// Starts all available readers, and prints which are missing and why.
 ///
 /// # Errors
 /// If a process cannot be started.
@@ -59,7 +58,7 @@ impl Peer {
         Ok(Self { name, process, to, from })
     }
 
-    /// Seconds for a file; none if it cannot be read.
+    /// Time in seconds to read a file, or `None` if it cannot be read.
     ///
     /// # Errors
     /// If the process has ended.
@@ -76,7 +75,7 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // It ends by itself with its input; nothing is to be done if it cannot be killed.
+        // The process ends with its input; a failure to kill it needs no action.
         self.process.kill().ok();
         self.process.wait().ok();
     }

@@ -1,19 +1,19 @@
-//! How far images are from a reference.
+//! Differences of images from a reference.
 
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use pt_scene::image::{self, Image};
+use pt_scene::image::Image;
 
-/// An image beside the reference.
+/// Difference of an image from the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Difference {
     /// See [`relative_mse`].
     pub(super) relative_mse: f64,
-    /// The same of the means of squares of [`COARSE`]² pixels: noise that neighbours have in
-    /// common.
+    /// The same error for means of squares of [`COARSE`]² pixels: it measures correlated noise of
+    /// neighbours.
     pub(super) coarse_mse: f64,
-    /// The means of red, green and blue over those of the reference.
+    /// Ratios of the means of red, green and blue to those of the reference.
     pub(super) mean_ratio: [f64; 3],
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Difference {
 /// # Errors
 /// If one cannot be read, or their sizes differ.
 pub(super) fn compare(path: &Path, reference: &Path) -> Result<Difference> {
-    let [found, wanted] = [image::load(path)?, image::load(reference)?];
+    let [found, wanted] = [pt_image::load(path)?, pt_image::load(reference)?];
     let [size, asked] = [&found, &wanted].map(|i| (i.width, i.height));
     ensure!(
         size == asked,
@@ -42,7 +42,7 @@ fn difference(found: &Image, wanted: &Image) -> Difference {
     }
 }
 
-/// The mean of (I − R)² / (R² + 0.01) over pixels and channels.
+/// Mean of (I − R)² / (R² + 0.01) over pixels and channels.
 fn relative_mse(found: &Image, wanted: &Image) -> f64 {
     let pairs = found.pixels.as_flattened().iter().zip(wanted.pixels.as_flattened());
     let error = |(&i, &r): (&f32, &f32)| {
@@ -55,7 +55,7 @@ fn relative_mse(found: &Image, wanted: &Image) -> f64 {
 /// Side of the squares of [`Difference::coarse_mse`].
 pub(super) const COARSE: u32 = 8;
 
-/// The means of squares of pixels; what is left at the right and below is cut off.
+/// Means of squares of pixels; incomplete squares at the right and bottom are omitted.
 fn coarse(image: &Image) -> Image {
     let [width, height] = [image.width, image.height].map(|side| side / COARSE);
     let mean = |i: u32| {

@@ -1,4 +1,4 @@
-//! A Cornell box in which a blob stands beside the tall box.
+//! A Cornell box with a blob beside the tall box.
 
 use pt_math::Vec3;
 
@@ -11,10 +11,10 @@ const RED: [f32; 3] = [0.570_068, 0.043_013_5, 0.044_370_6];
 const STONE: [f32; 3] = [0.7, 0.6, 0.45];
 const LAMP: [f32; 3] = [18.387, 13.9873, 6.75357];
 
-/// Squares along the edges of the cube from which the blob is made: 307,200 triangles.
+/// Squares along the edges of the cube from which the blob is generated: 307,200 triangles.
 const SEGMENTS: u32 = 160;
 
-/// The scene of `cornell_box` in Mitsuba 3, its small box replaced.
+/// The scene `cornell_box` of Mitsuba 3 with its small box replaced.
 pub(super) fn scene() -> Scene {
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|v| 2.0 * v);
     let diffuse = |name: &str, albedo| Mesh::new(name, Surface::Diffuse(albedo));

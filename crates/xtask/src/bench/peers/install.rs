@@ -1,13 +1,12 @@
-//! Where the peers come from: Python packages of fixed versions.
+//! Installation of the peers: Python packages of fixed versions.
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 
-use super::race::Kind;
 use crate::venv::{self, Prepared};
 
-/// Says that the version of a package is the one wanted.
+/// Returns a Python program that asserts the version of a package.
 fn probe(module: &str, package: &str, version: &str) -> String {
     format!(
         "import {module}; from importlib.metadata import version; \
@@ -15,7 +14,7 @@ fn probe(module: &str, package: &str, version: &str) -> String {
     )
 }
 
-/// Installs a peer in the target folder, or says why it cannot be had.
+/// Installs a peer in the target folder, or returns the reason why it is missing.
 ///
 /// # Errors
 /// If the target folder cannot be found.
@@ -30,13 +29,13 @@ pub(super) fn prepare(kind: Kind) -> Result<Prepared> {
     }
 }
 
-/// The variable by which Mitsuba is told where LLVM is.
+/// Environment variable with the path of LLVM for Mitsuba.
 pub(super) const LLVM: &str = "DRJIT_LIBLLVM_PATH";
 
-/// The least version of LLVM that Mitsuba's compiled modes work with.
+/// Minimum version of LLVM for the compiled modes of Mitsuba.
 const MIN_LLVM: u32 = 17;
 
-/// The shared library of LLVM: the one that [`LLVM`] names, else the newest of those that Linux
+/// Shared library of LLVM: the one given by [`LLVM`], else the newest of those that Linux
 /// distributions install.
 pub(super) fn llvm() -> Result<PathBuf, String> {
     if let Some(path) = std::env::var_os(LLVM) {
@@ -58,10 +57,20 @@ pub(super) fn llvm() -> Result<PathBuf, String> {
     })
 }
 
-/// The version in a name like `libLLVM.so.19.1` or `libLLVM-19.so`.
+/// Parses the version in a name like `libLLVM.so.19.1` or `libLLVM-19.so`.
 fn llvm_version(name: &str) -> Option<u32> {
     let rest = name.strip_prefix("libLLVM.so.").or_else(|| name.strip_prefix("libLLVM-"))?;
     rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+}
+
+/// Package of a peer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Kind {
+    Mitsuba,
+    /// Mitsuba with the modes that compile by LLVM.
+    MitsubaLlvm,
+    Cycles,
+    LuxCore,
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use pt_math::Vec3;
 use super::scene::{Camera, Mesh, Scene, Surface};
 use super::shapes;
 
-/// Index and extinction of metals at 630, 532 and 467 nm. [Johnson & Christy 1972; Rakić 1995]
+/// Index of refraction and extinction of metals at 630, 532 and 467 nm. [Johnson & Christy 1972;
+/// Rakić 1995]
 const COPPER: [[f32; 3]; 2] = [[0.200, 0.924, 1.102], [3.912, 2.452, 2.142]];
 const GOLD: [[f32; 3]; 2] = [[0.143, 0.375, 1.442], [3.983, 2.386, 1.603]];
 const ALUMINIUM: [[f32; 3]; 2] = [[1.657, 0.880, 0.521], [9.224, 6.270, 4.838]];
@@ -16,12 +17,12 @@ const CLOTH: [f32; 3] = [0.15, 0.25, 0.50];
 
 /// Half of the room's width and depth, and its height, in metres.
 const ROOM: Vec3 = Vec3::new(3.0, 2.8, 2.5);
-/// The window in the left wall: its lower and upper edge, and how far it reaches to both sides.
+/// Window in the left wall: its lower and upper edge, and half of its width.
 const SILL: f32 = 0.9;
 const LINTEL: f32 = 2.3;
 const JAMB: f32 = 1.1;
 
-/// The room from its open end.
+/// The room, seen from its open end.
 pub(super) fn scene() -> Scene {
     let mut meshes = vec![room(), window_wall()];
     meshes.extend(furniture());
@@ -46,7 +47,7 @@ pub(super) fn scene() -> Scene {
     Scene { camera, sky: false, meshes }
 }
 
-/// Ceiling and walls but that of the window, seen from inside only.
+/// Ceiling and walls except that of the window, single-sided towards the inside.
 fn room() -> Mesh {
     let Vec3 { x, y, z } = ROOM;
     Mesh::new("room", Surface::Diffuse(PLASTER))

@@ -6,7 +6,7 @@ use pt_testing::Random;
 use super::scene::{Camera, Mesh, Scene, Surface};
 use super::shapes;
 
-/// Meshes of one colour each, and the lights of each mesh.
+/// Number of meshes, each of one colour, and number of lights per mesh.
 const COLOURS: usize = 20;
 const LIGHTS: usize = 500;
 
@@ -15,7 +15,7 @@ const HALL: Vec3 = Vec3::new(8.0, 6.0, 12.0);
 /// Half of the edge of a light.
 const HALF: f32 = 0.012;
 
-/// The hall from its open end.
+/// The hall, seen from its open end.
 pub(super) fn scene() -> Scene {
     let Vec3 { x, y, z } = HALL;
     let diffuse = |name: &str, albedo| Mesh::new(name, Surface::Diffuse(albedo));
@@ -50,7 +50,7 @@ pub(super) fn scene() -> Scene {
     Scene { camera, sky: false, meshes }
 }
 
-/// Lights of one colour, which face any direction. Some hang in the hall, and more in clusters.
+/// Lights of one colour with random orientations. Some are alone, and more are in clusters.
 fn lights(number: usize, random: &mut Random) -> Mesh {
     let hue = number as f32 / COLOURS as f32;
     let channel = |shift: f32| {
@@ -68,13 +68,13 @@ fn lights(number: usize, random: &mut Random) -> Mesh {
     })
 }
 
-/// A place in the hall, at least a metre from its walls.
+/// A random position in the hall, at least a metre from its walls.
 fn place(random: &mut Random) -> Vec3 {
     let [x, z] = [HALL.x - 1.0, HALL.z - 2.0];
     Vec3::new(random.between(-x, x), random.between(1.1, HALL.y - 1.1), random.between(-z, z - 2.0))
 }
 
-/// Half of two sides of a small square that faces any direction.
+/// Half of two sides of a small square with a random orientation.
 fn sides(random: &mut Random) -> (Vec3, Vec3) {
     let mut direction = || loop {
         let v = random.in_cube();

@@ -1,9 +1,10 @@
 //! `cargo xtask bench peers`: whole images against Mitsuba 3, Cycles and LuxCore, of the same
-//! scenes, with the same filter, depth and threads, and compared with one converged image of each
-//! scene.
+//! scenes, with the same filter, depth and number of threads, compared with one converged image of
+//! each scene.
 
 mod compare;
 mod cornell;
+mod environment;
 mod install;
 mod interior;
 mod lights;
@@ -19,7 +20,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use self::race::{Kind, PEERS, Peer, Taken};
+use self::install::Kind;
+use self::race::{PEERS, Peer, Taken};
 use self::report::Row;
 use self::scene::{Files, Scene};
 use crate::project::{build_program, output_folder, shared, step};
@@ -49,12 +51,12 @@ pub(crate) struct Args {
     /// Renders that are timed, of which the fastest counts
     #[arg(long, default_value_t = 3)]
     repeats: u32,
-    /// Take the times of peers that an earlier call with the same sizes has kept
+    /// Reuse the times of peers that an earlier call with the same sizes has stored
     #[arg(long)]
     keep: bool,
 }
 
-/// The name of a scene, and what makes it.
+/// Name of a scene, and the function that creates it.
 type Source = (&'static str, fn() -> Scene);
 
 /// All scenes.
@@ -68,8 +70,8 @@ const SCENES: [Source; 4] = [
 /// Measures and prints.
 ///
 /// # Errors
-/// If a name is unknown, our program or Mitsuba for the reference cannot be had, or a render of
-/// ours fails. What a peer lacks is printed.
+/// If a name is unknown, our program or Mitsuba for the reference is not available, or a render of
+/// ours fails. Missing peers are printed.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let scenes = chosen(&args.scenes, &SCENES, |s| s.0, "scene")?;
     let peers = chosen(&args.peers, &PEERS, |p| p.name, "peer")?;
@@ -105,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Those of some things that were asked for by name; all, if none was.
+/// Selects the items with the given names; all, if there are no names.
 fn chosen<'a, T>(
     asked: &[String],
     all: &'a [T],
@@ -119,7 +121,7 @@ fn chosen<'a, T>(
     Ok(all.iter().filter(|t| asked.is_empty() || asked.iter().any(|a| a == name(t))).collect())
 }
 
-/// The Pythons of those peers that can be had; says which cannot.
+/// Installs the peers, and prints which are missing. Returns the Pythons of the others.
 fn install(peers: &[&Peer]) -> Result<HashMap<&'static str, PathBuf>> {
     let mut pythons = HashMap::new();
     step("installing peers", || {
@@ -138,7 +140,7 @@ fn install(peers: &[&Peer]) -> Result<HashMap<&'static str, PathBuf>> {
     Ok(pythons)
 }
 
-/// A scene that is being measured.
+/// Scene that is being measured.
 struct Bench<'a> {
     name: &'static str,
     files: Files,
@@ -147,7 +149,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// The converged image, and what is known of its own error.
+    /// Converged image, and an estimate of its own error.
     fn reference(&self, mitsuba: &Path) -> Result<(PathBuf, f64)> {
         let Args { res, reference_spp, .. } = *self.args;
         if let Some(path) = self.given() {
@@ -166,7 +168,7 @@ impl Bench<'_> {
         Ok((path, error))
     }
 
-    /// The reference that came with the first scene, if it is of the sizes asked for.
+    /// The reference that was supplied with the first scene, if it has the requested size.
     fn given(&self) -> Option<PathBuf> {
         let Args { res, reference_spp, .. } = *self.args;
         let name = format!("bench/out/ref_{}_{res}_d6.exr", self.name);
@@ -207,7 +209,7 @@ impl Bench<'_> {
     }
 }
 
-/// Compares an image with the reference, whose own error is taken off.
+/// Compares an image with the reference, and subtracts the reference's own error.
 fn row(
     name: &'static str,
     taken: Taken,

@@ -1,4 +1,4 @@
-//! One renderer on one scene.
+//! Measurement of one renderer on one scene.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,20 +11,11 @@ use super::Args;
 use super::install::LLVM;
 use super::scene::Files;
 use crate::bench::measure::read_summary;
+use crate::bench::peers::install::Kind;
 use crate::project::{root, succeed};
 
-/// Surfaces that light meets at most, with the lamp: what Mitsuba calls the depth.
+/// Maximum number of surfaces of a path, including the lamp: Mitsuba's depth.
 const DEPTH: u32 = 6;
-
-/// What a peer is installed by.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Kind {
-    Mitsuba,
-    /// The modes that compile by LLVM.
-    MitsubaLlvm,
-    Cycles,
-    LuxCore,
-}
 
 /// A renderer in one of its modes.
 pub(super) struct Peer {
@@ -35,7 +26,7 @@ pub(super) struct Peer {
 
 const LLVM_MODE: &str = "llvm_ad_rgb";
 
-/// All that are measured.
+/// All measured peers.
 pub(super) const PEERS: [Peer; 7] = [
     peer("mitsuba-scalar", Kind::Mitsuba, &["--variant", "scalar_rgb", "--sampler", "independent"]),
     peer("mitsuba-llvm", Kind::MitsubaLlvm, &["--variant", LLVM_MODE, "--sampler", "independent"]),
@@ -58,29 +49,31 @@ const fn peer(name: &'static str, kind: Kind, arguments: &'static [&'static str]
     Peer { name, kind, arguments }
 }
 
-/// What a renderer took for an image.
+/// Resources that a renderer used for an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taken {
-    /// Wall-clock seconds of rendering, the least of all repeats.
+    /// Wall-clock seconds of rendering, the minimum of all repeats.
     pub(super) wall: f64,
-    /// Processor seconds of rendering over threads, the least: the wall-clock time on a machine
-    /// that does nothing else.
+    /// Processor seconds of rendering per thread, the minimum of all repeats: the wall-clock time
+    /// on an otherwise idle machine.
     pub(super) cpu: f64,
     /// Seconds from the start of the process to the first sample.
     pub(super) start: f64,
-    /// Seconds of them that loading the program and its libraries took.
+    /// Part of these seconds that is spent loading the program and its libraries.
     pub(super) imports: f64,
-    /// The largest amount of memory that the process held.
+    /// Peak memory of the process.
     pub(super) peak_bytes: f64,
 }
 
 impl Taken {
-    /// As it is kept for later.
+    /// Converts to JSON for storage.
     pub(super) fn to_json(self) -> Value {
         let Self { wall, cpu, start, imports, peak_bytes } = self;
         json!({"wall": wall, "cpu": cpu, "start": start, "imports": imports, "peak_bytes": peak_bytes})
     }
 
+    /// Parses stored JSON.
+    ///
     /// # Errors
     /// If a number is missing.
     pub(super) fn from_json(json: &Value) -> Result<Self> {
@@ -107,7 +100,7 @@ impl Kind {
         root().join(format!("crates/xtask/python/bench_{name}.py"))
     }
 
-    /// The peer's program for a scene, by a Python that has the peer.
+    /// Command line of the peer for a scene, with a Python that has the peer.
     fn command(self, python: &Path, files: &Files, args: &Args) -> Command {
         let scene = if self.script() == Self::Mitsuba.script() { &files.xml } else { &files.json };
         let mut command = Command::new(python);
@@ -123,10 +116,10 @@ impl Kind {
     }
 }
 
-/// Renders with a peer, by a Python that has it. What it says is not shown.
+/// Renders with a peer, by a Python that has it. Its output is not shown.
 ///
 /// # Errors
-/// If it fails: the last line of what it said.
+/// If it fails: the last line of its output.
 pub(super) fn render(
     peer: &Peer,
     python: &Path,
@@ -147,8 +140,8 @@ pub(super) fn render(
     Taken::from_json(&read(&result)?)
 }
 
-/// Renders a converged image with Mitsuba, and tells its own relative mean squared error, by its
-/// two halves.
+/// Renders a converged image with Mitsuba, and returns the relative mean squared error of that
+/// image, estimated from its two halves.
 ///
 /// # Errors
 /// If it fails.
@@ -167,7 +160,7 @@ pub(super) fn reference(python: &Path, files: &Files, args: &Args, image: &Path)
     read(&result)?.get("relative_mse").and_then(Value::as_f64).context("its noise is not known")
 }
 
-/// Renders with our program as users call it.
+/// Renders with our program, as users call it.
 ///
 /// # Errors
 /// If it fails.
@@ -189,7 +182,7 @@ pub(super) fn render_ours(
     for _ in 0..args.repeats.max(1) {
         let mut command = Command::new(program);
         let [res, spp, threads] = [args.res, args.spp, args.threads].map(|n| n.to_string());
-        // What Mitsuba calls the depth counts the lamp, and ours does not.
+        // Mitsuba's depth counts the lamp, and ours does not.
         let depth = (DEPTH - 1).to_string();
         command.args(["-q", "-r", &res, &res, "-s", &spp, "-t", &threads, "-m", &depth]);
         command.args(["--path-reuse", &reuse.to_string()]);
@@ -200,7 +193,7 @@ pub(super) fn render_ours(
         let run = read_summary(&summary)?;
         taken.wall = taken.wall.min(run.seconds);
         taken.cpu = taken.cpu.min(run.cpu_seconds / f64::from(args.threads));
-        // With the time to write the image, which no peer is charged.
+        // Includes the time to write the image, which is not counted for peers.
         taken.start = taken.start.min(whole - run.seconds);
         taken.peak_bytes = taken.peak_bytes.max(run.peak_bytes);
     }

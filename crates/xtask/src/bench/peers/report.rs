@@ -1,10 +1,10 @@
-//! The table of a scene, and what is asked of our numbers.
+//! Table of a scene, and requirements on our numbers.
 
 use super::compare::Difference;
 use super::race::Taken;
 use crate::bench::measure::verdict;
 
-/// A renderer on a scene.
+/// Result of a renderer on a scene.
 #[derive(Clone, Copy)]
 pub(super) struct Row {
     pub(super) name: &'static str,
@@ -12,25 +12,24 @@ pub(super) struct Row {
     pub(super) difference: Difference,
 }
 
-/// Our ways to render: what it is called, and the side of the squares of pixels whose paths share
-/// light.
+/// Our modes: name, and side of the squares of pixels that reuse paths.
 pub(super) const OURS: [(&str, u32); 3] =
     [("pathtracer", 1), ("pathtracer 2x2", 2), ("pathtracer 4x4", 4)];
 
-/// The efficiency asked, over that of the best peer.
+/// Required efficiency, relative to the best peer.
 const FACTOR: f64 = 2.0;
-/// The time to the first sample asked, over that of the fastest peer.
+/// Required time to the first sample, relative to the fastest peer.
 const START_SHARE: f64 = 0.5;
-/// A peer whose mean is further off shows another scene: its noise says little.
+/// A peer whose mean differs by more has rendered another scene: its noise is not comparable.
 const MAX_OFF: f64 = 0.01;
 
 impl Row {
-    /// 1 / (relMSE · s): how many times as many images of a given noise there are in a given time.
+    /// 1 / (relMSE · s): proportional to the number of images of a given noise per unit of time.
     fn efficiency(&self) -> f64 {
         1.0 / (self.difference.relative_mse * self.taken.cpu)
     }
 
-    /// The same of the means of squares of pixels, over the whole image.
+    /// The same efficiency for means of squares of pixels.
     fn coarse_efficiency(&self) -> f64 {
         1.0 / (self.difference.coarse_mse * self.taken.cpu)
     }
@@ -80,8 +79,8 @@ pub(super) fn print(ours: &[Row], peers: &[Row]) {
     }
 }
 
-/// What is asked, each with its verdict; nothing without peers. Efficiency is asked of each of our
-/// ways, start and memory of the slowest and largest.
+/// Requirements with their verdicts; empty without peers. Efficiency is required of each of our
+/// modes, start and memory of the slowest and largest one.
 fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
     let best = peers.iter().filter(|p| p.is_alike()).max_by(|a, b| by(Row::efficiency, a, b));
     let quick = peers.iter().min_by(|a, b| by(|p| p.taken.start, a, b));
@@ -114,7 +113,7 @@ fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
     efficiency.chain([start, bare_start, memory].into_iter().flatten()).collect()
 }
 
-/// The order of two rows by a number.
+/// Compares two rows by a number.
 fn by(number: impl Fn(&Row) -> f64, a: &Row, b: &Row) -> std::cmp::Ordering {
     number(a).total_cmp(&number(b))
 }

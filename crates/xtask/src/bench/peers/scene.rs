@@ -1,21 +1,21 @@
-//! Scenes that every renderer can be given: what is in them, and files that say so.
+//! Scenes for all renderers: their contents, and files for the different programs.
 
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use pt_image::SaveOptions;
 use pt_math::Vec3;
-use pt_scene::image::SaveOptions;
 use serde_json::{Value, json};
 
-use super::sky;
+use super::environment;
 use crate::bench::ply;
 
-/// What is to be rendered. +y is up, colours are linear Rec. 709, images are square.
+/// Scene to be rendered. +y is up, colours are linear Rec. 709, images are square.
 pub(super) struct Scene {
     pub(super) camera: Camera,
-    /// True if [`sky::pixels`] is around the scene.
+    /// True if the environment map is [`environment::pixels`].
     pub(super) sky: bool,
     pub(super) meshes: Vec<Mesh>,
 }
@@ -24,11 +24,11 @@ pub(super) struct Scene {
 pub(super) struct Camera {
     pub(super) eye: Vec3,
     pub(super) look: Vec3,
-    /// Angle from edge to edge of the image.
+    /// Horizontal and vertical field of view.
     pub(super) fov_degrees: f32,
 }
 
-/// Triangles of one material, flat, which show their outside to whom they run counter-clockwise.
+/// Flat-shaded triangles of one material, counter-clockwise as seen from outside.
 pub(super) struct Mesh {
     pub(super) name: String,
     pub(super) surface: Surface,
@@ -36,24 +36,24 @@ pub(super) struct Mesh {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// What a mesh is made of.
+/// Material of a mesh.
 #[derive(Clone, Copy)]
 pub(super) enum Surface {
-    /// Matte, with this albedo.
+    /// Lambertian, with this albedo.
     Diffuse([f32; 3]),
-    /// GGX facets of a conductor.
+    /// Conductor with GGX microfacets.
     Metal { alpha: f32, eta: [f32; 3], k: [f32; 3] },
-    /// Black, and of this radiance on the outside.
+    /// Black, and emitting this radiance on the outside.
     Glow([f32; 3]),
 }
 
 impl Mesh {
-    /// A mesh without triangles.
+    /// Creates a mesh without triangles.
     pub(super) fn new(name: impl Into<String>, surface: Surface) -> Self {
         Self { name: name.into(), surface, positions: Vec::new(), triangles: Vec::new() }
     }
 
-    /// With more triangles, whose corners are numbered from 0.
+    /// Adds triangles, whose indices start from 0.
     #[must_use]
     pub(super) fn with(mut self, positions: Vec<Vec3>, triangles: &[[u32; 3]]) -> Self {
         let base = self.positions.len() as u32;
@@ -63,23 +63,23 @@ impl Mesh {
     }
 }
 
-/// Where a scene was written.
+/// Paths of the files of a scene.
 pub(super) struct Files {
-    /// For programs that build it piece by piece.
+    /// Description for programs that build the scene piece by piece.
     pub(super) json: PathBuf,
-    /// For readers of Mitsuba's format.
+    /// File in Mitsuba's format.
     pub(super) xml: PathBuf,
-    /// The same for the same scene, and another for every other.
+    /// Hash of the contents of the scene.
     pub(super) mark: u64,
 }
 
 impl Scene {
-    /// All triangles.
+    /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
         self.meshes.iter().map(|m| m.triangles.len()).sum()
     }
 
-    /// Writes the scene for all programs into a folder, which is made if need be.
+    /// Writes the scene for all programs into a folder, which is created if necessary.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -94,7 +94,7 @@ impl Scene {
         }
         if self.sky {
             let path = folder.join(SKY);
-            pt_scene::image::save(&sky::pixels(), &path, &SaveOptions::default())?;
+            pt_image::save(&environment::pixels(), &path, &SaveOptions::default())?;
             hash(&path, &mut hasher)?;
         }
         let files = [("scene.json", self.json().to_string()), ("scene.xml", self.xml())];
@@ -169,7 +169,7 @@ impl Scene {
     }
 }
 
-/// The environment map of a scene.
+/// File name of the environment map of a scene.
 const SKY: &str = "sky.exr";
 
 impl Mesh {
@@ -217,7 +217,7 @@ fn triple([x, y, z]: [f32; 3]) -> String {
     format!("{x}, {y}, {z}")
 }
 
-/// Adds what is in a file.
+/// Adds the contents of a file to a hash.
 fn hash(path: &Path, hasher: &mut DefaultHasher) -> Result<()> {
     std::fs::read(path).with_context(|| path.display().to_string())?.hash(hasher);
     Ok(())

@@ -1,4 +1,4 @@
-//! Meshes from which scenes are made.
+//! Meshes from which scenes are composed.
 
 use std::collections::HashMap;
 
@@ -6,18 +6,18 @@ use pt_math::{DVec3, Vec3, trig};
 
 use super::scene::Mesh;
 
-/// Positions, and triangles that refer to them.
+/// Positions, and triangles that index them.
 pub(super) type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
 impl Mesh {
-    /// With a parallelogram: a corner, and two sides whose cross product points outside.
+    /// Adds a parallelogram: a corner, and two sides whose cross product points outside.
     #[must_use]
     pub(super) fn quad(self, a: impl Into<Vec3>, u: impl Into<Vec3>, v: impl Into<Vec3>) -> Self {
         let (a, u, v) = (a.into(), u.into(), v.into());
         self.with(vec![a, a + u, a + u + v, a + v], &[[0, 1, 2], [0, 2, 3]])
     }
 
-    /// With a box around a place, turned about +y.
+    /// Adds a box with the given center, rotated about +y.
     #[must_use]
     pub(super) fn cuboid(
         self,
@@ -39,7 +39,7 @@ impl Mesh {
         self.with((0..8).map(corner).collect(), &triangles)
     }
 
-    /// With a ball of 12n² triangles.
+    /// Adds a sphere of 12n² triangles.
     #[must_use]
     pub(super) fn ball(self, n: u32, centre: impl Into<Vec3>, radius: f32) -> Self {
         let centre = centre.into();
@@ -49,8 +49,8 @@ impl Mesh {
     }
 }
 
-/// The unit sphere, from a cube with n × n squares on each face, whose lines have equal angles
-/// between them: 12n² triangles.
+/// Unit sphere, from a cube with n × n squares on each face, whose lines have equal angles between
+/// them: 12n² triangles.
 pub(super) fn sphere(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let line = |i: u32| {
         let angle = (f64::from(i) / f64::from(n) * 2.0 - 1.0) * std::f64::consts::FRAC_PI_4;
@@ -75,8 +75,8 @@ pub(super) fn sphere(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// A sphere displaced by six octaves of noise: lobes, and bumps on them. It fits a ball of
-/// `radius`, has its middle at `x` and `z`, and stands on `floor`.
+/// Sphere displaced by six octaves of noise: lobes, and bumps on them. It fits a ball of `radius`,
+/// has its center at `x` and `z`, and stands on `floor`.
 pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> Triangles {
     let (mut positions, triangles) = sphere(n);
     for p in &mut positions {
@@ -95,8 +95,8 @@ pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> Triangles {
     (positions.iter().map(|&p| (p + offset).as_vec3()).collect(), triangles)
 }
 
-/// Value noise in (−1, 1): hashes of the corners of a lattice of units, between which the quintic
-/// of Perlin runs. [Perlin 2002, "Improving Noise", §2] Coordinates are positive.
+/// Value noise in (−1, 1): hashes of the corners of a unit lattice, interpolated with the quintic
+/// of Perlin. [Perlin 2002, "Improving Noise", §2] Coordinates are positive.
 fn noise(p: DVec3, seed: u64) -> f64 {
     let corner = p.floor();
     let fraction = (p - corner).to_array();
@@ -110,7 +110,7 @@ fn noise(p: DVec3, seed: u64) -> f64 {
     (0..8).map(value).sum()
 }
 
-/// A number in [−1, 1] for each point of a lattice.
+/// Pseudorandom number in [−1, 1] for each point of a lattice.
 fn lattice([x, y, z]: [u64; 3], seed: u64) -> f64 {
     let mixed = x.wrapping_mul(73_856_093)
         ^ y.wrapping_mul(19_349_663)

@@ -1,46 +1,9 @@
-//! Things on a plane under the sky.
+//! Objects on a plane under the sky.
 
-use pt_math::{Vec3, trig};
-use pt_scene::image::Image;
+use pt_math::Vec3;
 
 use super::scene::{Camera, Mesh, Scene, Surface};
 use super::shapes;
-
-const WIDTH: u32 = 1024;
-const HEIGHT: u32 = 512;
-
-/// Radiance in the middle of the sun, and how much wider than the real one it is: its standard
-/// deviation in radians, several pixels of the map, so that it matters little how these are joined.
-const SUN: [f32; 3] = [1000.0, 900.0, 750.0];
-const SUN_SIZE: f32 = 0.026;
-/// Where the sun is; not of unit length.
-const SUN_DIRECTION: Vec3 = Vec3::new(-0.55, 0.6, 0.35);
-
-/// The map: latitude and longitude, +y above, its middle towards +z and a quarter further towards
-/// −x.
-pub(super) fn pixels() -> Image {
-    let sun = SUN_DIRECTION.normalize();
-    let pixel = |i: u32| {
-        let u = ((i % WIDTH) as f32 + 0.5) / WIDTH as f32;
-        let v = ((i / WIDTH) as f32 + 0.5) / HEIGHT as f32;
-        let [(sin_phi, cos_phi), (sin_theta, cos_theta)] =
-            [trig::sin_cos_tau(u), trig::sin_cos_tau(0.5 * v)];
-        radiance(Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi), sun)
-    };
-    Image { width: WIDTH, height: HEIGHT, pixels: (0..WIDTH * HEIGHT).map(pixel).collect() }
-}
-
-/// A sky that is blue above and pale at the horizon, brown ground, and a Gaussian for the sun.
-fn radiance(d: Vec3, sun: Vec3) -> [f32; 3] {
-    let [zenith, horizon, ground] =
-        [Vec3::new(0.12, 0.22, 0.50), Vec3::new(0.50, 0.53, 0.60), Vec3::new(0.13, 0.11, 0.08)];
-    let up = d.y.clamp(0.0, 1.0).sqrt();
-    // From the ground to the sky within a few degrees, so that no edge depends on the pixels.
-    let above = (0.5 + 10.0 * d.y).clamp(0.0, 1.0);
-    let sky = ground.lerp(horizon.lerp(zenith, up), above);
-    let angle = d.distance(sun) / SUN_SIZE;
-    (sky + Vec3::from(SUN) * trig::exp(-0.5 * angle * angle)).to_array()
-}
 
 /// Stones and metal on a plane.
 pub(super) fn scene() -> Scene {

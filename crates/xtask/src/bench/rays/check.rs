@@ -1,7 +1,8 @@
-//! Before any time is taken: who hits what, and who is wrong where they differ.
+//! Comparison of the hits before any timing, with a decision about disagreements.
 //!
-//! The referee knows no rounding, so both may be called wrong for what they promise: ours takes the
-//! outer edge of a sheet for where rounded vertices put it, and Embree takes t = 0 for a hit.
+//! The referee has no tolerance for rounding, so either may be judged wrong although it does as
+//! specified: we place the outer edge of a sheet by rounded vertices, and Embree accepts a hit at
+//! t = 0.
 
 use anyhow::{Result, ensure};
 use pt_bvh::Bvh;
@@ -9,40 +10,41 @@ use pt_math::Ray;
 use rayon::prelude::*;
 
 use super::embree::{self, Scene, Single};
-use super::mesh::Mesh;
+use super::input::Mesh;
 use super::referee::{self, Claim};
 
-/// At most so many disputed rays of a set are judged, spread over all.
+/// Maximum number of disputed rays of a set that are judged, spread over all.
 const MAX_JUDGED: usize = 2000;
 
-/// What is close to the origin of a ray, as a share of the diagonal of the bounds.
+/// Distance from the origin of a ray that counts as near, relative to the diagonal of the bounds.
 const NEAR: f64 = 1e-3;
 
-/// What came out of a comparison.
+/// Result of a comparison.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Verdict {
-    /// Rays on which the two differ.
+    /// Number of rays on which the two disagree.
     pub(super) disputed: usize,
-    /// Of these, how many the referee looked at.
+    /// Number of disputed rays that the referee judged.
     pub(super) judged: usize,
-    /// Of those judged, on how many ours is wrong.
+    /// Number of judged rays on which ours is wrong.
     pub(super) ours_wrong: usize,
-    /// Of those, on how many the right hit is closer to the origin than [`NEAR`].
+    /// Number of those on which the correct hit is closer to the origin than [`NEAR`].
     pub(super) ours_near: usize,
-    /// Of those judged, on how many Embree's robust mode is wrong.
+    /// Number of judged rays on which Embree's robust mode is wrong.
     pub(super) theirs_wrong: usize,
 }
 
-/// What both say about a ray: what is hit first, and whether anything is.
+/// Results of both for a ray: the nearest hit, and occlusion.
 struct Answers {
     ours: (Claim, bool),
     theirs: (Claim, bool),
 }
 
-/// Compares ours with Embree's robust mode on every ray, nearest hits and occlusion alike.
+/// Compares our hits with those of Embree's robust mode on every ray, both nearest hits and
+/// occlusion.
 ///
 /// # Errors
-/// If our four ways to ask differ among themselves.
+/// If our four kinds of queries disagree with each other.
 pub(super) fn compare(mesh: &Mesh, bvh: &Bvh, robust: &Scene, rays: &[Ray]) -> Result<Verdict> {
     let ours = ours(bvh, rays)?;
     let single: Vec<Single> = rays.iter().map(embree::single).collect();
@@ -58,7 +60,7 @@ pub(super) fn compare(mesh: &Mesh, bvh: &Bvh, robust: &Scene, rays: &[Ray]) -> R
     Ok(judge(mesh, &disputes))
 }
 
-/// Our answers to each ray.
+/// Our results for each ray.
 fn ours(bvh: &Bvh, rays: &[Ray]) -> Result<Vec<(Claim, bool)>> {
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
     bvh.intersect_batch(rays, &mut hits);

@@ -1,9 +1,9 @@
-//! What time a thread used, rather than what time it is.
+//! Processor time of a thread.
 
 use std::time::Duration;
 
-/// The processor time of this thread, so that other programs on the machine count only by what they
-/// take from its caches.
+/// Processor time of this thread, so that other programs on the machine matter only by their use of
+/// its caches.
 #[cfg(unix)]
 pub(super) fn now() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
@@ -11,7 +11,7 @@ pub(super) fn now() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
-/// The time since the first call: systems of this kind do not tell more.
+/// Wall-clock time since the first call, on systems that do not report processor time.
 #[cfg(not(unix))]
 pub(super) fn now() -> Duration {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();

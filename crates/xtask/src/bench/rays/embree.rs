@@ -1,8 +1,8 @@
-//! Embree 4, from a shared library that is opened at run time.
+//! Embree 4, from a shared library that is loaded at run time.
 //!
-//! The few functions and structures of its C interface that are needed are declared here. The
-//! loops over rays are here as well, so that nothing stands between them and the library: they
-//! copy each prepared ray, as its interface wants (it writes into the ray), and call.
+//! The few functions and structures of its C interface that are needed are declared here. The loops
+//! over rays are here as well, without indirection: they copy each prepared ray, which the
+//! interface requires (it writes into the ray), and call.
 
 #![expect(unsafe_code, reason = "the C interface of a library that is opened at run time")]
 
@@ -19,11 +19,11 @@ use libloading::Library;
 use pt_bvh::Geometry;
 use pt_math::{Ray, Vec3};
 
-/// A device, scene or geometry.
+/// Handle of a device, scene or geometry.
 type Handle = *mut c_void;
 type Monitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
 
-/// Numbers of the interface.
+/// Constants of the interface.
 const TRIANGLES: c_int = 0;
 const INDICES: c_int = 0;
 const VERTICES: c_int = 1;
@@ -32,10 +32,10 @@ const FLOAT3: c_int = 0x9003;
 const ROBUST: c_int = 4;
 const COHERENT: c_int = 1 << 16;
 const VERSION: c_int = 0;
-/// "None", as the number of a geometry or instance, and "all" as a mask.
+/// Invalid number of a geometry or instance, and mask of all bits.
 const ALL_ONES: u32 = u32::MAX;
 
-/// One ray, as Embree wants it.
+/// One ray in Embree's layout.
 #[repr(C, align(16))]
 #[derive(Clone, Copy)]
 pub(super) struct Single {
@@ -43,14 +43,14 @@ pub(super) struct Single {
     t_near: f32,
     direction: [f32; 3],
     time: f32,
-    /// Where it ends; −∞ after an occlusion query that found something.
+    /// End of the ray; −∞ after an occlusion query that found a hit.
     t_far: f32,
     mask: u32,
     id: u32,
     flags: u32,
 }
 
-/// One ray with room for what is hit.
+/// One ray with room for its hit.
 #[repr(C, align(16))]
 struct SingleHit {
     ray: Single,
@@ -58,11 +58,11 @@ struct SingleHit {
     primitive: u32,
     geometry: u32,
     instance: u32,
-    /// More instance numbers, of which how many there are depends on how the library was built.
+    /// Further instance numbers, whose count depends on the build of the library.
     room: [MaybeUninit<u32>; 24],
 }
 
-/// `N` rays, as Embree wants them; `N` is 8 or 16.
+/// `N` rays in Embree's layout; `N` is 8 or 16.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 pub(super) struct Packet<const N: usize> {
@@ -76,7 +76,7 @@ pub(super) struct Packet<const N: usize> {
     flags: [u32; N],
 }
 
-/// `N` rays with room for what they hit.
+/// `N` rays with room for their hits.
 #[repr(C, align(64))]
 struct PacketHit<const N: usize> {
     rays: Packet<N>,
@@ -87,7 +87,7 @@ struct PacketHit<const N: usize> {
     room: [[MaybeUninit<u32>; N]; 8],
 }
 
-/// How to answer a query.
+/// Arguments of a query.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Arguments {
@@ -114,21 +114,23 @@ impl Arguments {
     }
 }
 
-/// Declares the functions that are used, and finds them in a library.
+/// Declares the functions that are used, and loads them from a library.
 macro_rules! functions {
     ($($name:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
         struct Functions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            /// Keeps the functions in memory.
+            /// Keeps the functions loaded.
             _library: Library,
         }
 
         impl Functions {
+            /// Loads the library.
+            ///
             /// # Errors
             /// If the library cannot be opened, or lacks a function.
             fn load(path: &Path) -> Result<Self> {
-                // SAFETY: Embree and the threading library it brings along may be initialised at
-                // any time and from any thread.
+                // SAFETY: Embree and its threading library may be initialised at any time and from
+                // any thread.
                 let library = unsafe { Library::new(path) }
                     .with_context(|| format!("{} cannot be opened", path.display()))?;
                 $(
@@ -173,53 +175,55 @@ type IntersectPacket<const N: usize> =
 type OccludedPacket<const N: usize> =
     unsafe extern "C" fn(*const c_int, Handle, *mut Packet<N>, *mut Arguments);
 
-/// The library.
+/// Embree library.
 #[derive(Clone)]
 pub(super) struct Embree {
     functions: Arc<Functions>,
 }
 
-/// How a tree is built.
+/// Quality of a build.
 #[derive(Clone, Copy)]
 pub(super) enum Quality {
     /// Embree's default.
     Medium = 1,
-    /// With spatial splits.
+    /// High quality, with spatial splits.
     High = 2,
 }
 
-/// What a query found.
+/// Result of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
     /// Ray parameter.
     pub(super) t: f32,
-    /// Which triangle.
+    /// Number of the triangle.
     pub(super) primitive: u32,
 }
 
-/// A mesh with its tree.
+/// Mesh with its tree.
 pub(super) struct Scene {
     functions: Arc<Functions>,
     device: Handle,
     handle: Handle,
-    /// What the device holds, in bytes; the library writes it until the device is released.
+    /// Memory used by the device, in bytes; updated by the library until the device is released.
     bytes: Box<AtomicIsize>,
     /// The library reads these, and up to 16 bytes from the start of the last element.
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    /// How long the build took.
+    /// Time of the build in seconds.
     pub(super) seconds: f64,
 }
 
 impl Embree {
+    /// Opens the library.
+    ///
     /// # Errors
     /// If the library cannot be opened, or is not Embree 4.
     pub(super) fn open(path: &Path) -> Result<Self> {
         Ok(Self { functions: Arc::new(Functions::load(path)?) })
     }
 
-    /// Builds the tree of the triangles of `geometry` with up to `threads` threads. As many threads
-    /// are used as any living scene was given, so measure builds one after the other.
+    /// Builds the tree of the triangles of `geometry` with up to `threads` threads. The number of
+    /// threads is the maximum over all living scenes, so measure builds one after the other.
     ///
     /// # Errors
     /// If Embree reports one.
@@ -233,8 +237,8 @@ impl Embree {
         let mut scene = self.empty_scene(geometry, threads)?;
         let f = &*self.functions;
         let start = Instant::now();
-        // SAFETY: the handles are alive; the buffers have the said formats, strides and counts, and
-        // live in the scene, with an element to spare, until it is released.
+        // SAFETY: the handles are alive; the buffers have the given formats, strides and counts,
+        // and live in the scene, with an element to spare, until it is released.
         unsafe {
             (f.scene_quality)(scene.handle, quality as c_int);
             (f.scene_flags)(scene.handle, if robust { ROBUST } else { 0 });
@@ -262,7 +266,7 @@ impl Embree {
         let f = &*self.functions;
         let configuration = format!("threads={threads},start_threads=1,set_affinity=0");
         let configuration = CString::new(configuration)?;
-        // SAFETY: a string that ends with a 0.
+        // SAFETY: the string ends with a 0.
         let device = unsafe { (f.new_device)(configuration.as_ptr()) };
         ensure!(!device.is_null(), "Embree cannot make a device");
         let bytes = Box::new(AtomicIsize::new(0));
@@ -279,7 +283,7 @@ impl Embree {
     }
 }
 
-/// Adds what Embree takes (or gives back, below 0) to the counter at `counter`.
+/// Adds the memory that Embree allocates (or frees, if negative) to the counter at `counter`.
 unsafe extern "C" fn count_bytes(counter: *mut c_void, bytes: isize, _after: bool) -> bool {
     // SAFETY: `empty_scene` passes a counter that outlives the device.
     let counter = unsafe { &*counter.cast::<AtomicIsize>() };
@@ -289,7 +293,7 @@ unsafe extern "C" fn count_bytes(counter: *mut c_void, bytes: isize, _after: boo
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: both are alive, and nothing uses them any more.
+        // SAFETY: both are alive, and not used any more.
         unsafe {
             (self.functions.release_scene)(self.handle);
             (self.functions.release_device)(self.device);
@@ -298,19 +302,19 @@ impl Drop for Scene {
 }
 
 impl Scene {
-    /// Memory that the library holds for the mesh and its tree, without the buffers it shares.
+    /// Memory used by the library for the mesh and its tree, without the shared buffers.
     pub(super) fn bytes(&self) -> isize {
         self.bytes.load(Ordering::Relaxed)
     }
 
-    /// The library's version, as in 4.4.0.
+    /// Version of the library, as in 4.4.0.
     pub(super) fn version(&self) -> String {
         // SAFETY: the device is alive.
         let v = unsafe { (self.functions.device_property)(self.device, VERSION) };
         format!("{}.{}.{}", v / 10000, v / 100 % 100, v % 100)
     }
 
-    /// The nearest hit of each ray, in order.
+    /// Passes the nearest hit of each ray to `take`, in order.
     #[inline]
     pub(super) fn intersect(&self, rays: &[Single], mut take: impl FnMut(Option<Found>)) {
         let (call, scene, arguments) =
@@ -332,7 +336,7 @@ impl Scene {
         }
     }
 
-    /// Passes to `take`, for each ray in order, whether it hits anything.
+    /// Passes to `take`, for each ray in order, true if it hits anything.
     #[inline]
     pub(super) fn occluded(&self, rays: &[Single], mut take: impl FnMut(bool)) {
         let (call, scene, arguments) =
@@ -410,11 +414,11 @@ impl Scene {
     }
 }
 
-/// Which rays of a packet take part: −1 for those that do.
+/// Active rays of a packet: −1 for each.
 #[repr(align(64))]
 struct Valid([c_int; 16]);
 
-/// A ray, as Embree wants it.
+/// Converts a ray to Embree's layout.
 pub(super) fn single(ray: &Ray) -> Single {
     Single {
         origin: ray.origin.to_array(),
@@ -428,7 +432,7 @@ pub(super) fn single(ray: &Ray) -> Single {
     }
 }
 
-/// Rays, `N` consecutive ones a packet; those that do not fill one are left out.
+/// Packs each `N` consecutive rays; an incomplete packet is omitted.
 pub(super) fn packets<const N: usize>(rays: &[Ray]) -> Vec<Packet<N>> {
     let (whole, _) = rays.as_chunks::<N>();
     let transposed = |v: &[Vec3; N]| [0, 1, 2].map(|axis| v.map(|v| v[axis]));
@@ -449,7 +453,7 @@ pub(super) fn packets<const N: usize>(rays: &[Ray]) -> Vec<Packet<N>> {
 mod tests {
     use super::*;
 
-    /// Sizes and places of Embree's own structures.
+    /// Sizes and offsets of Embree's own structures.
     #[test]
     fn structures_have_the_layout_of_the_interface() {
         assert_eq!((size_of::<Single>(), align_of::<Single>()), (48, 16));

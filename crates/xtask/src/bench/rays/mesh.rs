@@ -1,44 +1,27 @@
-//! The meshes that rays are shot at.
+//! Meshes for the ray queries.
 
 use anyhow::{Context, Result, bail};
 use pt_bvh::Geometry;
 use pt_math::{Bounds3, DVec3, Vec3, trig};
 
 use super::shapes;
+use crate::bench::rays::input::{Mesh, View};
 use crate::project::course_scene;
 
-/// Triangles in the world.
-#[derive(Default)]
-pub(super) struct Mesh {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Where the camera is; `None` is a place from which all is seen.
-    pub(super) view: Option<View>,
-}
-
-/// A pinhole camera with +y up.
-#[derive(Clone, Copy)]
-pub(super) struct View {
-    pub(super) eye: Vec3,
-    pub(super) look: Vec3,
-    /// Angle from edge to edge of the square picture.
-    pub(super) fov_degrees: f32,
-}
-
-/// A mesh that can be asked for.
+/// Mesh that can be selected.
 pub(super) struct Source {
     pub(super) name: &'static str,
     from: From,
 }
 
 enum From {
-    /// A file of the university course.
+    /// File of the university course.
     File { path: &'static str, view: Option<View> },
-    /// Made here.
+    /// Generated mesh.
     Made(fn() -> Mesh),
 }
 
-/// The opening of the course's Cornell box, filling the picture.
+/// View of the opening of the course's Cornell box, filling the image.
 const BOX: View =
     View { eye: Vec3::new(0.0, 0.75, -4.0), look: Vec3::new(0.0, 0.75, 0.0), fov_degrees: 30.0 };
 
@@ -62,10 +45,10 @@ const fn made(name: &'static str, make: fn() -> Mesh) -> Source {
     Source { name, from: From::Made(make) }
 }
 
-/// The meshes of these names.
+/// Returns the meshes with these names.
 ///
 /// # Errors
-/// If there is none of a name.
+/// If a name is unknown.
 pub(super) fn named(names: &[String]) -> Result<Vec<&'static Source>> {
     let find = |name: &String| {
         let Some(source) = SOURCES.iter().find(|s| s.name == name) else {
@@ -78,7 +61,7 @@ pub(super) fn named(names: &[String]) -> Result<Vec<&'static Source>> {
 }
 
 impl Source {
-    /// The mesh, or which file it lacks.
+    /// Loads the mesh; the inner error is the path of a missing file.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -90,12 +73,12 @@ impl Source {
         let Some(found) = course_scene(path) else {
             return Ok(Err(format!("../shared/scenes/dae/{path}")));
         };
-        let scene = pt_scene::format::load(&found).context(self.name)?;
+        let scene = pt_formats::load(&found).context(self.name)?;
         Ok(Ok(Mesh { view, ..in_world(&scene) }))
     }
 }
 
-/// The triangles of all meshes of a scene, placed in the world.
+/// Triangles of all meshes of a scene, in world space.
 fn in_world(scene: &pt_scene::Scene) -> Mesh {
     let mut all = Mesh::default();
     for object in &scene.objects {
@@ -115,18 +98,18 @@ impl Mesh {
         Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &[] }
     }
 
-    /// The corners of a triangle.
+    /// Vertices of a triangle.
     pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
 
-    /// The box around all triangles.
+    /// Box around all triangles.
     pub(super) fn bounds(&self) -> Bounds3 {
         self.triangles.iter().flatten().map(|&i| self.positions[i as usize]).collect()
     }
 
-    /// The camera of the mesh; without one, it looks along −z and somewhat down, so that three
-    /// quarters of the sphere around the bounds fill the picture.
+    /// Camera of the mesh. The default looks along −z and somewhat down, so that three quarters of
+    /// the sphere around the bounds fill the image.
     pub(super) fn view(&self) -> View {
         self.view.unwrap_or_else(|| {
             let bounds = self.bounds();
@@ -154,7 +137,7 @@ mod tests {
 
     #[test]
     fn transformations_of_objects_are_applied() {
-        let scene = pt_scene::format::parse(
+        let scene = pt_formats::parse(
             b"v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n",
             std::path::Path::new("one.obj"),
         );

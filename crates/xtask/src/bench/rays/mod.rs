@@ -4,6 +4,7 @@
 mod check;
 mod clock;
 mod embree;
+mod input;
 mod install;
 mod mesh;
 mod race;
@@ -16,7 +17,8 @@ mod shapes;
 use anyhow::Result;
 
 use self::embree::Embree;
-use self::mesh::{Mesh, Source};
+use self::input::Mesh;
+use self::mesh::Source;
 use self::race::{Prepared, Query, Trees};
 use self::report::Outcome;
 use super::measure::print_busyness;
@@ -28,8 +30,8 @@ pub(crate) struct Args {
     /// Only these meshes, separated by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     meshes: Vec<String>,
-    /// 256 × 256 rays of each kind instead of 1024 × 1024, on a cow and a hall unless --meshes
-    /// says otherwise
+    /// 256 × 256 rays of each kind instead of 1024 × 1024, on a cow and a hall unless --meshes is
+    /// given
     #[arg(long)]
     quick: bool,
     /// Passes over the rays and half of the builds, of which the fastest counts
@@ -43,11 +45,11 @@ const QUICK: [&str; 2] = ["cow", "hall"];
 /// Measures and prints.
 ///
 /// # Errors
-/// If Embree cannot be had, a mesh is unknown or unreadable, or our own queries disagree.
+/// If Embree is not available, a mesh is unknown or unreadable, or our own queries disagree.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let sources = sources(args)?;
     if cfg!(debug_assertions) {
-        // What is measured is linked: with the optimisations that users get.
+        // The queries are linked into this program, so it must have the optimisations of a release.
         let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask", "--"]);
         return succeed(command.args(std::env::args_os().skip(1)));
     }
@@ -66,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// The meshes that were asked for.
+/// Selected meshes.
 fn sources(args: &Args) -> Result<Vec<&'static Source>> {
     match (args.meshes.is_empty(), args.quick) {
         (false, _) => mesh::named(&args.meshes),

@@ -1,5 +1,5 @@
-//! Times: every competitor in turn, over and over, so that what disturbs the machine hits all.
-//! Rates of rays are by processor time, builds, which run on several threads, by wall-clock time.
+//! Timing: all competitors in turn, repeatedly, so that disturbances of the machine affect all. Ray
+//! rates use processor time; builds, which run on several threads, wall-clock time.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -10,24 +10,24 @@ use pt_math::RayColumns;
 
 use super::clock;
 use super::embree::{self, Embree, Packet, Quality, Scene, Single};
-use super::mesh::Mesh;
+use super::input::Mesh;
 use super::sets::{Kind, RaySet};
 
-/// Builds with spatial splits, at most.
+/// Maximum number of builds with spatial splits.
 const MAX_HIGH: usize = 3;
-/// Builds are repeated further for so long, and so often at most.
+/// Time for which short builds are repeated further, and their maximum number.
 const QUICK_BUILDS: Duration = Duration::from_millis(500);
 const MAX_BUILDS: usize = 50;
 /// Rays per call of our batches.
 const BATCH: usize = 1024;
 
-/// Who shoots the rays. Packets take 8 or 16 consecutive rays, all of them valid.
+/// Competitor. Packets have 8 or 16 consecutive rays, all of them active.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Who {
-    /// Embree by default (medium quality, no flags), ray by ray.
+    /// Embree's default (medium quality, no flags), ray by ray.
     Single,
     Robust,
-    /// Embree's best tree, with spatial splits: only to compare, nothing is asked against it.
+    /// Embree's best tree, with spatial splits: for comparison only, without a requirement.
     High,
     Eight,
     EightRobust,
@@ -50,12 +50,12 @@ pub(super) const COMPETITORS: [(Who, &str); 9] = [
     (Who::OursBatch, "batch"),
 ];
 
-/// What is asked of a ray.
+/// Kind of query.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Query {
-    /// What it hits first.
+    /// Nearest hit.
     Closest,
-    /// True if it hits anything.
+    /// Occlusion.
     Any,
 }
 
@@ -68,13 +68,13 @@ impl Rates {
         self.0[who as usize]
     }
 
-    /// The best of some.
+    /// Best rate of some competitors.
     pub(super) fn best(&self, of: &[Who]) -> f64 {
         of.iter().map(|&who| self.of(who)).fold(0.0, f64::max)
     }
 }
 
-/// The trees of a mesh.
+/// Trees of a mesh.
 pub(super) struct Trees {
     pub(super) default: Scene,
     pub(super) robust: Scene,
@@ -83,6 +83,8 @@ pub(super) struct Trees {
 }
 
 impl Trees {
+    /// Builds all trees.
+    ///
     /// # Errors
     /// If one cannot be built.
     pub(super) fn build(embree: &Embree, mesh: &Mesh) -> Result<Self> {
@@ -96,13 +98,13 @@ impl Trees {
     }
 }
 
-/// Rays, as each competitor takes them.
+/// Rays in the layouts of all competitors.
 pub(super) struct Prepared<'a> {
     set: &'a RaySet,
     single: Vec<Single>,
     eight: Vec<Packet<8>>,
     sixteen: Vec<Packet<16>>,
-    /// By columns, as packets are.
+    /// By columns, like packets.
     batches: Vec<RayColumns>,
 }
 
@@ -117,7 +119,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The rates on one thread, by the least time of `repeats` passes over all rays.
+    /// Rates on one thread, from the minimum time of `repeats` passes over all rays.
     pub(super) fn race(&self, trees: &Trees, query: Query, repeats: usize) -> Rates {
         let mut least = [f64::INFINITY; COMPETITORS.len()];
         for _ in 0..repeats.max(1) {
@@ -131,7 +133,7 @@ impl<'a> Prepared<'a> {
         Rates(least.map(|seconds| self.set.rays.len() as f64 / seconds * 1e-6))
     }
 
-    /// Returns the number of rays that hit something.
+    /// Returns the number of rays with a hit.
     fn pass(&self, trees: &Trees, query: Query, who: Who) -> usize {
         let Trees { default, robust, high, ours } = trees;
         let coherent = self.set.kind == Kind::Primary;
@@ -170,7 +172,7 @@ impl<'a> Prepared<'a> {
     fn ours(&self, bvh: &Bvh, query: Query) -> usize {
         let rays = self.set.rays.iter();
         match query {
-            // The whole hit is asked for, as from a library that nobody looks into.
+            // The whole hit is computed, as in a call to an opaque library.
             Query::Closest => rays.filter(|ray| black_box(bvh.intersect(ray)).is_some()).count(),
             Query::Any => rays.filter(|ray| bvh.occluded(ray)).count(),
         }
@@ -199,7 +201,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// Seconds and bytes of builds; times are for 1 and 2 threads.
+/// Times in seconds and memory in bytes of builds; times are for 1 and 2 threads.
 pub(super) struct Builds {
     pub(super) medium: [f64; 2],
     pub(super) high: [f64; 2],
@@ -208,9 +210,9 @@ pub(super) struct Builds {
     pub(super) bytes: [f64; 2],
 }
 
-/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times, and
-/// those of small meshes, which the machine disturbs most, more often), and keeps the least times.
-/// No other Embree scene may be alive, or it would decide the number of threads.
+/// Builds trees, `repeats` times each, and keeps the minimum times. Builds with spatial splits,
+/// which take long, are repeated less often, and those of small meshes, which are disturbed most,
+/// more often. No other Embree scene may be alive, since it would determine the number of threads.
 ///
 /// # Errors
 /// If one cannot be built.

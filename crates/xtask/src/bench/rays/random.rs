@@ -1,8 +1,8 @@
-//! Random numbers that depend on nothing but what they are for.
+//! Random numbers that depend only on their purpose and index.
 
 use pt_testing::Random;
 
-/// The numbers of number `index` of a `purpose`.
+/// Random numbers of item `index` of a `purpose`.
 pub(super) fn random(purpose: u64, index: usize) -> Random {
     Random::new((purpose << 40) + index as u64)
 }

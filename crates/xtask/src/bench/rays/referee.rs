@@ -1,17 +1,17 @@
-//! Who is right: a plain loop over all triangles in double precision.
+//! Referee for disagreements: a plain loop over all triangles in double precision.
 
 use pt_math::{DVec3, Ray, Vec3};
 
-use super::mesh::Mesh;
+use super::input::Mesh;
 
-/// Two ray parameters this close to each other, relative to the larger one, are the same.
+/// Relative difference below which two ray parameters are considered equal.
 const SAME: f64 = 1e-5;
 
-/// What somebody says a ray hits first: the parameter and the triangle.
+/// Nearest hit of a ray as reported by a competitor: the parameter and the triangle.
 pub(super) type Claim = Option<(f32, u32)>;
 
-/// Returns true if two claims are about the same point: the same triangle, or, on an edge that two
-/// share, the same parameter.
+/// Returns true if two claims describe the same point: the same triangle, or, on a shared edge, the
+/// same parameter.
 pub(super) fn agree(a: Claim, b: Claim) -> bool {
     match (a, b) {
         (None, None) => true,
@@ -20,7 +20,7 @@ pub(super) fn agree(a: Claim, b: Claim) -> bool {
     }
 }
 
-/// Returns true if a claim is about the point that the referee finds.
+/// Returns true if a claim describes the point found by the referee.
 pub(super) fn right(claim: Claim, truth: Option<(f64, u32)>) -> bool {
     match (claim, truth) {
         (None, None) => true,
@@ -33,7 +33,7 @@ fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
 
-/// The nearest hit of a ray in its open interval, and of several the one with the least number.
+/// Nearest hit of a ray in its open interval, and of several the one with the least number.
 pub(super) fn nearest(mesh: &Mesh, ray: &Ray) -> Option<(f64, u32)> {
     let mut best: Option<(f64, u32)> = None;
     for i in 0..mesh.triangles.len() {
@@ -46,10 +46,10 @@ pub(super) fn nearest(mesh: &Mesh, ray: &Ray) -> Option<(f64, u32)> {
     best
 }
 
-/// Where a ray meets a triangle, if it does.
+/// Parameter of the intersection of a ray and a triangle, if any.
 ///
-/// With the corners relative to the origin, the ray passes an edge from a to b on the side that the
-/// sign of d · (a × b) tells. Swapping a and b changes this sign and nothing else, so that
+/// With the vertices relative to the origin, the sign of d · (a × b) is the side on which the ray
+/// passes an edge from a to b. Swapping a and b changes this sign and nothing else, so that
 /// triangles that share an edge agree; 0 counts as inside for both.
 fn hit(corners: [Vec3; 3], ray: &Ray) -> Option<f64> {
     let direction = ray.direction.as_dvec3();

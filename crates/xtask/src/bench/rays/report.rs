@@ -1,11 +1,11 @@
-//! What is printed, and what is asked.
+//! Printed results, and requirements.
 
 use super::super::measure::verdict;
-use super::mesh::Mesh;
+use super::input::Mesh;
 use super::race::{Builds, COMPETITORS, Query, Rates, Who};
 use super::sets::Kind;
 
-/// What was measured on a mesh.
+/// Measurements on a mesh.
 pub(super) struct Outcome {
     pub(super) name: &'static str,
     /// Rates of nearest hits and of occlusion.
@@ -13,12 +13,13 @@ pub(super) struct Outcome {
     pub(super) builds: Builds,
 }
 
-/// Embree's ways to shoot rays by default.
+/// Embree's default modes of queries.
 const DEFAULT: [Who; 3] = [Who::Single, Who::Eight, Who::Sixteen];
 const PACKETS: [Who; 2] = [Who::Eight, Who::Sixteen];
 const QUERIES: [(Query, &str); 2] = [(Query::Closest, "closest hit"), (Query::Any, "occlusion")];
 
-/// Our single over Embree's by default, over Embree's robust, and our batch over Embree's best.
+/// Ratios: our single queries to Embree's default, the same to Embree's robust mode, and our
+/// batches to Embree's best.
 fn ratios(rates: &Rates) -> [f64; 3] {
     let single = rates.of(Who::Ours);
     [
@@ -28,7 +29,7 @@ fn ratios(rates: &Rates) -> [f64; 3] {
     ]
 }
 
-/// Times and memory of the builds of a mesh.
+/// Prints times and memory of the builds of a mesh.
 pub(super) fn print_builds(mesh: &Mesh, builds: &Builds) {
     let triangles = mesh.triangles.len() as f64;
     let ms = |seconds: [f64; 2]| {
@@ -45,13 +46,13 @@ pub(super) fn print_builds(mesh: &Mesh, builds: &Builds) {
     println!("  bytes per triangle: Embree {theirs:.1}, ours {ours:.1}");
 }
 
-/// The headings of the table of rates.
+/// Prints the headings of the table of rates.
 pub(super) fn print_heading() {
     let heads = COMPETITORS.map(|(_, head)| format!("{head:>8}")).concat();
     println!("  Mrays/s, 1 thread    {heads}   ours/single  ours/robust  batch/best");
 }
 
-/// One line of rates for nearest hits, and one for occlusion.
+/// Prints one line of rates for nearest hits, and one for occlusion.
 pub(super) fn print_rates(kind: Kind, rates: &[Rates; 2]) {
     for ((_, query), rates) in QUERIES.iter().zip(rates) {
         let cells = COMPETITORS.map(|(who, _)| format!("{:>8.2}", rates.of(who))).concat();
@@ -63,7 +64,7 @@ pub(super) fn print_rates(kind: Kind, rates: &[Rates; 2]) {
     }
 }
 
-/// Something asked of rates: a ratio of ours to theirs, as a geometric mean over meshes.
+/// Requirement on rates: a ratio of ours to theirs, as a geometric mean over meshes.
 struct Bar {
     what: &'static str,
     kinds: &'static [Kind],
@@ -95,7 +96,7 @@ const BARS: [Bar; 9] = [
     bar("batch / packets, primary, occlusion", (&[Kind::Primary], Query::Any), packets, 1.0),
 ];
 
-/// No mesh may be below this, whatever the mean.
+/// Minimum ratio for each mesh, whatever the mean.
 const WORST: f64 = 0.9;
 
 fn best(rates: &Rates) -> f64 {
@@ -107,14 +108,14 @@ fn packets(rates: &Rates) -> f64 {
 }
 
 impl Bar {
-    /// The geometric mean over the kinds of rays; NaN without any.
+    /// Geometric mean over the kinds of rays; NaN without any.
     fn on(&self, outcome: &Outcome) -> f64 {
         let of_kind = outcome.sets.iter().filter(|(kind, _)| self.kinds.contains(kind));
         geometric_mean(of_kind.map(|(_, rates)| (self.ratio)(&rates[self.query as usize])))
     }
 }
 
-/// Means over all meshes, each with what is asked of it.
+/// Prints means over all meshes, each with its requirement.
 pub(super) fn print_summary(outcomes: &[Outcome]) {
     println!("\ngeometric means over {} meshes, ours / theirs:", outcomes.len());
     let mut all = Vec::new();
@@ -145,12 +146,12 @@ fn print_bar(what: &str, each: &[(&str, f64)], asked: f64) {
     );
 }
 
-/// The least of some ratios; those that were not measured (NaN) are left out.
+/// Minimum of some ratios; NaN (not measured) is ignored.
 fn least<'a>(each: &[(&'a str, f64)]) -> Option<(&'a str, f64)> {
     each.iter().copied().filter(|(_, ratio)| !ratio.is_nan()).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The geometric mean of those numbers that are not NaN; NaN without any.
+/// Geometric mean of the numbers that are not NaN; NaN without any.
 fn geometric_mean(numbers: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = numbers.filter(|n| !n.is_nan()).map(f64::ln).collect();
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()

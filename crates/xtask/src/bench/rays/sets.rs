@@ -1,26 +1,26 @@
-//! The rays that are shot: four kinds, from coherent to random.
+//! Ray sets of four kinds, from coherent to random.
 
 use pt_bvh::{Bvh, Hit};
 use pt_math::{DVec3, Frame, Ray, Vec3, trig, warp};
 
-use super::mesh::Mesh;
+use super::input::Mesh;
 use super::random::random as numbers;
 
-/// Edge of the square tiles in which the camera's pixels are visited, in pixels.
+/// Edge of the square tiles in which the camera's pixels are ordered, in pixels.
 const TILE: usize = 8;
-/// Rays that all competitors can take: sets are cut to a multiple of this.
+/// Sets are cut to a multiple of this, so that all competitors can trace all rays.
 pub(super) const WIDEST_PACKET: usize = 16;
 
-/// Where rays of a set come from.
+/// Origin of the rays of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// From a pinhole, through a random position in each pixel, in tiles.
+    /// From a pinhole, through a random position in each pixel, ordered in tiles.
     Primary,
     /// From the primary hits, in cosine-distributed directions.
     Bounce,
     /// From the primary hits to random points of a square under the top of the bounds.
     Shadow,
-    /// From anywhere in the bounds in any direction.
+    /// From random points in the bounds in uniform directions.
     Random,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct RaySet {
     pub(super) rays: Vec<Ray>,
 }
 
-/// The sets of a mesh, with `resolution`² primary and random rays.
+/// Sets of a mesh, with `resolution`² primary and random rays.
 pub(super) fn all(mesh: &Mesh, bvh: &Bvh, resolution: usize) -> Vec<RaySet> {
     let primary = primary(mesh, resolution);
     let (bounce, shadow) = secondary(mesh, bvh, &primary);
@@ -59,7 +59,7 @@ pub(super) fn all(mesh: &Mesh, bvh: &Bvh, resolution: usize) -> Vec<RaySet> {
     sets.into_iter().map(cut).collect()
 }
 
-/// Rays of the mesh's camera through a square picture, row of tiles by row of tiles.
+/// Rays of the mesh's camera through a square image, row of tiles by row of tiles.
 fn primary(mesh: &Mesh, resolution: usize) -> Vec<Ray> {
     let view = mesh.view();
     let forward = (view.look - view.eye).normalize();
@@ -107,7 +107,7 @@ fn secondary(mesh: &Mesh, bvh: &Bvh, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
     (bounce, shadow)
 }
 
-/// Where rays leave from a hit, `away` from the surface on the ray's side, and the unit normal
+/// Origin of rays that leave a hit, `away` from the surface on the ray's side, and the unit normal
 /// there; `None` for triangles that are too thin to have one.
 fn leave(mesh: &Mesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
     let [a, b, c] = mesh.corners(hit.primitive as usize).map(Vec3::as_dvec3);
@@ -117,7 +117,7 @@ fn leave(mesh: &Mesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
     Some((ray.at(hit.t) + normal * away, normal))
 }
 
-/// `count` rays from anywhere in the bounds in any direction.
+/// `count` rays from random points in the bounds in uniform directions.
 fn random(mesh: &Mesh, count: usize) -> Vec<Ray> {
     let bounds = mesh.bounds();
     let ray = |i: usize| {

@@ -1,15 +1,15 @@
-//! Meshes that are made here, and are the same on every machine.
+//! Generated meshes, which are the same on every machine.
 
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
 use pt_math::{Vec3, trig, warp};
 
-use super::mesh::{Mesh, View};
+use super::input::{Mesh, View};
 use super::random::random as numbers;
 
 /// A sphere with lobes and bumps, from an octahedron with `n` segments along each edge: 8n²
-/// triangles, closed, without a direction of its own.
+/// triangles, closed, without a preferred direction.
 pub(super) fn blob(n: i32) -> Mesh {
     // On the octahedron |x| + |y| + |z| = n, vertices are the points with integer coordinates.
     let (mut numbers, mut mesh) = (HashMap::new(), Mesh::default());
@@ -32,11 +32,11 @@ pub(super) fn blob(n: i32) -> Mesh {
     mesh
 }
 
-/// A point of the unit sphere, moved along its normal by waves from large to fine.
+/// A point of the unit sphere, displaced along its normal by waves from large to fine.
 fn displaced(p: Vec3) -> Vec3 {
     let wave = |octave: i32| {
         let frequency = 2.6 * 2.0f32.powi(octave);
-        // Waves of each octave run in directions of their own.
+        // Waves of each octave run in their own directions.
         let q = p * frequency + Vec3::new(1.3, 2.1, 0.7) * octave as f32;
         let turned = Vec3::new(q.y + 0.4 * q.z, q.z + 0.4 * q.x, q.x + 0.4 * q.y);
         sin(q.x + sin(turned.x)) * sin(q.y + sin(turned.y)) * sin(q.z + sin(turned.z))
@@ -46,8 +46,8 @@ fn displaced(p: Vec3) -> Vec3 {
 }
 
 /// A hall of columns, arches, drapes, plants and statues, of a third of a million triangles between
-/// 60 m and a few centimetres long, with that many diagonal ropes of long thin triangles. It is a
-/// soup: parts go through each other, and its walls are single sheets.
+/// 60 m and a few centimetres long, with `ropes` diagonal ropes of long thin triangles. It is a
+/// soup: parts intersect each other, and its walls are single sheets.
 pub(super) fn hall(ropes: usize) -> Mesh {
     let mut mesh = Mesh { view: Some(HALL_VIEW), ..Mesh::default() };
     shell(&mut mesh);
@@ -76,21 +76,21 @@ pub(super) fn hall(ropes: usize) -> Mesh {
     mesh
 }
 
-/// Half the length and half the width of the hall, its height, that of its lower storey, and how
-/// far columns are from the middle, in metres.
+/// Half the length and half the width of the hall, its height, the height of its lower storey, and
+/// the distance of columns from the middle, in metres.
 const LENGTH: f32 = 30.0;
 const WIDTH: f32 = 15.0;
 const HEIGHT: f32 = 24.0;
 const STOREY: f32 = 10.5;
 const AISLE: f32 = 8.0;
-/// Columns and plants along each side.
+/// Numbers of columns and plants along each side.
 const COLUMNS: usize = 11;
 const PLANTS: usize = 6;
-/// From one end, looking along the hall.
+/// View from one end along the hall.
 const HALL_VIEW: View =
     View { eye: Vec3::new(-25.0, 5.5, 2.5), look: Vec3::new(20.0, 7.5, -2.0), fov_degrees: 65.0 };
 
-/// `count` places along the hall, each on both sides: x, and the sign of z.
+/// `count` positions along the hall, each on both sides: x, and the sign of z.
 fn places(count: usize) -> impl Iterator<Item = (f32, f32)> {
     let step = 52.0 / count as f32;
     (0..count).flat_map(move |i| [-1.0, 1.0].map(|side| (-26.0 + step * i as f32, side)))
@@ -141,7 +141,7 @@ fn arch(mesh: &mut Mesh, spring: Vec3) {
     });
 }
 
-/// A wavy cloth that hangs between two columns.
+/// A wavy cloth between two columns.
 fn drape(mesh: &mut Mesh, top: Vec3, number: usize) {
     let phase = numbers(4, number).between(0.0, TAU);
     mesh.sheet([64, 38], |u, v| {
@@ -169,7 +169,7 @@ fn plant(mesh: &mut Mesh, foot: Vec3, number: usize) {
     }
 }
 
-/// A straight rope of six sides from side to side of the hall.
+/// A straight rope with six sides across the hall.
 fn rope(mesh: &mut Mesh, number: usize) {
     let mut random = numbers(6, number);
     let mut end = |low: f32| {
@@ -189,7 +189,7 @@ fn sin(x: f32) -> f32 {
 }
 
 impl Mesh {
-    /// Adds triangles with vertices of their own.
+    /// Adds triangles with their own vertices.
     fn add(&mut self, triangles: &[[u32; 3]], positions: impl IntoIterator<Item = Vec3>) {
         let base = self.positions.len() as u32;
         self.positions.extend(positions);

@@ -1,5 +1,5 @@
-//! What fuzzing begins with: files of the project, and the words in them and in the messages of the
-//! readers.
+//! Initial inputs of fuzzing: files of the project, and the words in them and in the messages of
+//! the readers.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -11,23 +11,23 @@ use crate::project::root;
 
 /// Folders with files of formats, below that of the workspace.
 const SOURCES: [&str; 3] = ["tests/formats", "scenes", "fuzz/seeds"];
-/// Most bytes of a seed: from large ones, little is learned in much time.
+/// Maximum size of a seed in bytes: large ones take much time for little coverage.
 const MAX_BYTES: u64 = 64 << 10;
-/// Letters of words that are worth knowing.
+/// Lengths of the words in the dictionary.
 const LETTERS: std::ops::RangeInclusive<usize> = 2..=40;
 
-/// The seeds of a target.
+/// Seeds of a target.
 pub(super) struct Seeds {
-    /// Where they are.
+    /// Folder of the seeds.
     pub folder: PathBuf,
-    /// Count.
+    /// Number of seeds.
     pub count: usize,
-    /// The file of words, if there are any.
+    /// Dictionary of words, if there are any.
     pub dictionary: Option<PathBuf>,
 }
 
-/// Copies all files with an ending, and writes a dictionary of their words. The messages that stand
-/// beside bad files are full of names that the readers know, straight from their tables; so is the
+/// Copies all files with an extension, and writes a dictionary of their words. The messages beside
+/// bad files contain many names that the readers accept, directly from their tables; so does the
 /// schema of JSON files.
 ///
 /// # Errors
@@ -54,12 +54,12 @@ pub(super) fn prepare(ending: &str, folder: &Path) -> Result<Seeds> {
     }
     let dictionary = folder.join("dictionary");
     std::fs::write(&dictionary, lines(&words)).with_context(|| dictionary.display().to_string())?;
-    // libFuzzer refuses a file without words.
+    // libFuzzer rejects a file without words.
     let dictionary = Some(dictionary).filter(|_| !words.is_empty());
     Ok(Seeds { folder: seeds, count: sources.len(), dictionary })
 }
 
-/// Finds the small files with an ending in a folder and those in it.
+/// Collects the small files with an extension below a folder.
 fn collect(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) -> Result<()> {
     let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
     let mut paths = entries.map(|e| Ok(e?.path())).collect::<Result<Vec<_>>>()?;
@@ -76,7 +76,7 @@ fn collect(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) -> Result<()> 
     Ok(())
 }
 
-/// Adds the words of a file that is text.
+/// Adds the words of a text file.
 fn add_words(file: &Path, words: &mut BTreeSet<String>) -> Result<()> {
     let bytes = std::fs::read(file).with_context(|| file.display().to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { return Ok(()) };
@@ -89,10 +89,10 @@ fn add_words(file: &Path, words: &mut BTreeSet<String>) -> Result<()> {
     Ok(())
 }
 
-/// Words as libFuzzer reads them. They have no characters that would need an escape.
+/// Words in the format of libFuzzer. They have no characters that would need an escape.
 fn lines(words: &BTreeSet<String>) -> String {
     words.iter().fold(String::new(), |mut text, word| {
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         writeln!(text, "\"{word}\"").ok();
         text
     })

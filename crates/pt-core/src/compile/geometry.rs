@@ -1,0 +1,66 @@
+//! Collects the shapes of a scene: those in world space, and those of instances.
+
+use std::collections::HashMap;
+
+use pt_scene::{LightKind, Scene};
+
+use super::motion;
+use crate::compile::collector::Collector;
+use crate::compile::instances::Tracks;
+use crate::compile::shapes::{InstancedShapes, Shapes};
+use crate::compile::surface::CompiledSurface;
+use crate::compile::textures::Lowering;
+use crate::compile::{CompileError, CompileOptions};
+
+/// Collects the shapes of a scene, in metres.
+pub(super) fn collect(
+    scene: &Scene,
+    metres: f64,
+    shutter: [f64; 2],
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) -> Result<Shapes, CompileError> {
+    let course = options.course;
+    let mut lowering = Lowering::new(course, metres as f32);
+    let looks = scene.materials.iter().map(|m| CompiledSurface::of(m, &mut lowering)).collect();
+    let mut collector = Collector {
+        scene,
+        course,
+        shapes: Shapes::default(),
+        plain: vec![None; scene.materials.len() + 1],
+        looks,
+        default: CompiledSurface::default_one(&mut lowering),
+        uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
+        mesh_colors: Vec::new(),
+        mesh_values: lowering.mesh_values.clone(),
+        radii: HashMap::new(),
+    };
+    collector.note_points(notes);
+    let track = |object| motion::track(object, metres, shutter);
+    let tracks: Vec<_> = scene.objects.iter().map(track).collect();
+    let shared = collector.shared(&tracks, options.most_copied_triangles);
+    let mut placed = Tracks::new();
+    for (number, (object, track)) in scene.objects.iter().zip(tracks).enumerate() {
+        match track.as_slice() {
+            [place] if !shared[number] => collector.add(object, place.to_world, notes)?,
+            _ => {
+                if track.len() > 1 {
+                    motion::check_media(scene, object)?;
+                }
+                placed.push((number, track));
+            }
+        }
+        let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
+        object_ends.push([triangles.len() as u32, spheres.len() as u32]);
+    }
+    collector.shapes.placed = InstancedShapes::collect(&mut collector, placed, options.bvh, notes)?;
+    let Collector { shapes, mesh_colors, .. } = collector;
+    let slide = |light: &pt_scene::Light| match &light.kind {
+        LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
+        LightKind::Projector { texture, .. } => Some(lowering.texture(texture)),
+        _ => None,
+    };
+    let slides = scene.lights.iter().map(slide).collect();
+    let (lobes, lobe_tables, materials) = lowering.finish(mesh_colors);
+    Ok(Shapes { lobes, lobe_tables, materials, slides, ..shapes })
+}

@@ -1,0 +1,26 @@
+//! Parameters of directives.
+
+use std::cell::Cell;
+
+use crate::pbrt::position::TokenPosition;
+
+/// A parameter such as `"float radius" 0.5`.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    /// One of [`TYPES`].
+    pub(super) kind: &'static str,
+    pub(super) name: String,
+    pub(super) values: Values,
+    pub(super) at: TokenPosition,
+    /// True if it comes from an `Attribute`, and may therefore be unknown to the directive.
+    pub(super) is_default: bool,
+    pub(super) was_read: Cell<bool>,
+}
+
+/// The values of a parameter.
+#[derive(Clone, Debug)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<String>),
+    Booleans(Vec<bool>),
+}
