@@ -1,6 +1,7 @@
 //! Values of options that are one of several words.
 
 use clap::ValueEnum;
+use pathtracer::image::{Compression, Precision, ToneCurve};
 use pathtracer::{Builder, DirectLight, SamplerKind};
 
 /// Estimators of direct light.
@@ -186,4 +187,94 @@ impl From<Filter> for pathtracer::Filter {
             Filter::Lanczos => Self::LANCZOS,
         }
     }
+}
+
+/// Tone curves.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Tonemap {
+    /// No curve, clipped at white
+    Linear,
+    /// The curve of film of Hable (2010) in each channel
+    Filmic,
+    /// AgX of Sobotka, without a look
+    Agx,
+    /// ACES as fitted by Hill; darker than the others
+    Aces,
+    /// Khronos PBR Neutral: colours up to 0.8 stay
+    PbrNeutral,
+}
+
+impl From<Tonemap> for ToneCurve {
+    fn from(t: Tonemap) -> Self {
+        match t {
+            Tonemap::Linear => Self::Linear,
+            Tonemap::Filmic => Self::Filmic,
+            Tonemap::Agx => Self::Agx,
+            Tonemap::Aces => Self::Aces,
+            Tonemap::PbrNeutral => Self::PbrNeutral,
+        }
+    }
+}
+
+/// Pixel types of an OpenEXR file.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum ExrType {
+    /// 16 bits, up to 65504, for colours, albedo and normals; 32 for the rest
+    Half,
+    /// 32 bits
+    Float,
+}
+
+impl From<ExrType> for Precision {
+    fn from(t: ExrType) -> Self {
+        match t {
+            ExrType::Half => Self::Half,
+            ExrType::Float => Self::Float,
+        }
+    }
+}
+
+/// Compressions of an OpenEXR file.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum ExrCompression {
+    /// No compression
+    None,
+    /// Runs of equal bytes
+    Rle,
+    /// Deflate, line by line
+    Zips,
+    /// Deflate, 16 lines at a time
+    Zip,
+    /// Wavelets, for noisy images
+    Piz,
+    /// Deflate; keeps 24 of 32 bits
+    Pxr24,
+    /// Blocks of 4 x 4 halves, with losses; float is kept as it is
+    B44,
+    /// As b44, with smaller blocks in flat areas
+    B44a,
+}
+
+impl From<ExrCompression> for Compression {
+    fn from(c: ExrCompression) -> Self {
+        match c {
+            ExrCompression::None => Self::None,
+            ExrCompression::Rle => Self::Rle,
+            ExrCompression::Zips => Self::Zips,
+            ExrCompression::Zip => Self::Zip,
+            ExrCompression::Piz => Self::Piz,
+            ExrCompression::Pxr24 => Self::Pxr24,
+            ExrCompression::B44 => Self::B44,
+            ExrCompression::B44a => Self::B44a,
+        }
+    }
+}
+
+/// Values of a switch.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Switch {
+    /// Yes
+    On,
+    /// No, even if the file asks for it
+    Off,
 }

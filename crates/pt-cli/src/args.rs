@@ -1,25 +1,21 @@
 //! The command line. One table gives the parser, the help, the man page and the completions.
 
-use std::ffi::OsString;
-use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::time::Duration;
 
 use bytesize::ByteSize;
-use clap::{CommandFactory, FromArgMatches, Parser};
+use clap::Parser;
 use pathtracer::{Aov, LightGroups};
 
 use crate::arg_values::{
-    Bvh, Direct, Filter, PngBits, ProgressKind, Quality, ReceiptKind, Sampler, Show,
+    Bvh, Direct, ExrCompression, ExrType, Filter, PngBits, ProgressKind, Quality, ReceiptKind,
+    Sampler, Show, Tonemap,
 };
-use crate::commands::Command;
 use crate::environment::EnvironmentLayout;
-use crate::image_options::{self, Exposure, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
-use crate::resolve::{self, RenderJob};
+use crate::parse::{self, Exposure};
 use crate::stop_options::StopOptions;
-use crate::{light_groups, message, sort};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -32,7 +28,7 @@ use crate::{light_groups, message, sort};
 #[command(
     override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain | convert …"
 )]
-#[command(after_help = crate::commands::HELP)]
+#[command(after_help = HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
 pub(crate) struct Cli {
     /// Scene file; the embedded Cornell box if there is none
@@ -48,13 +44,13 @@ pub(crate) struct Cli {
     /// Width and height in pixels [default: the file's, or 600 rows; 800 600
     /// with --cs184]
     #[arg(short, long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::pixels, help_heading = "Image")]
+    #[arg(value_parser = parse::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
 
     /// Render only this rectangle: X, Y of its lower left corner, counted from the lower left, and
     /// its size in pixels
     #[arg(short = 'p', long = "crop", visible_alias = "cell", value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::count, help_heading = "Image")]
+    #[arg(value_parser = parse::count, help_heading = "Image")]
     pub(crate) cell: Option<Vec<u32>>,
 
     /// Bits per channel of a PNG file
@@ -64,7 +60,7 @@ pub(crate) struct Cli {
     /// Exposure of a PNG image in stops, applied before --tonemap; auto chooses it from the image
     /// [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
-    #[arg(value_parser = image_options::exposure, help_heading = "Image")]
+    #[arg(value_parser = parse::exposure, help_heading = "Image")]
     pub(crate) exposure: Option<Exposure>,
 
     /// Tone curve of a PNG image [default: linear]
@@ -89,34 +85,34 @@ pub(crate) struct Cli {
     pub(crate) denoise: bool,
 
     /// Show the image in the viewer tev while it is rendered; tev listens at 127.0.0.1:14158
-    #[arg(long, value_name = "HOST:PORT", value_parser = image_options::address, help_heading = "Image")]
+    #[arg(long, value_name = "HOST:PORT", value_parser = parse::address, help_heading = "Image")]
     pub(crate) tev: Option<String>,
 
     /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::positive)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::positive)]
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
     /// Render only the samples with these numbers, such as 0..256, to be merged with others
-    #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = resolve::samples)]
+    #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = parse::samples)]
     #[arg(conflicts_with_all = ["cs184", "adaptive"], help_heading = "Sampling")]
     pub(crate) samples: Option<(u32, u32)>,
 
     /// Samples of each area light at each surface point; of all lights together if there are many
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::light_samples, help_heading = "Sampling")]
+    #[arg(value_parser = parse::light_samples, help_heading = "Sampling")]
     pub(crate) light_samples: u32,
 
     /// Maximum number of surface interactions of a path: 0 shows emission only, 1 direct light
     /// [default: the file's, or 16; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::count)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::count)]
     #[arg(help_heading = "Sampling")]
     pub(crate) max_depth: Option<u32>,
 
     /// With 0, show only light of exactly --max-depth interactions, as --exact-depth does; with
     /// more, light of up to --max-depth interactions
     #[arg(short = 'o', long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::count, help_heading = "Sampling")]
+    #[arg(value_parser = parse::count, help_heading = "Sampling")]
     pub(crate) accumulate: u32,
 
     /// Show only light of exactly --max-depth interactions
@@ -143,18 +139,18 @@ pub(crate) struct Cli {
     /// Clamp single contributions to a sample (from a light, a surface or the environment) to this
     /// luminance. Reduces fireflies, but removes light; the summary reports how much
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
+    #[arg(value_parser = parse::above_zero, help_heading = "Sampling")]
     pub(crate) clamp: Option<f32>,
 
     /// Clamp only contributions of light scattered at least twice, which have most of the noise
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::above_zero, help_heading = "Sampling")]
+    #[arg(value_parser = parse::above_zero, help_heading = "Sampling")]
     pub(crate) clamp_indirect: Option<f32>,
 
     /// Reuse paths within squares of N × N pixels (1, 2 or 4): less noise per pixel in 1.2 to 2.3
     /// times the time, with noise that is correlated between neighbours
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::reuse, help_heading = "Sampling")]
+    #[arg(value_parser = parse::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,
 
     /// Split each path into N paths (a power of two up to 64) at the first surface where it
@@ -166,7 +162,7 @@ pub(crate) struct Cli {
         default_value = "1",
         allow_negative_numbers = true
     )]
-    #[arg(value_parser = resolve::split, help_heading = "Sampling")]
+    #[arg(value_parser = parse::split, help_heading = "Sampling")]
     pub(crate) split: u32,
 
     /// Sample generator
@@ -179,7 +175,7 @@ pub(crate) struct Cli {
 
     /// Seed of the sample generator
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::count, help_heading = "Sampling")]
+    #[arg(value_parser = parse::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
     /// Integrator: path, reference, volpath (with media), direct, ao, normals or cs184 [default:
@@ -189,7 +185,7 @@ pub(crate) struct Cli {
 
     /// Maximum distance of occluders for --integrator ao; 0 is unlimited [default: 0]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::not_negative, help_heading = "What to show")]
+    #[arg(value_parser = parse::not_negative, help_heading = "What to show")]
     pub(crate) ao_distance: Option<f32>,
 
     /// Show only some components of the light, by its number of interactions: emission 0, direct 0
@@ -205,13 +201,13 @@ pub(crate) struct Cli {
 
     /// Also write these arbitrary output variables (AOVs) of the first hits into the image, an
     /// .exr file; cryptomatte_* are mattes of all objects or materials
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = resolve::aovs())]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::aovs())]
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,
 
     /// Also write light groups, by the names of lights: sky,key=lamp+window; each makes a group of
     /// every light, and the other lights are the group rest
-    #[arg(long, value_name = "GROUPS", value_parser = light_groups::parse)]
+    #[arg(long, value_name = "GROUPS", value_parser = parse::light_groups)]
     #[arg(help_heading = "What to show")]
     pub(crate) light_groups: Option<LightGroups>,
 
@@ -243,18 +239,18 @@ pub(crate) struct Cli {
 
     /// Radius of the lens; 0 is a pinhole [default: the camera's, or 0]
     #[arg(short = 'b', long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::not_negative, help_heading = "Scene")]
+    #[arg(value_parser = parse::not_negative, help_heading = "Scene")]
     pub(crate) lens_radius: Option<f32>,
 
     /// Number of aperture blades, which make the aperture a regular polygon [default: the
     /// camera's, or a round aperture]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::blades)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse::blades)]
     #[arg(help_heading = "Scene")]
     pub(crate) aperture_blades: Option<u32>,
 
     /// Rotation of that polygon in degrees, counter-clockwise; at 0 a corner is at the right
     #[arg(long, value_name = "DEGREES", default_value = "0", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::degrees, help_heading = "Scene")]
+    #[arg(value_parser = parse::degrees, help_heading = "Scene")]
     pub(crate) aperture_rotation: f64,
 
     /// Panorama: show all directions around the camera, in latitude and longitude
@@ -267,11 +263,11 @@ pub(crate) struct Cli {
 
     /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::above_zero, help_heading = "Scene")]
+    #[arg(value_parser = parse::above_zero, help_heading = "Scene")]
     pub(crate) focal_distance: Option<f32>,
 
     /// Threads; 0 is one per core [default: 0; 1 with --cs184]
-    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = resolve::threads)]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]
     #[arg(help_heading = "Machine")]
     pub(crate) threads: Option<usize>,
 
@@ -292,25 +288,25 @@ pub(crate) struct Cli {
 
     /// Maximum number of shapes in a leaf of the hierarchy
     #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::leaf_size, help_heading = "Machine")]
+    #[arg(value_parser = parse::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
 
     /// Abort if the estimated memory exceeds SIZE [default: what the system and control groups
     /// have left]
-    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = resolve::bytes)]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = parse::size)]
     #[arg(help_heading = "Machine")]
     pub(crate) max_memory: Option<ByteSize>,
 
     /// Tile size in pixels
     #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::positive, help_heading = "Machine")]
+    #[arg(value_parser = parse::positive, help_heading = "Machine")]
     pub(crate) tile_size: u32,
 
-    /// Interval between checkpoints in seconds: the samples so far are written beside the image; 0
-    /// is never
-    #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
-    #[arg(value_parser = resolve::seconds, help_heading = "Machine")]
-    pub(crate) checkpoint_every: f64,
+    /// Interval between checkpoints, such as 90s, 10m or 1h30m: the samples so far are written
+    /// beside the image; 0 is never
+    #[arg(long, value_name = "TIME", default_value = "1m", allow_negative_numbers = true)]
+    #[arg(value_parser = parse::duration, help_heading = "Machine")]
+    pub(crate) checkpoint_every: Duration,
 
     /// Discard existing samples and start over
     #[arg(long, help_heading = "Machine")]
@@ -355,89 +351,15 @@ pub(crate) struct Cli {
     pub(crate) man: bool,
 }
 
-/// Parsed command line.
-pub(crate) enum Action {
-    /// Print a text.
-    Print(Vec<u8>),
-    /// Render an image.
-    Render(Box<RenderJob>),
-    /// Run one of the other commands.
-    Command(Command),
-}
-
-/// Reason for which a command line is rejected.
-pub(crate) enum ArgsError {
-    /// Result of the parser: an error, or help or version, which are no errors.
-    Clap(clap::Error),
-    /// Message of a check that the parser does not make.
-    Message(String),
-}
-
-impl ArgsError {
-    /// Prints the error, the help or the version, and returns the exit status.
-    pub(crate) fn report(&self) -> ExitCode {
-        match self {
-            Self::Clap(error) if !error.use_stderr() => {
-                return match error.print() {
-                    Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-                        report!("pathtracer: cannot print: {e}");
-                        ExitCode::from(crate::FAILURE)
-                    }
-                    _ => ExitCode::SUCCESS,
-                };
-            }
-            Self::Clap(error) => report!("pathtracer: {}", message::of_parser(error)),
-            Self::Message(message) => report!("pathtracer: {message}"),
-        }
-        report!("For all options, try 'pathtracer --help'.");
-        ExitCode::from(crate::FAILURE)
-    }
-}
-
-/// Reads the command line.
-///
-/// # Errors
-/// If the command line is invalid; also for help and version.
-pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, ArgsError> {
-    let mut args: Vec<_> = args.into_iter().collect();
-    match args.get(1).and_then(|first| first.to_str()) {
-        Some("render") => drop(args.remove(1)),
-        Some(name) if Command::is_one(name) => {
-            let command = Command::try_parse_from(args).map_err(ArgsError::Clap)?;
-            return Ok(Action::Command(command));
-        }
-        _ => {}
-    }
-    let command = args.iter().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let matches = Cli::command().try_get_matches_from(args).map_err(ArgsError::Clap)?;
-    let cli = Cli::from_arg_matches(&matches).map_err(ArgsError::Clap)?;
-    if let Some(shell) = cli.completions {
-        return Ok(Action::Print(completions(shell)));
-    }
-    if cli.man {
-        return man_page().map(Action::Print).map_err(ArgsError::Message);
-    }
-    checked(cli, command).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
-}
-
-/// Converts the options of a render to a [`RenderJob`]; `command` contains the arguments.
-///
-/// # Errors
-/// A message if the options are invalid.
-pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<RenderJob, String> {
-    sort::paths(&mut cli)?;
-    sort::cameras(&mut cli)?;
-    resolve::check(cli, command)
-}
-
-fn completions(shell: clap_complete::Shell) -> Vec<u8> {
-    let mut text = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "pathtracer", &mut text);
-    text
-}
-
-fn man_page() -> Result<Vec<u8>, String> {
-    let mut text = Vec::new();
-    let written = clap_mangen::Man::new(Cli::command()).render(&mut text);
-    written.map(|()| text).map_err(|e| format!("the man page cannot be made: {e}"))
-}
+/// Text about the commands in the help of the program.
+const HELP: &str = "\
+Commands:
+  pathtracer resume out.exr [-s N]           continue a stopped render, or add samples
+  pathtracer merge a.film b.film -f out.exr  merge the samples of several films
+  pathtracer info out.exr                    show how an image or a film was made
+  pathtracer info scene.dae                  show the contents of a scene
+  pathtracer check scene.dae                 report all problems of a scene
+  pathtracer rerender out.exr                render it again, and compare
+  pathtracer explain scene.dae -x 9 -y 5     show the light paths of a pixel
+  pathtracer convert scene.dae scene.json    write a scene as .json or .glb
+Each has --help. A scene that is called like one of them is ./resume.";

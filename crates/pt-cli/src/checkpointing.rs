@@ -1,21 +1,19 @@
 //! Rendering with checkpoints: resumes from stored samples, and writes the samples periodically.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use pathtracer::checkpoint::{Checkpoint, ExistingFilm, differences, in_lines};
 use pathtracer::film_file::{FilmHeader, film_of_image};
-use pathtracer::provenance::{Provenance, RunStatistics};
-use pathtracer::{
-    Film, Observer, Outcome, ProgressUpdate, Session, SourceFile, Statistics, Warning,
-};
+use pathtracer::provenance::Provenance;
+use pathtracer::{Film, Observer, Outcome, ProgressUpdate, Session, Statistics};
 
 use crate::console::Console;
-use crate::denoise::Denoising;
-use crate::resolve::{RenderJob, is_film};
+use crate::film_header::run_of;
+use crate::job::{Mode, Schedule};
+use crate::output::{Output, is_film};
 use crate::tev::{self, Viewer};
-use crate::{machine, output, seal};
 
 /// A render and its checkpoint.
 pub(crate) struct Checkpointer {
@@ -24,6 +22,7 @@ pub(crate) struct Checkpointer {
     /// Metadata of the film and the image.
     about: FilmHeader,
     threads: usize,
+    tile_size: u32,
     /// Time between two checkpoints; `None` if none are written periodically.
     every: Option<Duration>,
     /// Time at which the render stops, if that is limited.
@@ -38,47 +37,49 @@ impl Checkpointer {
     /// # Errors
     /// If existing samples of another image would be lost, or existing samples cannot be read.
     pub(crate) fn begin(
-        request: &RenderJob,
+        schedule: &Schedule,
+        mode: Mode,
         session: &mut Session,
-        (sources, missing): (&[SourceFile], &[Warning]),
-        (threads, start): (usize, Instant),
+        about: FilmHeader,
+        image: &Path,
+        start: Instant,
     ) -> Result<Self> {
-        let first = request.cli.samples.map_or(0, |(from, _)| from);
-        if first > 0 {
-            session.start_at(first);
+        if schedule.first > 0 {
+            session.start_at(schedule.first);
         }
         let mut this = Self {
             keeper: None,
-            about: FilmHeader { missing: texts(missing), ..about(request, session, sources) },
-            threads,
-            every: None,
-            deadline: request.cli.stop.time_limit.and_then(|limit| start.checked_add(limit)),
+            about,
+            threads: schedule.threads,
+            tile_size: schedule.tile_size,
+            every: schedule.checkpoint_every,
+            deadline: schedule.time_limit.and_then(|limit| start.checked_add(limit)),
             earlier: Statistics::default(),
         };
-        this.check_same(request)?;
-        if request.cli.cs184 {
+        this.check_same(schedule.expected.as_deref())?;
+        if mode.cs184 {
             return Ok(this);
         }
-        let seconds = request.cli.checkpoint_every;
-        this.every = (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
-        let path = request.output();
-        let path =
-            if is_film(&path) { Some(path) } else { this.every.map(|_| film_of_image(&path)) };
+        let path = if is_film(image) {
+            Some(image.to_owned())
+        } else {
+            this.every.map(|_| film_of_image(image))
+        };
         let Some(path) = path else { return Ok(this) };
         let keeper = Checkpoint::new(path);
-        let found = if request.cli.restart {
+        let found = if schedule.restart {
             ExistingFilm::Nothing
         } else {
             keeper.find(&this.about, session.film())?
         };
         let say = |text: String| {
-            if !request.cli.quiet {
+            if !mode.quiet {
                 report!("note: {text}");
             }
         };
         match found {
             ExistingFilm::Nothing => {}
-            ExistingFilm::Another(differences) if request.goes_on => bail!(
+            ExistingFilm::Another(differences) if schedule.resumes => bail!(
                 "{}: cannot go on, since something has changed:{}\nrestore that, or render to another file",
                 keeper.path().display(),
                 in_lines(&differences)
@@ -107,8 +108,8 @@ impl Checkpointer {
     }
 
     /// Returns an error if this render differs from the image that is to be rendered again.
-    fn check_same(&self, request: &RenderJob) -> Result<()> {
-        let Some(receipt) = &request.of else { return Ok(()) };
+    fn check_same(&self, expected: Option<&Provenance>) -> Result<()> {
+        let Some(receipt) = expected else { return Ok(()) };
         let differences = differences(&receipt.about(), &self.about);
         ensure!(
             differences.is_empty(),
@@ -139,7 +140,6 @@ impl Checkpointer {
     pub(crate) fn render(
         &mut self,
         session: &mut Session,
-        request: &RenderJob,
         console: &Console,
         viewer: &mut Option<Viewer>,
     ) -> Result<(Outcome, Statistics)> {
@@ -153,8 +153,7 @@ impl Checkpointer {
             let turns = [&film, &view].into_iter().flatten();
             let pause = turns.map(|turn| turn.next).chain(self.deadline).min();
             let observer = Deadline { console, pause, rays: all.rays };
-            let (progress, part) =
-                session.render(self.threads, request.cli.tile_size, &observer)?;
+            let (progress, part) = session.render(self.threads, self.tile_size, &observer)?;
             all.samples += part.samples;
             all.rays += part.rays;
             all.tests += part.tests;
@@ -204,13 +203,11 @@ impl Checkpointer {
     pub(crate) fn finish(
         &mut self,
         session: &Session,
-        request: &RenderJob,
+        output: &Output,
         progress: Outcome,
-        denoising: &Denoising,
     ) -> Result<(Vec<PathBuf>, Option<Provenance>)> {
-        let path = request.output();
-        let is_part = is_film(&path) && !request.cli.cs184;
-        let keeps = progress == Outcome::Cancelled || is_kept(&path);
+        let is_part = output.is_film();
+        let keeps = progress == Outcome::Cancelled || is_kept(output.path());
         if let Some(Err(error)) = self.keeper.as_mut().map(Checkpoint::wait) {
             report!("warning: {error}");
         }
@@ -222,7 +219,7 @@ impl Checkpointer {
         };
         let receipt = (!is_part).then(|| self.receipt(session));
         let mut files = match &receipt {
-            Some(receipt) => output::write(session, request, receipt, denoising)?,
+            Some(receipt) => output.write(session, receipt)?,
             None => Vec::new(),
         };
         saved.context(if is_part {
@@ -270,59 +267,6 @@ impl Interval {
 fn is_kept(image: &Path) -> bool {
     let ending = image.extension().unwrap_or_default();
     ending.eq_ignore_ascii_case("exr") || is_film(image)
-}
-
-/// Messages about missing files, one for each file.
-fn texts(missing: &[Warning]) -> Vec<String> {
-    missing.iter().map(ToString::to_string).collect()
-}
-
-/// Header of the film of a render.
-fn about(request: &RenderJob, session: &Session, sources: &[SourceFile]) -> FilmHeader {
-    let of_scene = request.scene().and_then(|scene| scene.parent());
-    let name = |path: &Path| {
-        let inside = of_scene.and_then(|folder| path.strip_prefix(folder).ok());
-        inside.unwrap_or(path).display().to_string()
-    };
-    let mut files: Vec<_> = sources.iter().map(|s| (name(&s.path), s.hash.clone())).collect();
-    let mut seen = std::collections::HashSet::new();
-    files.retain(|file| seen.insert(file.clone()));
-    let mut settings = session.identity();
-    let loading = request.load_options();
-    settings
-        .extend(loading.definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
-    settings.extend(loading.camera.map(|camera| ("camera of the scene".into(), camera)));
-    settings.extend(loading.time.map(|time| ("time of animations".into(), time.to_string())));
-    let radius = loading.point_radius.map(|radius| ("radius of points".into(), radius.to_string()));
-    settings.extend(radius);
-    let folder = std::env::current_dir().unwrap_or_default();
-    FilmHeader {
-        version: env!("CARGO_PKG_VERSION").into(),
-        seal: seal::of(&request.output(), &folder, &request.command),
-        files,
-        settings,
-        spp: session.settings().spp,
-        layout: session.settings().points().spp,
-        command: request.command.clone(),
-        folder,
-        names: session.names().clone(),
-        ..FilmHeader::default()
-    }
-}
-
-/// Statistics of the run whose image is written now.
-pub(crate) fn run_of(about: &FilmHeader, threads: Option<usize>) -> RunStatistics {
-    RunStatistics {
-        command: about.command.clone(),
-        folder: about.folder.clone(),
-        seal: about.seal.clone(),
-        layout: about.layout,
-        seconds: about.seconds,
-        rays: about.rays,
-        threads,
-        machine: Some(machine::describe()),
-        date: Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
-    }
 }
 
 /// Observer that cancels the render at Ctrl-C or at a point in time.

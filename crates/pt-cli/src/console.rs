@@ -11,7 +11,7 @@ use pathtracer::{Observer, Outcome, ProgressUpdate};
 use serde_json::json;
 
 use crate::arg_values::ProgressKind;
-use crate::args::Cli;
+use crate::job::{DisplayJob, Mode};
 use crate::message::printable;
 
 /// Interval between lines without a terminal.
@@ -53,7 +53,7 @@ struct State {
 impl Console {
     /// Creates the display of a render that has `done` of `total` samples, and a handler of Ctrl-C:
     /// the first one stops the render, the second one ends the program.
-    pub(crate) fn new(cli: &Cli, done: u64, total: u64) -> Self {
+    pub(crate) fn new(job: &DisplayJob, mode: Mode, done: u64, total: u64) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let handler = ctrlc::set_handler(move || {
@@ -65,10 +65,10 @@ impl Console {
             report!("pathtracer: Ctrl-C will end the program without saving: {e}");
         }
         let terminal = std::io::stderr().is_terminal();
-        let display = match (cli.progress, cli.cs184) {
+        let display = match (job.kind, mode.cs184) {
             (ProgressKind::Json, _) => Display::Json,
             (ProgressKind::None, _) => Display::Nothing,
-            (ProgressKind::Auto, _) if cli.quiet => Display::Nothing,
+            (ProgressKind::Auto, _) if mode.quiet => Display::Nothing,
             // The course's program shows its progress on standard output.
             (ProgressKind::Auto, true) if !std::io::stdout().is_terminal() => Display::Nothing,
             (ProgressKind::Auto, true) => Display::Course,
@@ -79,7 +79,7 @@ impl Console {
         let latest =
             ProgressUpdate { done, estimated_totals: [total; 3], ..ProgressUpdate::default() };
         let state = State {
-            eta: Eta::new(done, total, cli.adaptive.is_some() || cli.cs184),
+            eta: Eta::new(done, total, job.is_adaptive),
             latest,
             shown: Duration::ZERO,
             percent: None,

@@ -8,7 +8,7 @@ use pathtracer::Film;
 use pathtracer::denoise::{self, DenoiseError, Denoiser, NEEDED};
 use pathtracer::image::{Channel, Image, Samples, SaveOptions};
 
-use crate::resolve::RenderJob;
+use crate::job::Mode;
 
 /// Layer of an EXR image, and suffix of the name of a PNG image, that contains the noisy image.
 const NOISY: &str = "noisy";
@@ -26,17 +26,16 @@ impl Denoising {
     ///
     /// # Errors
     /// If the library is missing and `--strict` is given.
-    pub(crate) fn begin(request: &RenderJob, threads: usize) -> Result<Self> {
-        let is_wanted = request.cli.denoise;
+    pub(crate) fn begin(is_wanted: bool, mode: Mode, threads: usize) -> Result<Self> {
         let denoiser = match is_wanted.then(|| Denoiser::open(threads)).transpose() {
             Ok(denoiser) => denoiser,
-            Err(error) if request.cli.strict => bail!("--denoise: {error}"),
+            Err(error) if mode.strict => bail!("--denoise: {error}"),
             Err(error) => {
                 warn(&error);
                 None
             }
         };
-        Ok(Self { is_wanted, is_quiet: request.cli.quiet, denoiser })
+        Ok(Self { is_wanted, is_quiet: mode.quiet, denoiser })
     }
 
     /// Returns the files of a rendered image. With denoising, the first one contains the denoised

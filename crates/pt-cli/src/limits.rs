@@ -1,15 +1,15 @@
 //! Memory limit: rejects renders whose estimated memory exceeds it before they allocate.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use bytesize::ByteSize;
-use pathtracer::{Scene, memory};
+use pathtracer::{Scene, light_groups, memory};
 
-use crate::resolve::{RenderJob, bytes_per_pixel};
-use crate::{FAILURE, light_groups};
+use crate::FAILURE;
+use crate::job::MemoryPlan;
 
 /// True while rendering: samples are not discarded when the limit is exceeded.
 static RENDERING: AtomicBool = AtomicBool::new(false);
@@ -43,8 +43,9 @@ pub(crate) fn begin_rendering() {
     RENDERING.store(true, Ordering::Relaxed);
 }
 
-/// Memory limit of a render.
+/// Memory limit of a render, and what it is compared with.
 pub(crate) struct Limit {
+    plan: MemoryPlan,
     /// Limit in bytes; `None` if neither the command line nor the system provides one.
     most: Option<u64>,
     /// Source of the limit, for the message.
@@ -52,28 +53,26 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
-    /// Returns the limit of the command line, or else the memory that is available to the program.
-    pub(crate) fn of(request: &RenderJob) -> Self {
-        if let Some(most) = request.cli.max_memory {
-            memory::set_limit(most.as_u64());
-            return Self { most: Some(most.as_u64()), source: "than --max-memory allows" };
+    /// Takes the limit of the command line, or else the memory that is available to the program.
+    pub(crate) fn new(plan: MemoryPlan) -> Self {
+        if let Some(most) = plan.limit {
+            memory::set_limit(most);
+            return Self { plan, most: Some(most), source: "than --max-memory allows" };
         }
         let used = memory::used_bytes().unwrap_or(0);
         let most = memory::available_bytes().map(|left| left + used);
-        Self { most, source: "than there is now" }
+        Self { plan, most, source: "than there is now" }
     }
 
     /// Checks the sizes of the image and of the files of the scene, before the scene is read.
     ///
     /// # Errors
     /// If they exceed the limit.
-    pub(crate) fn check_files(&self, request: &RenderJob) -> Result<()> {
-        let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
-        let files = request.scene().into_iter().chain(&request.cli.environment);
-        let files = files.map(|path| size(path)).sum();
-        let film = request.resolution.map_or(0, |resolution| {
-            film_bytes(request, resolution, light_groups::least(&request.cli))
-        });
+    pub(crate) fn check_files(&self) -> Result<()> {
+        let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |data| data.len());
+        let files = self.plan.files.iter().map(size).sum();
+        let named = self.plan.light_groups.as_ref().map_or(0, |groups| groups.named.len() + 1);
+        let film = self.plan.resolution.map_or(0, |resolution| self.film_bytes(resolution, named));
         self.check(&[("the files of the scene", files), ("the film", film)])
     }
 
@@ -81,14 +80,22 @@ impl Limit {
     ///
     /// # Errors
     /// If it exceeds the limit.
-    pub(crate) fn check_scene(&self, request: &RenderJob, scene: &Scene) -> Result<()> {
-        let resolution = request.resolution.or(scene.settings.resolution).unwrap_or_default();
-        let groups = light_groups::most(&request.cli, scene);
+    pub(crate) fn check_scene(&self, scene: &Scene) -> Result<()> {
+        let resolution = self.plan.resolution.or(scene.settings.resolution).unwrap_or_default();
+        let groups = &self.plan.light_groups;
+        let groups = groups.as_ref().map_or(0, |groups| light_groups::most(groups, scene));
         self.check(&[
             ("the scene", memory::used_bytes().unwrap_or(0)),
             ("its tables and tree", memory::bytes_of_tables(scene, None)),
-            ("the film", film_bytes(request, resolution, groups)),
+            ("the film", self.film_bytes(resolution, groups)),
         ])
+    }
+
+    /// Bytes of the film of an image with `groups` light groups, and of its development. A cropped
+    /// image needs only its rectangle.
+    fn film_bytes(&self, resolution: [u32; 2], groups: usize) -> u64 {
+        let [width, height] = self.plan.crop.unwrap_or(resolution).map(u64::from);
+        width * height * self.plan.pixel.with_groups(groups)
     }
 
     fn check(&self, parts: &[(&str, u64)]) -> Result<()> {
@@ -108,14 +115,4 @@ impl Limit {
         );
         Ok(())
     }
-}
-
-/// Bytes of the film of an image with `groups` light groups, and of its development. A cropped
-/// image needs only its cell.
-fn film_bytes(request: &RenderJob, [width, height]: [u32; 2], groups: usize) -> u64 {
-    let [width, height] = match request.cli.cell.as_deref() {
-        Some(&[_, _, dx, dy]) => [dx, dy],
-        _ => [width, height],
-    };
-    u64::from(width) * u64::from(height) * bytes_per_pixel(&request.cli, groups)
 }

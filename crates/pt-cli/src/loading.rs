@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use bytesize::ByteSize;
 use pathtracer::{Limits, LoadOptions, Placement};
 
-use crate::{config, resolve};
+use crate::{config, parse};
 
 /// Folders whose files a scene may reference.
 #[derive(clap::Args, Debug, Clone, Default, PartialEq, Eq)]
@@ -24,21 +23,21 @@ pub(crate) struct Folders {
 pub(crate) struct Loading {
     /// Value of $NAME in a Mitsuba scene, instead of its <default>; may be given for
     /// several names
-    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = resolve::definition)]
+    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = parse::definition)]
     #[arg(help_heading = "Scene")]
     pub(crate) define: Vec<(String, String)>,
 
     #[command(flatten)]
     pub(crate) folders: Folders,
 
-    /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory,
-    /// depth, shapes, elements, texture-side, texture-pixels, include-depth, files, seconds
-    #[arg(long, value_name = "NAME=VALUE", value_parser = limit, help_heading = "Scene")]
+    /// Limits of reading the scene, such as memory=2GB; may be given for several of memory, depth,
+    /// shapes, triangles, elements, texture-side, texture-pixels, include-depth, files, seconds
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse::limit, help_heading = "Scene")]
     limit: Vec<(String, u64)>,
 
-    /// Show the animations of a glTF scene at this time [default: all stands where it does at
-    /// rest]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = resolve::seconds)]
+    /// Time at which the animations of a glTF scene are shown, such as 1.5 or 2m [default: the rest
+    /// pose]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = parse::seconds)]
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
 
@@ -49,9 +48,9 @@ pub(crate) struct Loading {
     pub(crate) camera: Option<String>,
 
     /// Radius of points and lines, which are shown as spheres and cylinders, in the unit of the
-    /// scene [default: as the file says, or half of the mean distance between points; of
-    /// lines, 1/250 of their extent]
-    #[arg(long, value_name = "RADIUS", value_parser = resolve::radius)]
+    /// scene [default: as in the file, or half of the median distance to the fourth nearest
+    /// point; for lines, 1/250 of their extent]
+    #[arg(long, value_name = "RADIUS", value_parser = parse::radius)]
     #[arg(help_heading = "Scene")]
     pub(crate) point_radius: Option<f64>,
 }
@@ -98,19 +97,4 @@ impl Loading {
             _ => None,
         }
     }
-}
-
-/// Parses the name and the value of a limit.
-fn limit(text: &str) -> Result<(String, u64), String> {
-    let Some((name, value)) = text.split_once('=') else {
-        let names = Limits::NAMES.join(", ");
-        return Err(format!("expected NAME=VALUE, with one of the names {names}"));
-    };
-    let expected = "expected a whole number from 1 up, or an amount as in memory=2GB";
-    let value = value.parse::<ByteSize>().map_err(|_| expected)?.as_u64();
-    if value == 0 {
-        return Err(expected.to_owned());
-    }
-    Limits::default().set(name, value)?;
-    Ok((name.to_owned(), value))
 }

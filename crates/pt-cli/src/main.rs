@@ -8,6 +8,8 @@ mod message;
 mod arg_values;
 mod args;
 mod checkpointing;
+mod command_args;
+mod command_line;
 mod commands;
 mod config;
 mod console;
@@ -15,8 +17,8 @@ mod course;
 mod cpu;
 mod denoise;
 mod environment;
-mod image_options;
-mod light_groups;
+mod film_header;
+mod job;
 mod limits;
 mod loading;
 mod lock;
@@ -24,8 +26,10 @@ mod machine;
 mod opacity;
 mod output;
 mod panic;
+mod parse;
 mod resolve;
 mod seal;
+mod settings;
 mod sort;
 mod stop_options;
 mod summary;
@@ -34,7 +38,7 @@ mod trust;
 
 use std::process::ExitCode;
 
-use commands::Command;
+use command_args::Command;
 
 /// Exit status for invalid arguments, files and environments.
 const FAILURE: u8 = 2;
@@ -51,11 +55,11 @@ fn run() -> ExitCode {
         report!("pathtracer: {message}");
         return ExitCode::from(FAILURE);
     }
-    let action = match args::parse(std::env::args_os()) {
+    let action = match command_line::parse(std::env::args_os()) {
         Ok(action) => action,
         Err(error) => return error.report(),
     };
-    if !matches!(action, args::Action::Print(_))
+    if !matches!(action, command_line::Action::Print(_))
         && let Err(error) = config::read()
     {
         report!("pathtracer: {error:#}");
@@ -63,15 +67,21 @@ fn run() -> ExitCode {
     }
     limits::watch();
     let done = match action {
-        args::Action::Print(text) => output::print_as_is(&text),
-        args::Action::Render(request) => commands::render::run(&request),
-        args::Action::Command(Command::Resume(resume)) => commands::resume::run(&resume),
-        args::Action::Command(Command::Merge(merge)) => commands::merge::run(&merge),
-        args::Action::Command(Command::Info(info)) => commands::info_image::run(&info),
-        args::Action::Command(Command::Check(check)) => commands::check::run(&check),
-        args::Action::Command(Command::Rerender(rerender)) => commands::rerender::run(&rerender),
-        args::Action::Command(Command::Explain(explain)) => commands::explain::run(*explain),
-        args::Action::Command(Command::Convert(convert)) => commands::convert::run(&convert),
+        command_line::Action::Print(text) => output::print_as_is(&text),
+        command_line::Action::Render(job) => commands::render::run(*job),
+        command_line::Action::Command(Command::Resume(resume)) => commands::resume::run(&resume),
+        command_line::Action::Command(Command::Merge(merge)) => commands::merge::run(&merge),
+        command_line::Action::Command(Command::Info(info)) => commands::info_image::run(&info),
+        command_line::Action::Command(Command::Check(check)) => commands::check::run(&check),
+        command_line::Action::Command(Command::Rerender(rerender)) => {
+            commands::rerender::run(&rerender)
+        }
+        command_line::Action::Command(Command::Explain(explain)) => {
+            commands::explain::run(*explain)
+        }
+        command_line::Action::Command(Command::Convert(convert)) => {
+            commands::convert::run(&convert)
+        }
     };
     done.unwrap_or_else(|error| {
         report!("pathtracer: {}", message::of_error(&error));

@@ -1,7 +1,9 @@
 //! Options of alpha and of hidden lights.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use pathtracer::{Aov, Hidden, RenderHints};
+
+use crate::arg_values::Switch;
 
 /// Options of alpha and of hidden lights.
 #[derive(Args, Debug, Clone, Default)]
@@ -21,15 +23,6 @@ pub(crate) struct Opacity {
     /// Do not show emissive surfaces directly; the camera sees what is behind them
     #[arg(long, conflicts_with = "cs184")]
     pub(crate) hide_emitters: bool,
-}
-
-/// Values of a switch.
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Switch {
-    /// Yes
-    On,
-    /// No, even if the file asks for it
-    Off,
 }
 
 impl Opacity {

@@ -7,13 +7,14 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use pathtracer::cryptomatte::{self, Names};
 use pathtracer::image::{self, Extreme, Image, SaveOptions};
-use pathtracer::provenance::Provenance;
+use pathtracer::provenance::{self, Provenance};
 use pathtracer::{Film, Region, Session, aov, groups};
 
+use crate::arg_values::ReceiptKind;
 use crate::denoise::Denoising;
-use crate::image_options::{self, Exposure};
+use crate::job::{Mode, OutputJob};
 use crate::message::printable;
-use crate::resolve::RenderJob;
+use crate::tev::Viewer;
 
 /// Prints a text, [printable], to standard output; a closed reader is no error.
 ///
@@ -33,6 +34,11 @@ pub(crate) fn print_as_is(text: &[u8]) -> Result<ExitCode> {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("cannot print"),
         _ => Ok(ExitCode::SUCCESS),
     }
+}
+
+/// Returns true if the extension is that of a film.
+pub(crate) fn is_film(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"))
 }
 
 /// Path of the image of sampling rates beside an image.
@@ -72,39 +78,129 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film, denoised if requested, with the names of its Cryptomatte ids;
-/// returns the files.
-///
-/// # Errors
-/// If a file cannot be written; then it is as it was before.
-pub(crate) fn write_image(
-    film: &Film,
-    names: &Names,
-    path: &Path,
-    options: SaveOptions,
-    denoising: &Denoising,
-) -> Result<Vec<PathBuf>> {
-    let rendered = rendered(film);
-    let Image { width, height, .. } = rendered;
-    if image::is_image(path) {
+/// Files of a render, and how they are written.
+pub(crate) struct Output {
+    job: OutputJob,
+    mode: Mode,
+    denoising: Denoising,
+}
+
+impl Output {
+    /// Checks that the files can be written, and opens the library for denoising if it is needed.
+    ///
+    /// # Errors
+    /// If they cannot, or the library is missing and the mode is strict.
+    pub(crate) fn new(job: OutputJob, mode: Mode, threads: usize) -> Result<Self> {
+        for file in std::iter::once(&job.path).chain(&job.summary_json) {
+            check_writable(file)?;
+        }
+        let denoising = Denoising::begin(job.denoise, mode, threads)?;
+        Ok(Self { job, mode, denoising })
+    }
+
+    /// Path of the image, or of the film that is written instead.
+    pub(crate) fn path(&self) -> &Path {
+        &self.job.path
+    }
+
+    /// Path of the summary in JSON, if it is requested.
+    pub(crate) fn summary_json(&self) -> Option<&Path> {
+        self.job.summary_json.as_deref()
+    }
+
+    /// Returns true if only the film is written.
+    pub(crate) fn is_film(&self) -> bool {
+        is_film(&self.job.path) && !self.mode.cs184
+    }
+
+    /// Connects to the viewer, if one is requested; prints a warning if that fails.
+    pub(crate) fn connect(&self) -> Option<Viewer> {
+        let address = self.job.tev.as_deref()?;
+        let connected = Viewer::connect(address, &self.job.path.display().to_string());
+        connected.map_err(|warning| report!("warning: {warning}")).ok()
+    }
+
+    /// Writes the image, and the sampling rates of an adaptive render; returns the files.
+    ///
+    /// # Errors
+    /// If a file cannot be written; then it is as it was before.
+    pub(crate) fn write(&self, session: &Session, provenance: &Provenance) -> Result<Vec<PathBuf>> {
+        let mut files = self.write_film(session.film(), session.names(), provenance)?;
+        if self.mode.cs184 || session.settings().adaptive.is_some() {
+            let rate = rate_path(&self.job.path, self.mode.cs184);
+            let (width, height, pixels) = session.rate_image();
+            image::save_rgb8(&rate, width, height, &pixels)?;
+            files.push(rate);
+        }
+        Ok(files)
+    }
+
+    /// Writes the image of a film, denoised if requested, with the names of its Cryptomatte ids;
+    /// returns the files.
+    ///
+    /// # Errors
+    /// If a file cannot be written; then it is as it was before.
+    pub(crate) fn write_film(
+        &self,
+        film: &Film,
+        names: &Names,
+        provenance: &Provenance,
+    ) -> Result<Vec<PathBuf>> {
+        let path = &self.job.path;
+        let rendered = rendered(film);
+        let options = self.save_options(&rendered, provenance);
+        let Image { width, height, .. } = rendered;
+        if !image::is_image(path) {
+            let encode = |v| options.transfer.encode8(v);
+            let bytes: Vec<[u8; 3]> = rendered.pixels.iter().map(|p| p.map(encode)).collect();
+            image::save_rgb8(path, width, height, &bytes)?;
+            return Ok(vec![path.clone()]);
+        }
         let mut options =
             SaveOptions { alpha: film.alpha(), channels: aov::channels(film), ..options };
         options.channels.extend(cryptomatte::channels(film, names));
         options.metadata.extend(cryptomatte::metadata(film, names));
         options.channels.extend(groups::channels(film));
         let mut files = Vec::new();
-        for (path, image, options) in denoising.images(film, path, rendered, options) {
+        for (path, image, options) in self.denoising.images(film, path, rendered, options) {
             image::save(&image, &path, &options)?;
             warn_beyond_half(&path, image::count_beyond_half(&image, &options));
             files.push(path);
         }
-        return Ok(files);
+        Ok(files)
     }
-    let transfer = options.transfer;
-    let bytes: Vec<[u8; 3]> =
-        rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
-    image::save_rgb8(path, width, height, &bytes)?;
-    Ok(vec![path.to_owned()])
+
+    /// Options of the image file, with its metadata and exposure.
+    fn save_options(&self, rendered: &Image, provenance: &Provenance) -> SaveOptions {
+        let provenance = match self.job.metadata {
+            ReceiptKind::Full => Some(provenance.to_text()),
+            ReceiptKind::Stable => Some(Provenance { run: None, ..provenance.clone() }.to_text()),
+            ReceiptKind::None => None,
+        };
+        let software = ("Software", concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned());
+        let metadata =
+            std::iter::once(software).chain(provenance.map(|text| (provenance::KEY, text)));
+        let mut options = SaveOptions {
+            metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),
+            ..self.job.save.clone()
+        };
+        if self.job.auto_exposure {
+            options.tone.exposure = image::auto_exposure(rendered);
+        }
+        options
+    }
+
+    /// Prints a note if a PNG image is nearly all black or white, with a likely cause and a remedy.
+    pub(crate) fn report_extremes(&self, session: &Session) {
+        let is_png = self.job.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if is_png
+            && !self.mode.cs184
+            && !self.job.auto_exposure
+            && let Some(message) = extreme(session, self.job.save.tone.exposure)
+        {
+            report!("note: {message}");
+        }
+    }
 }
 
 fn warn_beyond_half(path: &Path, count: usize) {
@@ -117,71 +213,33 @@ fn warn_beyond_half(path: &Path, count: usize) {
     }
 }
 
-/// Options for writing the image of a film.
-pub(crate) fn save_options(request: &RenderJob, receipt: &Provenance, film: &Film) -> SaveOptions {
-    let mut options = request.save_options(receipt);
-    if request.cli.exposure == Some(Exposure::Auto) {
-        options.tone.exposure = image::auto_exposure(&rendered(film));
-    }
-    options
-}
-
 /// Image of a film without denoising.
 fn rendered(film: &Film) -> Image {
     let Region { width, height, .. } = film.region();
     Image { width, height, pixels: pathtracer::radiance(film) }
 }
 
-/// Writes the image, and the sampling rates of an adaptive render; returns the files.
-///
-/// # Errors
-/// If a file cannot be written; then it is as it was before.
-pub(crate) fn write(
-    session: &Session,
-    request: &RenderJob,
-    receipt: &Provenance,
-    denoising: &Denoising,
-) -> Result<Vec<PathBuf>> {
-    let path = request.output();
-    let course = request.cli.cs184;
-    let options = save_options(request, receipt, session.film());
-    let mut files = write_image(session.film(), session.names(), &path, options, denoising)?;
-    if course || session.settings().adaptive.is_some() {
-        let rate = rate_path(&path, course);
-        let (width, height, pixels) = session.rate_image();
-        image::save_rgb8(&rate, width, height, &pixels)?;
-        files.push(rate);
-    }
-    Ok(files)
-}
-
-/// Prints a note if a PNG image is nearly all black or white, with a likely cause and a remedy.
-pub(crate) fn report_extremes(session: &Session, request: &RenderJob) {
-    let is_png = request.output().extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if !is_png || request.cli.cs184 || request.cli.exposure == Some(Exposure::Auto) {
-        return;
-    }
+/// Message about an image that is nearly all black or white.
+fn extreme(session: &Session, exposure: f32) -> Option<String> {
     let image = session.image();
-    let message = match image::extreme(&image, image_options::tone(&request.cli).exposure) {
-        None => return,
-        Some(Extreme::Nothing) if session.scene().light_count == 0 => return, // already reported
-        Some(Extreme::Nothing) => {
+    Some(match image::extreme(&image, exposure)? {
+        Extreme::Nothing if session.scene().light_count == 0 => return None, // already reported
+        Extreme::Nothing => {
             "the image is black: no light reaches what is seen. --integrator normals shows the shapes, --camera fit all of them, \
              and -e FILE.exr gives light from all around"
                 .to_owned()
         }
-        Some(Extreme::Dark) => format!(
+        Extreme::Dark => format!(
             "nearly all of the image is black: its light is too weak for the distances of the scene, or falls elsewhere. \
              --exposure auto makes it brighter, by {:.1} stops; --camera fit shows all surfaces",
             image::auto_exposure(&image)
         ),
-        Some(Extreme::Bright) => format!(
+        Extreme::Bright => format!(
             "nearly all of the image is brighter than white. --exposure auto makes it darker, by {:.1} stops, and --tonemap \
              agx brings all light into the range of a screen",
             -image::auto_exposure(&image)
         ),
-    };
-    report!("note: {message}");
+    })
 }
 
 #[cfg(test)]

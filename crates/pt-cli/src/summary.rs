@@ -4,9 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
-use pathtracer::{Clamp, Outcome, Session, Statistics};
-
-use crate::stop_options;
+use pathtracer::{Clamp, Evaluation, Outcome, Session, Statistics};
 
 /// Summary of a render.
 pub(crate) struct Summary<'a> {
@@ -55,7 +53,7 @@ impl Summary<'_> {
             count(s.rays as usize, "ray"),
             s.rays as f64 / seconds * 1e-6
         );
-        if let Some(error) = stop_options::summary(self.session) {
+        if let Some(error) = error(self.session) {
             report!("error     {error}");
         }
         if self.session.settings().clamp != Clamp::NONE {
@@ -133,6 +131,35 @@ pub(crate) fn cpu_seconds() -> Option<f64> {
     let mut fields = after_name.split_ascii_whitespace().skip(11);
     let mut ticks = || fields.next()?.parse::<u64>().ok();
     Some((ticks()? + ticks()?) as f64 / TICKS_PER_SECOND)
+}
+
+/// Formats the measured error, as in "0.960 % of the displayed image (0.930 to 0.990)".
+fn words(look: &Evaluation) -> String {
+    let [error, least, most] = look.measured.to_array().map(|share| 100.0 * share);
+    format!("{error:.3} % of the displayed image ({least:.3} to {most:.3})")
+}
+
+/// Line of the summary with the measured and the requested error, or `None` without half buffers.
+pub(crate) fn error(session: &Session) -> Option<String> {
+    let look = session.look()?;
+    let Some(target) = &session.settings().target else { return Some(words(&look)) };
+    let asked = [("", target.error), ("noise ", target.noise)]
+        .into_iter()
+        .filter_map(|(name, share)| Some(format!("{name}{} %", 100.0 * share?)))
+        .collect::<Vec<_>>();
+    let noise = target.noise.map(|_| format!(", noise {:.3} % of white", 100.0 * look.noise));
+    Some(format!(
+        "{}{}; asked for: {} with a confidence of {} %",
+        words(&look),
+        noise.unwrap_or_default(),
+        asked.join(" and "),
+        100.0 * target.confidence
+    ))
+}
+
+/// Returns true if an error target was missed.
+pub(crate) fn is_missed(session: &Session) -> bool {
+    session.settings().target.is_some() && !session.look().is_some_and(|look| look.is_met())
 }
 
 #[cfg(test)]

@@ -41,8 +41,8 @@ pub(crate) fn check() -> Result<()> {
             circles.push(format!("  {name}: {}", shown(&circle, &graph)));
         }
         for (folder, used) in folders_of(&graph) {
-            let used: Vec<_> = used.into_iter().collect();
-            writeln!(folders, "{name}/{folder}: {}", used.join(" "))?;
+            let used: String = used.iter().map(|other| format!(" {other}")).collect();
+            writeln!(folders, "{name}/{folder}:{used}")?;
         }
     }
     println!("{} circles of files that import each other", circles.len());

@@ -8,7 +8,7 @@ use pathtracer::{LoadError, LoadResult, Span, Warning, scene_stats};
 use serde_json::{Value, json};
 
 use super::render;
-use crate::commands::Check;
+use crate::command_args::Check;
 use crate::{FAILURE, output};
 
 /// Exit status of a scene with notes alone, as of approximated features.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use anyhow::{Result, ensure};
 use pathtracer::{load_with, save};
 
-use crate::commands::Convert;
+use crate::command_args::Convert;
 
 /// Reads a scene, and writes it in another format.
 ///

@@ -10,9 +10,9 @@ use pathtracer::image;
 use pathtracer::provenance::{Provenance, RunStatistics};
 
 use super::info_scene;
-use crate::commands::Info;
+use crate::command_args::Info;
 use crate::output;
-use crate::resolve::is_film;
+use crate::output::is_film;
 
 /// Prints the provenance metadata of an image or a film, or the contents of a scene.
 ///

@@ -9,7 +9,7 @@ use bytesize::ByteSize;
 use pathtracer::scene_stats::{Item, SceneStats};
 
 use super::render;
-use crate::commands::Info;
+use crate::command_args::Info;
 use crate::output;
 
 /// Maximum number of names that are listed of each kind.

@@ -11,11 +11,12 @@ use pathtracer::image;
 use pathtracer::provenance::Provenance;
 
 use super::resume;
-use crate::checkpointing::run_of;
-use crate::commands::Merge;
-use crate::denoise::Denoising;
+use crate::command_args::Merge;
+use crate::film_header::run_of;
+use crate::job::OutputJob;
 use crate::lock::Lock;
-use crate::resolve::is_film;
+use crate::output::{Output, is_film};
+use crate::resolve::{EarlierRun, resolve};
 use crate::{output, seal};
 
 /// A film, its path, and the range of its samples.
@@ -49,15 +50,12 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     if is_film(path) {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
     } else {
-        let request = resume::request_of(&paths[0], &whole.about)?;
+        let cli = resume::stored_options(&paths[0], &whole.about)?;
+        let job = resolve(cli, Vec::new(), EarlierRun::default()).map_err(anyhow::Error::msg)?;
         let receipt = Provenance::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
-        let denoising = Denoising::begin(&request, 0)?;
-        let (film, names, options) = (
-            &whole.film,
-            &whole.about.names,
-            output::save_options(&request, &receipt, &whole.film),
-        );
-        output::write_image(film, names, path, options, &denoising)?;
+        let job_of_output = OutputJob { path: path.clone(), summary_json: None, ..job.output };
+        let output = Output::new(job_of_output, job.mode, 0)?;
+        output.write_film(&whole.film, &whole.about.names, &receipt)?;
     }
     if !merge.quiet {
         report!(

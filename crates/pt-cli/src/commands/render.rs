@@ -5,22 +5,24 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
+use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::provenance::Provenance;
 use pathtracer::{
-    CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Registration, Scene, Session,
-    Settings, SourceFile, Warning, camera_file,
+    Camera, CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Region, Registration,
+    RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
 };
 
 use crate::checkpointing::Checkpointer;
 use crate::console::Console;
-use crate::denoise::Denoising;
+use crate::film_header::film_header;
+use crate::job::{CompileJob, EnvironmentFile, Input, Mode, RenderJob};
 use crate::limits::Limit;
 use crate::lock::Lock;
-use crate::resolve::{RenderJob, check_estimator};
+use crate::output::Output;
+use crate::resolve::check_estimator;
 use crate::summary::{Summary, cpu_seconds};
-use crate::tev::Viewer;
-use crate::{course, limits, output, stop_options};
+use crate::{course, limits, summary};
 
 /// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -39,110 +41,127 @@ pub(crate) struct Done {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
     /// Provenance metadata of the image, if one was written.
-    pub(crate) receipt: Option<Provenance>,
+    pub(crate) provenance: Option<Provenance>,
 }
 
-/// Renders the image of the command line, writes it, and returns the exit status.
+/// Renders an image, writes it, and returns the exit status.
 ///
 /// # Errors
 /// As [`render`].
-pub(crate) fn run(request: &RenderJob) -> Result<ExitCode> {
-    Ok(render(request)?.status)
+pub(crate) fn run(job: RenderJob) -> Result<ExitCode> {
+    Ok(render(job)?.status)
 }
 
-/// Renders the image of the command line, and writes it.
+/// Renders an image, and writes it.
 ///
 /// # Errors
 /// If a file cannot be read or written, or a scene is invalid.
-pub(crate) fn render(request: &RenderJob) -> Result<Done> {
-    let path = request.output();
-    for file in std::iter::once(&path).chain(&request.cli.summary_json) {
-        output::check_writable(file)?;
-    }
-    let _lock = Lock::take(&path)?;
+pub(crate) fn render(job: RenderJob) -> Result<Done> {
+    let RenderJob { mode, input, compile, memory, schedule, output, display, command } = job;
+    let output = Output::new(output, mode, schedule.threads)?;
+    let _lock = Lock::take(output.path())?;
     let start = Instant::now();
-    let limit = Limit::of(request);
-    limit.check_files(request)?;
-    let denoising = Denoising::begin(request, threads(request))?;
-    let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
-    warn_missing(&scene.missing);
-    report_notes(request, &scene, &session);
-    let threads = threads(request);
+    let limit = Limit::new(memory);
+    limit.check_files()?;
+    let is_crop = compile.crop.is_some();
+    let mut prepared = prepare(&input, compile, &limit, mode, start)?;
+    warn_missing(&prepared.scene.missing);
+    prepared.report_notes(mode);
+    let header = prepared.film_header(&input, output.path(), command);
+    let Prepared { scene, session, load, .. } = &mut prepared;
+    let words = header.command.clone();
     let mut checkpointing =
-        Checkpointer::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;
-    if request.cli.cs184 && !request.cli.quiet {
-        course::built(&session, threads);
+        Checkpointer::begin(&schedule, mode, session, header, output.path(), start)?;
+    if mode.prints_cs184() {
+        course::built(session, schedule.threads);
     }
     limits::begin_rendering();
-    let console = Console::new(&request.cli, session.film().samples(), total(&session));
+    let console = Console::new(&display, mode, session.film().samples(), total(session));
     let cpu = cpu_seconds();
-    let mut viewer = connect(request);
-    let (progress, statistics) =
-        checkpointing.render(&mut session, request, &console, &mut viewer)?;
+    let mut viewer = output.connect();
+    let (progress, statistics) = checkpointing.render(session, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish(progress);
-    report_invalid_samples(request, &session);
-    if request.cli.cs184 && !request.cli.quiet {
+    report_invalid_samples(&words, mode, session);
+    if mode.prints_cs184() {
         course::rendered(&statistics);
     }
-    let (files, receipt) = checkpointing.finish(&session, request, progress, &denoising)?;
+    let (files, provenance) = checkpointing.finish(session, &output, progress)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         report!("warning: {warning}");
     }
-    let missing = scene.missing.len();
-    let summary = Summary { session: &session, statistics, progress, threads, missing, load, cpu };
-    if let Some(path) = &request.cli.summary_json {
+    let summary = Summary {
+        session,
+        statistics,
+        progress,
+        threads: schedule.threads,
+        missing: scene.missing.len(),
+        load: *load,
+        cpu,
+    };
+    if let Some(path) = output.summary_json() {
         summary.write_json(path)?;
     }
-    if request.cli.cs184 && !request.cli.quiet {
-        course::saved(&path, request.cli.cell.is_some());
-    } else if !request.cli.quiet {
+    if mode.prints_cs184() {
+        course::saved(output.path(), is_crop);
+    } else if !mode.quiet {
         summary.print();
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
         report!("saved {}", names.join(" and "));
-        if request.scene().is_none() {
+        if input.scene.is_none() {
             next_steps();
         }
     }
-    warn_incomplete(&scene);
-    if !request.cli.quiet {
-        output::report_extremes(&session, request);
+    warn_incomplete(scene);
+    if !mode.quiet {
+        output.report_extremes(session);
     }
-    let status = match progress {
-        Outcome::Cancelled if console.cancelled() => {
-            report!("stopped early: the image holds the samples taken so far");
-            if checkpointing.keeps() {
-                report!("to go on: pathtracer resume {}", path.display());
-            }
-            ExitCode::from(INTERRUPTED)
-        }
-        ended => {
-            let out_of_time = ended == Outcome::Cancelled;
-            let is_missed = report_missed_target(&session, out_of_time);
-            if out_of_time && !request.cli.quiet {
-                report!("time is up: the image holds the samples taken so far");
-                if checkpointing.keeps() {
-                    report!("to go on: pathtracer resume {}", path.display());
-                }
-            }
-            if request.cli.strict && (is_missed || session.film().invalid_samples().count() > 0) {
-                ExitCode::from(NOT_AS_ASKED)
-            } else if scene.missing.is_empty() {
-                ExitCode::SUCCESS
-            } else {
-                ExitCode::from(MISSING)
-            }
-        }
+    let is_interrupted = progress == Outcome::Cancelled && console.cancelled();
+    let resumable = checkpointing.keeps().then(|| output.path());
+    let status = if is_interrupted {
+        report_stop("stopped early", resumable);
+        ExitCode::from(INTERRUPTED)
+    } else {
+        ended(scene, session, progress, mode, resumable)
     };
-    Ok(Done { status, progress, receipt })
+    Ok(Done { status, progress, provenance })
+}
+
+/// Exit status of a render that was not interrupted, after warnings about what it misses.
+fn ended(
+    scene: &Scene,
+    session: &Session,
+    progress: Outcome,
+    mode: Mode,
+    resumable: Option<&Path>,
+) -> ExitCode {
+    let out_of_time = progress == Outcome::Cancelled;
+    let is_missed = report_missed_target(session, out_of_time);
+    if out_of_time && !mode.quiet {
+        report_stop("time is up", resumable);
+    }
+    if mode.strict && (is_missed || session.film().invalid_samples().count() > 0) {
+        ExitCode::from(NOT_AS_ASKED)
+    } else if scene.missing.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(MISSING)
+    }
+}
+
+/// Reports that the image lacks samples, and the command that continues the render.
+fn report_stop(cause: &str, resumable: Option<&Path>) {
+    report!("{cause}: the image holds the samples taken so far");
+    if let Some(path) = resumable {
+        report!("to go on: pathtracer resume {}", path.display());
+    }
 }
 
 /// Prints a warning if the error target was missed, and returns true if it was.
 fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
-    let is_missed = stop_options::is_missed(session);
+    let is_missed = summary::is_missed(session);
     if is_missed {
-        let found =
-            stop_options::summary(session).unwrap_or("it has not enough samples to tell".into());
+        let found = summary::error(session).unwrap_or("it has not enough samples to tell".into());
         let cause = if out_of_time {
             "time was up before".to_owned()
         } else {
@@ -153,44 +172,104 @@ fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
     is_missed
 }
 
-/// Connects to the viewer, if one is requested; prints a warning if that fails.
-fn connect(request: &RenderJob) -> Option<Viewer> {
-    let address = request.cli.tev.as_deref()?;
-    let connected = Viewer::connect(address, &request.output().display().to_string());
-    connected.map_err(|warning| report!("warning: {warning}")).ok()
-}
-
 /// A scene that is ready to be rendered.
 pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
     /// The files that were read.
     sources: Vec<SourceFile>,
+    /// True if the scene file requests channels for which the image has no room.
+    leaves_channels_out: bool,
     /// Wall-clock time of reading files.
     load: Duration,
 }
 
-/// Reads and compiles the scene of the command line.
+impl Prepared {
+    /// Header of the film of the image at `path`.
+    fn film_header(&self, input: &Input, path: &Path, command: Vec<String>) -> FilmHeader {
+        let Self { scene, session, sources, .. } = self;
+        film_header(input, session, sources, &scene.missing, (path, command))
+    }
+
+    /// Prints the warnings and notes of a scene.
+    pub(crate) fn report_notes(&self, mode: Mode) {
+        if mode.quiet {
+            return;
+        }
+        for warning in &self.scene.warnings {
+            report!("note: {warning}");
+        }
+        if self.leaves_channels_out {
+            let channels = self.scene.settings.aovs.join(", ");
+            report!(
+                "note: the scene asks for {channels} too; they are left out without -f out.exr"
+            );
+        }
+        for note in self.session.notes() {
+            report!("note: {note}");
+        }
+    }
+}
+
+/// Reads and compiles a scene.
 ///
 /// # Errors
 /// If a file cannot be read, or a scene is invalid.
-pub(crate) fn prepare(request: &RenderJob, limit: &Limit, start: Instant) -> Result<Prepared> {
+pub(crate) fn prepare(
+    input: &Input,
+    CompileJob { options, crop, settings }: CompileJob,
+    limit: &Limit,
+    mode: Mode,
+    start: Instant,
+) -> Result<Prepared> {
     let mut sources = Vec::new();
-    let environment = load_environment(request, &mut sources)?;
-    let scene = load_scene(request, &mut sources)?;
-    limit.check_scene(request, &scene)?;
+    let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
+    let scene = load_scene(input, mode, &mut sources)?;
+    limit.check_scene(&scene)?;
     let load = start.elapsed();
-    let session = compile(request, &scene, environment, &mut sources)?;
-    Ok(Prepared { scene, session, sources, load })
+    let leaves_channels_out = settings.channels.leaves_out(&scene.settings);
+    let camera = load_camera(input.camera_file.as_deref(), &scene, mode, &mut sources)?;
+    let options = CompileOptions { environment, camera, ..options };
+    let settings = settings.for_scene(&scene);
+    check_estimator(&settings).map_err(anyhow::Error::msg)?;
+    let name = input.scene.as_ref().map_or("the scene".into(), |p| p.display().to_string());
+    let mut session = Session::new(&scene, options, settings)
+        .with_context(|| format!("{name} cannot be rendered"))?;
+    let resolution = session.scene().camera.resolution;
+    if let Some(region) = region(crop, &scene.settings, resolution, mode)? {
+        session.restrict(region)?;
+    }
+    if mode.cs184 {
+        session.count_tests();
+    }
+    Ok(Prepared { scene, session, sources, leaves_channels_out, load })
 }
 
-fn threads(request: &RenderJob) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    match request.cli.threads {
-        None if request.cli.cs184 => 1,
-        None | Some(0) => cores(),
-        Some(n) => n,
-    }
+/// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of the
+/// crop window of the scene file, which is relative to the size of the image.
+///
+/// # Errors
+/// If the region is not inside an image of this size.
+fn region(
+    crop: Option<[u32; 4]>,
+    file: &RenderHints,
+    [width, height]: [u32; 2],
+    mode: Mode,
+) -> Result<Option<Region>> {
+    let Some([x, y, dx, dy]) = crop else {
+        let crop = file.crop_of([width, height]).filter(|_| !mode.cs184);
+        return Ok(crop.map(|[x, y, width, height]| Region { x, y, width, height }));
+    };
+    let top = u64::from(y) + u64::from(dy);
+    let row = u64::from(height).checked_sub(top).map(|row| row as u32);
+    let region = row.map(|row| Region { x, y: row, width: dx, height: dy });
+    let inside = region.filter(|r| r.is_inside([width, height]));
+    Ok(Some(inside.ok_or_else(|| {
+        anyhow!(
+            "-p {x} {y} {dx} {dy}: the cell must have pixels and lie in the image of {width} x \
+             {height}"
+        )
+    })?))
 }
 
 fn total(session: &Session) -> u64 {
@@ -201,14 +280,14 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(request: &RenderJob, sources: &mut Vec<SourceFile>) -> Result<Scene> {
-    let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
-    if request.cli.cs184 && !request.cli.quiet {
+fn load_scene(input: &Input, mode: Mode, sources: &mut Vec<SourceFile>) -> Result<Scene> {
+    let Some(path) = &input.scene else { return Ok(pathtracer::default_scene()) };
+    if mode.prints_cs184() {
         course::input(path);
     }
-    let reading = pathtracer::read_with(path, &request.load_options());
+    let reading = pathtracer::read_with(path, &input.load);
     sources.extend(reading.sources);
-    if reading.scene.is_err() && !request.cli.strict {
+    if reading.scene.is_err() && !mode.strict {
         warn_missing(&reading.missing);
     }
     Ok(reading.scene?)
@@ -216,12 +295,12 @@ fn load_scene(request: &RenderJob, sources: &mut Vec<SourceFile>) -> Result<Scen
 
 /// Reads the environment map; under `--cs184`, also writes the image of its sampling probabilities.
 fn load_environment(
-    request: &RenderJob,
+    file: Option<&EnvironmentFile>,
+    mode: Mode,
     sources: &mut Vec<SourceFile>,
 ) -> Result<Option<EnvironmentMap>> {
-    let Some(path) = &request.cli.environment else { return Ok(None) };
-    let course = request.cli.cs184;
-    if course && !request.cli.quiet {
+    let Some(EnvironmentFile { path, layout }) = file else { return Ok(None) };
+    if mode.prints_cs184() {
         course::loading_environment(path);
     }
     image::check_readable(path)?;
@@ -229,78 +308,45 @@ fn load_environment(
         .with_context(|| format!("{}: cannot be read", path.display()))?;
     sources.push(pathtracer::source_file(path, &bytes));
     let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
-    if course {
+    if mode.cs184 {
         let debug = pathtracer::course::probability_debug(&map);
         image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
-        if !request.cli.quiet {
+        if !mode.quiet {
             course::environment_ready();
         }
     }
     let mut notes = Vec::from_iter(map.make_radiance());
-    match request.cli.environment_layout.square() {
+    match layout {
         None => notes.extend(map.doubt_as_sky()),
         Some(layout) => {
             let turned = layout.in_latitude_and_longitude(&map);
             map = turned.map_err(|message| anyhow!("{}: {message}", path.display()))?;
         }
     }
-    for note in notes {
-        if !request.cli.quiet {
-            report!("note: {}: {note}", path.display());
-        }
+    for note in notes.into_iter().filter(|_| !mode.quiet) {
+        report!("note: {}: {note}", path.display());
     }
     Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
 }
 
-fn compile(
-    request: &RenderJob,
+/// Reads the camera settings file, if there is one.
+fn load_camera(
+    path: Option<&Path>,
     scene: &Scene,
-    environment: Option<EnvironmentMap>,
+    mode: Mode,
     sources: &mut Vec<SourceFile>,
-) -> Result<Session> {
-    let cli = &request.cli;
-    let read = cli.camera_file.as_deref().map(camera_file::load).transpose()?;
-    let (mut camera, source) = read.unzip();
-    sources.extend(source);
-    if let (Some(camera), Some(of_scene)) = (&mut camera, scene.camera()) {
+) -> Result<Option<Camera>> {
+    let Some(path) = path else { return Ok(None) };
+    let (mut camera, source) = camera_file::load(path)?;
+    sources.push(source);
+    if let Some(of_scene) = scene.camera() {
         // Camera settings files contain neither.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
-    if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera_file) {
+    if mode.prints_cs184() {
         course::camera_loaded(path);
     }
-    let options = CompileOptions {
-        resolution: request.resolution,
-        course: cli.cs184,
-        bvh: request.bvh(),
-        most_single_lights: None,
-        most_copied_triangles: None,
-        environment,
-        studio: !cli.cs184,
-        compensated: false,         // set by the session
-        texture_coordinates: false, // set by the session
-        camera,
-        placement: cli.loading.placement(),
-        lens_radius: cli.lens_radius,
-        aperture: request.aperture(),
-        focal_distance: cli.focal_distance,
-        panorama: cli.panorama,
-        smooth_shadows: cli.smooth_shadows,
-    };
-    let region =
-        |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);
-    let settings: Settings = request.settings(scene);
-    check_estimator(&settings).map_err(anyhow::Error::msg)?;
-    let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
-    let mut session = Session::new(scene, options, settings)
-        .with_context(|| format!("{name} cannot be rendered"))?;
-    if let Some(region) = region(session.scene().camera.resolution)? {
-        session.restrict(region)?;
-    }
-    if cli.cs184 {
-        session.count_tests();
-    }
-    Ok(session)
+    Ok(Some(camera))
 }
 
 /// Lists the missing files, even with `-q`, since the image differs without them.
@@ -325,25 +371,8 @@ fn warn_incomplete(scene: &Scene) {
     );
 }
 
-/// Prints the warnings and notes of a scene.
-pub(crate) fn report_notes(request: &RenderJob, scene: &Scene, session: &Session) {
-    if request.cli.quiet {
-        return;
-    }
-    for warning in &scene.warnings {
-        report!("note: {warning}");
-    }
-    if request.leaves_channels_out(&scene.settings) {
-        let channels = scene.settings.aovs.join(", ");
-        report!("note: the scene asks for {channels} too; they are left out without -f out.exr");
-    }
-    for note in session.notes() {
-        report!("note: {note}");
-    }
-}
-
 /// Reports invalid samples, even with `-q`, since they indicate errors.
-fn report_invalid_samples(request: &RenderJob, session: &Session) {
+fn report_invalid_samples(command: &[String], mode: Mode, session: &Session) {
     let rejections = session.film().invalid_samples();
     let Some(first) = rejections.first.first() else { return };
     report!(
@@ -354,8 +383,8 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
         report!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.reason);
     }
     let (x, y, sample) = (first.x, first.y, first.sample);
-    if can_be_explained(request, session) {
-        let words = request.command.iter().map(String::as_str);
+    if can_be_explained(mode, session) {
+        let words = command.iter().map(String::as_str);
         // Arguments contain no NUL.
         let again = shlex::try_join(words).unwrap_or_default();
         report!(
@@ -370,10 +399,10 @@ fn report_invalid_samples(request: &RenderJob, session: &Session) {
 }
 
 /// Returns true if `pathtracer explain` supports the command line of this render.
-fn can_be_explained(request: &RenderJob, session: &Session) -> bool {
+fn can_be_explained(mode: Mode, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
     let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();
-    *reuse == 1 && *split == 1 && !request.cli.cs184 && INTEGRATORS.iter().any(records)
+    *reuse == 1 && *split == 1 && !mode.cs184 && INTEGRATORS.iter().any(records)
 }
 
 fn next_steps() {

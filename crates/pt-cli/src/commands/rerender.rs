@@ -8,8 +8,9 @@ use pathtracer::provenance::{Provenance, RunStatistics};
 use pathtracer::{Outcome, image};
 
 use super::{render, resume};
-use crate::commands::Rerender;
+use crate::command_args::Rerender;
 use crate::commands::render::Done;
+use crate::resolve::{EarlierRun, resolve};
 use crate::trust;
 
 /// Exit status if the images differ.
@@ -41,9 +42,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
         again.display()
     );
     let about = receipt.about();
-    let mut request = resume::request_of(&rerender.image, &about)?;
-    request.layout = Some(run.layout);
-    let cli = &mut request.cli;
+    let mut cli = resume::stored_options(&rerender.image, &about)?;
     cli.output = Some(Some(again.clone()));
     cli.samples = None;
     *(if cli.stop.has_target() { &mut cli.stop.max_spp } else { &mut cli.spp }) = Some(receipt.spp);
@@ -51,10 +50,16 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     cli.threads = rerender.threads.or(cli.threads);
     cli.quiet |= rerender.quiet;
     cli.restart = true;
-    trust::distrust(&rerender.image, cli, &rerender.folders);
-    trust::enter(&first, &about, cli)?;
-    request.of = Some(Box::new(receipt.clone()));
-    let Done { status, progress, receipt: second } = render::render(&request)?;
+    trust::distrust(&rerender.image, &mut cli, &rerender.folders);
+    trust::enter(&first, &about, &cli)?;
+    let is_quiet = cli.quiet;
+    let earlier = EarlierRun {
+        layout: Some(run.layout),
+        resumes: false,
+        expected: Some(Box::new(receipt.clone())),
+    };
+    let job = resolve(cli, about.command, earlier).map_err(anyhow::Error::msg)?;
+    let Done { status, progress, provenance: second } = render::render(job)?;
     if progress == Outcome::Cancelled {
         return Ok(status);
     }
@@ -62,7 +67,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     let (before, now) = (pixels(&first)?, pixels(&again)?);
     let same_film = second.is_some_and(|second| second.film == receipt.film);
     if same_film && before == now {
-        if !request.cli.quiet {
+        if !is_quiet {
             report!("{} is the same to the bit", rerender.image.display());
         }
         return Ok(status);

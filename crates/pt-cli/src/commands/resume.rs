@@ -8,10 +8,11 @@ use pathtracer::SamplerKind;
 use pathtracer::film_file::{self, FilmFile, FilmHeader, film_of_image};
 
 use super::render;
-use crate::args::{self, Action};
-use crate::commands::Resume;
-use crate::resolve::{RenderJob, is_film};
-use crate::trust;
+use crate::args::Cli;
+use crate::command_args::Resume;
+use crate::output::is_film;
+use crate::resolve::{EarlierRun, resolve};
+use crate::{command_line, trust};
 
 /// Continues a render with the command stored in its film.
 ///
@@ -26,11 +27,10 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
         film.display()
     );
     drop(samples);
-    let mut request = request_of(&film, &about)?;
-    let output = if is_film(&request.output()) { film } else { film.with_extension("") };
+    let mut cli = stored_options(&film, &about)?;
+    let is_part = cli.output.as_ref().and_then(Option::as_ref).is_some_and(|path| is_film(path));
+    let output = if is_part { film } else { film.with_extension("") };
     let output = std::path::absolute(&output).with_context(|| format!("{}", output.display()))?;
-    (request.layout, request.goes_on) = (Some(about.layout), true);
-    let cli = &mut request.cli;
     cli.output = Some(Some(output.clone()));
     let options: &[&str] = match &mut cli.samples {
         Some((_, to)) => {
@@ -46,17 +46,19 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
             &["--spp", "-s"]
         }
     };
+    let mut command = about.command.clone();
     if resume.spp.is_some() && !SamplerKind::from(cli.sampler).depends_on_spp() {
-        request.command = with_number(&request.command, options, spp);
+        command = with_number(&command, options, spp);
     }
     cli.stop.time_limit = resume.time_limit;
     cli.threads = resume.threads.or(cli.threads);
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;
     cli.restart = false;
-    trust::distrust(&resume.file, cli, &resume.folders);
-    trust::enter(&output, &about, cli)?;
-    render::run(&request)
+    trust::distrust(&resume.file, &mut cli, &resume.folders);
+    trust::enter(&output, &about, &cli)?;
+    let earlier = EarlierRun { layout: Some(about.layout), resumes: true, expected: None };
+    render::run(resolve(cli, command, earlier).map_err(anyhow::Error::msg)?)
 }
 
 /// Replaces the number behind one of these options in a command; appends the first option if none
@@ -97,17 +99,14 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
 ///
 /// # Errors
 /// If this version does not support the command.
-pub(crate) fn request_of(file: &Path, about: &FilmHeader) -> Result<RenderJob> {
-    let name = std::iter::once("pathtracer".into());
-    let args = name.chain(about.command.iter().map(Into::into));
-    match args::parse(args) {
-        Ok(Action::Render(request)) => Ok(*request),
-        _ => Err(anyhow!(
+pub(crate) fn stored_options(file: &Path, about: &FilmHeader) -> Result<Cli> {
+    command_line::stored_options(&about.command).ok_or_else(|| {
+        anyhow!(
             "{}: was made by a command that this version does not understand: pathtracer {}",
             file.display(),
             about.command.join(" ")
-        )),
-    }
+        )
+    })
 }
 
 #[cfg(test)]

@@ -11,10 +11,11 @@ use anyhow::{Result, bail, ensure};
 use pathtracer::explain::{self, Names};
 use pathtracer::{HALF_B_OFFSET, Region, Session};
 
+use crate::command_args::{Explain, OfPixel};
 use crate::commands::render::{self, Prepared};
-use crate::commands::{Explain, OfPixel};
+use crate::job::RenderJob;
 use crate::limits::Limit;
-use crate::{args, output};
+use crate::{command_line, output};
 
 /// Prints the explanation of a pixel, or of one of its samples.
 ///
@@ -34,32 +35,33 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
         !cli.man && cli.completions.is_none(),
         "--man and --completions print texts about the program; give them without explain"
     );
-    let request = args::checked(cli, Vec::new()).map_err(anyhow::Error::msg)?;
-    let Prepared { scene, session, .. } =
-        render::prepare(&request, &Limit::of(&request), Instant::now())?;
-    let pixel = pixel(&of, &session)?;
-    let first = request.cli.samples.map_or(0, |(from, _)| from);
+    let job = command_line::resolved(cli, Vec::new()).map_err(anyhow::Error::msg)?;
+    let RenderJob { mode, input, compile, memory, schedule, .. } = job;
+    let prepared = render::prepare(&input, compile, &Limit::new(memory), mode, Instant::now())?;
+    let Prepared { scene, session, .. } = &prepared;
+    let pixel = pixel(&of, session)?;
+    let first = schedule.first;
     render::warn_missing(&scene.missing);
-    render::report_notes(&request, &scene, &session);
-    if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
+    prepared.report_notes(mode);
+    if session.settings().in_halves() && of.sample.is_none() && !mode.quiet {
         report!(
             "note: the first of two halves of the samples; the other one begins with sample {HALF_B_OFFSET}"
         );
     }
-    let names = Names::new(&scene, session.scene());
+    let names = Names::new(scene, session.scene());
     let text = if let Some(number) = of.sample {
-        check_sample(number, first, &session)?;
-        match explain::explain_sample(&session, pixel, number)? {
+        check_sample(number, first, session)?;
+        match explain::explain_sample(session, pixel, number)? {
             Some(sample) if of.json => json::sample(names, pixel, &sample),
             Some(sample) => text::sample(names, pixel, &sample),
             None => bail!("sample {number} cannot be taken"),
         }
     } else {
-        let explanation = explain::explain(&session, pixel, first, of.top as usize)?;
+        let explanation = explain::explain(session, pixel, first, of.top as usize)?;
         if of.json {
-            json::explanation(names, &session, &explanation)
+            json::explanation(names, session, &explanation)
         } else {
-            text::explanation(names, &session, &explanation)
+            text::explanation(names, session, &explanation)
         }
     };
     output::print(&text)

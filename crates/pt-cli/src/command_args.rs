@@ -1,0 +1,229 @@
+//! The command lines of the commands other than `render`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Parser;
+
+use crate::args::Cli;
+use crate::loading::{Folders, Loading};
+use crate::parse;
+
+/// A command.
+#[derive(Parser, Debug, Clone)]
+#[command(name = "pathtracer", version, max_term_width = 100)]
+pub(crate) enum Command {
+    /// Continue a render from its samples
+    ///
+    /// The image will be the one that it would have been without a stop, to the bit. A scene or a
+    /// program that has changed since is refused.
+    Resume(Resume),
+    /// Merge the samples of several films, and write their image
+    ///
+    /// The image is the one of a single render of all samples, to the bit. What is there twice,
+    /// what is missing in between, and what belongs to another image is refused.
+    Merge(Merge),
+    /// Show how an image or a film was made, or the contents of a scene
+    Info(Info),
+    /// Report all problems of a scene, and which features are approximated
+    ///
+    /// Each thing with its file and line, or its path in the file. Status 0 says that there is
+    /// nothing to tell, 1 that there are notes alone, as where something is approximated, 4
+    /// that files are missing, and 2 that there are errors, so that the scene is refused.
+    Check(Check),
+    /// Render an image again by its metadata, and compare
+    ///
+    /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program
+    /// that has changed since is refused.
+    Rerender(Rerender),
+    /// Show the light paths of a pixel, their contributions, and the causes of its noise
+    ///
+    /// The samples of the pixel are taken once more, and they are, to the bit, those that a render
+    /// with the same options takes. So put explain in front of the arguments of a render, and
+    /// the pixel behind them; no file is written.
+    #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
+    Explain(Box<Explain>),
+    /// Write a scene in pathtracer's own format, or as glTF
+    ///
+    /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and
+    /// grids are in a folder beside it, NAME_files. A binary file of glTF (.glb) is for other
+    /// programs: what it cannot say becomes what is nearest to it or is left out, and notes
+    /// tell what. Nothing that exists is overwritten without --force. A scene of which files
+    /// are missing is refused.
+    Convert(Convert),
+}
+
+/// `pathtracer resume`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Resume {
+    /// The image, or its film (IMAGE.film)
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+
+    /// Samples per pixel that the image will have [default: as many as were asked for]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::positive)]
+    pub(crate) spp: Option<u32>,
+
+    /// Threads; 0 is one per core [default: as before]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]
+    pub(crate) threads: Option<usize>,
+
+    /// Stop after this time, as in 90s, 10m or 1h30m [default: never]
+    #[arg(long, value_name = "TIME", value_parser = parse::time_limit)]
+    pub(crate) time_limit: Option<Duration>,
+
+    /// Interval between checkpoints, such as 90s or 10m; 0 is never [default: as before]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = parse::duration)]
+    pub(crate) checkpoint_every: Option<Duration>,
+
+    #[command(flatten)]
+    pub(crate) folders: Folders,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `pathtracer merge`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Merge {
+    /// The films
+    #[arg(value_name = "FILM", required = true)]
+    pub(crate) films: Vec<PathBuf>,
+
+    /// Output: an image, .png or .exr, or a film, .film
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `pathtracer info`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Info {
+    /// An image, .png or .exr, a film, or a scene
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+
+    /// Print JSON: the receipt, or what the scene is made of
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+}
+
+/// `pathtracer check`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Check {
+    /// The scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// Missing files are errors
+    #[arg(long)]
+    pub(crate) strict: bool,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+}
+
+/// `pathtracer rerender`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Rerender {
+    /// The image, .png or .exr
+    #[arg(value_name = "IMAGE")]
+    pub(crate) image: PathBuf,
+
+    /// The second image [default: IMAGE_again, beside it]
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Overwrite the second image if there is one
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) folders: Folders,
+
+    /// Threads; 0 is one per core [default: as before]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]
+    pub(crate) threads: Option<usize>,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `pathtracer convert`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Convert {
+    /// The scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// Output, .json or .glb
+    #[arg(value_name = "OUTPUT")]
+    pub(crate) output: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+
+    /// Overwrite the files that there are
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `pathtracer explain`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Explain {
+    #[command(flatten)]
+    pub(crate) cli: Cli,
+    #[command(flatten)]
+    pub(crate) of: OfPixel,
+}
+
+/// Pixel or sample to explain, and format of the explanation.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct OfPixel {
+    /// Column of the pixel, from the left; the first is 0
+    #[arg(short = 'x', value_name = "X", allow_negative_numbers = true, value_parser = parse::count)]
+    #[arg(help_heading = "Explain")]
+    pub(crate) column: u32,
+
+    /// Row of the pixel, from the top; the first is 0
+    #[arg(short = 'y', value_name = "Y", allow_negative_numbers = true, value_parser = parse::count)]
+    #[arg(help_heading = "Explain")]
+    pub(crate) row: u32,
+
+    /// Tell all of the sample of this number, and nothing of the others; the first is 0
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse::count)]
+    #[arg(conflicts_with = "top", help_heading = "Explain")]
+    pub(crate) sample: Option<u32>,
+
+    /// Number of the brightest paths to show
+    #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
+    #[arg(value_parser = parse::count, help_heading = "Explain")]
+    pub(crate) top: u32,
+
+    /// Print JSON, with all that is known
+    #[arg(long, help_heading = "Explain")]
+    pub(crate) json: bool,
+}
+
+impl Command {
+    /// Returns true if there is a command of this name.
+    pub(crate) fn is_one(name: &str) -> bool {
+        ["resume", "merge", "info", "check", "rerender", "explain", "convert"].contains(&name)
+    }
+}

@@ -1,0 +1,78 @@
+//! Header of the film of a render: files, settings and command on which its samples depend.
+
+use std::path::Path;
+use std::time::SystemTime;
+
+use pathtracer::film_file::FilmHeader;
+use pathtracer::provenance::RunStatistics;
+use pathtracer::{LoadOptions, Session, SourceFile, Warning};
+
+use crate::job::Input;
+use crate::{machine, seal};
+
+/// Header of a film that is written for the image at `path`.
+pub(crate) fn film_header(
+    input: &Input,
+    session: &Session,
+    sources: &[SourceFile],
+    missing: &[Warning],
+    (path, command): (&Path, Vec<String>),
+) -> FilmHeader {
+    let mut settings = session.identity();
+    settings.extend(settings_of_loading(&input.load));
+    let folder = std::env::current_dir().unwrap_or_default();
+    FilmHeader {
+        version: env!("CARGO_PKG_VERSION").into(),
+        seal: seal::of(path, &folder, &command),
+        files: files(input.scene.as_deref(), sources),
+        settings,
+        spp: session.settings().spp,
+        layout: session.settings().points().spp,
+        command,
+        folder,
+        names: session.names().clone(),
+        missing: missing.iter().map(ToString::to_string).collect(),
+        ..FilmHeader::default()
+    }
+}
+
+/// Names of the files relative to the folder of the scene, with their hashes, each once.
+fn files(scene: Option<&Path>, sources: &[SourceFile]) -> Vec<(String, String)> {
+    let folder = scene.and_then(Path::parent);
+    let name = |path: &Path| {
+        let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
+        inside.unwrap_or(path).display().to_string()
+    };
+    let mut files: Vec<_> = sources.iter().map(|s| (name(&s.path), s.hash.clone())).collect();
+    let mut seen = std::collections::HashSet::new();
+    files.retain(|file| seen.insert(file.clone()));
+    files
+}
+
+/// Options of the readers that change the scene.
+fn settings_of_loading(load: &LoadOptions) -> Vec<(String, String)> {
+    let definitions = load.definitions.iter();
+    let mut settings: Vec<_> =
+        definitions.map(|(name, value)| (format!("${name}"), value.clone())).collect();
+    let camera = load.camera.clone();
+    settings.extend(camera.map(|camera| ("camera of the scene".into(), camera)));
+    settings.extend(load.time.map(|time| ("time of animations".into(), time.to_string())));
+    let radius = load.point_radius;
+    settings.extend(radius.map(|radius| ("radius of points".into(), radius.to_string())));
+    settings
+}
+
+/// Statistics of the run whose image is written now.
+pub(crate) fn run_of(about: &FilmHeader, threads: Option<usize>) -> RunStatistics {
+    RunStatistics {
+        command: about.command.clone(),
+        folder: about.folder.clone(),
+        seal: about.seal.clone(),
+        layout: about.layout,
+        seconds: about.seconds,
+        rays: about.rays,
+        threads,
+        machine: Some(machine::describe()),
+        date: Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+    }
+}
