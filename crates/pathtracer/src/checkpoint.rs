@@ -29,8 +29,7 @@ pub enum ExistingFilm {
 pub enum CheckpointError {
     /// Samples of another image exist, and would be lost.
     #[error(
-        "{}: contains an unfinished render that cannot be resumed because the following changed:{}\n\
-         render to another file, or discard the samples with --restart",
+        "{}: contains an unfinished render that cannot be resumed because the following changed:{}",
         path.display(),
         in_lines(differences)
     )]
@@ -41,7 +40,7 @@ pub enum CheckpointError {
         differences: Vec<Difference>,
     },
     /// Samples exist that cannot be read.
-    #[error("{0}\nrender to another file, or discard the samples with --restart")]
+    #[error(transparent)]
     Film(FilmFileError),
 }
 

@@ -62,9 +62,9 @@ pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};
 pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
 pub use pt_scene::image::{Image, Samples};
 pub use pt_scene::{
-    Aperture, Camera, DateTime, Daylight, Filter, Fit, GeoLocation, IesProfile, Light, LightKind,
-    Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout, SourceFile, Span,
-    TimeRange, Warning,
+    Aperture, Camera, DateTime, Daylight, Filter, Fit, GeoLocation, Hint, IesProfile, Light,
+    LightKind, Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
+    SourceFile, Span, TimeRange, Warning,
 };
 pub use session::Session;
 

@@ -10,7 +10,7 @@ use pt_core::{
 };
 use pt_cpu::{Feature, LightGroups, Outcome, RenderError, Renderer, Statistics};
 use pt_scene::image::{Channel, Image};
-use pt_scene::{Placement, Scene};
+use pt_scene::{Hint, Notes, Placement, Scene};
 
 use crate::cryptomatte::{self, Names};
 use crate::fingerprint::{self, Entry};
@@ -21,7 +21,7 @@ pub struct Session {
     scene: RenderScene,
     settings: Settings,
     film: Film,
-    notes: Vec<String>,
+    notes: Notes,
     geometry_time: Duration,
     bvh_time: Duration,
     counts_tests: bool,
@@ -69,9 +69,17 @@ impl Session {
             settings,
         };
         session.warn_ignored_media();
-        session.notes.extend(unlit);
+        if let Some(unlit) = unlit {
+            session.notes.push(unlit);
+            session.notes.suggest(Hint::AddEnvironment);
+            session.notes.suggest(Hint::ShowNormals);
+        }
         if placed != Some(Placement::Fit) {
-            session.notes.extend(view::note(scene, &session.scene));
+            let misplaced = view::note(scene, &session.scene);
+            if let Some(misplaced) = misplaced {
+                session.notes.push(misplaced);
+                session.notes.suggest(Hint::FitCamera);
+            }
         }
         if let Some(region) = session.settings.region {
             session.restrict(region)?;
@@ -85,10 +93,9 @@ impl Session {
         let sees = pt_cpu::integrator::by_name(name)
             .is_none_or(|integrator| integrator.supports(Feature::Media));
         if !sees && !self.scene.media.is_empty() {
-            self.notes.push(format!(
-                "the scene has media, which the integrator {name} leaves out; --integrator volpath \
-                 renders them"
-            ));
+            let note = format!("the scene has media, which the integrator {name} leaves out");
+            self.notes.push(note);
+            self.notes.suggest(Hint::UseIntegrator("volpath"));
         }
     }
 
@@ -190,7 +197,12 @@ impl Session {
 
     /// Notes about the scene.
     pub fn notes(&self) -> &[String] {
-        &self.notes
+        self.notes.lines()
+    }
+
+    /// Remedies for what the notes describe.
+    pub fn hints(&self) -> &[Hint] {
+        self.notes.hints()
     }
 
     /// Wall-clock times of collecting the shapes and of building the hierarchy.

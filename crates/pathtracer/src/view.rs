@@ -26,8 +26,6 @@ const GRID: [u32; 2] = [24, 16];
 const UNDERSIDE: f32 = 0.01;
 /// Maximum number of consecutive transparent surfaces that a ray passes.
 const MAX_HOLES: usize = 64;
-/// Remedy named in the notes.
-const ADVICE: &str = "--camera fit shows all surfaces";
 
 /// Returns a note if the camera is likely to be misplaced.
 pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
@@ -44,7 +42,7 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let below: Vec<_> = (0..seen.len()).filter(|i| rays[*i].direction.dot(up) < 0.0).collect();
     let void_below = below.iter().filter(|i| is_void(**i)).count();
     if void == seen.len() && !may_see(compiled, &camera) {
-        return Some(format!("the camera sees nothing of the scene: {ADVICE}"));
+        return Some("the camera sees nothing of the scene".to_owned());
     }
     let is_low = height(camera.position, up) <= underside(&bounds, up);
     let at = camera.position;
@@ -54,12 +52,12 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     if 2 * void_below >= seen.len() && (is_low || is_between) && !is_whole {
         let place = if is_low { "at the underside of" } else { "between" };
         return Some(format!(
-            "the camera stands {place} the surfaces, and at least half of what it looks at is empty: {ADVICE}"
+            "the camera stands {place} the surfaces, and at least half of what it looks at is empty"
         ));
     }
     let object = inside_of(scene, compiled, &camera, &seen)?;
     Some(format!(
-        "the camera stands inside of {}, where no light gets: {ADVICE}",
+        "the camera stands inside of {}, where no light gets",
         if object.name.is_empty() {
             "an object".to_owned()
         } else {

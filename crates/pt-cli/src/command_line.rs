@@ -37,16 +37,16 @@ impl ArgsError {
             Self::Clap(error) if !error.use_stderr() => {
                 return match error.print() {
                     Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-                        report!("pathtracer: cannot print: {e}");
+                        report!("error: cannot print: {e}");
                         ExitCode::from(crate::FAILURE)
                     }
                     _ => ExitCode::SUCCESS,
                 };
             }
-            Self::Clap(error) => report!("pathtracer: {}", message::of_parser(error)),
-            Self::Message(message) => report!("pathtracer: {message}"),
+            Self::Clap(error) => report!("error: {}", message::of_parser(error)),
+            Self::Message(message) => report!("error: {message}"),
         }
-        report!("For all options, try 'pathtracer --help'.");
+        report!("help: pathtracer --help lists all options");
         ExitCode::from(crate::FAILURE)
     }
 }

@@ -62,7 +62,7 @@ impl Console {
             }
         });
         if let Err(e) = handler {
-            report!("pathtracer: Ctrl-C will end the program without saving: {e}");
+            report!("warning: Ctrl-C will end the program without saving: {e}");
         }
         let terminal = std::io::stderr().is_terminal();
         let display = match (job.kind, mode.cs184) {

@@ -26,7 +26,7 @@ pub(crate) fn watch() {
             if used > limit.saturating_add(SLACK) && !RENDERING.load(Ordering::Relaxed) {
                 let size = |bytes| ByteSize::b(bytes).display().si();
                 report!(
-                    "pathtracer: what is read takes more memory than {}; allow more with --max-memory, or make it simpler",
+                    "error: reading takes more memory than {}; allow more with --max-memory, or simplify the scene",
                     size(limit)
                 );
                 std::process::exit(FAILURE.into());

@@ -18,6 +18,7 @@ mod cpu;
 mod denoise;
 mod environment;
 mod film_header;
+mod hints;
 mod job;
 mod limits;
 mod loading;
@@ -52,7 +53,7 @@ fn main() -> ExitCode {
 /// Runs the program; panics are handled by the caller.
 fn run() -> ExitCode {
     if let Err(message) = cpu::check() {
-        report!("pathtracer: {message}");
+        report!("error: {message}");
         return ExitCode::from(FAILURE);
     }
     let action = match command_line::parse(std::env::args_os()) {
@@ -62,7 +63,7 @@ fn run() -> ExitCode {
     if !matches!(action, command_line::Action::Print(_))
         && let Err(error) = config::read()
     {
-        report!("pathtracer: {error:#}");
+        report!("error: {error:#}");
         return ExitCode::from(FAILURE);
     }
     limits::watch();
@@ -84,7 +85,8 @@ fn run() -> ExitCode {
         }
     };
     done.unwrap_or_else(|error| {
-        report!("pathtracer: {}", message::of_error(&error));
+        message::report_error(&error);
+        hints::report_for(&error);
         ExitCode::from(FAILURE)
     })
 }

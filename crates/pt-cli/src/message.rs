@@ -1,7 +1,21 @@
 //! Formatting and output of messages.
+//!
+//! A message begins with its severity: `error`, `warning`, `note`, or `help` for advice, which is
+//! coloured on terminals unless the environment variable `NO_COLOR` is set.
 
 use std::fmt::{Display, Write as _};
 use std::io::Write as _;
+
+use anstyle::{AnsiColor, Style};
+use pathtracer::{Hint, LoadError};
+
+/// Severities with their colours.
+const SEVERITIES: [(&str, AnsiColor); 4] = [
+    ("error", AnsiColor::Red),
+    ("warning", AnsiColor::Yellow),
+    ("note", AnsiColor::Cyan),
+    ("help", AnsiColor::Green),
+];
 
 /// Prints a line to standard error, as [`message::report`](crate::message::report) does.
 macro_rules! report {
@@ -16,7 +30,44 @@ macro_rules! print_line {
 /// Prints a line to standard error, [printable]. Errors, such as a closed reader or a full disk,
 /// are ignored.
 pub(crate) fn report(text: impl Display) {
-    let _ = std::io::stderr().write_all((printable(&text.to_string()) + "\n").as_bytes());
+    let text = colored(&printable(&text.to_string())) + "\n";
+    let _ = anstream::AutoStream::auto(std::io::stderr()).write_all(text.as_bytes());
+}
+
+/// A message whose severity, if it has one, is coloured.
+fn colored(text: &str) -> String {
+    let severity = SEVERITIES.iter().find_map(|(word, color)| {
+        let rest = text.strip_prefix(word).filter(|rest| rest.starts_with(':'))?;
+        let style = Style::new().bold().fg_color(Some((*color).into()));
+        Some(format!("{style}{word}{style:#}{rest}"))
+    });
+    severity.unwrap_or_else(|| text.to_owned())
+}
+
+/// An error of reading a scene, with remedies.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub(crate) struct WithHints {
+    /// The error.
+    pub(crate) error: LoadError,
+    /// Remedies for it and for missing files.
+    pub(crate) hints: Vec<Hint>,
+}
+
+/// Reports an error; a scene with several has a message for each.
+pub(crate) fn report_error(error: &anyhow::Error) {
+    let of_scene = error.downcast_ref::<WithHints>().map(|with| &with.error);
+    match of_scene.or_else(|| error.downcast_ref()) {
+        Some(LoadError::Several(errors)) => {
+            for error in errors.iter().take(LoadError::MAX_SHOWN) {
+                report(format_args!("error: {error}"));
+            }
+            if let Some(more) = errors.len().checked_sub(LoadError::MAX_SHOWN).filter(|n| *n > 0) {
+                report(format_args!("note: … and {more} more errors"));
+            }
+        }
+        _ => report(format_args!("error: {}", of_error(error))),
+    }
 }
 
 /// Prints a line to standard output, [printable]. Errors, such as a closed reader or a full disk,
@@ -53,15 +104,15 @@ pub(crate) fn of_error(error: &anyhow::Error) -> String {
     text
 }
 
-/// Formats an error of the command line parser, without the usage and without its tip to pass
-/// unknown options as values, since no option takes such a value.
+/// Formats an error of the command line parser, without the usage; its tips are advice, except the
+/// one to pass unknown options as values, since no option takes such a value.
 pub(crate) fn of_parser(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let mut paragraphs = text.split("\n\n").map(str::trim_end);
     let first = paragraphs.next().unwrap_or_default();
     let what = first.strip_prefix("error: ").unwrap_or(first).to_owned();
     let tips = paragraphs.filter(|p| p.trim_start().starts_with("tip: ") && !p.contains("'-- "));
-    tips.fold(what, |all, tip| all + "\n" + tip)
+    tips.fold(what, |all, tip| all + "\n" + &tip.trim_start().replacen("tip: ", "help: ", 1))
 }
 
 #[cfg(test)]
@@ -74,6 +125,13 @@ mod tests {
             printable("a\x1b]0;t\x07\u{9b}\r é\tb\n"),
             "a\\u001b]0;t\\u0007\\u009b\\u000d é\tb\n"
         );
+    }
+
+    #[test]
+    fn severities_are_coloured() {
+        assert_eq!(colored("error: a: b"), "\u{1b}[1m\u{1b}[31merror\u{1b}[0m: a: b");
+        assert_eq!(colored("errors: a"), "errors: a");
+        assert_eq!(colored("saved a.png"), "saved a.png");
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub(crate) fn guarded(run: impl FnOnce() -> ExitCode) -> ExitCode {
     // State that the panic left inconsistent is not used afterwards.
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
         let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        report!("pathtracer: {}", message(&latest));
+        report!("error: {}", message(&latest));
         ExitCode::from(FAULT)
     })
 }

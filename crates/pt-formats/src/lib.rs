@@ -33,7 +33,7 @@ pub use encoded::Encoded;
 pub use error::LoadError;
 pub use json::schema as json_schema;
 use pt_io::guarded;
-use pt_scene::{Geometry, Scene, SourceFile, Warning};
+use pt_scene::{Geometry, Hint, Scene, SourceFile, Warning};
 pub use save::{SaveError, save};
 use shared::context::{self, Context};
 pub use shared::limits::Limits;
@@ -79,6 +79,8 @@ pub struct LoadResult {
     pub missing: Vec<Warning>,
     /// Warnings, as in [`Scene::warnings`].
     pub notes: Vec<Warning>,
+    /// Remedies for errors, missing files and notes, each once.
+    pub hints: Vec<Hint>,
     /// Files that were read, in this order, once per read.
     pub sources: Vec<SourceFile>,
 }
@@ -274,6 +276,7 @@ pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
             scene: Err(error),
             missing: Vec::new(),
             notes: Vec::new(),
+            hints: Vec::new(),
             sources: Vec::new(),
         },
     }

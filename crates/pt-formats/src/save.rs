@@ -28,7 +28,7 @@ pub enum SaveError {
         message: String,
     },
     /// A file or folder to be written exists already.
-    #[error("{} exists already; remove it, choose another name, or overwrite it by --force", path.display())]
+    #[error("{} exists already", path.display())]
     Exists {
         /// Path of the file or folder.
         path: PathBuf,

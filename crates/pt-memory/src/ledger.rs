@@ -1,6 +1,6 @@
 //! Ledger of the process's memory: large allocations are requested in advance.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::usage;
@@ -47,6 +47,14 @@ pub fn limit() -> Option<u64> {
     }
 }
 
+/// True after a request was denied.
+static IS_SHORT: AtomicBool = AtomicBool::new(false);
+
+/// Returns true if a request was denied since the start of the process.
+pub fn is_short() -> bool {
+    IS_SHORT.load(Ordering::Relaxed)
+}
+
 /// Requests memory that is about to be allocated.
 ///
 /// # Errors
@@ -58,8 +66,9 @@ pub fn ask(bytes: u64) -> Result<Grant, String> {
     let mut pending = PENDING.lock().unwrap_or_else(PoisonError::into_inner);
     let held = usage::used_bytes().unwrap_or(0).saturating_add(*pending);
     if let Some(limit) = limit().filter(|limit| held.saturating_add(bytes) > *limit) {
+        IS_SHORT.store(true, Ordering::Relaxed);
         return Err(format!(
-            "it needs {} MB of memory, and {} MB of at most {} MB are in use; allow more with --max-memory",
+            "it needs {} MB of memory, and {} MB of at most {} MB are in use",
             bytes.div_ceil(1_000_000),
             held / 1_000_000,
             limit / 1_000_000

@@ -8,7 +8,7 @@ mod ledger;
 mod usage;
 
 use bytemuck::Zeroable;
-pub use ledger::{Grant, SMALL, ask, limit, set_limit};
+pub use ledger::{Grant, SMALL, ask, is_short, limit, set_limit};
 pub use usage::{available_bytes, peak_bytes, used_bytes};
 
 /// Creates an empty vector with the given capacity.

@@ -53,8 +53,7 @@ impl Image {
         (self.width == self.height && self.width > 1).then(|| {
             format!(
                 "the image of the sky is square ({} × {}), and taken as latitude and longitude, which is twice as wide as \
-                 high; turn light probes (angular maps, mirrored balls) and octahedral maps into that first, or give \
-                 them by --environment with --environment-layout",
+                 high; light probes (angular maps, mirrored balls) and octahedral maps must be converted first",
                 self.width, self.height
             )
         })

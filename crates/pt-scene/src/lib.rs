@@ -9,6 +9,7 @@ pub mod filter;
 pub mod framing;
 pub mod geometry;
 pub mod hair;
+mod hint;
 pub mod image;
 pub mod light;
 pub mod material;
@@ -30,6 +31,7 @@ mod warning;
 pub use camera::{Aperture, Camera, Fit, Meter, Placement, Projection, Quantity};
 pub use filter::Filter;
 pub use geometry::Geometry;
+pub use hint::{Hint, Notes};
 pub use light::{
     DateTime, Daylight, GeoLocation, IesProfile, Light, LightKind, Portal, Rows, TimeRange,
 };

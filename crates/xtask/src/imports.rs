@@ -41,8 +41,9 @@ pub(crate) fn check() -> Result<()> {
             circles.push(format!("  {name}: {}", shown(&circle, &graph)));
         }
         for (folder, used) in folders_of(&graph) {
-            let used: String = used.iter().map(|other| format!(" {other}")).collect();
-            writeln!(folders, "{name}/{folder}:{used}")?;
+            write!(folders, "{name}/{folder}:")?;
+            used.iter().try_for_each(|other| write!(folders, " {other}"))?;
+            writeln!(folders)?;
         }
     }
     println!("{} circles of files that import each other", circles.len());

@@ -13,20 +13,44 @@ struct Rule {
     limit: usize,
     /// Returns true for a line of source code that breaks the rule.
     is_broken: fn(&str) -> bool,
+    /// Beginnings of the paths of files to which the rule does not apply.
+    except: &'static [&'static str],
 }
 
-const RULES: [Rule; 4] = [
-    Rule { name: "comment lines over 100 columns", limit: 0, is_broken: is_wide_comment },
+/// Files that may name options: the program, the chores, tests, and what runs other programs.
+const WITH_OPTIONS: &[&str] =
+    &["crates/pt-cli", "crates/xtask", "crates/pathtracer/tests", "crates/pt-denoise/src/find.rs"];
+
+const RULES: [Rule; 5] = [
+    Rule {
+        name: "comment lines over 100 columns",
+        limit: 0,
+        is_broken: is_wide_comment,
+        except: &[],
+    },
     Rule {
         name: "comment lines that begin with What, How, Whether, Where, Who, Those or Likewise",
         limit: 0,
         is_broken: begins_with_clause,
+        except: &[],
     },
-    Rule { name: "doc comments of one or two words", limit: 0, is_broken: says_nothing },
+    Rule {
+        name: "doc comments of one or two words",
+        limit: 0,
+        is_broken: says_nothing,
+        except: &[],
+    },
     Rule {
         name: "comment lines with told, tells, hears, glow or glows",
         limit: 0,
         is_broken: has_banned_word,
+        except: &[],
+    },
+    Rule {
+        name: "texts of libraries with options of the command line",
+        limit: 1, // an option of pbrt
+        is_broken: names_option,
+        except: WITH_OPTIONS,
     },
 ];
 
@@ -52,10 +76,11 @@ pub(crate) fn check() -> Result<()> {
     let mut places: [Vec<String>; RULES.len()] = Default::default();
     for path in &sources {
         let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-        let name = path.strip_prefix(root).unwrap_or(path).display();
+        let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
         for (number, line) in (1..).zip(text.lines()) {
             for (rule, places) in RULES.iter().zip(&mut places) {
-                if (rule.is_broken)(line) {
+                let applies = !rule.except.iter().any(|beginning| name.starts_with(beginning));
+                if applies && (rule.is_broken)(line) {
                     places.push(format!("{name}:{number}: {}", line.trim()));
                 }
             }
@@ -125,6 +150,12 @@ fn has_banned_word(line: &str) -> bool {
     all.any(|word| words.contains(&word))
 }
 
+fn names_option(line: &str) -> bool {
+    let is_option = |rest: &str| rest.starts_with(|c: char| c.is_ascii_lowercase());
+    let has = |mark| line.split(mark).skip(1).any(is_option);
+    comment(line).is_none() && [" --", "\"--", "(--"].into_iter().any(has)
+}
+
 /// Checks that the files in the last column of the glossary's tables exist.
 fn glossary(root: &Path) -> Result<()> {
     let path = root.join("docs/glossary.md");
@@ -154,6 +185,8 @@ mod tests {
         assert!(!begins_with_clause("    /// Whatever is lit.") && !begins_with_clause("// What"));
         assert!(says_nothing("/// They.") && says_nothing("    /// So many."));
         assert!(!says_nothing("/// It is a number of pixels."));
+        assert!(names_option("    \"give --force\"") && names_option("f(\"--limit: {0}\")"));
+        assert!(!names_option("    // --force") && !names_option("    a - -b -- 3"));
         assert!(has_banned_word("// what is told") && !has_banned_word("let told = 1;"));
     }
 }

@@ -206,7 +206,7 @@ fn faults_of_lights_are_refused_and_told() {
             let is_told = |note: &String| {
                 note.contains("image of the sky") || note.contains("negative radiance")
             };
-            let is_noted = compiled.notes.iter().any(is_told);
+            let is_noted = compiled.notes.lines().iter().any(is_told);
             for integrator in ["path", "volpath"] {
                 let refused = rejections(&compiled.scene, &settings(integrator));
                 // Among many lights, one without power is never sampled.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::render;
 use crate::command_args::Check;
-use crate::{FAILURE, output};
+use crate::{FAILURE, hints, output};
 
 /// Exit status of a scene with notes alone, as of approximated features.
 const NOTES: u8 = 1;
@@ -24,6 +24,8 @@ struct Findings {
     errors: Vec<Finding>,
     missing: Vec<Finding>,
     notes: Vec<Finding>,
+    /// Remedies.
+    advice: Vec<String>,
 }
 
 /// Prints the findings about a scene.
@@ -47,16 +49,19 @@ impl Findings {
         let told = |list: Vec<Warning>| list.into_iter().map(|w| (Some(w.at), w.message)).collect();
         let mut notes: Vec<Finding> = told(reading.notes);
         let mut errors = Vec::new();
+        let mut hints = reading.hints;
         match &reading.scene {
             Err(error) => errors.extend(error.each().iter().map(of_error)),
             Ok(scene) => match scene_stats::compiled(scene) {
                 Ok(session) => {
                     notes.extend(session.notes().iter().map(|note| (None, note.clone())));
+                    hints.extend(session.hints().iter().cloned());
                 }
                 Err(error) => errors.push((None, error.to_string())),
             },
         }
-        Self { errors, missing: told(reading.missing), notes }
+        let advice = hints.iter().map(hints::advice).collect();
+        Self { errors, missing: told(reading.missing), notes, advice }
     }
 
     /// Exit status: it indicates if a render would reject the scene or render it with placeholders.
@@ -84,6 +89,9 @@ impl Findings {
                 let _ = writeln!(text, "{name}: … and {more} more");
             }
         }
+        for advice in &self.advice {
+            let _ = writeln!(text, "help: {advice}");
+        }
         let count = |list: &[Finding], one: &str| {
             let s = if list.len() == 1 { "" } else { "s" };
             format!("{} {one}{s}", list.len())
@@ -108,6 +116,7 @@ impl Findings {
             },
             "errors": list(errors),
             "missing": list(missing),
+            "help": self.advice,
             "notes": list(notes),
         });
         format!("{value:#}\n")

@@ -3,9 +3,11 @@
 use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
-use pathtracer::{load_with, save};
+use pathtracer::{LoadResult, read_with, save};
 
 use crate::command_args::Convert;
+use crate::hints;
+use crate::message::WithHints;
 
 /// Reads a scene, and writes it in another format.
 ///
@@ -18,7 +20,8 @@ pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
         from.canonicalize().is_ok_and(|from| to.canonicalize().is_ok_and(|to| from == to));
     ensure!(!is_same, "{}: is the scene itself; give its copy another name", to.display());
     crate::output::check_writable(to)?;
-    let mut scene = load_with(from, &loading.options(true))?;
+    let LoadResult { scene, hints, .. } = read_with(from, &loading.options(true));
+    let mut scene = scene.map_err(|error| WithHints { error, hints: hints.clone() })?;
     if let Some(placement) = loading.placement() {
         scene.place_camera(placement);
     }
@@ -28,6 +31,7 @@ pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
         for note in of_reading.chain(notes) {
             report!("note: {note}");
         }
+        hints::report(&hints);
         report!("saved {}", to.display());
     }
     Ok(ExitCode::SUCCESS)

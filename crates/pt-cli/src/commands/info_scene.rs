@@ -6,10 +6,12 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use bytesize::ByteSize;
+use pathtracer::LoadResult;
 use pathtracer::scene_stats::{Item, SceneStats};
 
 use super::render;
 use crate::command_args::Info;
+use crate::message::WithHints;
 use crate::output;
 
 /// Maximum number of names that are listed of each kind.
@@ -22,7 +24,9 @@ const MAX_NAMES: usize = 20;
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     let reading = pathtracer::read_with(&info.file, &info.loading.options(false));
     render::warn_missing(&reading.missing);
-    let inventory = SceneStats::of(&reading.scene?, &reading.sources)
+    let LoadResult { scene, hints, sources, .. } = reading;
+    let scene = scene.map_err(|error| WithHints { error, hints })?;
+    let inventory = SceneStats::of(&scene, &sources)
         .with_context(|| format!("{} cannot be rendered", info.file.display()))?;
     let text = if info.json {
         serde_json::to_string_pretty(&inventory).context("it cannot be written as JSON")? + "\n"

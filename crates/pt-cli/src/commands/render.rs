@@ -9,8 +9,8 @@ use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::provenance::Provenance;
 use pathtracer::{
-    Camera, CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Region, Registration,
-    RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
+    Camera, CompileOptions, EnvironmentMap, Hint, INTEGRATORS, Observer, Outcome, Region,
+    Registration, RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
 };
 
 use crate::checkpointing::Checkpointer;
@@ -19,10 +19,11 @@ use crate::film_header::film_header;
 use crate::job::{CompileJob, EnvironmentFile, Input, Mode, RenderJob};
 use crate::limits::Limit;
 use crate::lock::Lock;
+use crate::message::WithHints;
 use crate::output::Output;
 use crate::resolve::check_estimator;
 use crate::summary::{Summary, cpu_seconds};
-use crate::{course, limits, summary};
+use crate::{course, hints, limits, summary};
 
 /// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -153,7 +154,7 @@ fn ended(
 fn report_stop(cause: &str, resumable: Option<&Path>) {
     report!("{cause}: the image holds the samples taken so far");
     if let Some(path) = resumable {
-        report!("to go on: pathtracer resume {}", path.display());
+        report!("help: pathtracer resume {} continues the render", path.display());
     }
 }
 
@@ -180,6 +181,8 @@ pub(crate) struct Prepared {
     sources: Vec<SourceFile>,
     /// True if the scene file requests channels for which the image has no room.
     leaves_channels_out: bool,
+    /// Remedies for what the reader found.
+    hints: Vec<Hint>,
     /// Wall-clock time of reading files.
     load: Duration,
 }
@@ -208,6 +211,7 @@ impl Prepared {
         for note in self.session.notes() {
             report!("note: {note}");
         }
+        hints::report(self.hints.iter().chain(self.session.hints()));
     }
 }
 
@@ -224,7 +228,7 @@ pub(crate) fn prepare(
 ) -> Result<Prepared> {
     let mut sources = Vec::new();
     let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
-    let scene = load_scene(input, mode, &mut sources)?;
+    let (scene, hints) = load_scene(input, mode, &mut sources)?;
     limit.check_scene(&scene)?;
     let load = start.elapsed();
     let leaves_channels_out = settings.channels.leaves_out(&scene.settings);
@@ -242,7 +246,7 @@ pub(crate) fn prepare(
     if mode.cs184 {
         session.count_tests();
     }
-    Ok(Prepared { scene, session, sources, leaves_channels_out, load })
+    Ok(Prepared { scene, session, sources, leaves_channels_out, hints, load })
 }
 
 /// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of the
@@ -280,8 +284,12 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(input: &Input, mode: Mode, sources: &mut Vec<SourceFile>) -> Result<Scene> {
-    let Some(path) = &input.scene else { return Ok(pathtracer::default_scene()) };
+fn load_scene(
+    input: &Input,
+    mode: Mode,
+    sources: &mut Vec<SourceFile>,
+) -> Result<(Scene, Vec<Hint>)> {
+    let Some(path) = &input.scene else { return Ok((pathtracer::default_scene(), Vec::new())) };
     if mode.prints_cs184() {
         course::input(path);
     }
@@ -290,7 +298,8 @@ fn load_scene(input: &Input, mode: Mode, sources: &mut Vec<SourceFile>) -> Resul
     if reading.scene.is_err() && !mode.strict {
         warn_missing(&reading.missing);
     }
-    Ok(reading.scene?)
+    let scene = reading.scene.map_err(|error| WithHints { error, hints: reading.hints.clone() })?;
+    Ok((scene, reading.hints))
 }
 
 /// Reads the environment map; under `--cs184`, also writes the image of its sampling probabilities.
@@ -352,10 +361,10 @@ fn load_camera(
 /// Lists the missing files, even with `-q`, since the image differs without them.
 pub(crate) fn warn_missing(missing: &[Warning]) {
     for file in missing.iter().take(MAX_NAMED) {
-        report!("missing: {file}");
+        report!("warning: {file}");
     }
     if let Some(more) = missing.len().checked_sub(MAX_NAMED).filter(|more| *more > 0) {
-        report!("missing: … and {more} more");
+        report!("warning: … and {more} more missing files");
     }
 }
 

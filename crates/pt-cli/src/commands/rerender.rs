@@ -75,10 +75,10 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     let (a, b) = (first.display(), again.display());
     if same_film {
         report!(
-            "pathtracer: {b} is what {a} was: its pixels were changed since, or denoised in another way"
+            "error: {b} is what {a} was: its pixels were changed since, or denoised in another way"
         );
     } else {
-        report!("pathtracer: {b} is another image than {a}, whose receipt promises the same");
+        report!("error: {b} is another image than {a}, whose metadata promises the same");
     }
     Ok(ExitCode::from(ANOTHER))
 }

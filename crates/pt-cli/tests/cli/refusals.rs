@@ -8,10 +8,10 @@ fn refuses(folder: &Folder, args: &str, wanted: &str) {
     let run = folder.run(args);
     assert_eq!(run.code, Some(2), "{run:?}");
     assert_eq!(run.out, "", "{run:?}");
-    let messages = run.err.lines().filter(|l| l.starts_with("pathtracer: ")).count();
+    let messages = run.err.lines().filter(|l| l.starts_with("error: ")).count();
     assert_eq!(messages, 1, "{run:?}");
     let first = run.err.lines().next().unwrap_or_default();
-    assert!(first.starts_with("pathtracer: ") && run.err.contains(wanted), "{wanted}: {run:?}");
+    assert!(first.starts_with("error: ") && run.err.contains(wanted), "{wanted}: {run:?}");
     assert!(!run.err.contains("panicked"), "{run:?}");
     assert_eq!(folder.files(), before, "{run:?}");
 }

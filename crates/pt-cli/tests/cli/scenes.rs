@@ -29,7 +29,7 @@ fn a_render_without_a_file_says_so_and_shows_magenta() {
     folder.write("box.xml", scene(""));
     let run = folder.run("box.xml -s 16 -f out.exr -q --summary-json summary.json");
     assert_eq!(run.code, Some(4), "{run:?}");
-    let place = "missing: box.xml:8:9: <string> \"filename\": \"wood.png\" is not found";
+    let place = "warning: box.xml:8:9: <string> \"filename\": \"wood.png\" is not found";
     assert!(run.err.contains(place), "even with -q: {run:?}");
     assert!(run.err.contains("warning: a file of the scene is missing"), "{run:?}");
     let summary: Value = serde_json::from_slice(&folder.read("summary.json")).expect("JSON");
@@ -93,7 +93,7 @@ fn check_lists_all_that_is_wrong() {
     let [cone, radios, wood, sum] = lines.as_slice() else { panic!("{run:?}") };
     assert!(cone.starts_with("error: box.xml:9:5: <shape>: shape type \"cone\" is not"), "{cone}");
     assert!(radios.starts_with("error: box.xml:10:26: <float> \"radios\":"), "{radios}");
-    assert!(wood.starts_with("missing: box.xml:8:9:"), "{wood}");
+    assert!(wood.starts_with("warning: box.xml:8:9:"), "{wood}");
     assert_eq!(*sum, "box.xml: 2 errors, 1 missing file, 0 notes");
 
     let run = folder.run("check --json box.xml");

@@ -73,7 +73,10 @@ fn a_render_whose_time_is_up_can_go_on() {
         let run = some.succeed(&format!("{args} --time-limit 0.3 --progress json"));
         assert!(run.out.lines().last().is_some_and(|line| line.contains("\"stopped\"")), "{run:?}");
         assert!(run.err.contains("time is up"), "{run:?}");
-        assert!(run.err.contains("to go on: pathtracer resume out.exr"), "{run:?}");
+        assert!(
+            run.err.contains("help: pathtracer resume out.exr continues the render"),
+            "{run:?}"
+        );
         some.succeed("resume out.exr -t 2");
         assert!(some.read("out.exr") == all.read("out.exr"), "{options}");
     }

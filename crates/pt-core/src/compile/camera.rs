@@ -4,6 +4,7 @@ use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::extent::Extent;
 use pt_scene::{Fit, Key, Placement, Projection as View, Scene, framing};
+use pt_scene::{Hint, Notes};
 
 use super::{CompileError, CompileOptions, meter, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
@@ -26,10 +27,11 @@ const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full"
 /// Note on a scene without a camera in a studio.
 const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
 /// Note on a camera that is placed as in the course.
-const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera stands where the course's program puts it, \
-                             and sees what it shows at -r 480 360; --camera file takes the camera in the file";
+const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera has the place that the course's program gives it, \
+                             and its view at 480 x 360 pixels";
 /// Note on a panorama with the placement `fit`.
-const FITS_ANYWHERE: &str = "a panorama shows all directions: --camera fit leaves it where it is";
+const FITS_ANYWHERE: &str =
+    "a panorama shows all directions: fitting the camera leaves it where it is";
 /// Window size of the course's program, to which it fits the field of view before the image size is
 /// known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
@@ -43,7 +45,7 @@ pub(super) fn compile(
     metres: f64,
     shutter: [f64; 2],
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<(Camera, Option<CameraMotion>), CompileError> {
     let author = options.camera.as_ref().or_else(|| of_scene(scene, options.course, notes));
     if let Some(camera) = author {
@@ -104,7 +106,7 @@ pub(super) fn meter(
     options: &CompileOptions,
 ) -> Result<Option<Meter>, CompileError> {
     let author =
-        options.camera.as_ref().or_else(|| of_scene(scene, options.course, &mut Vec::new()));
+        options.camera.as_ref().or_else(|| of_scene(scene, options.course, &mut Notes::default()));
     let Some(author) = author.filter(|_| !options.panorama) else { return Ok(None) };
     let surfaces = || framing::surface_extent(scene, Some(shutter));
     meter::compile(author, surfaces, metres)
@@ -123,15 +125,16 @@ fn tell_placement(
     camera: &pt_scene::Camera,
     placement: Placement,
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) {
     let is_asked_for = options.course || options.placement.is_some();
     if placement == Placement::Course && !is_asked_for {
-        notes.push(AS_THE_COURSE.into());
+        notes.push(AS_THE_COURSE);
+        notes.suggest(Hint::CameraOfFile);
     }
     let is_panorama = options.panorama || camera.projection == View::Panorama;
     if placement == Placement::Fit && is_panorama {
-        notes.push(FITS_ANYWHERE.into());
+        notes.push(FITS_ANYWHERE);
     }
 }
 
@@ -161,7 +164,7 @@ fn place(
 fn default_camera(
     surfaces: Option<Extent>,
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> pt_scene::Camera {
     let of_course = options.placement == Some(Placement::Course);
     let (direction, diagonals, note) = if options.studio && !of_course {
@@ -169,7 +172,7 @@ fn default_camera(
     } else {
         (DVec3::Z, DISTANCE, FROM_Z)
     };
-    notes.push(note.into());
+    notes.push(note);
     let (to_world, distance) = framing::looking_from(direction, diagonals, surfaces);
     pt_scene::Camera {
         name: String::new(),
@@ -223,16 +226,12 @@ fn node(to_world: DAffine3, metres: f64) -> DAffine3 {
 }
 
 /// Camera of the scene that is used; the course's program supports only perspective.
-fn of_scene<'a>(
-    scene: &'a Scene,
-    course: bool,
-    notes: &mut Vec<String>,
-) -> Option<&'a pt_scene::Camera> {
+fn of_scene<'a>(scene: &'a Scene, course: bool, notes: &mut Notes) -> Option<&'a pt_scene::Camera> {
     let is_known =
         |c: &&pt_scene::Camera| !course || matches!(c.projection, View::Perspective { .. });
     let known = scene.cameras.iter().filter(is_known).count();
     if known < scene.cameras.len() {
-        notes.push("cameras that are not in perspective are left out, as in the course".into());
+        notes.push("cameras that are not in perspective are left out, as in the course");
     }
     scene.camera().filter(is_known).or_else(|| scene.cameras.iter().rfind(is_known))
 }
@@ -286,7 +285,7 @@ fn set_lens(
     camera: &mut Camera,
     metres: f32,
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<(), CompileError> {
     if let Some(aperture) = &options.aperture {
         check_aperture(aperture).map_err(|message| refuse("aperture", message))?;
@@ -298,7 +297,7 @@ fn set_lens(
         let message = "only perspective cameras have one; expected a lens radius of 0";
         return Err(refuse("lens", message));
     } else if camera.lens_radius > 0.0 {
-        notes.push("the camera's lens is left out: only perspective cameras have one".into());
+        notes.push("the camera's lens is left out: only perspective cameras have one");
         camera.lens_radius = 0.0;
     }
     camera.focal_distance = options.focal_distance.map_or(camera.focal_distance, |d| d * metres);

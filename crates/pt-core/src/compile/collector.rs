@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use pt_bvh::{MotionKey, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
+use pt_scene::Notes;
 use pt_scene::texture::Pattern;
 use pt_scene::{Geometry, Mesh, Object, Scene, Submesh};
 
@@ -60,7 +61,7 @@ impl Collector<'_> {
         &mut self,
         object: &Object,
         to_world: DAffine3,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<(), CompileError> {
         if !to_world.is_finite() {
             return Err(CompileError::Value {
@@ -273,7 +274,7 @@ impl Collector<'_> {
         object: &Object,
         radius: f64,
         to_world: DAffine3,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<(), CompileError> {
         let scale = to_world.matrix3.x_axis.length();
         if !self.course && !is_similarity(to_world.matrix3) {

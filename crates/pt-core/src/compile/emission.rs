@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use std::ops::Range;
 
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
+use pt_scene::Notes;
 use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Pattern, Texture};
 use pt_scene::{Light, LightKind, Scene};
@@ -29,7 +30,7 @@ const MIN_SHARE: f32 = 0.01;
 
 /// Returns an error for emission textures that cannot be sampled, or whose images are not radiance.
 /// Negative values count as 0, with a note.
-pub(super) fn check(scene: &Scene, notes: &mut Vec<String>) -> Result<(), CompileError> {
+pub(super) fn check(scene: &Scene, notes: &mut Notes) -> Result<(), CompileError> {
     let mut seen = HashSet::new();
     let mut check_texture = |texture: &Texture| {
         check_images(texture, &mut |image| {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use pt_scene::Notes;
 use pt_scene::{LightKind, Scene};
 
 use super::motion;
@@ -18,7 +19,7 @@ pub(super) fn collect(
     metres: f64,
     shutter: [f64; 2],
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<Shapes, CompileError> {
     let course = options.course;
     let mut lowering = Lowering::new(course, metres as f32);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use pt_bvh::{AnimatedBvh, AnimatedInstance, BuildOptions, MotionKey};
 use pt_math::DAffine3;
+use pt_scene::Notes;
 use pt_scene::Object;
 
 use super::collector::Collector;
@@ -29,7 +30,7 @@ impl InstancedShapes {
         collector: &mut Collector,
         tracks: Tracks,
         options: BuildOptions,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<Self, CompileError> {
         let mut instances = Self::default();
         let mut known: HashMap<InstanceKey, u32> = HashMap::new();
@@ -76,7 +77,7 @@ impl InstancedShapes {
         object: &Object,
         first_colored: [usize; 2],
         options: BuildOptions,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<ObjectShapes, CompileError> {
         let mut own = Shapes { first_colored, ..Shapes::default() };
         collector.shapes.exchange(&mut own);

@@ -2,6 +2,7 @@
 
 use pt_bvh::{LARGEST_COORDINATE, Sphere};
 use pt_math::Vec3;
+use pt_scene::Notes;
 
 use super::shapes::Shapes;
 
@@ -19,7 +20,7 @@ impl Shapes {
 }
 
 /// Notes the number of skipped shapes: those out of range, and flat ones.
-pub(super) fn note(left_out: u32, out_of_range: u32, notes: &mut Vec<String>) {
+pub(super) fn note(left_out: u32, out_of_range: u32, notes: &mut Notes) {
     let words = |count: u32| if count == 1 { ("", "has", "is") } else { ("s", "have", "are") };
     if out_of_range > 0 {
         let (s, have, are) = words(out_of_range);

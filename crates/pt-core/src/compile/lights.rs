@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, point_mesh, trig};
 use pt_scene::image::Image;
+use pt_scene::{Hint, Notes};
 use pt_scene::{Light as Node, LightKind, Scene, Span};
 
 use super::collector::is_similarity;
@@ -65,7 +66,7 @@ impl Lights {
         shapes: &mut Shapes,
         metres: f64,
         course: bool,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<(), CompileError> {
         for (number, node) in scene.lights.iter().enumerate() {
             let to_world = DAffine3::from_scale(DVec3::splat(metres)) * node.to_world;
@@ -94,7 +95,7 @@ impl Lights {
         number: usize,
         (to_world, metres): (DAffine3, f64),
         shapes: &mut Shapes,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<(), CompileError> {
         let error = |message| CompileError::Value { at: node.at.clone(), message };
         let position = to_world.translation.as_vec3();
@@ -245,7 +246,7 @@ impl Lights {
 
     /// Adds a light node as the course's program interprets it; the deviations of its brightness
     /// are in the integrator `cs184`.
-    fn add_course_node(&mut self, node: &Node, to_world: DAffine3, notes: &mut Vec<String>) {
+    fn add_course_node(&mut self, node: &Node, to_world: DAffine3, notes: &mut Notes) {
         let position = to_world.translation.as_vec3();
         let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
         match node.kind {
@@ -264,7 +265,10 @@ impl Lights {
             | LightKind::LinearSpot { .. }
             | LightKind::Projector { .. }
             | LightKind::PunctualSpot { .. } => {
-                notes.push(format!("light \"{}\": spot lights are black under --cs184", node.name));
+                notes.push(format!(
+                    "light \"{}\": spot lights are black in the program of the course",
+                    node.name
+                ));
             }
             LightKind::Constant { .. }
             | LightKind::Environment { .. }
@@ -303,7 +307,7 @@ impl Lights {
     }
 
     /// Adds lights for emissive instances.
-    pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Vec<String>) {
+    pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Notes) {
         let mut placed = std::mem::take(&mut shapes.placed);
         // Coats attenuate light by its angle in world space, which instances in their own
         // coordinates do not have.
@@ -454,14 +458,17 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
 }
 
 /// Image of a sky in which invalid radiance is replaced, with notes on it.
-fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Vec<String>) -> Arc<Image> {
-    let mut note = |message: String| notes.push(format!("{at}: the image of the sky: {message}"));
-    image.doubt_as_sky().into_iter().for_each(&mut note);
+fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Notes) -> Arc<Image> {
+    let line = |message: String| format!("{at}: the image of the sky: {message}");
+    if let Some(doubt) = image.doubt_as_sky() {
+        notes.push(line(doubt));
+        notes.suggest(Hint::SetSkyLayout);
+    }
     if image.check_radiance().is_ok() {
         return Arc::clone(image);
     }
     let mut light = Image::clone(image);
-    light.make_radiance().into_iter().for_each(&mut note);
+    notes.extend(light.make_radiance().map(line));
     if light == **image { Arc::clone(image) } else { Arc::new(light) }
 }
 
@@ -532,13 +539,13 @@ mod tests {
         let values = [(f32::NAN, 0.0), (-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)];
         for (value, kept) in values {
             let at = Span::default();
-            let mut notes = Vec::new();
+            let mut notes = Notes::default();
             let LightKind::Environment { image, .. } = image(2, [value, 1.0, 1.0]) else { return };
             let light = sky_of(&image, &at, &mut notes);
             assert_eq!(light.pixels, [[kept, 1.0, 1.0]; 2], "{value}");
             let wanted = "2 pixels of 2 with values that are no radiance";
             let is_noted =
-                notes.iter().any(|note| note.contains(wanted) && note.contains("(0, 0)"));
+                notes.lines().iter().any(|note| note.contains(wanted) && note.contains("(0, 0)"));
             assert!(is_noted, "{value}: {notes:?}");
         }
     }

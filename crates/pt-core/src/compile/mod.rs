@@ -31,6 +31,7 @@ use std::time::{Duration, Instant};
 
 pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
+use pt_scene::{Hint, Notes};
 use pt_scene::{Scene, Span};
 
 use crate::camera_motion::CameraMotion;
@@ -90,18 +91,16 @@ pub struct CompileOptions {
 const MAX_SINGLE_LIGHTS: usize = 8;
 
 /// Note on a scene without light that gets studio light.
-const STUDIO_LIGHT: &str =
-    "the scene has no light: it is shown in the light of a studio. -e FILE.exr gives it another";
+const STUDIO_LIGHT: &str = "the scene has no light: it is shown in the light of a studio";
 /// Note on a scene without light.
-const DARK: &str = "the scene has no light: the image will be black. Give it an environment with -e \
-                    FILE.exr, or look at its shape with --integrator normals";
+const DARK: &str = "the scene has no light: the image will be black";
 
 /// A compiled scene, with notes.
 pub struct Compiled {
     /// Tables that renderers read.
     pub scene: RenderScene,
     /// Notes for the user.
-    pub notes: Vec<String>,
+    pub notes: Notes,
     /// Wall-clock time of converting shapes to triangles and spheres in world space, including the
     /// hierarchies of instanced objects.
     pub geometry_time: Duration,
@@ -145,7 +144,7 @@ pub enum CompileError {
         resolution: [u32; 2],
     },
     /// The requested light groups are invalid.
-    #[error("--light-groups: {0}")]
+    #[error("light groups: {0}")]
     LightGroups(String),
     /// The hierarchy cannot be built.
     #[error(transparent)]
@@ -158,7 +157,7 @@ pub enum CompileError {
 /// If the scene refers to something that it does not contain, has invalid values, or is too large.
 pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, CompileError> {
     let start = Instant::now();
-    let mut notes = Vec::new();
+    let mut notes = Notes::default();
     let metres = if options.course { 1.0 } else { scene.metres_per_unit };
     emission::check(scene, &mut notes)?;
     let shutter = motion::shutter(scene, &options, &mut notes)?;
@@ -175,7 +174,11 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     lights.add_environment(options.environment.take());
     if lights.are_out(&shapes) {
         lights.add_environment(options.studio.then(studio::environment));
-        notes.push(if options.studio { STUDIO_LIGHT.into() } else { DARK.into() });
+        notes.push(if options.studio { STUDIO_LIGHT } else { DARK });
+        notes.suggest(Hint::AddEnvironment);
+        if !options.studio {
+            notes.suggest(Hint::ShowNormals);
+        }
     }
     if options.compensated {
         lights.compensate();
@@ -202,17 +205,13 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {
-        notes.push("--smooth-shadows does nothing in a scene with media".into());
+        notes.push("smooth shadows have no effect in a scene with media");
     }
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
 
 /// Notes the number of shapes that move.
-fn tell_what_moves(
-    placed: &shapes::InstancedShapes,
-    [open, close]: [f64; 2],
-    notes: &mut Vec<String>,
-) {
+fn tell_what_moves(placed: &shapes::InstancedShapes, [open, close]: [f64; 2], notes: &mut Notes) {
     let count = placed.moving();
     if count > 0 {
         notes.push(format!(

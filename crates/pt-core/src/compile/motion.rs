@@ -2,6 +2,7 @@
 
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
+use pt_scene::Notes;
 use pt_scene::medium::MediumProperties;
 use pt_scene::{Key, Motion, Object, Scene, Span};
 
@@ -15,7 +16,7 @@ use super::{CompileError, CompileOptions};
 pub(super) fn shutter(
     scene: &Scene,
     options: &CompileOptions,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<[f64; 2], CompileError> {
     let camera = options.camera.as_ref().or(scene.camera());
     let [open, close] = camera.map_or([0.0; 2], |camera| camera.shutter);

@@ -7,6 +7,7 @@ use pt_math::{DAffine3, Vec3};
 use pt_scene::points::scale;
 use pt_scene::texture::Pattern;
 use pt_scene::{Geometry, Object, Points, framing};
+use pt_scene::{Hint, Notes};
 
 use super::CompileError;
 use super::collector::Collector;
@@ -90,7 +91,7 @@ impl Collector<'_> {
     }
 
     /// Notes the number and the default radii of points, in units of the scene.
-    pub(super) fn note_points(&mut self, notes: &mut Vec<String>) {
+    pub(super) fn note_points(&mut self, notes: &mut Notes) {
         let (mut points, mut segments) = (0, 0);
         let mut radii = [f64::INFINITY, 0.0_f64];
         for object in &self.scene.objects {
@@ -113,8 +114,9 @@ impl Collector<'_> {
             _ => format!(", and {segments} segments between them as cylinders,"),
         };
         notes.push(format!(
-            "{points} points are shown as spheres{cylinders} with a radius of {range}; --point-radius gives another one"
+            "{points} points are shown as spheres{cylinders} with a radius of {range}"
         ));
+        notes.suggest(Hint::SetPointRadius);
     }
 }
 

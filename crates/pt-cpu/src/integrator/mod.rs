@@ -168,7 +168,7 @@ pub type NewTraced = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Traced
 pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
-        help: "light that was scattered up to --max-depth times",
+        help: "light that was scattered up to the maximum depth",
         features: &[
             Feature::SkyMis,
             Feature::Reuse,
@@ -204,7 +204,7 @@ pub static INTEGRATORS: &[Registration] = &[
     },
     Registration {
         name: "ao",
-        help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
+        help: "ambient occlusion: the fraction of the sky that is visible, or free of occluders up to a distance",
         features: &[Feature::OcclusionDistance],
         new: |scene, set| Box::new(ao::AmbientOcclusion::new(scene, set)),
         new_traced: None,

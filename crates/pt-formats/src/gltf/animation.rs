@@ -1,6 +1,7 @@
 //! Animations: transforms of nodes and weights of morph targets at a time. [glTF 2.0, §3.11 and
 //! app. C]
 
+use pt_scene::Hint;
 use std::collections::HashMap;
 
 use pt_math::DQuat;
@@ -34,8 +35,8 @@ impl<'a> Reader<'a> {
         let Some(time) = self.context.options().time else {
             if self.root.count("animations")? > 0 {
                 let root = self.root.clone();
-                let note = "its animations are not shown; all stands where it does at rest (--time SECONDS shows them)";
-                self.warn(&root, note);
+                self.warn(&root, "its animations are not shown: the scene is in its rest pose");
+                self.context.suggest(Hint::SetTime);
             }
             return Ok(poses);
         };

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use pt_math::{DAffine3, DVec3};
-use pt_scene::Mesh;
 use pt_scene::shapes::append;
+use pt_scene::{Hint, Mesh};
 
-use super::super::Limits;
 use crate::LoadError;
+use crate::shared::context::Context;
 use crate::shared::names::quote;
 use crate::shared::tube::{Detail, Spline};
 use crate::shared::{mesh_file, text};
@@ -36,7 +36,7 @@ pub(super) fn parse_mesh(
     path: &Path,
     degree: usize,
     to_world: DAffine3,
-    limits: &Limits,
+    context: &Context,
 ) -> Result<Mesh, LoadError> {
     let error = |line: usize, message: String| {
         mesh_file::error(path, u32::try_from(line + 1).unwrap_or(u32::MAX), message)
@@ -50,11 +50,10 @@ pub(super) fn parse_mesh(
     let finer = [Detail::FINE, Detail::MIDDLE];
     let fine = finer.into_iter().find(|detail| triangles(*detail) <= FINE_TRIANGLES);
     let detail = fine.unwrap_or(Detail::MIN);
-    let most = limits.triangles(MAX_TRIANGLES);
+    let most = context.limits().triangles(MAX_TRIANGLES);
     if triangles(detail) > most {
-        let message = format!(
-            "the curves are cut into more than {most} triangles; set --limit triangles to allow more"
-        );
+        context.suggest(Hint::RaiseLimit("triangles"));
+        let message = format!("the curves are cut into more than {most} triangles, the limit");
         return Err(mesh_file::error(path, 0, message));
     }
     let mut made: Option<Mesh> = None;
@@ -123,10 +122,13 @@ fn numbers(line: &str) -> Result<[f64; 4], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Limits, LoadOptions};
 
     fn read(text: &str, degree: usize, limits: &Limits) -> Result<Mesh, String> {
         let to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 10.0));
-        parse_mesh(text.as_bytes(), Path::new("a.txt"), degree, to_world, limits)
+        let options = LoadOptions { limits: limits.clone(), ..LoadOptions::default() };
+        let context = Context::new(Path::new("a.txt"), &options);
+        parse_mesh(text.as_bytes(), Path::new("a.txt"), degree, to_world, &context)
             .map_err(|error| error.to_string())
     }
 
@@ -182,7 +184,7 @@ mod tests {
         }
         let few = Limits { triangles: Some(20), ..Limits::default() };
         let told = read("0 0 0 1\n0 0 1 1", 1, &few).unwrap_err();
-        assert!(told.contains("more than 20 triangles; set --limit triangles"), "{told}");
+        assert!(told.contains("more than 20 triangles, the limit"), "{told}");
     }
 
     /// Tubes of many curves have fewer sides.
@@ -210,8 +212,9 @@ mod tests {
                 bytes[at] = words[below(words.len())];
             }
             let degree = if round % 2 == 0 { 1 } else { 3 };
-            let (path, limits) = (Path::new("a.txt"), Limits::default());
-            if let Ok(mesh) = parse_mesh(&bytes, path, degree, DAffine3::IDENTITY, &limits) {
+            let path = Path::new("a.txt");
+            let context = Context::new(path, &LoadOptions::default());
+            if let Ok(mesh) = parse_mesh(&bytes, path, degree, DAffine3::IDENTITY, &context) {
                 read += 1;
                 assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()), "{bytes:?}");
             }

@@ -11,7 +11,7 @@ const REFUSED: [(&str, &str, &str); 7] = [
     ("film", "specfilm", "spectra are colours here; take hdrfilm"),
     ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
-    ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),
+    ("integrator", "depth", "distances are a channel beside light; take path, and the AOV depth"),
     ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),
 ];
 

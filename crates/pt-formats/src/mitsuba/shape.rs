@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Frame};
 use pt_scene::shapes::smooth_normals;
-use pt_scene::{Geometry, Mesh, Motion, Warning, shapes};
+use pt_scene::{Geometry, Hint, Mesh, Motion, Warning, shapes};
 
 use super::super::ply::{self, attributes};
-use super::super::{Limits, obj, serialized, vol};
+use super::super::{obj, serialized, vol};
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use super::{curves, texture};
 use crate::LoadError;
+use crate::shared::context::Context;
 use crate::shared::isosurface::{Distances, Normals};
 use crate::shared::mesh_file;
 use crate::shared::mesh_file::{ColorLevels, MeshFile};
@@ -112,8 +113,7 @@ pub(super) fn shape(
                 Some(_) => (DAffine3::IDENTITY, to_world),
             };
             let read = tree.context.read(&path).and_then(|bytes| {
-                let limits = tree.context.limits();
-                curves::parse_mesh(&bytes, &path, degree, points, limits)
+                curves::parse_mesh(&bytes, &path, degree, points, &tree.context)
                     .map_err(|error| error.to_string())
             });
             match read {
@@ -153,8 +153,7 @@ pub(super) fn shape(
                 flips,
                 ..MeshKey::of_file(path)
             };
-            let read =
-                || surface_of_grid(&tree.context.read(&key.path)?, normals, tree.context.limits());
+            let read = || surface_of_grid(&tree.context.read(&key.path)?, normals, &tree.context);
             match meshes.of_file(&key, to_world.matrix3, read, warnings) {
                 Ok(read) => mesh(read),
                 Err(why) => return Err(left_out(tree, &parameters, &why)),
@@ -220,7 +219,7 @@ fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError
 }
 
 /// Extracts the surface of a file of signed distances.
-fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<MeshFile, String> {
+fn surface_of_grid(bytes: &[u8], normals: Normals, context: &Context) -> Result<MeshFile, String> {
     /// Maximum number of triangles if the caller sets no limit.
     const MAX_TRIANGLES: usize = 1 << 23;
     let grid = vol::parse(bytes)?.grid;
@@ -232,7 +231,10 @@ fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<Me
             grid.channels
         )
     })?;
-    let mesh = distances.surface(normals, limits.triangles(MAX_TRIANGLES))?;
+    let most = context.limits().triangles(MAX_TRIANGLES);
+    let mesh = distances.surface(normals, most).inspect_err(|_| {
+        context.suggest(Hint::RaiseLimit("triangles"));
+    })?;
     if mesh.triangles.is_empty() {
         return Err("the grid has no surface: its distances are of one sign".to_owned());
     }

@@ -140,7 +140,7 @@ impl World {
         let refuse = |why: String| entity.refuse(DISPLACEMENT, why);
         let made = displace::displaced(mesh, &heights, edge, &state.ctm[0]).map_err(refuse)?;
         let context = Arc::clone(&self.textures.folder.context);
-        self.meshes.count(&made, context.limits()).map_err(refuse)?;
+        self.meshes.count(&made, &context).map_err(refuse)?;
         Ok(Geometry::Mesh(Arc::new(made)))
     }
 
@@ -352,7 +352,7 @@ impl World {
                     return Ok(Geometry::Mesh(Arc::clone(known)));
                 }
                 let mesh = Arc::new(sphere_mesh(radius));
-                self.meshes.count(&mesh, self.textures.folder.context.limits())?;
+                self.meshes.count(&mesh, &self.textures.folder.context)?;
                 self.spheres.insert(radius.to_bits(), Arc::clone(&mesh));
                 Geometry::Mesh(mesh)
             }

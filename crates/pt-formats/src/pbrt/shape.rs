@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use pt_math::DVec3;
 use pt_scene::shapes::{flip, single_part};
-use pt_scene::{Attribute, Geometry, Mesh, Warning};
+use pt_scene::{Attribute, Geometry, Hint, Mesh, Warning};
 
 use super::super::ply;
 use super::content::content;
@@ -17,8 +17,8 @@ use super::quadric;
 use super::state::{State, mirrors};
 use super::subdivision::subdivide;
 use crate::LoadError;
+use crate::shared::context::Context;
 use crate::shared::context::Folder;
-use crate::shared::limits::Limits;
 
 const KINDS: [&str; 8] = [
     "bilinearmesh",
@@ -54,7 +54,7 @@ impl Meshes {
     fn round(
         &mut self,
         (kind, numbers, is_inside_out): (&'static str, [f64; 4], bool),
-        limits: &Limits,
+        context: &Context,
         make: impl FnOnce() -> Mesh,
     ) -> Result<Geometry, String> {
         let key = (kind, numbers.map(f64::to_bits), is_inside_out);
@@ -62,7 +62,7 @@ impl Meshes {
             return Ok(Geometry::Mesh(Arc::clone(known)));
         }
         let mesh = Arc::new(turned(make(), is_inside_out));
-        self.count(&mesh, limits)?;
+        self.count(&mesh, context)?;
         self.round.insert(key, Arc::clone(&mesh));
         Ok(Geometry::Mesh(mesh))
     }
@@ -71,23 +71,24 @@ impl Meshes {
     ///
     /// # Errors
     /// If those of all shapes exceed the limit.
-    pub(super) fn count(&mut self, mesh: &Mesh, limits: &Limits) -> Result<(), String> {
-        self.expect(mesh.triangles.len(), limits)
+    pub(super) fn count(&mut self, mesh: &Mesh, context: &Context) -> Result<(), String> {
+        self.expect(mesh.triangles.len(), context)
     }
 
     /// Counts the triangles of a shape before they are created.
     ///
     /// # Errors
     /// If those of all shapes exceed the limit.
-    fn expect(&mut self, triangles: usize, limits: &Limits) -> Result<(), String> {
-        let most = limits.triangles(MAX_TRIANGLES);
+    fn expect(&mut self, triangles: usize, context: &Context) -> Result<(), String> {
+        let most = context.limits().triangles(MAX_TRIANGLES);
         // A rejected shape is not counted, so that smaller ones may follow.
         if let Some(all) = self.cut.checked_add(triangles).filter(|all| *all <= most) {
             self.cut = all;
             return Ok(());
         }
+        context.suggest(Hint::RaiseLimit("triangles"));
         Err(format!(
-            "with this one, shapes are cut into more than {most} triangles; give them as plymesh, or set --limit triangles"
+            "with this one, shapes are cut into more than {most} triangles, the limit; give them as plymesh"
         ))
     }
 }
@@ -101,7 +102,7 @@ pub(super) fn shape(
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
-    let limits = folder.context.limits();
+    let context = &folder.context;
     let refuse = |message: String| entity.at.error(message);
     // In pbrt-v4, a mirroring transform flips the front of round shapes. Their emission remains
     // outwards.
@@ -118,7 +119,7 @@ pub(super) fn shape(
             let (height, phi_max) = (entity.float("height", 0.0)?, phi_max(entity)?);
             let numbers = [height, radius, inner, phi_max];
             let make = || quadric::disk(height, [radius, inner], phi_max);
-            meshes.round(("disk", numbers, is_inside_out), limits, make).map_err(refuse)?
+            meshes.round(("disk", numbers, is_inside_out), context, make).map_err(refuse)?
         }
         "cylinder" => {
             let range = [entity.float("zmin", -1.0)?, entity.float("zmax", 1.0)?];
@@ -126,14 +127,14 @@ pub(super) fn shape(
             let phi_max = phi_max(entity)?;
             let numbers = [radius, range[0], range[1], phi_max];
             let make = || quadric::cylinder(radius, range, phi_max);
-            meshes.round(("cylinder", numbers, is_inside_out), limits, make).map_err(refuse)?
+            meshes.round(("cylinder", numbers, is_inside_out), context, make).map_err(refuse)?
         }
         "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
         "curve" => mesh(turned(curve(entity)?, state.reverses)),
         // In pbrt-v4, its normals face opposite to its faces.
         "loopsubdiv" => {
-            let subdivided = subdivided(entity, meshes, folder.context.limits())?;
+            let subdivided = subdivided(entity, meshes, context)?;
             mesh(turned(subdivided, !state.reverses))
         }
         "plymesh" => ply_mesh(entity, state.reverses, meshes, folder, warnings)?,
@@ -151,7 +152,7 @@ pub(super) fn shape(
             entity.kind.as_str(),
             "cylinder" | "disk" | "loopsubdiv" | "plymesh" | "trianglemesh"
         ) {
-            let counted = meshes.count(mesh, folder.context.limits());
+            let counted = meshes.count(mesh, context);
             counted.map_err(|message| entity.at.error(message))?;
         }
     }
@@ -262,14 +263,14 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
 }
 
 /// Reads a subdivision surface and computes its limit.
-fn subdivided(entity: &Entity, meshes: &mut Meshes, limits: &Limits) -> Result<Mesh, LoadError> {
+fn subdivided(entity: &Entity, meshes: &mut Meshes, context: &Context) -> Result<Mesh, LoadError> {
     entity.pass_over(&["scheme"]);
     let levels = entity.count("levels", 3, [0, 10])?;
     let mesh = vertices(entity)?;
     let faces = faces::<3>(entity, mesh.positions.len())?;
     let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from)));
     let count = faces.len().saturating_mul(1 << (2 * levels));
-    meshes.expect(count, limits).map_err(|message| entity.refuse("indices", message))?;
+    meshes.expect(count, context).map_err(|message| entity.refuse("indices", message))?;
     subdivide(positions.collect(), faces, levels)
         .map_err(|message| entity.refuse("indices", message))
 }

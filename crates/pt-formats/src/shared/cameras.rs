@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pt_scene::{Scene, Warning};
+use pt_scene::{Hint, Scene, Warning};
 
 use super::context::Context;
 use super::mesh_file;
@@ -53,17 +53,18 @@ fn list(names: &[&str]) -> String {
 pub(crate) fn choose(scene: &mut Scene, path: &Path, context: &Context) -> Result<(), LoadError> {
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     if let Some(wanted) = &context.options().camera {
-        let message = |message: String| mesh_file::error(path, 0, format!("--camera: {message}"));
+        let message = |message: String| mesh_file::error(path, 0, format!("camera: {message}"));
         let index = find(wanted, &names).map_err(message)?;
         scene.used_camera = (names.len() > 1).then_some(index as u32);
     } else if let (Some(used), true) = (scene.camera(), names.len() > 1) {
         let message = format!(
-            "the scene has {} cameras: {}; {} is used, --camera NAME or NUMBER takes another",
+            "the scene has {} cameras: {}; {} is used",
             names.len(),
             list(&names),
             quote(&used.name),
         );
         scene.warnings.push(Warning { at: mesh_file::place(path, 0), message });
+        context.suggest(Hint::SelectCamera);
     }
     Ok(())
 }

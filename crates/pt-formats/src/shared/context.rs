@@ -15,11 +15,10 @@ use pt_io::file::resolved;
 use pt_memory::Grant;
 use pt_scene::image::Image;
 use pt_scene::measured::Measurements;
-use pt_scene::{Geometry, Scene, SourceFile, Span, Warning};
+use pt_scene::{Geometry, Hint, Scene, SourceFile, Span, Warning};
 
 use super::limits::Limits;
 use super::mesh_file;
-use super::names::quote;
 use super::prefetch::Prefetcher;
 use crate::shared::source;
 use crate::{LoadError, LoadOptions, LoadResult, measured};
@@ -66,6 +65,7 @@ struct Noted {
     missing: Vec<Warning>,
     /// Warnings about files.
     notes: Vec<Warning>,
+    hints: Vec<Hint>,
     /// Messages of all errors and missing files.
     told: HashSet<String>,
     /// Number of items with an error.
@@ -330,15 +330,20 @@ impl Context {
             return Ok(());
         }
         let folder = if target.is_dir() { &*target } else { target.parent().unwrap_or(&target) };
-        let shown = folder.display().to_string();
-        let is_plain = shown.chars().all(|c| c.is_alphanumeric() || "/\\:._-+".contains(c));
-        let typed = if is_plain { shown } else { quote(&shown) };
+        self.suggest(Hint::AllowFolder(folder.to_owned()));
         Err(format!(
-            "{} leads to {}, outside of the folder of the scene; if you trust the scene, --allow-folder {typed} allows \
-             this folder, and --allow-outside all",
+            "{} leads to {}, outside of the folder of the scene, which is not allowed",
             path.display(),
             target.display()
         ))
+    }
+
+    /// Adds a remedy for a problem, once.
+    pub(crate) fn suggest(&self, hint: Hint) {
+        let hints = &mut self.noted().hints;
+        if !hints.contains(&hint) {
+            hints.push(hint);
+        }
     }
 
     fn check_time(&self) -> Result<(), String> {
@@ -445,7 +450,7 @@ impl Context {
 
     /// Returns the result of the read. With [`LoadOptions::strict`], missing files are errors.
     pub(crate) fn finish(&self, result: Result<Scene, LoadError>) -> LoadResult {
-        let Noted { sources, mut errors, missing, notes: of_files, .. } =
+        let Noted { sources, mut errors, missing, notes: of_files, hints, .. } =
             std::mem::take(&mut *self.noted());
         let mut scene = result
             .and_then(|scene| match self.spend_on_meshes(&scene) {
@@ -474,7 +479,7 @@ impl Context {
             (1, _) => Err(errors.remove(0)),
             _ => Err(LoadError::Several(errors)),
         };
-        LoadResult { scene, missing, notes, sources }
+        LoadResult { scene, missing, notes, hints, sources }
     }
 
     /// Counts the bytes of the meshes and points of a scene, each once.
