@@ -14,7 +14,7 @@ use pt_math::{Frame, Spectrum, Vec2, Vec3};
 use pt_scene::hair;
 use pt_scene::material::Averted;
 
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, MetallicRoughness, Orientation, Shadowing};
+use crate::bsdf::{Diffuse, LobeRecord, MetallicRoughness, Orientation, Shadowing};
 use crate::id::{Id, Table};
 use crate::interaction::Interaction;
 use crate::texture::Textures;
@@ -181,7 +181,7 @@ impl Materials {
             match self.table[id] {
                 Material::Lobe(material) => {
                     let mut lobe = if view.sees_nothing {
-                        AnyLobe::from(Diffuse { rho: Spectrum::ZERO }).record()
+                        Diffuse { rho: Spectrum::ZERO }.into()
                     } else {
                         self.lobe(lobes, &material, parametrization)
                     };

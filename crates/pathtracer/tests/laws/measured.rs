@@ -39,7 +39,7 @@ fn glossy() -> Measurements {
     };
     instrument.measure(&TabulatedLobe {
         description: "blue gloss",
-        lobe: lobe.into(),
+        eval: &|wo, wi| lobe.eval(wo, wi),
         // Half of the distribution is that of the glossy lobe, the other half constant, for the
         // diffuse part.
         distribution: &|m| 0.5 * distribution.d(m) + 0.5 * std::f32::consts::FRAC_1_PI,
@@ -64,9 +64,10 @@ fn brushed() -> Measurements {
         visible: [16, 17],
         reflected: 8,
     };
+    let lobe = RoughConductor { metal, distribution };
     instrument.measure(&TabulatedLobe {
         description: "brushed copper",
-        lobe: RoughConductor { metal, distribution }.into(),
+        eval: &|wo, wi| lobe.eval(wo, wi),
         distribution: &|m: Vec3| distribution.d(m),
         is_isotropic: false,
         is_relative: true,

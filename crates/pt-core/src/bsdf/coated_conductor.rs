@@ -6,6 +6,8 @@ use pt_math::{FloatExt, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected, reflected_pdf};
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::multiscatter::{Beneath, Gloss, mean_reflectance};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -150,27 +152,6 @@ impl CoatedConductor {
         };
         self.rest = (0..STEPS).map(rest).sum::<f32>() / f32::from(STEPS);
         self
-    }
-
-    /// The same lobe with equal roughness of coat and metal.
-    #[cfg(test)]
-    pub(super) fn with_alpha(&self, alpha: f32) -> Self {
-        let base = seen_through(self.eta, alpha, alpha);
-        Self { coat: alpha, base, ..*self }.with_mean()
-    }
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let tables = self.tables();
-        let [coat, base, rest] = self.probabilities(&self.side(wo, &tables));
-        if choice < coat {
-            coat
-        } else if choice < coat + base {
-            base
-        } else {
-            rest
-        }
     }
 
     fn tables(&self) -> Tables {
@@ -372,6 +353,36 @@ impl Lobe<'_> for CoatedConductor {
             .iter()
             .map(Self::new)
             .collect()
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for CoatedConductor {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        let base = seen_through(self.eta, alpha, alpha);
+        Some(Self { coat: alpha, base, ..*self }.with_mean().into())
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let tables = self.tables();
+        let [coat, base, rest] = self.probabilities(&self.side(wo, &tables));
+        if choice < coat {
+            coat
+        } else if choice < coat + base {
+            base
+        } else {
+            rest
+        }
     }
 }
 

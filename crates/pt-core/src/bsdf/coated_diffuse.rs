@@ -4,6 +4,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
@@ -57,12 +59,6 @@ impl CoatedDiffuse {
     #[inline]
     fn reflected(&self, cos: f32) -> f32 {
         fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f)
-    }
-
-    /// Probability with which [`Lobe::sample`] samples the base.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3) -> f32 {
-        1.0 - self.mirror_probability(self.reflected(wo.z))
     }
 
     /// Probability of choosing the mirror: its fraction of the scattered light, by luminance.
@@ -142,6 +138,27 @@ impl Lobe<'_> for CoatedDiffuse {
             Self::new(Spectrum::rgb(0.8, 0.4, 0.1), Spectrum::splat(0.5), 1.9, true),
             Self::new(Spectrum::rgb(0.1, 0.3, 0.8), Spectrum::ONE, 1.3, false),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for CoatedDiffuse {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: true,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, _: f32) -> f32 {
+        1.0 - self.mirror_probability(self.reflected(wo.z))
     }
 }
 

@@ -3,6 +3,8 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -83,6 +85,27 @@ impl Lobe<'_> for SmoothConductor {
 
     fn examples() -> Vec<Self> {
         vec![Self::gold(), Self::perfect()]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for SmoothConductor {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: true,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn is_lossless(&self, wo: Vec3) -> bool {
+        self.eta.is_black() && self.reflectance == Spectrum::ONE && wo.z > 0.0
     }
 }
 
@@ -183,5 +206,22 @@ impl Lobe<'_> for RoughConductor {
             anisotropic(Distribution::Beckmann, [0.15, 0.4], Masking::Separable),
             anisotropic(Distribution::Ggx, [0.5, 0.2], Masking::Correlated),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for RoughConductor {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { distribution: self.distribution.with_alpha(alpha), ..*self }.into())
     }
 }

@@ -8,6 +8,8 @@ use pt_scene::material::Distribution;
 
 use super::conductor::half_vector;
 use super::dielectric::refract;
+#[cfg(test)]
+use super::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
@@ -45,7 +47,6 @@ fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
 impl Lobe<'_> for Cs184Glass {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
-    const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
@@ -74,10 +75,26 @@ impl Lobe<'_> for Cs184Glass {
     }
 }
 
+#[cfg(test)]
+impl LobeLaws for Cs184Glass {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: false,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: None,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+}
+
 impl Lobe<'_> for Cs184Refraction {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
-    const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c] = self.transmittance.to_array();
@@ -97,6 +114,23 @@ impl Lobe<'_> for Cs184Refraction {
 
     fn examples() -> Vec<Self> {
         vec![Self { transmittance: Spectrum::ONE, ior: 1.45 }]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Cs184Refraction {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: false,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: None,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
     }
 }
 
@@ -160,7 +194,6 @@ impl Cs184Microfacet {
 
 impl Lobe<'_> for Cs184Microfacet {
     const DELTA: bool = false;
-    const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.eta.to_array(), self.k.to_array());
@@ -199,5 +232,22 @@ impl Lobe<'_> for Cs184Microfacet {
             k: Spectrum::rgb(4.1283, 3.5892, 2.8132),
             alpha: 0.25,
         }]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Cs184Microfacet {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: false,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: None,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { alpha, ..*self }.into())
     }
 }

@@ -4,6 +4,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Lambertian reflection, f = ρ/π.
@@ -63,5 +65,26 @@ impl Lobe<'_> for Diffuse {
 
     fn examples() -> Vec<Self> {
         vec![Self { rho: Spectrum::ONE }, Self { rho: Spectrum::rgb(0.3, 0.0, 0.8) }]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Diffuse {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: true,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn is_lossless(&self, wo: Vec3) -> bool {
+        self.rho == Spectrum::ONE && wo.z > 0.0
     }
 }

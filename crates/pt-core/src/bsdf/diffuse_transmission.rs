@@ -4,6 +4,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = ρ/π on the side of `wo`, and τ/π on the other; equal for both sides of the surface. [Pharr,
@@ -86,5 +88,26 @@ impl Lobe<'_> for DiffuseTransmission {
             Self { rho: Spectrum::rgb(0.1, 0.3, 0.05), tau: Spectrum::rgb(0.5, 0.6, 0.1) },
             Self { rho: Spectrum::ZERO, tau: Spectrum::ONE },
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for DiffuseTransmission {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn map_probability(&self, _: Vec3, _: Vec3, choice: f32) -> f32 {
+        if choice < self.reflected() { self.reflected() } else { 1.0 - self.reflected() }
     }
 }

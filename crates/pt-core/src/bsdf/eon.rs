@@ -4,6 +4,8 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, with multiple scattering
@@ -46,13 +48,6 @@ impl Eon {
     fn even_probability(&self, mu: f32) -> f32 {
         let at_one = 0.162_925 + mu * (-0.372_058 + mu * (0.538_233 - 0.290_822 * mu));
         trig::powf(self.roughness, 0.1) * at_one
-    }
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let even = self.even_probability(wo.z);
-        if choice < even { even } else { 1.0 - even }
     }
 
     #[inline]
@@ -192,6 +187,28 @@ impl Lobe<'_> for Eon {
         let color = Spectrum::rgb(0.8, 0.0, 0.3);
         let all = [(Spectrum::ONE, 1.0), (color, 0.4), (Spectrum::ONE, 0.05), (color, 0.0)];
         all.map(|(rho, roughness)| Self { rho, roughness }).to_vec()
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Eon {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let even = self.even_probability(wo.z);
+        if choice < even { even } else { 1.0 - even }
     }
 }
 

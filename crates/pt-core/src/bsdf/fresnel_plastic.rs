@@ -6,6 +6,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -39,13 +41,6 @@ impl FresnelPlastic {
     #[inline]
     fn fresnel(&self, cos: f32) -> f32 {
         fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f)
-    }
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let q = self.gloss_probability(wo);
-        if choice < q { q } else { 1.0 - q }
     }
 
     /// Probability of sampling the facets: about their fraction of the scattered light, by
@@ -128,6 +123,28 @@ impl Lobe<'_> for FresnelPlastic {
                 ..white(1.9, distribution(Distribution::Ggx, [0.5, 0.2]))
             },
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for FresnelPlastic {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { distribution: self.distribution.with_alpha(alpha), ..*self }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let q = self.gloss_probability(wo);
+        if choice < q { q } else { 1.0 - q }
     }
 }
 

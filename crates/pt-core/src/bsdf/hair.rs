@@ -4,6 +4,8 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// Number of path classes p of light in the fibre: reflection (R), transmission (TT), transmission
@@ -242,8 +244,6 @@ impl Lobe<'_> for Hair {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
     const IS_FIBER: bool = true;
-    /// The scales point to the tip, and h depends on `wo` only.
-    const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [r, g, b] = self.absorption.to_array();
@@ -302,6 +302,28 @@ impl Lobe<'_> for Hair {
             Self::new(white, 1.3, [0.7, 1.0], -5.0),
             Self::new(Spectrum::rgb(0.0, 2.0, 300.0), 1.0, [1.0, 0.6], 2.0),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Hair {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            // The scales point to the tip, and h depends on `wo` only.
+            is_reciprocal: false,
+            has_delta_part: false,
+            maps: SamplingMaps::OfThreeNumbers,
+            max_albedo: CONSERVING,
+            can_be_lossless: true,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn is_lossless(&self, _: Vec3) -> bool {
+        self.absorption.is_black()
     }
 }
 

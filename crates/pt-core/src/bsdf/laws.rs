@@ -3,11 +3,13 @@
 //! This module checks that the methods of a lobe agree with one another. [`physics`]: agreement
 //! with physical laws. [`gains`]: energy of layered and principled lobes. [`numbers`]: finite
 //! results for all arguments. [`world`]: the same laws on surfaces in world space. [`spread`]:
-//! reuse of directions by neighbouring viewers.
+//! reuse of directions by neighbouring viewers. [`properties`]: the statements of a lobe about itself
+//! that the laws need.
 
 mod gains;
 mod numbers;
 mod physics;
+mod properties;
 mod sampled_mean;
 mod spread;
 mod world;
@@ -15,13 +17,12 @@ mod world;
 use pt_math::{Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
-use super::diffuse_transmission::DiffuseTransmission;
-use super::microfacet::MicrofacetDistribution;
-use super::mirror::reflect;
-use super::{
-    AnyLobe, CompensatedDielectric, Cs184Microfacet, FresnelPlastic, LobeTables, MetallicRoughness,
-    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
+pub(super) use self::properties::{
+    CONSERVING, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps,
 };
+pub(super) use super::AnyLobe;
+use super::LobeTables;
+use super::mirror::reflect;
 
 /// Directions above the surface, from the normal to grazing.
 const ABOVE: [Vec3; 4] = [
@@ -34,11 +35,6 @@ const ABOVE: [Vec3; 4] = [
 const COSINES: [f32; 6] = [1.0, 0.5, 1e-3, 1e-6, 1e-12, 0.0];
 /// Extremes of sampler values, and some values inside.
 const CORNERS: [f32; 5] = [0.0, 1e-7, 0.5, 0.999_999, 0.999_999_94];
-
-/// Returns true if part of the lobe is a Dirac delta.
-fn has_mirror(lobe: &AnyLobe) -> bool {
-    matches!(lobe, AnyLobe::CoatedDiffuse(_))
-}
 
 /// A point of the square with a third number, which is a hash of the point.
 fn with_third([u, v]: [f32; 2]) -> [f32; 3] {
@@ -60,43 +56,12 @@ fn at_cosine(cos: f32) -> Vec3 {
     Vec3::new(0.8 * sin, -0.6 * sin, cos)
 }
 
-/// The lobe with another roughness; `None` if it has no roughness.
-fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
-    let with = |distribution| MicrofacetDistribution { alpha: [alpha; 2], ..distribution };
-    match *lobe {
-        AnyLobe::RoughConductor(l) => {
-            Some(RoughConductor { distribution: with(l.distribution), ..l }.into())
-        }
-        AnyLobe::CompensatedConductor(l) => Some(l.with_alpha(alpha).into()),
-        AnyLobe::CompensatedDielectric(l) => {
-            let once = RoughDielectric { distribution: with(l.once.distribution), ..l.once };
-            Some(CompensatedDielectric { once }.into())
-        }
-        AnyLobe::RoughDielectric(l) => {
-            Some(RoughDielectric { distribution: with(l.distribution), ..l }.into())
-        }
-        AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
-        AnyLobe::FresnelPlastic(l) => {
-            Some(FresnelPlastic { distribution: with(l.distribution), ..l }.into())
-        }
-        AnyLobe::CoatedConductor(l) => Some(l.with_alpha(alpha).into()),
-        AnyLobe::Glossy(l) => Some(RoughPlastic { distribution: with(l.distribution), ..l }.into()),
-        AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
-        AnyLobe::MetallicRoughness(l) => {
-            Some(MetallicRoughness { roughness: alpha.sqrt(), ..l }.into())
-        }
-        AnyLobe::PrincipledThin(l) => Some(PrincipledThin { roughness: alpha.sqrt(), ..l }.into()),
-        AnyLobe::CourseMicrofacet(l) => Some(Cs184Microfacet { alpha, ..l }.into()),
-        _ => None,
-    }
-}
-
 /// The examples, and the rough ones again with the minimum and maximum practical roughness.
 fn all_lobes() -> Vec<AnyLobe<'static>> {
     let examples = AnyLobe::examples();
     let extremes = [1e-3, 0.01, 1.0];
     let rough =
-        extremes.iter().flat_map(|&a| examples.iter().filter_map(move |l| with_alpha(l, a)));
+        extremes.iter().flat_map(|&a| examples.iter().filter_map(move |l| l.laws().with_alpha(a)));
     let rough: Vec<_> = rough.collect();
     [examples, rough].concat()
 }
@@ -128,7 +93,7 @@ fn close(a: Spectrum, b: Spectrum, share: f32) -> bool {
 #[test]
 fn samples_follow_their_density() {
     let lobes: Vec<_> = AnyLobe::examples().into_iter().filter(|l| !l.is_delta()).collect();
-    let rough = lobes.iter().filter_map(|l| with_alpha(l, 1.0));
+    let rough = lobes.iter().filter_map(|l| l.laws().with_alpha(1.0));
     let lobes: Vec<_> = lobes.iter().copied().chain(rough).collect();
     for lobe in &lobes {
         for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
@@ -148,7 +113,8 @@ fn samples_follow_their_density() {
 /// direction.
 #[test]
 fn samples_of_narrow_lobes_follow_their_density() {
-    let lobes: Vec<_> = AnyLobe::examples().iter().filter_map(|l| with_alpha(l, 1e-3)).collect();
+    let lobes: Vec<_> =
+        AnyLobe::examples().iter().filter_map(|l| l.laws().with_alpha(1e-3)).collect();
     let views = &ABOVE[..3];
     for lobe in &lobes {
         for &wo in views {
@@ -174,7 +140,7 @@ fn weight_times_pdf_is_eval() {
         for _ in 0..1000 {
             let Some(s) = lobe.sample(wo, unit_3d(random)) else { continue };
             let Some(pdf) = s.pdf.map(pt_math::Pdf::get) else {
-                assert!(has_mirror(lobe), "only deltas have no density");
+                assert!(lobe.laws().properties().has_delta_part, "only deltas have no density");
                 continue;
             };
             assert!(pdf > 0.0 && pdf.is_finite(), "{lobe:?} {wo} {s:?}");
@@ -233,28 +199,13 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 /// The sampling map stretches area by 1/pdf: |∂ω/∂u × ∂ω/∂v| · pdf = 1. There is no random error,
 /// so a wrong density fails at the first point.
 ///
-/// A lobe that chooses one of several maps may reach a direction by each of them, so the density is
-/// more than that of one map. The directions of hair depend on three numbers, and no two of them
-/// are such a map.
 #[test]
 fn stretch_is_one_over_the_density() {
-    let of_two_numbers = |l: &&AnyLobe| !l.is_delta() && !matches!(l, AnyLobe::Hair(_));
-    for lobe in AnyLobe::examples().iter().filter(of_two_numbers) {
-        let one_map = !matches!(
-            lobe,
-            AnyLobe::Glossy(_)
-                | AnyLobe::RoughCoatedDiffuse(_)
-                | AnyLobe::FresnelPlastic(_)
-                | AnyLobe::CoatedConductor(_)
-                | AnyLobe::Eon(_)
-                | AnyLobe::CompensatedConductor(_)
-                | AnyLobe::CompensatedDielectric(_)
-                | AnyLobe::Principled(_)
-                | AnyLobe::PrincipledThin(_)
-                | AnyLobe::MetallicRoughness(_)
-        );
-        let side = |l: &DiffuseTransmission, choice: f32| {
-            if choice < l.reflected() { l.reflected() } else { 1.0 - l.reflected() }
+    for lobe in AnyLobe::examples().iter().filter(|lobe| !lobe.is_delta()) {
+        let one_map = match lobe.laws().properties().maps {
+            SamplingMaps::Disjoint => true,
+            SamplingMaps::Overlapping => false,
+            SamplingMaps::OfThreeNumbers => continue,
         };
         let mut checked = 0;
         for wo in ABOVE {
@@ -265,22 +216,8 @@ fn stretch_is_one_over_the_density() {
                 let (Some(area), Some(s)) = (stretch(lobe, wo, u), sample) else {
                     continue;
                 };
-                let chance = match lobe {
-                    AnyLobe::RoughDielectric(l) => l.chance(wo, s.wi),
-                    AnyLobe::CoatedDiffuse(l) => l.chance(wo),
-                    AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
-                    AnyLobe::FresnelPlastic(l) => l.chance(wo, u[2]),
-                    AnyLobe::CoatedConductor(l) => l.chance(wo, u[2]),
-                    AnyLobe::Eon(l) => l.chance(wo, u[2]),
-                    AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
-                    AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
-                    AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
-                    AnyLobe::PrincipledThin(l) => l.chance(wo, u[2]),
-                    AnyLobe::MetallicRoughness(l) => l.chance(wo, s.wi, u[2]),
-                    AnyLobe::DiffuseTransmission(l) => side(l, u[2]),
-                    _ => 1.0,
-                };
-                let product = area * lobe.pdf(wo, s.wi).get() / chance;
+                let probability = lobe.laws().map_probability(wo, s.wi, u[2]);
+                let product = area * lobe.pdf(wo, s.wi).get() / probability;
                 let right = if one_map { (product - 1.0).abs() < 0.01 } else { product > 0.99 };
                 assert!(right, "{lobe:?} {wo} at {u:?}: {product}");
                 checked += 1;

@@ -14,6 +14,8 @@ use planes::{Blend, Planes, Warp};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec2, Vec3, trig};
 use pt_scene::measured::{self, Measurements};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, padded};
 
 /// Minimum density of a sample; below it, single precision is not sufficient for the quotient.
@@ -204,7 +206,6 @@ impl fmt::Debug for Measured<'_> {
 
 impl<'t> Lobe<'t> for Measured<'t> {
     const DELTA: bool = false;
-    const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         padded([self.number as f32, f32::from(u8::from(self.mirrored))])
@@ -250,6 +251,23 @@ impl<'t> Lobe<'t> for Measured<'t> {
         let mirrored = plain.iter().filter(|lobe| !lobe.tables.is_isotropic);
         let mirrored: Vec<_> = mirrored.map(|lobe| lobe.mirrored()).collect();
         [plain, mirrored].concat()
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Measured<'_> {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: false,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
     }
 }
 

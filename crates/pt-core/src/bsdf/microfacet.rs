@@ -24,6 +24,12 @@ impl MicrofacetDistribution {
         Self { distribution, masking: Masking::Correlated, alpha: [alpha; 2] }
     }
 
+    /// Facets of another roughness, equal in all directions.
+    #[cfg(test)]
+    pub(super) fn with_alpha(self, alpha: f32) -> Self {
+        Self { alpha: [alpha; 2], ..self }
+    }
+
     /// Number of the combination of distribution and masking, from 0 to 3.
     #[inline]
     pub(super) fn kind(&self) -> usize {

@@ -2,6 +2,8 @@
 
 use pt_math::{Spectrum, Vec3};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// A perfect mirror.
@@ -41,5 +43,26 @@ impl Lobe<'_> for Mirror {
 
     fn examples() -> Vec<Self> {
         vec![Self { reflectance: Spectrum::ONE }, Self { reflectance: Spectrum::splat(0.5) }]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Mirror {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: true,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn is_lossless(&self, wo: Vec3) -> bool {
+        self.reflectance == Spectrum::ONE && wo.z > 0.0
     }
 }

@@ -1,8 +1,8 @@
 //! Surface scattering: the [`Lobe`] contract, the closed set of lobes, and [`Bsdf`], the lobe of
 //! one surface point in world coordinates.
 //!
-//! To add a lobe: write `my_lobe.rs`, and add one line to `lobes!` below. The laws of `laws.rs`
-//! then check that it fulfils its contract.
+//! To add a lobe: write `my_lobe.rs` with its [`Lobe`] and, for tests, its `LobeLaws`, and add one
+//! line to `lobes!` below. The laws of `laws.rs` then check that it fulfils its contract.
 
 mod coated_conductor;
 mod coated_diffuse;
@@ -12,6 +12,8 @@ mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
 mod eon;
+#[cfg(test)]
+mod expansion;
 pub mod fresnel;
 mod fresnel_plastic;
 mod hair;
@@ -33,16 +35,15 @@ mod rough_dielectric;
 mod rough_plastic;
 mod shadowing;
 mod thin_dielectric;
+mod world;
 
 pub(crate) use coated_conductor::Layers;
 pub use measured::{Gonioreflectometer, MeasuredTables, TabulatedLobe};
 pub use metallic_roughness::emitted_through;
 pub use orientation::Orientation;
-use orientation::frame_of;
-use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 pub use shadowing::Shadowing;
-
-use crate::light::LightSampleContext;
+pub use world::Bsdf;
 
 /// A direction chosen by [`Lobe::sample`].
 #[derive(Clone, Copy, Debug)]
@@ -136,10 +137,6 @@ pub trait Lobe<'t>: Copy {
     }
     /// Example parameters for the laws.
     fn examples() -> Vec<Self>;
-    /// True if f(wo, wi) = f(wi, wo), or f(wo, wi)/η² for refraction. It may be false only for the
-    /// models of the course, for hair, which does not determine the offset at which light leaves,
-    /// and for measured materials.
-    const RECIPROCAL: bool = true;
     /// True if the lobe represents all of a thin fibre: light leaves on any side, regardless of the
     /// orientation of the surface, and normals that face away from the viewer are beyond its edge.
     const IS_FIBER: bool = false;
@@ -183,19 +180,26 @@ impl LobeRecord {
     }
 }
 
+/// Makes the closed set of lobes from lines of a name and a type.
+///
+/// There is one dispatcher, the methods of [`LobeRecord`]: they compare the kind of the record with
+/// that of each lobe, and unpack and evaluate the lobe whose kind it is. It is a sequence of
+/// comparisons and not a `match` of an enum, so that a lobe is inlined or called as its own
+/// [`Lobe::INLINE`] says. The enum of lobes, `AnyLobe`, exists in tests only: the laws have examples
+/// of it, and evaluate them through their records.
+///
+/// The module `expansion` has what the macro makes of two lines, written out.
 macro_rules! lobes {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident $(<$tables:lifetime>)?),* $(,)?) => {
         $(pub use $module::$ty;)*
 
         #[repr(u32)]
-        enum Kind { $($name),* }
+        enum Kind { $($(#[$doc])* $name),* }
 
-        /// Any lobe: the closed set that backends match on.
-        #[derive(Clone, Copy, Debug)]
-        pub enum AnyLobe<'t> { $($(#[$doc])* $name($ty $(<$tables>)?)),* }
-
-        $(impl<'t> From<$ty $(<$tables>)?> for AnyLobe<'t> {
-            fn from(lobe: $ty $(<$tables>)?) -> Self { Self::$name(lobe) }
+        $(impl $(<$tables>)? From<$ty $(<$tables>)?> for LobeRecord {
+            fn from(lobe: $ty $(<$tables>)?) -> Self {
+                Self { kind: Kind::$name as u32, p: lobe.pack() }
+            }
         })*
 
         impl LobeRecord {
@@ -271,57 +275,34 @@ macro_rules! lobes {
             }
         }
 
+        /// Any lobe, with its parameters.
+        #[cfg(test)]
+        #[derive(Clone, Copy, Debug)]
+        enum AnyLobe<'t> { $($name($ty $(<$tables>)?)),* }
+
+        $(#[cfg(test)]
+        impl<'t> From<$ty $(<$tables>)?> for AnyLobe<'t> {
+            fn from(lobe: $ty $(<$tables>)?) -> Self { Self::$name(lobe) }
+        })*
+
+        #[cfg(test)]
         impl<'t> AnyLobe<'t> {
             /// Converts the lobe to its stored form.
-            pub fn record(&self) -> LobeRecord {
-                match self {
-                    $(Self::$name(l) => LobeRecord { kind: Kind::$name as u32, p: l.pack() }),*
-                }
+            fn record(&self) -> LobeRecord {
+                match self { $(Self::$name(lobe) => (*lobe).into()),* }
             }
             /// Inverse of [`Self::record`].
-            ///
-            /// # Panics
-            /// If no lobe has this kind, which only a bug can cause.
-            #[inline(always)]
-            pub fn from_record(r: &LobeRecord, tables: &'t LobeTables) -> Self {
+            fn from_record(r: &LobeRecord, tables: &'t LobeTables) -> Self {
                 $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, tables)); })*
                 unreachable!("lobe kind {}", r.kind)
             }
-            /// See [`Lobe::DELTA`].
-            #[inline(always)]
-            pub fn is_delta(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::DELTA),* }
+            /// Properties of the lobe.
+            fn laws(&self) -> &dyn laws::LobeLaws {
+                match self { $(Self::$name(lobe) => lobe),* }
             }
-            /// See [`Lobe::RECIPROCAL`].
-            pub fn is_reciprocal(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::RECIPROCAL),* }
-            }
-            /// See [`Lobe::lobe_width`].
-            pub fn lobe_width(&self) -> f32 {
-                match self { $(Self::$name(l) => l.lobe_width()),* }
-            }
-            /// See [`Lobe::TRANSMITS`].
-            pub fn transmits(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::TRANSMITS),* }
-            }
-            /// See [`Lobe::eval`].
-            #[inline(always)]
-            pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.eval(wo, wi)),* }
-            }
-            /// See [`Lobe::pdf`].
-            #[inline(always)]
-            pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-                match self { $(Self::$name(l) => l.pdf(wo, wi)),* }
-            }
-            /// See [`Lobe::sample`].
-            #[inline(always)]
-            pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-                match self { $(Self::$name(l) => l.sample(wo, u)),* }
-            }
-            /// Example parameters of all lobes, for the laws; they refer to the tables of
+            /// Example parameters of all lobes; they refer to the tables of
             /// [`LobeTables::examples`].
-            pub fn examples() -> Vec<Self> {
+            fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
             }
         }
@@ -379,209 +360,4 @@ lobes! {
     CourseRefraction = cs184::Cs184Refraction,
     /// The course's microfacet metal.
     CourseMicrofacet = cs184::Cs184Microfacet,
-}
-
-/// The lobe at one surface point, in world coordinates.
-#[derive(Clone, Copy, Debug)]
-pub struct Bsdf<'a> {
-    frame: Frame,
-    geometric_normal: Vec3,
-    /// Cosine between `geometric_normal` and the normal of the frame.
-    side: f32,
-    shadowing: Shadowing,
-    /// See [`Orientation::is_for_viewer`].
-    is_for_viewer: bool,
-    wo: Vec3,
-    lobe: &'a LobeRecord,
-    tables: &'a LobeTables,
-}
-
-impl<'a> Bsdf<'a> {
-    /// Creates the BSDF for scattering towards `wo` (world, unit).
-    ///
-    /// `normal` is the shading normal and `geometric_normal` the true one, both unit and on the
-    /// same side of the surface. With `two_sided`, the back side scatters as the front side does.
-    #[inline(always)]
-    pub fn new(
-        lobe: &'a LobeRecord,
-        tables: &'a LobeTables,
-        two_sided: bool,
-        normal: Vec3,
-        geometric_normal: Vec3,
-        wo: Vec3,
-    ) -> Self {
-        let orientation = Orientation::plain(normal, None);
-        Self::oriented(lobe, tables, two_sided, orientation, geometric_normal, wo)
-    }
-
-    /// [`Self::new`] with a tangent along the surface.
-    #[inline(always)]
-    pub fn oriented(
-        lobe: &'a LobeRecord,
-        tables: &'a LobeTables,
-        two_sided: bool,
-        Orientation { normal, tangent, shadowing, is_for_viewer }: Orientation,
-        geometric_normal: Vec3,
-        wo: Vec3,
-    ) -> Self {
-        let behind = wo.dot(geometric_normal) < 0.0;
-        let flip = if behind { -1.0 } else { 1.0 };
-        let is_fiber = lobe.is_fiber();
-        let visible = if is_fiber { normal * flip } else { make_visible(normal * flip, wo) };
-        let front = if behind && !two_sided { -visible } else { visible };
-        let frame = frame_of(front, tangent);
-        // Fibres are not bounded by the plane of the surface.
-        let geometric_normal = if is_fiber { frame.n } else { geometric_normal };
-        let side = geometric_normal.dot(front);
-        let wo = frame.to_local(wo);
-        Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, tables }
-    }
-
-    /// Replaces the geometric normal, which determines the side of directions, by another unit
-    /// normal. Has no effect on fibres.
-    #[inline]
-    pub fn held_to(mut self, normal: Vec3) -> Self {
-        if !self.lobe.is_fiber() {
-            self.geometric_normal = normal;
-            self.side = normal.dot(self.frame.n);
-        }
-        self
-    }
-
-    /// Returns true if the lobe is a Dirac delta, so that only [`Self::sample`] finds its
-    /// directions.
-    #[inline(always)]
-    pub fn is_delta(&self) -> bool {
-        self.lobe.is_delta()
-    }
-
-    /// See [`Lobe::STRAIGHT`].
-    pub fn is_straight(&self) -> bool {
-        self.lobe.is_straight()
-    }
-
-    /// See [`Lobe::straight`].
-    pub fn straight(&self) -> Spectrum {
-        self.lobe.straight(self.tables, self.wo)
-    }
-
-    /// Returns true if light that [`Self::sample`] scattered to `wi` (world) was transmitted
-    /// undeflected.
-    #[inline]
-    pub fn lets_through(&self, wi: Vec3) -> bool {
-        self.lobe.is_straight() && self.frame.to_local(wi).z * self.wo.z < 0.0
-    }
-
-    /// See [`Lobe::DIFFUSE`].
-    pub fn is_diffuse(&self) -> bool {
-        self.lobe.is_diffuse()
-    }
-
-    /// Name of the lobe.
-    pub fn lobe_name(&self) -> &'static str {
-        self.lobe.name()
-    }
-
-    /// See [`Lobe::lobe_width`].
-    #[inline(always)]
-    pub fn lobe_width(&self) -> f32 {
-        self.lobe.lobe_width(self.tables)
-    }
-
-    /// The BSDF of the same surface seen from the unit direction `wo` (world) on the same side;
-    /// `None` if the surface may look different from there, or is not visible.
-    #[inline(always)]
-    pub fn with_wo(&self, wo: Vec3) -> Option<Self> {
-        let local = self.frame.to_local(wo);
-        let is_alike = !self.is_for_viewer && local.z > MIN_COSINE && self.is_consistent(wo, local);
-        is_alike.then_some(Self { wo: local, ..*self })
-    }
-
-    /// Returns true if directions sampled for this viewer also serve another, for whom `other` is
-    /// the BSDF of the same surface.
-    #[inline(always)]
-    pub fn is_similar_direction(&self, other: &Self) -> bool {
-        serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
-    }
-
-    /// f(wo, wi) · |cos θi|.
-    #[inline(always)]
-    pub fn eval(&self, wi: Vec3) -> Spectrum {
-        let local = self.frame.to_local(wi);
-        if self.is_consistent(wi, local) {
-            self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi)
-        } else {
-            Spectrum::ZERO
-        }
-    }
-
-    /// [`Self::eval`], and the density with which [`Self::sample`] returns `wi`.
-    #[inline(always)]
-    pub fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
-        let local = self.frame.to_local(wi);
-        if self.is_consistent(wi, local) {
-            (
-                self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi),
-                self.lobe.pdf(self.tables, self.wo, local),
-            )
-        } else {
-            (Spectrum::ZERO, Pdf::ZERO)
-        }
-    }
-
-    /// Density with which [`Self::sample`] returns `wi`.
-    #[inline(always)]
-    pub fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
-        self.lobe.pdf(self.tables, self.wo, self.frame.to_local(wi))
-    }
-
-    /// Samples a direction (world) and its weight.
-    #[inline(always)]
-    pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
-        let s = self.lobe.sample(self.tables, self.wo, u)?;
-        let wi = self.frame.to_world(s.wi);
-        let weight = s.weight * self.shadowing.visible(wi);
-        self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })
-    }
-
-    /// Context of light samples for this point at `p`.
-    #[inline(always)]
-    pub fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
-        LightSampleContext::on_surface(p, self.frame.n, self.lobe.transmits())
-    }
-
-    /// Frame of the lobe.
-    #[inline(always)]
-    pub fn frame(&self) -> &Frame {
-        &self.frame
-    }
-
-    /// Returns true if `wi` is on the same side of the geometric surface and of the shading frame.
-    /// The sides may differ for interpolated shading normals; light would then leak through the
-    /// surface.
-    #[inline(always)]
-    fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
-        wi.dot(self.geometric_normal) * local.z * self.side > 0.0
-    }
-}
-
-/// Returns true if the distance of two unit directions above a surface is within the lobe width.
-/// The limit decreases towards grazing angles: the normal of the facets that reflect from `wi` to
-/// `a` turns by up to 1 / (2 cos θ) times as much as `a`.
-#[inline(always)]
-fn serves(lobe_width: f32, a: Vec3, b: Vec3) -> bool {
-    let least = lobe_width * a.z.min(b.z);
-    (a - b).length_squared() <= least * least
-}
-
-/// Minimum cosine between the viewing direction and the shading normal.
-const MIN_COSINE: f32 = 1e-3;
-
-/// Turns the unit normal `n` by the minimum angle for which `wo`, which is on its side of the
-/// surface, is not below it. Otherwise, lobes would be black where interpolated normals face away
-/// from the camera.
-#[inline(always)]
-fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
-    let cos = n.dot(wo);
-    if cos >= MIN_COSINE { n } else { (n + wo * (MIN_COSINE - cos)).normalize() }
 }

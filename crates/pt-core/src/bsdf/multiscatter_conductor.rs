@@ -3,6 +3,8 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::conductor::RoughConductor;
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
 use super::multiscatter::{Reflected, mean_reflectance};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel};
 
@@ -20,21 +22,6 @@ impl CompensatedConductor {
         let metal = &once.metal;
         let mean = mean_reflectance(|cos| fresnel::conductor(cos, metal.eta, metal.k));
         Self { once, mean }
-    }
-
-    /// The same lobe with another roughness.
-    #[cfg(test)]
-    pub(super) fn with_alpha(&self, alpha: f32) -> Self {
-        let mut lobe = *self;
-        lobe.once.distribution.alpha = [alpha; 2];
-        lobe
-    }
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let again = self.again_probability(wo);
-        if choice < again { again } else { 1.0 - again }
     }
 
     /// Probability of cosine sampling.
@@ -102,6 +89,30 @@ impl Lobe<'_> for CompensatedConductor {
     /// Not perfectly reflecting: errors of some thousandths in the tables could count as gain.
     fn examples() -> Vec<Self> {
         RoughConductor::examples().into_iter().skip(1).step_by(2).map(Self::new).collect()
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for CompensatedConductor {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING_BY_TABLES,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        let mut lobe = *self;
+        lobe.once.distribution.alpha = [alpha; 2];
+        Some(lobe.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let again = self.again_probability(wo);
+        if choice < again { again } else { 1.0 - again }
     }
 }
 

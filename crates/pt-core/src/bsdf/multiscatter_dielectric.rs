@@ -2,6 +2,8 @@
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
 use super::multiscatter::Interface;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS};
@@ -15,18 +17,6 @@ pub struct CompensatedDielectric {
 }
 
 impl CompensatedDielectric {
-    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
-        let again = self.again(wo);
-        let probability = probability(&again, wo);
-        if choice >= probability {
-            return (1.0 - probability) * self.once.chance(wo, wi);
-        }
-        let reflects = wi.z * wo.z > 0.0;
-        probability * if reflects { again.reflected } else { 1.0 - again.reflected }
-    }
-
     #[inline]
     fn again(&self, wo: Vec3) -> Interface {
         Interface::new(&self.once.distribution, eta_from(wo, self.once.eta))
@@ -108,6 +98,39 @@ impl Lobe<'_> for CompensatedDielectric {
         };
         let all = RoughDielectric::examples();
         vec![with(all[0], 0.5), with(all[1], 0.3)]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for CompensatedDielectric {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING_BY_TABLES,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        let once = self.once;
+        let distribution = once.distribution.with_alpha(alpha);
+        Some(Self { once: RoughDielectric { distribution, ..once } }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
+        let again = self.again(wo);
+        let probability = probability(&again, wo);
+        if choice >= probability {
+            return (1.0 - probability) * self.once.map_probability(wo, wi, choice);
+        }
+        let reflects = wi.z * wo.z > 0.0;
+        probability * if reflects { again.reflected } else { 1.0 - again.reflected }
+    }
+
+    fn reciprocity(&self, wo: Vec3, wi: Vec3) -> Option<f32> {
+        self.once.reciprocity(wo, wi)
     }
 }
 

@@ -3,6 +3,8 @@
 use pt_math::{Spectrum, Vec3};
 
 use super::dielectric::refract;
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// Refracts all light and reflects none; total internal reflection is black.
@@ -44,5 +46,22 @@ impl Lobe<'_> for Refraction {
 
     fn examples() -> Vec<Self> {
         vec![Self { transmittance: Spectrum::ONE, eta: 1.45 }]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Refraction {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
     }
 }

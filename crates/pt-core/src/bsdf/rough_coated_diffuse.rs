@@ -6,6 +6,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::{MicrofacetDistribution, stretched};
 use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -52,20 +54,6 @@ impl RoughCoatedDiffuse {
         let inside = diffuse_reflectance(&distribution, 1.0 / eta);
         let through = Transmittance::new(&distribution, eta);
         Self { rho, specular, distribution, inside, nonlinear, through }
-    }
-
-    /// The same lobe with another roughness.
-    #[cfg(test)]
-    pub(super) fn with_alpha(&self, alpha: f32) -> Self {
-        let distribution = self.distribution.distribution;
-        Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.nonlinear)
-    }
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let q = self.coat_probability(wo);
-        if choice < q { q } else { 1.0 - q }
     }
 
     /// ρ / (η² (1 − ρ Fᵢ)).
@@ -249,6 +237,30 @@ impl Lobe<'_> for RoughCoatedDiffuse {
             Self::new(color, Spectrum::splat(0.5), 1.9, ggx, 0.4, true),
             Self::new(color, Spectrum::ONE, 1.3, ggx, 0.1, false),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for RoughCoatedDiffuse {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        let Self { rho, specular, .. } = *self;
+        let distribution = self.distribution.distribution;
+        Some(Self::new(rho, specular, self.through.eta, distribution, alpha, self.nonlinear).into())
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let q = self.coat_probability(wo);
+        if choice < q { q } else { 1.0 - q }
     }
 }
 

@@ -3,6 +3,8 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
@@ -121,14 +123,6 @@ impl Pair {
 impl RoughDielectric {
     /// Index of the two roughnesses among the packed parameters.
     pub(crate) const ALPHA: usize = 7;
-
-    /// Probability of the reflection or refraction that connects `wo` and `wi`, by which
-    /// [`Lobe::sample`] chooses it for a facet.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
-        if pair.is_reflected { pair.f } else { 1.0 - pair.f }
-    }
 }
 
 impl Lobe<'_> for RoughDielectric {
@@ -206,5 +200,31 @@ impl Lobe<'_> for RoughDielectric {
                 },
             ),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for RoughDielectric {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { distribution: self.distribution.with_alpha(alpha), ..*self }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, wi: Vec3, _: f32) -> f32 {
+        let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
+        if pair.is_reflected { pair.f } else { 1.0 - pair.f }
+    }
+
+    fn reciprocity(&self, _: Vec3, wi: Vec3) -> Option<f32> {
+        Some(if wi.z < 0.0 { self.eta * self.eta } else { 1.0 })
     }
 }

@@ -6,6 +6,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::Distribution;
 
 use super::conductor::{half_vector, reflected};
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -96,5 +98,22 @@ impl Lobe<'_> for RoughPlastic {
             distribution: MicrofacetDistribution::isotropic(Distribution::Beckmann, alpha),
         };
         vec![with(0.8, 0.04, 0.2), with(0.5, 0.5, 0.5), with(1.0, 0.1, 0.1)]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for RoughPlastic {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { distribution: self.distribution.with_alpha(alpha), ..*self }.into())
     }
 }

@@ -2,6 +2,8 @@
 
 use pt_math::{Spectrum, Vec3};
 
+#[cfg(test)]
+use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
@@ -65,5 +67,26 @@ impl Lobe<'_> for ThinDielectric {
             Self { reflectance, transmittance, eta: 1.5 },
             Self { reflectance: Spectrum::splat(0.5), transmittance, eta: 1.0 / 1.33 },
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for ThinDielectric {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Disjoint,
+            max_albedo: CONSERVING,
+            can_be_lossless: true,
+        }
+    }
+
+    fn with_alpha(&self, _: f32) -> Option<AnyLobe<'static>> {
+        None
+    }
+
+    fn is_lossless(&self, _: Vec3) -> bool {
+        [self.reflectance, self.transmittance] == [Spectrum::ONE; 2]
     }
 }

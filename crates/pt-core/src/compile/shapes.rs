@@ -7,7 +7,7 @@ use pt_bvh::{AnimatedInstance, Bvh, Sphere};
 use pt_math::{Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::{Sides, Span};
 
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, LobeTables};
+use crate::bsdf::{Diffuse, LobeRecord, LobeTables};
 use crate::id::{Id, Surface, SurfaceId, Table};
 use crate::instances::Instance;
 use crate::light::{AnimatedLight, AnyLight};
@@ -141,7 +141,7 @@ impl Shapes {
     /// Adds a black parallelogram that emits light on the side of e1 × e2.
     pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
         let black = Diffuse { rho: Spectrum::ZERO };
-        let lobe = self.lobes.push(AnyLobe::from(black).record());
+        let lobe = self.lobes.push(black.into());
         let record = SurfaceRecord {
             lobe,
             two_sided: false,

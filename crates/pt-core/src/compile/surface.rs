@@ -5,7 +5,7 @@ use pt_scene::{Color, Scalar, Surface};
 
 use super::materials;
 use super::textures::{Lowering, ShownValues};
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
+use crate::bsdf::{Diffuse, LobeRecord};
 use crate::id::Id;
 use crate::material::Material;
 use crate::texture_record::{FloatTexture, TextureRecord};
@@ -65,7 +65,7 @@ impl CompiledSurface {
             Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
             varying => {
                 let black = Diffuse { rho: Spectrum::ZERO };
-                let lobe = cx.lobes.push(AnyLobe::from(black).record());
+                let lobe = cx.lobes.push(black.into());
                 (lobe, true, Some(cx.materials.table.push(varying)))
             }
         };

@@ -12,7 +12,7 @@ use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Marble, Noise, Pattern, Scalar, Texture, TextureMapping,
 };
 
-use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
+use crate::bsdf::{self, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::image_texture::Texels;
 use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotKind};
@@ -105,8 +105,8 @@ impl Lowering {
     }
 
     /// Adds a lobe, with the textured parameters added since the last one.
-    pub(super) fn lobe<'t>(&mut self, lobe: impl Into<AnyLobe<'t>>, two_sided: bool) -> Material {
-        self.stored(lobe.into().record(), two_sided)
+    pub(super) fn lobe(&mut self, lobe: impl Into<LobeRecord>, two_sided: bool) -> Material {
+        self.stored(lobe.into(), two_sided)
     }
 
     /// Adds a measured lobe, whose tables are created once. A reflecting back side has the same x
@@ -118,7 +118,7 @@ impl Lowering {
             tables.len() as u32 - 1
         });
         let lobe = bsdf::Measured::new(number, &tables[number as usize]);
-        let [front, back] = [lobe, lobe.mirrored()].map(|lobe| AnyLobe::from(lobe).record());
+        let [front, back] = [lobe, lobe.mirrored()].map(LobeRecord::from);
         let mut side = |record| {
             self.oriented = !of.is_isotropic();
             self.stored(record, two_sided)

@@ -15,25 +15,7 @@ use crate::bsdf::{
 const GRID: u32 = 160;
 
 /// Error of the albedos by the Kulla & Conty tables.
-const TABLES: f32 = 5e-3;
-
-/// Greatest albedo of `principled` as in Mitsuba, with a white base, sheen and a coat: see
-/// docs/formats.md.
-const PRINCIPLED: f32 = 1.69 + 0.027;
-/// Greatest albedo of `principledthin`.
-const PRINCIPLED_THIN: f32 = 1.65;
-
-/// Greatest permitted albedo of a lobe.
-pub(super) fn most(lobe: &AnyLobe) -> f32 {
-    match lobe {
-        AnyLobe::Principled(_) => PRINCIPLED,
-        AnyLobe::PrincipledThin(_) => PRINCIPLED_THIN,
-        AnyLobe::MetallicRoughness(_)
-        | AnyLobe::CompensatedConductor(_)
-        | AnyLobe::CompensatedDielectric(_) => 1.0 + TABLES,
-        _ => 1.0 + 1e-3,
-    }
-}
+pub(super) const TABLES: f32 = 5e-3;
 
 fn seen_at(cos: f32) -> Vec3 {
     Vec3::new(-0.8 * (1.0 - cos * cos).sqrt(), 0.6 * (1.0 - cos * cos).sqrt(), cos)

@@ -7,51 +7,41 @@ use pt_math::{DVec3, Spectrum, Vec3, trig};
 use pt_scene::material::Distribution;
 
 use super::sampled_mean::{grid, mean, power};
-use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, gains, unit_3d, with_alpha};
+use super::{ABOVE, AnyLobe, LobeLaws, below, close, for_all, for_all_smooth, unit_3d};
 use crate::bsdf::mirror::reflect;
-use crate::bsdf::{BsdfSample, Lobe, PrincipledThin};
+use crate::bsdf::{BsdfSample, Lobe};
 
 /// No lobe scatters more power than arrives, from any direction, except those of Mitsuba, whose
-/// gain [`gains`] documents. (The course's models, which are not reciprocal, may gain energy.)
+/// gain [`gains`](super::gains) documents. (The course's models, which are not reciprocal, may gain
+/// energy.)
 #[test]
 fn energy_is_conserved() {
     for_all(|lobe, wo, _| {
-        if lobe.is_reciprocal() || matches!(lobe, AnyLobe::Hair(_) | AnyLobe::Measured(_)) {
+        if let Some(most) = lobe.laws().properties().max_albedo {
             let albedo = mean(lobe, wo, 256, power).max_channel();
-            assert!(albedo <= gains::most(lobe), "{lobe:?} {wo}: {albedo}");
+            assert!(albedo <= most, "{lobe:?} {wo}: {albedo}");
         }
     });
-}
-
-/// Returns true if a lobe scatters all light that arrives from `wo`.
-fn is_perfect(lobe: &AnyLobe, wo: Vec3) -> bool {
-    match lobe {
-        AnyLobe::Diffuse(l) => l.rho == Spectrum::ONE && wo.z > 0.0,
-        AnyLobe::Mirror(l) => l.reflectance == Spectrum::ONE && wo.z > 0.0,
-        AnyLobe::SmoothConductor(l) => {
-            l.eta.is_black() && l.reflectance == Spectrum::ONE && wo.z > 0.0
-        }
-        AnyLobe::Dielectric(l) => [l.reflectance, l.transmittance] == [Spectrum::ONE; 2],
-        AnyLobe::Hair(l) => l.absorption.is_black(),
-        AnyLobe::ThinDielectric(l) => [l.reflectance, l.transmittance] == [Spectrum::ONE; 2],
-        _ => false,
-    }
 }
 
 /// White furnace: lobes without absorption scatter all incident light. The factor 1/η² of radiance
 /// by refraction is due to the solid angle of the beam and is no loss.
 #[test]
 fn perfect_lobes_lose_nothing() {
-    let perfect = |lobe: &AnyLobe, wo| is_perfect(lobe, wo).then(|| mean(lobe, wo, 64, power));
     for_all(|lobe, wo, _| {
-        if let Some(albedo) = perfect(lobe, wo) {
+        if lobe.laws().is_lossless(wo) {
+            let albedo = mean(lobe, wo, 64, power);
             assert!(close(albedo, Spectrum::ONE, 1e-5), "{lobe:?} {wo}: {albedo:?}");
         }
     });
     let examples = AnyLobe::examples();
-    let perfect = examples.iter().filter(|l| is_perfect(l, Vec3::Z));
-    let kinds: BTreeSet<u32> = perfect.map(|l| l.record().kind).collect();
-    assert_eq!(kinds.len(), 6, "an example of each lobe that can be perfect");
+    let kinds = |of: &dyn Fn(&dyn LobeLaws) -> bool| -> BTreeSet<u32> {
+        let chosen = examples.iter().filter(|lobe| of(lobe.laws()));
+        chosen.map(|lobe| lobe.record().kind).collect()
+    };
+    let lossless = kinds(&|laws| laws.is_lossless(Vec3::Z));
+    let can_be = kinds(&|laws| laws.properties().can_be_lossless);
+    assert_eq!(lossless, can_be, "an example of each lobe that can be lossless");
 }
 
 /// The albedo by samples agrees with the integral of `eval` over the sphere, by angles.
@@ -73,34 +63,22 @@ fn weights_sum_to_the_integral_of_the_lobe() {
 }
 
 /// Helmholtz: f(wo, wi) = f(wi, wo), and f(wo, wi) η² = f(wi, wo) for light that is refracted on
-/// its way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2] Thin principled
-/// sheets are reciprocal except for facets for which `is_one_way` holds. Coats with normals other
-/// than those of their base are not, since their cosine is to their own normal. [Veach 1997, §5.3]
+/// its way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2] For exceptions,
+/// see [`LobeLaws::reciprocity`].
 #[test]
 fn scattering_is_reciprocal() {
     for_all_smooth(|lobe, wo, random| {
-        if !lobe.is_reciprocal() || wo.z <= 0.0 {
+        if !lobe.laws().properties().is_reciprocal || wo.z <= 0.0 {
             return;
         }
         for _ in 0..500 {
             // Half of the directions where the lobe is large.
             let sampled = lobe.sample(wo, unit_3d(random)).map(|s| s.wi);
             for wi in sampled.into_iter().chain([random.direction()]) {
-                let one_way = match lobe {
-                    AnyLobe::PrincipledThin(_) => PrincipledThin::is_one_way(wo, wi),
-                    AnyLobe::MetallicRoughness(l) => l.coat_normal != [0.0; 2],
-                    _ => false,
-                };
-                if wi.z.abs() <= 1e-3 || one_way {
+                let Some(eta_scale) = lobe.laws().reciprocity(wo, wi) else { continue };
+                if wi.z.abs() <= 1e-3 {
                     continue;
                 }
-                let eta_scale = match lobe {
-                    AnyLobe::RoughDielectric(l) if wi.z < 0.0 => l.eta * l.eta,
-                    AnyLobe::CompensatedDielectric(l) if wi.z < 0.0 => l.once.eta * l.once.eta,
-                    AnyLobe::Principled(l) if wi.z < 0.0 => l.eta * l.eta,
-                    AnyLobe::MetallicRoughness(l) if wi.z < 0.0 && !l.thin => l.eta * l.eta,
-                    _ => 1.0,
-                };
                 let f = lobe.eval(wo, wi) * (eta_scale / wi.z.abs());
                 let g = lobe.eval(wi, wo) * (1.0 / wo.z);
                 // The smallest numbers have fewer digits, and so have those of facets that refract
@@ -120,7 +98,7 @@ fn scattering_is_reciprocal() {
 #[test]
 fn light_takes_the_same_way_back() {
     for_all(|lobe, wo, random| {
-        if !lobe.is_delta() || !lobe.is_reciprocal() {
+        if !lobe.is_delta() || !lobe.laws().properties().is_reciprocal {
             return;
         }
         let towards = |from: Vec3, up: bool| {
@@ -184,7 +162,7 @@ fn rough_metal_becomes_a_mirror() {
     const ALPHA: f32 = 1e-3;
     for lobe in AnyLobe::examples() {
         let AnyLobe::RoughConductor(rough) = lobe else { continue };
-        let nearly = with_alpha(&lobe, ALPHA).expect("rough");
+        let nearly = lobe.laws().with_alpha(ALPHA).expect("rough");
         for wo in &ABOVE[..3] {
             let smooth = rough.metal.sample(*wo, [0.5; 3]).expect("above").weight;
             let albedo = mean(&nearly, *wo, 64, power);

@@ -2,8 +2,8 @@
 
 use pt_math::Vec3;
 
-use super::{AnyLobe, for_all_smooth, has_mirror, unit_3d};
-use crate::bsdf::serves;
+use super::{AnyLobe, for_all_smooth, unit_3d};
+use crate::bsdf::world::serves;
 
 /// Maximum mean squared weight for the other viewer, relative to the greater of 1 and that for the
 /// first; ideal weights have at most 1.
@@ -27,7 +27,7 @@ fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
         if spread == 0.0 || wo.z <= 1e-3 {
             return;
         }
-        assert!(!lobe.is_delta() && !has_mirror(lobe), "{lobe:?}");
+        assert!(!lobe.is_delta() && !lobe.laws().properties().has_delta_part, "{lobe:?}");
         for _ in 0..4 {
             let other = turned(wo, spread.min(1.0), random.direction());
             let Some(other) = other else { continue };

@@ -8,16 +8,16 @@ use pt_scene::material::{Distribution, Masking};
 use pt_scene::measured::{Measurements, Planes, Tables};
 
 use super::super::microfacet::MicrofacetDistribution;
-use super::super::{AnyLobe, RoughConductor, RoughPlastic, SmoothConductor};
+use super::super::{Lobe, RoughConductor, RoughPlastic, SmoothConductor};
 use super::planes::{Blend, Warp};
 use super::stretch;
 
-/// A specimen: a lobe that reflects, and the facet distribution of its tables.
+/// A specimen: the reflection of a lobe, and the facet distribution of its tables.
 pub struct TabulatedLobe<'a> {
     /// Description of the material.
     pub description: &'a str,
-    /// The lobe to measure.
-    pub lobe: AnyLobe<'a>,
+    /// f(wo, wi) · |cos θi| of the lobe to measure.
+    pub eval: &'a dyn Fn(Vec3, Vec3) -> Spectrum,
     /// D(m) of the facets. The distribution of the lobe itself makes the tables smoothest; other
     /// reflection is represented accurately as well, unless D is too small for interpolation.
     pub distribution: &'a dyn Fn(Vec3) -> f32,
@@ -121,11 +121,8 @@ impl Gonioreflectometer {
                 let normal = warp.sample(&blend, point);
                 let m = direction(normal);
                 let wi = m * (2.0 * wo.dot(m)) - *wo;
-                let f = if wi.z > 0.0 {
-                    specimen.lobe.eval(*wo, wi.normalize())
-                } else {
-                    Spectrum::ZERO
-                };
+                let f =
+                    if wi.z > 0.0 { (specimen.eval)(*wo, wi.normalize()) } else { Spectrum::ZERO };
                 let seen = warp.pdf(&blend, normal);
                 let apart = stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m);
                 luminance.push(if seen > 0.0 {
@@ -192,16 +189,17 @@ pub(super) fn examples() -> [Measurements; 3] {
     let metal = RoughConductor { metal: SmoothConductor::gold(), distribution: brushed };
     // A uniform distribution of facets is added for the diffuse part.
     let mixed = |m: Vec3| 0.5 * gloss.d(m) + 0.5 * FRAC_1_PI;
+    let eval = |wo, wi| glossy.eval(wo, wi);
     let of_glossy = |description, is_relative| TabulatedLobe {
         description,
-        lobe: glossy.into(),
+        eval: &eval,
         distribution: &mixed,
         is_isotropic: true,
         is_relative,
     };
     let brushed = TabulatedLobe {
         description: "brushed gold",
-        lobe: metal.into(),
+        eval: &|wo, wi| metal.eval(wo, wi),
         distribution: &|m| brushed.d(m),
         is_isotropic: false,
         is_relative: true,

@@ -10,6 +10,8 @@ use super::View;
 use super::coat::{Coat, coat_albedo};
 use super::sheen::Sheen;
 use crate::bsdf::fresnel;
+#[cfg(test)]
+use crate::bsdf::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
 use crate::bsdf::multiscatter::Reflected;
 use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
 
@@ -57,29 +59,6 @@ impl MetallicRoughness {
             coat: coat / all,
             sheen: sheen / all,
             beyond: beyond / (above + again + beyond),
-        }
-    }
-
-    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
-    #[cfg(test)]
-    pub(in crate::bsdf) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
-        let View { wo, wi } = self.view(wo, wi);
-        let shares = self.shares(wo, &Reflected::new(&self.distribution()));
-        let rest = 1.0 - shares.distribution - shares.coat - shares.sheen;
-        if choice < shares.distribution {
-            let pair = self.pair(wo, wi).expect("a pair that was sampled");
-            let dielectric = self.reflected_by_pair(&pair);
-            let reflected = self.reflectance(wo.z > 0.0, pair.wo.dot(pair.h), dielectric);
-            let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
-            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
-        } else if choice < shares.distribution + shares.coat {
-            shares.coat
-        } else if choice < shares.distribution + shares.coat + shares.sheen {
-            shares.sheen
-        } else if wi.z < 0.0 {
-            rest * shares.beyond
-        } else {
-            rest * (1.0 - shares.beyond)
         }
     }
 
@@ -167,5 +146,51 @@ impl MetallicRoughness {
         };
         // Light that a facet scatters to the wrong side is absorbed.
         ((wi.z > 0.0) == reflects && wi.z != 0.0).then(|| upright(wi, wo))
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for MetallicRoughness {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            max_albedo: CONSERVING_BY_TABLES,
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { roughness: alpha.sqrt(), ..*self }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
+        let View { wo, wi } = self.view(wo, wi);
+        let shares = self.shares(wo, &Reflected::new(&self.distribution()));
+        let rest = 1.0 - shares.distribution - shares.coat - shares.sheen;
+        if choice < shares.distribution {
+            let pair = self.pair(wo, wi).expect("a pair that was sampled");
+            let dielectric = self.reflected_by_pair(&pair);
+            let reflected = self.reflectance(wo.z > 0.0, pair.wo.dot(pair.h), dielectric);
+            let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
+            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.distribution + shares.coat {
+            shares.coat
+        } else if choice < shares.distribution + shares.coat + shares.sheen {
+            shares.sheen
+        } else if wi.z < 0.0 {
+            rest * shares.beyond
+        } else {
+            rest * (1.0 - shares.beyond)
+        }
+    }
+
+    /// Coats with a normal other than that of their base are not reciprocal, since their cosine is
+    /// to their own normal. [Veach 1997, §5.3]
+    fn reciprocity(&self, _: Vec3, wi: Vec3) -> Option<f32> {
+        let is_refracted = wi.z < 0.0 && !self.thin;
+        let eta_scale = if is_refracted { self.eta * self.eta } else { 1.0 };
+        (self.coat_normal == [0.0; 2]).then_some(eta_scale)
     }
 }

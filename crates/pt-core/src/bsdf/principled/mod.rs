@@ -12,6 +12,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
 pub use thin::PrincipledThin;
 
+#[cfg(test)]
+use super::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -115,21 +117,6 @@ impl Principled {
     pub(crate) const CLEARCOAT: usize = 12;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const CLEARCOAT_GLOSS: usize = 13;
-
-    /// Probability of the sampling map that `choice` selects, for `wo` and `wi`.
-    #[cfg(test)]
-    pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
-        let shares = self.shares(wo);
-        if choice < shares.distribution {
-            let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
-            let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
-            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
-        } else if choice < shares.distribution + shares.coat {
-            shares.coat
-        } else {
-            1.0 - shares.distribution - shares.coat
-        }
-    }
 
     #[inline]
     fn distribution(&self) -> MicrofacetDistribution {
@@ -418,5 +405,40 @@ impl Lobe<'_> for Principled {
             Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
             bright,
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for Principled {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            // With a white base, sheen and a coat: see docs/formats.md.
+            max_albedo: Some(1.69 + 0.027),
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { roughness: alpha.sqrt(), ..*self }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
+        let shares = self.shares(wo);
+        if choice < shares.distribution {
+            let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
+            let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
+            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.distribution + shares.coat {
+            shares.coat
+        } else {
+            1.0 - shares.distribution - shares.coat
+        }
+    }
+
+    fn reciprocity(&self, _: Vec3, wi: Vec3) -> Option<f32> {
+        Some(if wi.z < 0.0 { self.eta * self.eta } else { 1.0 })
     }
 }

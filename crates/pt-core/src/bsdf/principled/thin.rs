@@ -6,6 +6,8 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::base::{Base, about_sheen, sheen, tint, tinted};
 use super::{distribution, schlick_weight, tinted_fresnel};
+#[cfg(test)]
+use crate::bsdf::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::rough_dielectric::upright;
 use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
@@ -111,26 +113,6 @@ impl PrincipledThin {
     pub(crate) const FLATNESS: usize = 10;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const DIFF_TRANS: usize = 11;
-
-    /// Probability of the sampling map that `choice` selects.
-    #[cfg(test)]
-    pub(crate) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let Shares { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
-        let shares = [a, b, c, d];
-        let mut rest = choice;
-        let chosen = shares.into_iter().find(|share| {
-            rest -= share;
-            rest < 0.0
-        });
-        chosen.unwrap_or(d)
-    }
-
-    /// Returns true if facets transmit light in only one of the two directions.
-    #[cfg(test)]
-    pub(crate) fn is_one_way(wo: Vec3, wi: Vec3) -> bool {
-        let hides = |wo, wi| Pair::new(wo, wi).is_some_and(|pair| pair.hides());
-        hides(wo, wi) != hides(wi, wo)
-    }
 
     /// Facet distribution of a side; that of transmitted light is scaled by the index.
     /// [Burley 2015, figure 15]
@@ -313,6 +295,41 @@ impl Lobe<'_> for PrincipledThin {
             Self { spec_trans: 1.0, roughness: 1.0, eta: 0.9, ..plain },
             Self { base_color: Spectrum::ONE, sheen: 1.0, diff_trans: 1.0, ..plain },
         ]
+    }
+}
+
+#[cfg(test)]
+impl LobeLaws for PrincipledThin {
+    fn properties(&self) -> LobeProperties {
+        LobeProperties {
+            is_reciprocal: true,
+            has_delta_part: false,
+            maps: SamplingMaps::Overlapping,
+            // With a white base and sheen: see docs/formats.md.
+            max_albedo: Some(1.65),
+            can_be_lossless: false,
+        }
+    }
+
+    fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
+        Some(Self { roughness: alpha.sqrt(), ..*self }.into())
+    }
+
+    fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
+        let Shares { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
+        let shares = [a, b, c, d];
+        let mut rest = choice;
+        let chosen = shares.into_iter().find(|share| {
+            rest -= share;
+            rest < 0.0
+        });
+        chosen.unwrap_or(d)
+    }
+
+    /// Facets may transmit light in only one of the two directions.
+    fn reciprocity(&self, wo: Vec3, wi: Vec3) -> Option<f32> {
+        let hides = |wo, wi| Pair::new(wo, wi).is_some_and(|pair| pair.hides());
+        (hides(wo, wi) == hides(wi, wo)).then_some(1.0)
     }
 }
 
