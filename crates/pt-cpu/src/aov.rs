@@ -23,7 +23,8 @@ impl Aovs {
         &mut self,
         tracer: &mut Tracer,
         camera_rays: &CameraRays,
-        (batch, hidden): (&[SampleRange], Hidden),
+        batch: &[SampleRange],
+        hidden: Hidden,
         tile: &mut Tile,
     ) {
         let rays = Rays::from(&camera_rays.rays);

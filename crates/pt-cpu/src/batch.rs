@@ -43,7 +43,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.points()),
                 groups: Vec::new(),
-                times: Vec::new(),
+                times: scene.is_animated().then(Vec::new),
             },
             filter,
             weights: Vec::new(),
@@ -62,10 +62,8 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         self.integrator.radiance(&mut self.tracer, &self.camera_rays, &mut self.radiance);
         tile.add_clamped(self.integrator.take_clamped());
         let weights = self.weighs().then_some(&*self.weights);
-        let parts = self.integrator.light_group_radiance();
-        let groups = parts.len() / self.radiance.len().max(1);
-        let transparencies = self.integrator.transparency();
-        let keeps_alpha = tile.keeps_alpha();
+        let light_groups = self.integrator.light_group_radiance();
+        let transparency = self.integrator.transparency().filter(|_| tile.keeps_alpha());
         let mut next = 0;
         for SampleRange { pixel, samples, kept, .. } in batch {
             if !kept.is_empty() {
@@ -74,22 +72,19 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
                 let weights = weights.map(|weights| &weights[start..end]);
                 let samples = &self.radiance[start..end];
                 tile.add(*pixel, kept.start, samples, weights);
-                if keeps_alpha {
-                    tile.add_coverage(*pixel, &transparencies[start..end], weights);
+                if let Some(transparency) = transparency {
+                    tile.add_coverage(*pixel, &transparency[start..end], weights);
                 }
-                if groups > 0 {
-                    tile.add_light_groups(
-                        *pixel,
-                        samples,
-                        &parts[start * groups..end * groups],
-                        weights,
-                    );
+                if let Some(parts) = light_groups {
+                    let groups = parts.len() / self.radiance.len();
+                    let parts = &parts[start * groups..end * groups];
+                    tile.add_light_groups(*pixel, samples, parts, weights);
                 }
             }
             next += samples.len();
         }
         if tile.needs_first_hits() {
-            self.aovs.add(&mut self.tracer, &self.camera_rays, (batch, self.hidden), tile);
+            self.aovs.add(&mut self.tracer, &self.camera_rays, batch, self.hidden, tile);
         }
         self.samples += batch.iter().map(|range| range.kept.len() as u64).sum::<u64>();
     }
@@ -116,10 +111,12 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
             next += pixels as usize;
         }
         self.weights.clear();
-        times.clear();
+        if let Some(times) = times {
+            times.clear();
+        }
         samplers.refill(batch.iter().map(|range| (range.pixel, range.samples.clone())));
         let scene = self.tracer.scene;
-        let (camera, moves) = (&scene.camera, scene.is_animated());
+        let camera = &scene.camera;
         let eights = rays.resize(samplers.len().next_multiple_of(LANES));
         for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
             let numbers = samplers.points(block, 0);
@@ -135,7 +132,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
             } else {
                 [[0.0; LANES]; 2]
             };
-            if moves {
+            if let Some(times) = times {
                 let block_times = samplers.points(block, TIME_DIMENSION)[0];
                 times.extend(block_times);
                 if scene.meter.is_none() && scene.camera_motion.is_some() {
@@ -148,7 +145,9 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
                 None => camera.rays(&at, &lens, rays),
             }
         }
-        times.truncate(samplers.len());
+        if let Some(times) = times {
+            times.truncate(samplers.len());
+        }
         rays.truncate(samplers.len());
     }
 }

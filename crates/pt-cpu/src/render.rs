@@ -320,7 +320,7 @@ impl<'a> Renderer<'a> {
             {
                 let (had, rays) = (samples_before(&tile, pass), worker.tracer.rays);
                 let before = worker.samples;
-                self.tile(&mut tile, (reuse_tiles, &targets), &mut worker, shared.observer);
+                self.tile(&mut tile, reuse_tiles, &targets, &mut worker, shared.observer);
                 let (rejections, clamped) = &mut *lock(&losses);
                 rejections.merge(tile.invalid_samples());
                 clamped.merge(tile.clamped_energy());
@@ -348,7 +348,8 @@ impl<'a> Renderer<'a> {
     fn tile(
         &self,
         tile: &mut Tile,
-        (reuse_tiles, targets): (ReuseTiles, &SampleTargets),
+        reuse_tiles: ReuseTiles,
+        targets: &SampleTargets,
         worker: &mut Worker<dyn Integrator + '_>,
         observer: &dyn Observer,
     ) {

@@ -92,7 +92,7 @@ fn a_path_depends_on_no_other_path() {
             let mut samplers = SamplerBlocks::new(settings.points());
             samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
             let rays = starts.iter().map(|s| s.0).collect();
-            let starts = CameraRays { rays, samplers, times: Vec::new(), groups: Vec::new() };
+            let starts = CameraRays { rays, samplers, times: None, groups: Vec::new() };
             let mut l = Vec::new();
             integrator.radiance(&mut tracer, &starts, &mut l);
             l

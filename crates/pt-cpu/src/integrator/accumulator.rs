@@ -16,21 +16,28 @@ pub(super) struct RadianceAccumulator<'a, W> {
     /// Limit of the luminance of the next contributions.
     limit: f32,
     /// Luminance removed by clamping.
-    clamped: &'a mut ExactSum,
+    clamped: ExactSum,
     /// Observer of every contribution.
     pub(super) observer: W,
 }
 
 impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
-    /// Accumulates into `radiance`; luminance removed by clamping goes to `clamped`.
-    pub(super) fn new(
-        radiance: &'a mut Vec<Spectrum>,
-        clamp: Clamp,
-        clamped: &'a mut ExactSum,
-        observer: W,
-    ) -> Self {
-        let camera_rays = radiance.len();
-        Self { radiance, camera_rays, clamp, limit: clamp.limit(0), clamped, observer }
+    /// Accumulates into `radiance`, which has the sums of the camera rays.
+    pub(super) fn new(radiance: &'a mut Vec<Spectrum>, clamp: Clamp, observer: W) -> Self {
+        Self {
+            camera_rays: radiance.len(),
+            radiance,
+            clamp,
+            limit: clamp.limit(0),
+            clamped: ExactSum::default(),
+            observer,
+        }
+    }
+
+    /// Removes the partial sums; returns the luminance removed by clamping, and the observer.
+    pub(super) fn finish(self) -> (ExactSum, W) {
+        self.radiance.truncate(self.camera_rays);
+        (self.clamped, self.observer)
     }
 
     /// Sets the number of scattering events of the next contributions.

@@ -23,7 +23,8 @@ pub(super) fn skip_transparent(
     bounces: u32,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
-    (time, sampler): (impl Fn(usize) -> f32, impl Fn(usize) -> Sampler),
+    time: impl Fn(usize) -> f32,
+    sampler: impl Fn(usize) -> Sampler,
     mut passed: impl FnMut(usize, &Ray, &Hit),
 ) {
     continue_through(tracer, rays, time, hits, |i, count, ray, hit, opacity| {
@@ -61,8 +62,8 @@ pub(crate) fn first_hits(
     }
     if tracer.scene.has_alpha {
         let rays: Vec<Ray> = rays.iter().collect();
-        let of = (|i| camera_rays.time(i), |i| camera_rays.samplers.get(i));
-        skip_transparent(tracer, 0, &rays, hits, of, |_, _, _| {});
+        let (time, sampler) = (|i| camera_rays.time(i), |i| camera_rays.samplers.get(i));
+        skip_transparent(tracer, 0, &rays, hits, time, sampler, |_, _, _| {});
     }
 }
 

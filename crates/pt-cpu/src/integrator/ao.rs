@@ -43,7 +43,7 @@ struct Point {
 }
 
 /// Number of rays from which on the queue is flushed.
-const MANY: usize = 4096;
+const FLUSH_RAYS: usize = 4096;
 
 impl AmbientOcclusion {
     pub(super) fn new(scene: &RenderScene, settings: &Settings) -> Self {
@@ -63,7 +63,7 @@ impl AmbientOcclusion {
     }
 
     /// Queues the occlusion rays of a block of camera rays.
-    fn look(&mut self, block: usize, tracer: &mut Tracer, camera_rays: &CameraRays) {
+    fn sample_directions(&mut self, block: usize, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let first = block * LANES;
         let rays = Rays::from(&camera_rays.rays);
         let hits = self.hits[first..].iter().take(LANES).enumerate();
@@ -87,14 +87,14 @@ impl AmbientOcclusion {
                     self.camera_rays.push((first + lane) as u32);
                 }
             }
-            if self.rays.len() >= MANY {
-                self.answer(tracer, camera_rays);
+            if self.rays.len() >= FLUSH_RAYS {
+                self.trace(tracer, camera_rays);
             }
         }
     }
 
     /// Traces the queued rays, adds their transmittances, and clears the queue.
-    fn answer(&mut self, tracer: &mut Tracer, camera_rays: &CameraRays) {
+    fn trace(&mut self, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let time = |i: usize| camera_rays.time(self.camera_rays[i] as usize);
         tracer.occluded(&self.rays, time, &mut self.blocked);
         alpha::shadow_transmittance(
@@ -124,15 +124,15 @@ impl Integrator for AmbientOcclusion {
         self.open.clear();
         self.open.resize(self.hits.len(), 0.0);
         for block in 0..self.hits.len().div_ceil(LANES) {
-            self.look(block, tracer, camera_rays);
+            self.sample_directions(block, tracer, camera_rays);
         }
-        self.answer(tracer, camera_rays);
+        self.trace(tracer, camera_rays);
         let samples = self.samples as f32;
         radiance.clear();
         radiance.extend(self.open.iter().map(|&sum| Spectrum::splat(sum / samples)));
     }
 
-    fn transparency(&self) -> &[f32] {
+    fn transparency(&self) -> Option<&[f32]> {
         self.transparency.values()
     }
 }

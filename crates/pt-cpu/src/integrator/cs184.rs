@@ -1,7 +1,6 @@
 //! Light transport as in the program of the university course (CS184 / CSC4140, assignments 3-1 and
 //! 3-2); `docs/cs184.md` describes where it differs from physics.
 
-use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
@@ -9,6 +8,7 @@ use pt_math::{Spectrum, Vec3};
 use super::context::{Context, Skies, SurfaceHit};
 use super::estimator::{Hemisphere, PathEstimator};
 use super::path_queue::{BsdfPdf, PathState};
+use super::scatterer::Scatterer;
 
 /// The course's estimator: emission is added for camera rays and after mirrors and glass; all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
@@ -58,7 +58,7 @@ impl PathEstimator for Cs184 {
     /// Radiance of an area light is multiplied by the distance to it (its density lacks a division
     /// by it), and a point light has no distance attenuation.
     #[inline(always)]
-    fn light_weight(&self, _: &Settings, _: &Bsdf, sample: &LightSample, _: u32) -> f32 {
+    fn light_weight(&self, _: &Settings, _: &impl Scatterer, sample: &LightSample, _: u32) -> f32 {
         let d = sample.distance;
         match (sample.end, sample.pdf) {
             (None, _) => 1.0,
@@ -84,6 +84,7 @@ impl PathEstimator for Cs184 {
     fn rr_survival_probability(
         &self,
         settings: &Settings,
+        _: &impl Scatterer,
         _: &PathState,
         bounces: u32,
     ) -> Option<f32> {

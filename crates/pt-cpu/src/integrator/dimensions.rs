@@ -1,11 +1,13 @@
 //! Sampler dimensions of a bounce.
 
 use pt_core::light::AnyLight;
-use pt_math::sampler::{Lanes, Sampler, Samplers};
+use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
 
-use crate::integrator::CAMERA_DIMENSIONS;
-use crate::integrator::context::Context;
-use crate::integrator::estimator::PathEstimator;
+use super::CAMERA_DIMENSIONS;
+use super::context::Context;
+use super::estimator::PathEstimator;
+use super::light_sampling::light_sample_count;
+use super::scatterer::ScatterNumbers;
 
 /// Sampler dimensions of one bounce, in pairs: one for each light sample, one for the direction of
 /// the BSDF, one for Russian roulette and the choice of a BSDF component, and one for stochastic
@@ -24,13 +26,9 @@ impl BounceDimensions {
     pub(super) fn new(estimator: &impl PathEstimator, cx: Context) -> Self {
         let Context { scene, settings } = cx;
         let lights = scene.lights.as_slice();
-        let animated = scene.animated_lights();
         let count = |is: fn(&AnyLight) -> bool| lights.iter().filter(|l| is(l)).count() as u32;
         let (delta, invisible) = (count(AnyLight::is_delta), count(AnyLight::is_invisible));
-        let area = lights.len() as u32 - delta - invisible + animated.len() as u32;
-        let all = lights.iter().chain(animated.iter().map(|animated| &animated.light));
-        let samples = all.map(|light| estimator.light_samples(settings, light));
-        let light_pairs = samples.fold(0, u32::wrapping_add);
+        let area = lights.len() as u32 - delta - invisible + scene.animated_lights().len() as u32;
         let hemisphere = estimator.hemisphere(cx).map_or(0, |hemisphere| hemisphere.samples);
         let stochastic_materials = scene.materials.is_stochastic();
         let others = delta + 2 + u32::from(stochastic_materials);
@@ -38,8 +36,19 @@ impl BounceDimensions {
         Self {
             // Beyond 2³² dimensions, numbers repeat.
             pairs: extended.wrapping_mul(settings.light_samples).wrapping_add(others),
-            light_pairs: light_pairs.wrapping_add(hemisphere),
+            light_pairs: light_sample_count(cx, estimator).wrapping_add(hemisphere),
             stochastic_materials,
+        }
+    }
+
+    /// Dimensions of a bounce in a scene with media: a pair for distances comes before all others,
+    /// and the pair for stochastic materials is always there.
+    pub(super) fn with_media(estimator: &impl PathEstimator, cx: Context) -> Self {
+        let light_pairs = light_sample_count(cx, estimator);
+        Self {
+            pairs: light_pairs.wrapping_add(4),
+            light_pairs,
+            stochastic_materials: cx.scene.materials.is_stochastic(),
         }
     }
 
@@ -61,14 +70,21 @@ impl BounceDimensions {
             0.0
         }
     }
+
+    /// Numbers for the scattering of one path: pair `i` and the next one.
+    pub(super) fn scattering(self, sampler: Sampler, bounces: u32, i: u32) -> ScatterNumbers {
+        let [x, y] = self.pair(sampler, bounces, i);
+        let [roulette, component] = self.pair(sampler, bounces, i.wrapping_add(1));
+        ScatterNumbers { direction: [x, y, component], roulette }
+    }
 }
 
 /// Samples of a block of paths at one bounce.
 pub(super) struct BlockSamples {
     samplers: Samplers,
+    dimensions: BounceDimensions,
+    /// First dimension of the bounce.
     first: u32,
-    /// Number of the last pair.
-    last: u32,
 }
 
 impl BlockSamples {
@@ -77,8 +93,8 @@ impl BlockSamples {
         bounces: u32,
         samplers: impl Iterator<Item = Sampler>,
     ) -> Self {
-        let (first, last) = (dimensions.first(bounces), dimensions.pairs.wrapping_sub(1));
-        Self { samplers: Samplers::new(samplers), first, last }
+        let first = dimensions.first(bounces);
+        Self { samplers: Samplers::new(samplers), dimensions, first }
     }
 
     /// Pair number `i`.
@@ -87,14 +103,35 @@ impl BlockSamples {
         self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
     }
 
-    /// The last pair of the bounce.
-    pub(super) fn last(&self) -> [Lanes<f32>; 2] {
-        self.pair(self.last)
+    /// See [`BounceDimensions::material_choice`].
+    pub(super) fn material_choices(&self) -> Lanes<f32> {
+        if self.dimensions.stochastic_materials {
+            self.pair(self.dimensions.pairs.wrapping_sub(1))[0]
+        } else {
+            [0.0; LANES]
+        }
     }
 
-    /// Pair number `i`, for the direction of the BSDF, and the next one, for Russian roulette and
-    /// the choice of a BSDF component.
-    pub(super) fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
-        [self.pair(i), self.pair(i.wrapping_add(1))]
+    /// Numbers for the scattering of each path: pair `i` and the next one.
+    pub(super) fn scattering(&self, i: u32) -> BlockScatterNumbers {
+        let [x, y] = self.pair(i);
+        let [roulette, component] = self.pair(i.wrapping_add(1));
+        BlockScatterNumbers { direction: [x, y, component], roulette }
+    }
+}
+
+/// [`ScatterNumbers`] of a block of paths.
+#[derive(Clone, Copy)]
+pub(super) struct BlockScatterNumbers {
+    direction: [Lanes<f32>; 3],
+    roulette: Lanes<f32>,
+}
+
+impl BlockScatterNumbers {
+    /// Numbers of one path.
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> ScatterNumbers {
+        let direction = self.direction.each_ref().map(|numbers| numbers[lane]);
+        ScatterNumbers { direction, roulette: self.roulette[lane] }
     }
 }

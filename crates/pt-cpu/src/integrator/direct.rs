@@ -1,22 +1,23 @@
 //! Direct lighting at surface points: light samples with shadow rays, and hemisphere samples.
 
 use pt_bvh::Hit;
-use pt_core::light::{Light, LightSample, LightVisitor};
+use pt_core::light::{Light, LightSample, LightSampleContext, LightTables, LightVisitor};
 use pt_core::scene::RenderScene;
-use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::accumulator::RadianceAccumulator;
+use super::batch::Batch;
+use super::context::Context;
 use super::dimensions::BlockSamples;
-use super::estimator::PathEstimator;
+use super::estimator::{Hemisphere, PathEstimator};
+use super::light_sampling::{SceneLight, for_each_light_sample};
 use super::observer::{self, PathObserver};
 use super::reuse::Reuse;
 use super::shading::{ShadingPoint, SharedRadiance};
 use super::{CameraRays, alpha};
 use crate::Tracer;
-use crate::integrator::estimator::Hemisphere;
-use crate::trace::{LightRef, LightSource};
+use crate::trace::LightSource;
 
 impl Hemisphere {
     /// Samples a direction in the frame of the surface; returns it and its density.
@@ -32,20 +33,26 @@ impl Hemisphere {
     }
 }
 
+/// Contribution of a ray.
+#[derive(Clone, Copy)]
+struct Payload {
+    value: Spectrum,
+    /// Index of its sum; in animated scenes that is its camera ray.
+    target: u32,
+}
+
 /// Rays with their contributions.
 #[derive(Default)]
 struct RayQueue {
     rays: Vec<Ray>,
-    /// Contribution of each ray, and the index of its sum; in animated scenes that is its camera
-    /// ray.
-    payloads: Vec<(Spectrum, u32)>,
+    payloads: Vec<Payload>,
 }
 
 impl RayQueue {
     #[inline(always)]
-    fn push(&mut self, ray: Ray, value: Spectrum, start: u32) {
+    fn push(&mut self, ray: Ray, value: Spectrum, target: u32) {
         self.rays.push(ray);
-        self.payloads.push((value, start));
+        self.payloads.push(Payload { value, target });
     }
 
     fn clear(&mut self) {
@@ -57,9 +64,9 @@ impl RayQueue {
 /// A block of shading points for which direct light is sampled.
 pub(super) struct ShadingBlock<'a, R> {
     pub(super) estimator: &'a R,
-    pub(super) settings: &'a Settings,
+    pub(super) cx: Context<'a>,
     pub(super) surfaces: &'a [ShadingPoint<'a>],
-    pub(super) numbers: &'a BlockSamples,
+    pub(super) samples: &'a BlockSamples,
 }
 
 /// Pending direct-lighting rays. Each path queues its light samples before its hemisphere samples;
@@ -67,7 +74,7 @@ pub(super) struct ShadingBlock<'a, R> {
 pub(super) struct DirectLighting {
     hemisphere: Option<Hemisphere>,
     /// Samples of one light, one per shading point of a block.
-    samples: Vec<Option<LightSample>>,
+    light_samples: Vec<Option<LightSample>>,
     /// Contribute f · |cos| · L / p if unoccluded.
     shadow_rays: RayQueue,
     blocked: Vec<bool>,
@@ -86,7 +93,7 @@ impl DirectLighting {
     pub(super) fn new(hemisphere: Option<Hemisphere>) -> Self {
         Self {
             hemisphere,
-            samples: Vec::new(),
+            light_samples: Vec::new(),
             shadow_rays: RayQueue::default(),
             blocked: Vec::new(),
             transmittance: Vec::new(),
@@ -99,74 +106,88 @@ impl DirectLighting {
     /// path; flushes the queue when it is full.
     pub(super) fn sample_lights(
         &mut self,
-        shading_block: &ShadingBlock<impl PathEstimator>,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+        block: &ShadingBlock<impl PathEstimator>,
+        batch: &mut Batch<impl PathObserver>,
         mut reuse: Option<&mut Reuse>,
     ) {
-        let scene = tracer.scene;
-        let mut pair = 0u32;
-        for (number, light) in scene.lights.as_slice().iter().enumerate() {
-            let n = shading_block.estimator.light_samples(shading_block.settings, light);
-            for _ in 0..n {
-                let numbers = shading_block.numbers.pair(pair);
-                pair = pair.wrapping_add(1);
-                let reuse = reuse.as_deref_mut();
-                let (numbers, direct_lighting) = (&numbers, &mut *self);
-                let number = LightRef::Static(number);
-                let sampling = LightSampling {
-                    shading_block,
-                    scene,
-                    number,
-                    numbers,
-                    n,
-                    direct_lighting,
-                    reuse,
-                    accumulator,
-                };
-                light.visit(sampling);
-                self.trace_if_full(tracer, camera_rays, accumulator);
-            }
-        }
-        for (number, light) in scene.animated_lights().iter().enumerate() {
-            let n = shading_block.estimator.light_samples(shading_block.settings, &light.light);
-            for _ in 0..n {
-                let numbers = &shading_block.numbers.pair(pair);
-                pair = pair.wrapping_add(1);
-                let (direct_lighting, reuse) = (&mut *self, reuse.as_deref_mut());
-                let number = LightRef::Animated(number);
-                let sampling = LightSampling {
-                    shading_block,
-                    scene,
-                    number,
-                    numbers,
-                    n,
-                    direct_lighting,
-                    reuse,
-                    accumulator,
-                };
-                let sample = |(surface, u): (&ShadingPoint, [f32; 2])| {
-                    let time = camera_rays.time(surface.start as usize);
-                    scene.sample_animated_light(light, time, surface.point.p, u)
-                };
-                let points = sampling.points();
-                sampling.direct_lighting.samples.clear();
-                sampling.direct_lighting.samples.extend(points.map(sample));
-                sampling.push_shadow_rays(light.light.is_invisible());
-                self.trace_if_full(tracer, camera_rays, accumulator);
-            }
-        }
+        let light_pairs = for_each_light_sample(block.cx, block.estimator, |light, n, number| {
+            let numbers = &block.samples.pair(number);
+            self.sample_light(block, light, numbers, batch);
+            let sampling = LightSampling { light, n, numbers };
+            self.push_shadow_rays(block, &sampling, reuse.as_deref_mut(), &mut batch.accumulator);
+            self.trace_if_full(batch);
+        });
         let Some(hemisphere) = self.hemisphere else { return };
-        for _ in 0..hemisphere.samples {
-            self.sample_hemisphere(
-                hemisphere,
-                shading_block.surfaces,
-                &shading_block.numbers.pair(pair),
-                &mut accumulator.observer,
-            );
-            pair = pair.wrapping_add(1);
-            self.trace_if_full(tracer, camera_rays, accumulator);
+        for number in 0..hemisphere.samples {
+            let numbers = block.samples.pair(light_pairs.wrapping_add(number));
+            let observer = &mut batch.accumulator.observer;
+            self.sample_hemisphere(hemisphere, block.surfaces, &numbers, observer);
+            self.trace_if_full(batch);
+        }
+    }
+
+    /// Samples a light at each shading point.
+    #[inline(always)]
+    fn sample_light(
+        &mut self,
+        block: &ShadingBlock<impl PathEstimator>,
+        light: SceneLight,
+        [x, y]: &[Lanes<f32>; 2],
+        batch: &Batch<impl PathObserver>,
+    ) {
+        let (scene, samples) = (block.cx.scene, &mut self.light_samples);
+        let numbers = x.iter().zip(y).map(|(&x, &y)| [x, y]);
+        let points = block.surfaces.iter().zip(numbers);
+        samples.clear();
+        match light {
+            SceneLight::Static { light, .. } => {
+                let points = points.map(|(surface, u)| (surface.light_sample_context(), u));
+                light.visit(SampleEach { tables: &scene.light_tables, points, samples });
+            }
+            SceneLight::Animated { light, .. } => samples.extend(points.map(|(surface, u)| {
+                let time = batch.camera_rays.time(surface.start as usize);
+                scene.sample_animated_light(light, time, surface.point.p, u)
+            })),
+        }
+    }
+
+    /// Queues the shadow rays of the samples of a light, in a separate loop for the reason given at
+    /// `Wavefront::shading_points`.
+    #[inline(always)]
+    fn push_shadow_rays<W: PathObserver>(
+        &mut self,
+        block: &ShadingBlock<impl PathEstimator>,
+        sampling: &LightSampling,
+        mut reuse: Option<&mut Reuse>,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
+        let ShadingBlock { estimator, cx, surfaces, .. } = *block;
+        let &LightSampling { light, n, numbers } = sampling;
+        let is_invisible = light.kind().is_invisible();
+        for (lane, (surface, sample)) in surfaces.iter().zip(&self.light_samples).enumerate() {
+            let ShadingPoint { point, bsdf, beta, target, .. } = surface;
+            let Some(sample) = sample else { continue };
+            if bsdf.is_delta() {
+                continue;
+            }
+            let weighted = estimator.weighted(cx.settings, bsdf, sample, n, is_invisible);
+            let value = weighted.contribution(*beta, bsdf);
+            if value.is_black() {
+                continue;
+            }
+            let (value, target) = match (surface.shared, &mut reuse) {
+                (Some(SharedRadiance::Glossy), Some(reuse)) => {
+                    let part = reuse.add_incident_sample(surface.start, sample.wi, accumulator);
+                    (sample.radiance * weighted.weight(), part)
+                }
+                _ => (value, *target),
+            };
+            accumulator.observer.on_light_sample(surface.start, || {
+                let u = numbers.each_ref().map(|numbers| numbers[lane]);
+                let context = surface.light_sample_context();
+                observer::light_source(cx.scene, light.reference(), &context, u, &weighted)
+            });
+            self.shadow_rays.push(point.spawn_to(sample), value, target);
         }
     }
 
@@ -199,74 +220,82 @@ impl DirectLighting {
     }
 
     /// Flushes the queue if it is full.
-    fn trace_if_full(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
-    ) {
+    fn trace_if_full(&mut self, batch: &mut Batch<impl PathObserver>) {
         if self.shadow_rays.rays.len().max(self.bsdf_rays.rays.len()) >= FLUSH_RAYS {
-            self.trace(tracer, camera_rays, accumulator);
+            self.trace(batch);
         }
     }
 
     /// Traces all pending rays, adds their contributions in order, and clears the queue.
-    pub(super) fn trace(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
-    ) {
-        let scene = tracer.scene;
-        let Self { shadow_rays, blocked, .. } = self;
-        let time = |i: usize| camera_rays.time(shadow_rays.payloads[i].1 as usize);
-        tracer.occluded(&shadow_rays.rays, time, blocked);
-        if scene.has_alpha {
-            let Self { shadow_rays, blocked, transmittance, .. } = self;
-            let time = |i: usize| camera_rays.time(shadow_rays.payloads[i].1 as usize);
-            alpha::shadow_transmittance(tracer, &shadow_rays.rays, time, blocked, transmittance);
-            for (&(value, start), &share) in shadow_rays.payloads.iter().zip(&*transmittance) {
-                accumulator.add_light_sample(start, value * share, true);
+    pub(super) fn trace(&mut self, batch: &mut Batch<impl PathObserver>) {
+        self.trace_shadow_rays(batch);
+        if let Some(hemisphere) = self.hemisphere {
+            self.trace_bsdf_rays(hemisphere, batch);
+        }
+    }
+
+    fn trace_shadow_rays(&mut self, batch: &mut Batch<impl PathObserver>) {
+        let Batch { tracer, camera_rays, accumulator } = batch;
+        let Self { shadow_rays: RayQueue { rays, payloads }, blocked, transmittance, .. } = self;
+        let time = |i: usize| camera_rays.time(payloads[i].target as usize);
+        tracer.occluded(&*rays, time, blocked);
+        if tracer.scene.has_alpha {
+            alpha::shadow_transmittance(tracer, rays, time, blocked, transmittance);
+            for (&Payload { value, target }, &share) in payloads.iter().zip(&*transmittance) {
+                accumulator.add_light_sample(target, value * share, true);
             }
         } else {
-            for (&(value, start), &blocked) in self.shadow_rays.payloads.iter().zip(&self.blocked) {
-                accumulator.add_light_sample(
-                    start,
-                    if blocked { Spectrum::ZERO } else { value },
-                    true,
-                );
+            for (&Payload { value, target }, &blocked) in payloads.iter().zip(&*blocked) {
+                let value = if blocked { Spectrum::ZERO } else { value };
+                accumulator.add_light_sample(target, value, true);
             }
         }
         self.shadow_rays.clear();
-        let Some(hemisphere) = self.hemisphere else { return };
+    }
+
+    fn trace_bsdf_rays(&mut self, hemisphere: Hemisphere, batch: &mut Batch<impl PathObserver>) {
+        let Batch { tracer, camera_rays, accumulator } = batch;
+        let scene = tracer.scene;
         let Self { bsdf_rays: RayQueue { rays, payloads }, hits, .. } = self;
-        tracer.intersect(&*rays, |i| camera_rays.time(payloads[i].1 as usize), hits);
+        tracer.intersect(&*rays, |i| camera_rays.time(payloads[i].target as usize), hits);
         if scene.has_alpha {
-            let of: Vec<u32> = payloads.iter().map(|&(_, start)| start).collect();
-            let time = |i: usize| camera_rays.time(of[i] as usize);
-            alpha::continue_through(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
-                let (value, start) = &mut payloads[i];
-                let light = *value * emitted(scene, ray, hit, time(i));
-                *value *= 1.0 - opacity;
-                let goes_on = !value.is_black();
-                accumulator.add_light_sample(*start, light, false);
-                goes_on
-            });
+            add_passed_emission(tracer, camera_rays, rays, payloads, hits, accumulator);
         }
-        for ((&(value, start), hit), ray) in
-            self.bsdf_rays.payloads.iter().zip(&self.hits).zip(&self.bsdf_rays.rays)
-        {
+        for ((&Payload { value, target }, hit), ray) in payloads.iter().zip(&*hits).zip(&*rays) {
             let l = match hit {
-                Some(hit) => emitted(scene, ray, hit, camera_rays.time(start as usize)),
+                Some(hit) => emitted(scene, ray, hit, camera_rays.time(target as usize)),
                 None if hemisphere.sky => {
                     scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights)
                 }
                 None => Spectrum::ZERO,
             };
-            accumulator.add_light_sample(start, value * l, true);
+            accumulator.add_light_sample(target, value * l, true);
         }
         self.bsdf_rays.clear();
     }
+}
+
+/// Continues rays through transparent surfaces, adds the emission of these, and multiplies the
+/// payloads by the transmittance.
+fn add_passed_emission(
+    tracer: &mut Tracer,
+    camera_rays: &CameraRays,
+    rays: &[Ray],
+    payloads: &mut [Payload],
+    hits: &mut [Option<Hit>],
+    accumulator: &mut RadianceAccumulator<impl PathObserver>,
+) {
+    let scene = tracer.scene;
+    let targets: Vec<u32> = payloads.iter().map(|payload| payload.target).collect();
+    let time = |i: usize| camera_rays.time(targets[i] as usize);
+    alpha::continue_through(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
+        let Payload { value, target } = &mut payloads[i];
+        let light = *value * emitted(scene, ray, hit, time(i));
+        *value *= 1.0 - opacity;
+        let goes_on = !value.is_black();
+        accumulator.add_light_sample(*target, light, false);
+        goes_on
+    });
 }
 
 /// Radiance emitted by a surface towards a ray that hits it.
@@ -274,77 +303,25 @@ fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
     scene.le(&scene.interaction(ray, hit, time), hit, time)
 }
 
-/// Takes one of `n` samples of a light at each shading point.
-struct LightSampling<'a, 's, R, W> {
-    shading_block: &'a ShadingBlock<'a, R>,
-    scene: &'a RenderScene,
-    number: LightRef,
-    numbers: &'a [Lanes<f32>; 2],
+/// One of `n` samples of a light at each shading point of a block, and its random numbers.
+struct LightSampling<'a> {
+    light: SceneLight<'a>,
     n: u32,
-    direct_lighting: &'a mut DirectLighting,
-    reuse: Option<&'a mut Reuse>,
-    accumulator: &'a mut RadianceAccumulator<'s, W>,
+    numbers: &'a [Lanes<f32>; 2],
 }
 
-impl<R: PathEstimator, W: PathObserver> LightVisitor for LightSampling<'_, '_, R, W> {
+/// Samples a light for many points.
+struct SampleEach<'a, P> {
+    tables: &'a LightTables,
+    points: P,
+    samples: &'a mut Vec<Option<LightSample>>,
+}
+
+impl<P: Iterator<Item = (LightSampleContext, [f32; 2])>> LightVisitor for SampleEach<'_, P> {
     type Output = ();
 
     #[inline(always)]
     fn visit<L: Light>(self, light: &L) {
-        let points = self.points().map(|(surface, u)| (surface.light_sample_context(), u));
-        let samples = &mut self.direct_lighting.samples;
-        samples.clear();
-        light.sample_each(&self.scene.light_tables, points, samples);
-        self.push_shadow_rays(L::INVISIBLE);
-    }
-}
-
-impl<'a, R: PathEstimator, W: PathObserver> LightSampling<'a, '_, R, W> {
-    /// Shading points, each with two random numbers.
-    #[inline(always)]
-    fn points(&self) -> impl Iterator<Item = (&'a ShadingPoint<'a>, [f32; 2])> + use<'a, R, W> {
-        let [x, y] = self.numbers;
-        self.shading_block.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
-    }
-
-    /// Queues the shadow rays of the samples, in a separate loop for the reason given at
-    /// `Wavefront::shading_points`. Samples of invisible lights, which rays do not find, have MIS
-    /// weight 1.
-    #[inline(always)]
-    fn push_shadow_rays(mut self, is_invisible: bool) {
-        let ShadingBlock { estimator, settings, surfaces, .. } = *self.shading_block;
-        let DirectLighting { samples, shadow_rays, .. } = self.direct_lighting;
-        for (lane, (surface, sample)) in surfaces.iter().zip(&*samples).enumerate() {
-            let ShadingPoint { point, bsdf, beta, target, .. } = surface;
-            let Some(sample) = sample else { continue };
-            if bsdf.is_delta() {
-                continue;
-            }
-            let weight = if is_invisible {
-                1.0
-            } else {
-                estimator.light_weight(settings, bsdf, sample, self.n)
-            };
-            let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
-            let f = bsdf.eval(sample.wi);
-            let value = *beta * f * sample.radiance * (weight / p);
-            if value.is_black() {
-                continue;
-            }
-            let (value, target) = match (surface.shared, &mut self.reuse) {
-                (Some(SharedRadiance::Glossy), Some(reuse)) => {
-                    let part =
-                        reuse.add_incident_sample(surface.start, sample.wi, self.accumulator);
-                    (sample.radiance * (weight / p), part)
-                }
-                _ => (value, *target),
-            };
-            self.accumulator.observer.on_light_sample(surface.start, || {
-                let u = self.numbers.each_ref().map(|numbers| numbers[lane]);
-                let context = (&surface.light_sample_context(), u);
-                observer::light_source(self.scene, self.number, context, sample, (weight, self.n))
-            });
-            shadow_rays.push(point.spawn_to(sample), value, target);
-        }
+        light.sample_each(self.tables, self.points, self.samples);
     }
 }

@@ -1,14 +1,16 @@
 //! Estimators of path tracers: weights, numbers of samples and Russian roulette.
 
-use pt_core::bsdf::Bsdf;
+use pt_bvh::Hit;
+use pt_core::bsdf::BsdfSample;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::Settings;
-use pt_math::{Spectrum, Vec3};
+use pt_math::{Ray, Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
+use super::context::{Context, Skies, SurfaceHit};
 use super::observer::{self, PathObserver};
 use super::path_queue::{BsdfPdf, PathState};
-use crate::integrator::context::{Context, Skies, SurfaceHit};
+use super::scatterer::{ScatterNumbers, Scatterer, WeightedLightSample, transmittance_after};
 
 /// Estimator of a path tracer.
 pub(super) trait PathEstimator {
@@ -38,7 +40,29 @@ pub(super) trait PathEstimator {
     fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32;
 
     /// MIS weight of one of `n` samples of a light that BSDF samples may find, too.
-    fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
+    fn light_weight(
+        &self,
+        settings: &Settings,
+        scatterer: &impl Scatterer,
+        sample: &LightSample,
+        n: u32,
+    ) -> f32;
+
+    /// Weights one of `n` samples of a light. Samples of invisible lights, which rays do not find,
+    /// have MIS weight 1.
+    #[inline(always)]
+    fn weighted<'a>(
+        &self,
+        settings: &Settings,
+        scatterer: &impl Scatterer,
+        sample: &'a LightSample,
+        n: u32,
+        is_invisible: bool,
+    ) -> WeightedLightSample<'a> {
+        let mis_weight =
+            if is_invisible { 1.0 } else { self.light_weight(settings, scatterer, sample, n) };
+        WeightedLightSample { sample, n, mis_weight }
+    }
 
     /// Hemisphere sampling of direct light, if enabled in the settings.
     fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
@@ -51,15 +75,27 @@ pub(super) trait PathEstimator {
     fn rr_survival_probability(
         &self,
         settings: &Settings,
+        scatterer: &impl Scatterer,
         path: &PathState,
         bounces: u32,
     ) -> Option<f32>;
 }
 
-/// Transmittance from the camera after a surface that the path leaves towards `wi`.
+/// Adds the emission of the surface that the ray of a path hit at a time, if it is emissive.
 #[inline(always)]
-pub(super) fn transmittance_after(camera_transmittance: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
-    if camera_transmittance != 0.0 && bsdf.lets_through(wi) { camera_transmittance } else { 0.0 }
+pub(super) fn add_hit_emission(
+    estimator: &impl PathEstimator,
+    cx: Context,
+    path: &PathState,
+    ray: &Ray,
+    hit: &Hit,
+    time: f32,
+    accumulator: &mut RadianceAccumulator<impl PathObserver>,
+) {
+    if cx.scene.is_emissive(hit) {
+        let at = &cx.scene.interaction(ray, hit, time);
+        add_emission(estimator, cx, path, SurfaceHit { at, hit, time }, accumulator);
+    }
 }
 
 /// Adds the emission of a surface that a path hit.
@@ -82,7 +118,8 @@ pub(super) fn add_sky<W: PathObserver>(
     estimator: &impl PathEstimator,
     cx: Context,
     path: &PathState,
-    (d, bounces): (Vec3, u32),
+    d: Vec3,
+    bounces: u32,
     accumulator: &mut RadianceAccumulator<W>,
 ) {
     let scene = cx.scene;
@@ -95,6 +132,48 @@ pub(super) fn add_sky<W: PathObserver>(
             .observer
             .on_sky_split(path.target, || scene.infinite_lights.iter().map(of_each).collect());
     }
+}
+
+/// A path that continues from a vertex.
+pub(super) struct ScatteredPath {
+    pub(super) state: PathState,
+    pub(super) sample: BsdfSample,
+    /// Probability with which Russian roulette continued the path, if it was applied.
+    pub(super) survival: Option<f32>,
+}
+
+/// Samples the direction in which a path continues after interaction number `bounces`, and Russian
+/// roulette. `path` is its state at the vertex, whose light sample context is the new
+/// [`PathState::origin`]. `None` if the path ends.
+#[inline(always)]
+pub(super) fn sample_bsdf_and_roulette(
+    estimator: &impl PathEstimator,
+    settings: &Settings,
+    scatterer: &impl Scatterer,
+    path: PathState,
+    numbers: ScatterNumbers,
+    bounces: u32,
+) -> Option<ScatteredPath> {
+    let sample = scatterer.sample(numbers.direction)?;
+    let mut state = PathState {
+        beta: path.beta * sample.weight,
+        eta_scale: path.eta_scale * sample.eta_scale,
+        bsdf_pdf: sample.pdf,
+        camera_transmittance: transmittance_after(path.camera_transmittance, scatterer, sample.wi),
+        ..path
+    };
+    if state.beta.is_black() {
+        return None;
+    }
+    let survival = estimator.rr_survival_probability(settings, scatterer, &state, bounces);
+    if let Some(q) = survival {
+        if numbers.roulette >= q {
+            return None;
+        }
+        state.beta *= 1.0 / q;
+        state.camera_transmittance *= 1.0 / q;
+    }
+    Some(ScatteredPath { state, sample, survival })
 }
 
 /// Estimator of direct light by random directions of the hemisphere.

@@ -74,11 +74,11 @@ impl Integrator for LightGroupIntegrator<'_> {
         self.inner.take_clamped()
     }
 
-    fn transparency(&self) -> &[f32] {
+    fn transparency(&self) -> Option<&[f32]> {
         self.inner.transparency()
     }
 
-    fn light_group_radiance(&self) -> &[Spectrum] {
-        &self.radiance
+    fn light_group_radiance(&self) -> Option<&[Spectrum]> {
+        Some(&self.radiance)
     }
 }

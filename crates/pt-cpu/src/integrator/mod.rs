@@ -6,18 +6,21 @@
 mod accumulator;
 pub(crate) mod alpha;
 mod ao;
+mod batch;
 mod context;
 mod cs184;
 mod dimensions;
 mod direct;
 mod estimator;
 mod light_group_integrator;
+mod light_sampling;
 mod normals;
 mod observer;
 mod path;
 mod path_queue;
 mod reference;
 mod reuse;
+mod scatterer;
 mod shading;
 mod split;
 mod transparency;
@@ -45,17 +48,17 @@ pub struct CameraRays {
     pub rays: RayColumns,
     /// Samplers of the camera rays.
     pub samplers: SamplerBlocks,
-    /// Times of the camera rays, as fractions of the shutter interval; empty in static scenes.
-    pub times: Vec<f32>,
+    /// Times of the camera rays, as fractions of the shutter interval; `None` in static scenes.
+    pub times: Option<Vec<f32>>,
     /// Groups of camera rays that reuse paths, in order; without path reuse, each has one pixel.
     pub groups: Vec<ReuseGroup>,
 }
 
 impl CameraRays {
-    /// Time of a sample and of its whole path.
+    /// Time of a sample and of its whole path; 0 in static scenes.
     #[inline]
     pub fn time(&self, start: usize) -> f32 {
-        self.times.get(start).copied().unwrap_or(0.0)
+        self.times.as_ref().map_or(0.0, |times| times[start])
     }
 }
 
@@ -96,16 +99,16 @@ pub trait Integrator {
     }
 
     /// For each camera ray of the last call, the fraction of it that was neither scattered nor
-    /// absorbed and shows no background: 1 minus the coverage. Empty if the settings do not require
-    /// coverage.
-    fn transparency(&self) -> &[f32] {
-        &[]
+    /// absorbed and shows no background: 1 minus the coverage. `None` if the settings do not
+    /// require coverage.
+    fn transparency(&self) -> Option<&[f32]> {
+        None
     }
 
-    /// For each camera ray of the last call in turn, the radiance of each light group; empty if the
-    /// integrator does not separate them.
-    fn light_group_radiance(&self) -> &[Spectrum] {
-        &[]
+    /// For each camera ray of the last call in turn, the radiance of each light group; `None` if
+    /// the integrator does not separate them.
+    fn light_group_radiance(&self) -> Option<&[Spectrum]> {
+        None
     }
 }
 

@@ -46,7 +46,7 @@ impl Integrator for Normals {
         radiance.extend(self.hits.iter().enumerate().map(color));
     }
 
-    fn transparency(&self) -> &[f32] {
+    fn transparency(&self) -> Option<&[f32]> {
         self.transparency.values()
     }
 }

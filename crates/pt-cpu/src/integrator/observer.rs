@@ -3,13 +3,14 @@
 use std::collections::VecDeque;
 
 use pt_core::interaction::Interaction;
-use pt_core::light::{AnyLight, LightSample, LightSampleContext};
+use pt_core::light::{AnyLight, LightSampleContext};
 use pt_core::scene::RenderScene;
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
 use super::CameraRays;
 use super::context::{Context, SurfaceHit};
 use super::path_queue::PathState;
+use super::scatterer::WeightedLightSample;
 use super::shading::ShadingPoint;
 use crate::trace::{
     Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
@@ -192,19 +193,20 @@ pub(super) fn sky_source(cx: Context, p: Vec3, direction: Vec3, weighted: Spectr
     LightSource::Sky { direction, radiance, weight: weight_of(weighted, radiance) }
 }
 
-/// Source of one of `n` samples of a light, drawn for a point with two random numbers.
+/// Source of a sample of a light, drawn for a point with two random numbers.
 pub(super) fn light_source(
     scene: &RenderScene,
     light: LightRef,
-    (context, u): (&LightSampleContext, [f32; 2]),
-    sample: &LightSample,
-    (weight, samples): (f32, u32),
+    context: &LightSampleContext,
+    u: [f32; 2],
+    weighted: &WeightedLightSample,
 ) -> LightSource {
     let of_scene = match light {
         LightRef::Static(number) => scene.lights.as_slice().get(number),
         LightRef::Animated(_) => None,
     };
     let tree = of_scene.and_then(|light: &AnyLight| light.tree(&scene.light_tables));
+    let &WeightedLightSample { sample, n, mis_weight } = weighted;
     LightSource::Light(SampledLight {
         light,
         chosen: tree.and_then(|tree| tree.chosen(context, u)),
@@ -212,8 +214,8 @@ pub(super) fn light_source(
         distance: sample.distance,
         radiance: sample.radiance,
         pdf: sample.pdf,
-        weight,
-        samples,
+        weight: mis_weight,
+        samples: n,
     })
 }
 

@@ -1,6 +1,5 @@
 //! The unidirectional path tracer.
 
-use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::measure::power_heuristic;
@@ -9,6 +8,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use super::context::{Context, Skies, SurfaceHit};
 use super::estimator::{Hemisphere, PathEstimator};
 use super::path_queue::{BsdfPdf, PathState};
+use super::scatterer::Scatterer;
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
@@ -38,38 +38,6 @@ const MAX_SURVIVAL: f32 = 0.95;
 /// absorption light is scattered hundreds of times, and weights of 0.95⁻ⁿ would grow faster than
 /// long paths become rare.
 const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
-
-impl Path {
-    /// [`PathEstimator::rr_survival_probability`] at a collision in a medium.
-    #[inline(always)]
-    pub(super) fn rr_survival_in_medium(
-        settings: &Settings,
-        path: &PathState,
-        bounces: u32,
-    ) -> Option<f32> {
-        Self::rr_survival_up_to(MAX_SURVIVAL_IN_MEDIA, settings, path, bounces)
-    }
-
-    /// Survival probability from the throughput without the scaling by refraction.
-    #[inline(always)]
-    fn rr_survival_up_to(
-        most: f32,
-        settings: &Settings,
-        path: &PathState,
-        bounces: u32,
-    ) -> Option<f32> {
-        if bounces < FREE_BOUNCES {
-            return None;
-        }
-        Some(match settings.roulette {
-            Roulette::Fixed(q) => q,
-            Roulette::Throughput => {
-                let carried = (path.beta * path.eta_scale).max_channel();
-                (carried / PIXEL_ALBEDO).min(most)
-            }
-        })
-    }
-}
 
 /// Settings of integrators without hemisphere sampling, for which its estimators become
 /// [`DirectLight::Mis`].
@@ -129,8 +97,19 @@ impl PathEstimator for Path {
     }
 
     #[inline(always)]
-    fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
-        light_mis_weight(settings, sample, n, |wi| bsdf.pdf(wi))
+    fn light_weight(
+        &self,
+        settings: &Settings,
+        scatterer: &impl Scatterer,
+        sample: &LightSample,
+        n: u32,
+    ) -> f32 {
+        match (settings.direct, sample.pdf) {
+            (DirectLight::Mis, Some(light_pdf)) => {
+                power_heuristic(light_pdf.scaled_by(n as f32), scatterer.pdf(sample.wi))
+            }
+            _ => 1.0,
+        }
     }
 
     /// The same number of directions as light sampling would use.
@@ -152,31 +131,26 @@ impl PathEstimator for Path {
         bsdf_pdf.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
     }
 
+    /// Survival probability from the throughput without the scaling by refraction.
     #[inline(always)]
     fn rr_survival_probability(
         &self,
         settings: &Settings,
+        scatterer: &impl Scatterer,
         path: &PathState,
         bounces: u32,
     ) -> Option<f32> {
-        Self::rr_survival_up_to(MAX_SURVIVAL, settings, path, bounces)
-    }
-}
-
-/// MIS weight of one of `n` samples of a light against sampling of the BSDF or phase function,
-/// which finds the same light and has the density `pdf`.
-#[inline(always)]
-pub(super) fn light_mis_weight(
-    settings: &Settings,
-    sample: &LightSample,
-    n: u32,
-    pdf: impl FnOnce(Vec3) -> Pdf<SolidAngle>,
-) -> f32 {
-    match (settings.direct, sample.pdf) {
-        (DirectLight::Mis, Some(light_pdf)) => {
-            power_heuristic(light_pdf.scaled_by(n as f32), pdf(sample.wi))
+        if bounces < FREE_BOUNCES {
+            return None;
         }
-        _ => 1.0,
+        let max = if scatterer.is_in_medium() { MAX_SURVIVAL_IN_MEDIA } else { MAX_SURVIVAL };
+        Some(match settings.roulette {
+            Roulette::Fixed(q) => q,
+            Roulette::Throughput => {
+                let carried = (path.beta * path.eta_scale).max_channel();
+                (carried / PIXEL_ALBEDO).min(max)
+            }
+        })
     }
 }
 

@@ -50,37 +50,39 @@ impl PathState {
 }
 
 /// Active paths and their rays, in the order of their camera rays.
-#[derive(Default)]
 pub(super) struct PathQueue {
     pub(super) paths: Vec<PathState>,
     pub(super) rays: Vec<Ray>,
     /// Ray cones, if some texture needs footprints.
-    pub(super) cones: Vec<Cone>,
+    cones: Option<Vec<Cone>>,
 }
 
 impl PathQueue {
-    /// Stores a path, its ray and, with footprints, its cone at an index.
+    pub(super) fn new(uses_footprints: bool) -> Self {
+        Self { paths: Vec::new(), rays: Vec::new(), cones: uses_footprints.then(Vec::new) }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.paths.clear();
+        self.rays.clear();
+        if let Some(cones) = &mut self.cones {
+            cones.clear();
+        }
+    }
+
+    /// Adds a path with its ray and, with footprints, its cone.
     #[inline(always)]
-    pub(super) fn put(&mut self, place: usize, path: PathState, ray: Ray, cone: Option<Cone>) {
-        self.paths[place] = path;
-        self.rays[place] = ray;
-        if let Some(cone) = cone {
-            self.cones[place] = cone;
+    pub(super) fn push(&mut self, path: PathState, ray: Ray, cone: Option<Cone>) {
+        self.paths.push(path);
+        self.rays.push(ray);
+        if let Some(cones) = &mut self.cones {
+            cones.extend(cone);
         }
     }
 
-    /// Resizes to `len` paths, with copies of the first path of `like`.
-    pub(super) fn resize_like(&mut self, len: usize, like: &Self) {
-        let Self { paths, rays, cones } = like;
-        self.paths.resize(len, paths[0]);
-        self.rays.resize(len, rays[0]);
-        if let Some(&cone) = cones.first() {
-            self.cones.resize(len, cone);
-        }
-    }
-
-    pub(super) fn truncate(&mut self, len: u32) {
-        self.paths.truncate(len as usize);
-        self.rays.truncate(len as usize);
+    /// Ray cone of path number `i`, with footprints.
+    #[inline(always)]
+    pub(super) fn cone(&self, i: usize) -> Option<&Cone> {
+        self.cones.as_ref().map(|cones| &cones[i])
     }
 }

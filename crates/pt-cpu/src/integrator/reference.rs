@@ -5,27 +5,26 @@
 //! compares the two.
 
 use pt_bvh::Hit;
-use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
-use pt_core::interaction::Interaction;
-use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::Sampler;
-use pt_math::{Pdf, Ray, Rays, Spectrum};
+use pt_math::{Ray, Rays, Spectrum};
 
-use super::accumulator::RadianceAccumulator;
-use super::context::{Context, SurfaceHit};
+use super::batch::{Batch, ByProducts};
+use super::context::Context;
 use super::dimensions::BounceDimensions;
-use super::estimator::{PathEstimator, add_emission, add_sky, transmittance_after};
-use super::observer::{self, PathObserver, PathRecorder};
+use super::estimator::{PathEstimator, add_hit_emission, add_sky};
+use super::light_sampling::{LightingVertex, sample_lights};
+use super::observer::{PathObserver, PathRecorder};
 use super::path::{Path, without_hemisphere_sampling};
 use super::path_queue::PathState;
+use super::scatterer::transmittance_after;
 use super::split::PathSplitting;
 use super::transparency::Transparency;
 use super::{CameraRays, Integrator, TracedIntegrator, alpha};
 use crate::Tracer;
-use crate::trace::{LightRef, ScatterSample, ScatterSite, Trace, Vertex};
+use crate::trace::{ScatterSample, ScatterSite, Trace, Vertex};
 
 /// Unidirectional path tracing with multiple importance sampling, as described at [`Path`].
 /// Estimators of direct light by hemisphere sampling are replaced by
@@ -37,8 +36,7 @@ pub(super) struct Reference<'a, W = ()> {
     max_depth: u32,
     dimensions: BounceDimensions,
     transparency: Transparency,
-    clamped: ExactSum,
-    observer: W,
+    by_products: ByProducts<W>,
 }
 
 /// Light sample before its visibility test.
@@ -50,13 +48,8 @@ struct UnshadowedLight {
 
 impl<W: PathObserver> Reference<'_, W> {
     /// Adds the radiance along camera ray number `i`: the sum of β Lₑ over the vertices of a path.
-    fn trace_path(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        (i, camera_transmittance): (usize, f32),
-        radiance: &mut RadianceAccumulator<W>,
-    ) {
+    fn trace_path(&mut self, i: usize, camera_transmittance: f32, batch: &mut Batch<W>) {
+        let Batch { tracer, camera_rays, accumulator: radiance } = batch;
         let Self { scene, settings, estimator, dimensions, transparency, max_depth, .. } = self;
         let scene = *scene;
         let cx = Context { scene, settings };
@@ -71,18 +64,17 @@ impl<W: PathObserver> Reference<'_, W> {
             // Nearest surface. Alpha lets rays continue, which adds the emission of the surfaces
             // passed.
             let hides_emitters = bounces == 0 && transparency.hides_emitters();
-            let (passed, hit) = nearest_hit(tracer, &ray, time, hides_emitters, (sampler, bounces));
+            let (passed, hit) = nearest_hit(tracer, &ray, time, hides_emitters, sampler, bounces);
 
             // Emission of surfaces and of the environment.
             for hit in passed.iter().chain(&hit) {
-                if is_shown && scene.is_emissive(hit) {
-                    let at = &scene.interaction(&ray, hit, time);
-                    add_emission(estimator, cx, &path, SurfaceHit { at, hit, time }, radiance);
+                if is_shown {
+                    add_hit_emission(estimator, cx, &path, &ray, hit, time, radiance);
                 }
             }
             let Some(hit) = hit else {
                 if transparency.on_escape(&path, PathSplitting::NONE) && is_shown {
-                    add_sky(estimator, cx, &path, (ray.direction, bounces), radiance);
+                    add_sky(estimator, cx, &path, ray.direction, bounces, radiance);
                 }
                 return;
             };
@@ -107,9 +99,15 @@ impl<W: PathObserver> Reference<'_, W> {
             radiance.set_bounces(bounces + 1);
             let is_lit = settings.shows(bounces + 1);
             if is_lit && !bsdf.is_delta() {
-                let u = |pair| dimensions.pair(sampler, bounces, pair);
-                let vertex = (&at, &bsdf, time);
-                for light in sample_lights(estimator, cx, &path, vertex, u, radiance) {
+                let context = bsdf.light_sample_context(at.point.p);
+                let vertex = LightingVertex { path: &path, scatterer: &bsdf, context, time };
+                let u = |number| dimensions.pair(sampler, bounces, number);
+                let mut lights = Vec::new();
+                sample_lights(cx, estimator, &vertex, u, &mut radiance.observer, |sample, l, _| {
+                    let shadow_ray = at.point.spawn_to(sample);
+                    lights.push(UnshadowedLight { shadow_ray, contribution: l });
+                });
+                for light in lights {
                     let visible = transmittance(tracer, &light.shadow_ray, time);
                     radiance.add_light_sample(path.target, light.contribution * visible, true);
                 }
@@ -117,9 +115,8 @@ impl<W: PathObserver> Reference<'_, W> {
 
             // BSDF sampling.
             let light_pairs = if is_lit && !bsdf.is_delta() { dimensions.light_pairs } else { 0 };
-            let [x, y] = dimensions.pair(sampler, bounces, light_pairs);
-            let [roulette, component] = dimensions.pair(sampler, bounces, light_pairs + 1);
-            let Some(scattered) = bsdf.sample([x, y, component]) else { return };
+            let numbers = dimensions.scattering(sampler, bounces, light_pairs);
+            let Some(scattered) = bsdf.sample(numbers.direction) else { return };
             path.beta *= scattered.weight;
             path.eta_scale *= scattered.eta_scale;
             path.origin = bsdf.light_sample_context(at.point.p);
@@ -133,9 +130,9 @@ impl<W: PathObserver> Reference<'_, W> {
             }
 
             // Russian roulette.
-            let survival = estimator.rr_survival_probability(settings, &path, bounces + 1);
+            let survival = estimator.rr_survival_probability(settings, &bsdf, &path, bounces + 1);
             if let Some(q) = survival {
-                if roulette >= q {
+                if numbers.roulette >= q {
                     return;
                 }
                 path.beta *= 1.0 / q;
@@ -156,7 +153,8 @@ fn nearest_hit(
     ray: &Ray,
     time: f32,
     hides_emitters: bool,
-    (sampler, bounces): (Sampler, u32),
+    sampler: Sampler,
+    bounces: u32,
 ) -> (Vec<Hit>, Option<Hit>) {
     let rays = std::slice::from_ref(ray);
     let (mut hits, mut passed) = (Vec::new(), Vec::new());
@@ -165,10 +163,8 @@ fn nearest_hit(
         alpha::skip_emitters(tracer, rays, |_| time, &mut hits);
     }
     if tracer.scene.has_alpha {
-        let of = (|_| time, |_| sampler);
-        alpha::skip_transparent(tracer, bounces, rays, &mut hits, of, |_, _, hit| {
-            passed.push(*hit);
-        });
+        let passes = |_: usize, _: &Ray, hit: &Hit| passed.push(*hit);
+        alpha::skip_transparent(tracer, bounces, rays, &mut hits, |_| time, |_| sampler, passes);
     }
     (passed, hits[0])
 }
@@ -182,51 +178,6 @@ fn transmittance(tracer: &mut Tracer, ray: &Ray, time: f32) -> f32 {
     transmittance[0]
 }
 
-/// Samples all lights, first the static and then the animated ones; `u` gives pairs of random
-/// numbers. Lights whose sample contributes nothing are omitted.
-fn sample_lights(
-    estimator: &Path,
-    cx: Context,
-    path: &PathState,
-    (at, bsdf, time): (&Interaction, &Bsdf, f32),
-    u: impl Fn(u32) -> [f32; 2],
-    radiance: &mut RadianceAccumulator<impl PathObserver>,
-) -> Vec<UnshadowedLight> {
-    let Context { scene, settings } = cx;
-    let context = bsdf.light_sample_context(at.point.p);
-    let mut pair = 0;
-    let mut lights = Vec::new();
-    let mut add = |number, light: &AnyLight, sample: &dyn Fn([f32; 2]) -> Option<LightSample>| {
-        let n = estimator.light_samples(settings, light);
-        for _ in 0..n {
-            let u = u(pair);
-            pair += 1;
-            let Some(sample) = sample(u) else { continue };
-            let is_invisible = light.is_invisible();
-            let mis = estimator.light_weight(settings, bsdf, &sample, n);
-            let weight = if is_invisible { 1.0 } else { mis };
-            let pdf = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
-            let contribution = path.beta * bsdf.eval(sample.wi) * sample.radiance * (weight / pdf);
-            if contribution.is_black() {
-                continue;
-            }
-            radiance.observer.on_light_sample(path.start, || {
-                observer::light_source(scene, number, (&context, u), &sample, (weight, n))
-            });
-            lights.push(UnshadowedLight { shadow_ray: at.point.spawn_to(&sample), contribution });
-        }
-    };
-    for (number, light) in scene.lights.as_slice().iter().enumerate() {
-        let sample = |u| light.sample(&scene.light_tables, &context, u);
-        add(LightRef::Static(number), light, &sample);
-    }
-    for (number, animated) in scene.animated_lights().iter().enumerate() {
-        let sample = |u| scene.sample_animated_light(animated, time, at.point.p, u);
-        add(LightRef::Animated(number), &animated.light, &sample);
-    }
-    lights
-}
-
 impl<'a, W: PathObserver> Reference<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let settings = without_hemisphere_sampling(settings);
@@ -238,8 +189,7 @@ impl<'a, W: PathObserver> Reference<'a, W> {
             transparency: Transparency::new(scene, &settings),
             settings,
             estimator,
-            clamped: ExactSum::default(),
-            observer: W::default(),
+            by_products: ByProducts::default(),
         }
     }
 }
@@ -251,33 +201,27 @@ impl<W: PathObserver> Integrator for Reference<'_, W> {
         camera_rays: &CameraRays,
         radiance: &mut Vec<Spectrum>,
     ) {
-        let n = camera_rays.samplers.len();
-        radiance.clear();
-        radiance.resize(n, Spectrum::ZERO);
-        let camera_transmittance = self.transparency.begin(n);
-        let mut clamped = ExactSum::default();
-        let mut observer = std::mem::take(&mut self.observer);
-        observer.on_batch(camera_rays);
         let clamp = self.settings.clamp;
-        let mut sum = RadianceAccumulator::new(radiance, clamp, &mut clamped, observer);
+        let mut batch = self.by_products.begin(tracer, camera_rays, radiance, clamp);
+        let n = camera_rays.samplers.len();
+        let camera_transmittance = self.transparency.begin(n);
         for i in 0..n {
-            self.trace_path(tracer, camera_rays, (i, camera_transmittance), &mut sum);
+            self.trace_path(i, camera_transmittance, &mut batch);
         }
-        self.observer = sum.observer;
-        self.clamped.merge(clamped);
+        self.by_products.end(batch);
     }
 
     fn take_clamped(&mut self) -> ExactSum {
-        std::mem::take(&mut self.clamped)
+        self.by_products.take_clamped()
     }
 
-    fn transparency(&self) -> &[f32] {
+    fn transparency(&self) -> Option<&[f32]> {
         self.transparency.values()
     }
 }
 
 impl TracedIntegrator for Reference<'_, PathRecorder> {
     fn take_traces(&mut self) -> Vec<Trace> {
-        self.observer.take()
+        self.by_products.take_traces()
     }
 }

@@ -26,12 +26,12 @@ use pt_core::scene::RenderScene;
 use pt_math::{Ray, Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
+use super::batch::Batch;
 use super::observer::PathObserver;
 use super::path_queue::PathState;
-use super::shading::ShadingPoint;
-use super::{CameraRays, MAX_REUSE, alpha};
+use super::shading::{ShadingPoint, SharedRadiance};
+use super::{MAX_REUSE, alpha};
 use crate::Tracer;
-use crate::integrator::shading::SharedRadiance;
 
 /// Maximum number of pixels of a square.
 const MAX_TILE_PIXELS: usize = (MAX_REUSE * MAX_REUSE) as usize;
@@ -88,6 +88,23 @@ struct Connection {
     transmittance: f32,
 }
 
+/// Donor whose connections are not traced yet.
+#[derive(Clone, Copy)]
+struct PendingDonor {
+    /// Index of the path.
+    member: u32,
+    /// Number of connections.
+    connections: usize,
+}
+
+/// First surface of a path that takes part in a tile.
+struct Receiver<'a> {
+    /// Index of the path.
+    member: u32,
+    at: &'a Interaction,
+    bsdf: Bsdf<'a>,
+}
+
 /// Radiance shared between paths.
 #[derive(Default)]
 pub(super) struct Reuse {
@@ -97,8 +114,8 @@ pub(super) struct Reuse {
     receivers: Vec<Option<SurfaceVertex>>,
     donors: Vec<Option<Donor>>,
     incident: Vec<IncidentSample>,
-    /// Pending donors in order: path, and number of connections.
-    queue: Vec<(u32, usize)>,
+    /// Pending donors in order.
+    queue: Vec<PendingDonor>,
     connections: Vec<Connection>,
     /// Pending shadow rays, and the connection of each.
     rays: Vec<Ray>,
@@ -167,27 +184,29 @@ impl Reuse {
         target
     }
 
-    /// Continues a path from its glossy second surface: its radiance is accumulated separately, and
-    /// without the throughput of the path, which stays in `eta_scale` for Russian roulette.
+    /// Continues a path in the direction `wi` from a surface. If that is its glossy second surface,
+    /// its radiance is accumulated separately, and without the throughput of the path, which stays
+    /// in `eta_scale` for Russian roulette.
+    #[inline(always)]
     pub(super) fn continue_path(
         &mut self,
+        surface: &ShadingPoint,
         path: &mut PathState,
         wi: Vec3,
         accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
-        let Some(pdf) = path.bsdf_pdf else { return };
+        let (Some(SharedRadiance::Glossy), Some(pdf)) = (surface.shared, path.bsdf_pdf) else {
+            return;
+        };
         path.target = self.add_incident_sample(path.start, wi, accumulator);
         path.eta_scale *= path.beta.max_channel() * pdf.get();
         path.beta = Spectrum::splat(1.0 / pdf.get());
     }
 
     /// Connects all paths of each tile, and adds the shared radiance.
-    pub(super) fn share_radiance(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
-    ) {
+    pub(super) fn share_radiance(&mut self, batch: &mut Batch<impl PathObserver>) {
+        let Batch { tracer, camera_rays, accumulator } = batch;
+        accumulator.set_bounces(2);
         self.incident.sort_by_key(|part| part.donor);
         let mut first = 0;
         for group in &camera_rays.groups {
@@ -228,7 +247,7 @@ impl Reuse {
         let mut receivers = ArrayVec::<_, MAX_TILE_PIXELS>::new();
         for member in members.clone() {
             if let Some(seen) = &self.receivers[member as usize] {
-                receivers.push((member, &seen.at, seen.bsdf(scene)));
+                receivers.push(Receiver { member, at: &seen.at, bsdf: seen.bsdf(scene) });
             }
         }
         for member in members {
@@ -238,21 +257,22 @@ impl Reuse {
             }
             let own = donor.vertex.bsdf(scene);
             let before = self.connections.len();
-            for (receiver, at, bsdf) in &receivers {
-                let is_own = *receiver == member;
+            for receiver in &receivers {
+                let is_own = receiver.member == member;
                 let pair = if is_own {
                     Some(donor.own_connection(member))
                 } else {
-                    donor.connection(&own, *receiver, at, bsdf)
+                    donor.connection(&own, receiver)
                 };
                 let Some(pair) = pair else { continue };
                 if !is_own || scene.has_alpha {
                     self.traced.push(self.connections.len());
-                    self.rays.push(at.point.spawn_at(&donor.vertex.at.point, -pair.w));
+                    self.rays.push(receiver.at.point.spawn_at(&donor.vertex.at.point, -pair.w));
                 }
                 self.connections.push(pair);
             }
-            self.queue.push((member, self.connections.len() - before));
+            let connections = self.connections.len() - before;
+            self.queue.push(PendingDonor { member, connections });
         }
     }
 
@@ -276,8 +296,8 @@ impl Reuse {
             self.connections[pair].transmittance = share;
         }
         let mut pairs = &self.connections[..];
-        for &(member, count) in &self.queue {
-            let (of_giver, others) = pairs.split_at(count);
+        for &PendingDonor { member, connections } in &self.queue {
+            let (of_giver, others) = pairs.split_at(connections);
             pairs = others;
             let Some(donor) = &self.donors[member as usize] else { continue };
             match donor.shared {
@@ -318,13 +338,8 @@ impl Donor {
     /// Connection of a donor, whose BSDF towards its path is `own`, with another path; `None`
     /// unless the receiver is on the same side of the surface and scatters its light.
     #[inline(always)]
-    fn connection(
-        &self,
-        own: &Bsdf,
-        receiver: u32,
-        at: &Interaction,
-        bsdf: &Bsdf,
-    ) -> Option<Connection> {
+    fn connection(&self, own: &Bsdf, receiver: &Receiver) -> Option<Connection> {
+        let &Receiver { member, at, ref bsdf } = receiver;
         let d = at.point.p - self.vertex.at.point.p;
         let distance = d.length();
         let w = d / distance;
@@ -333,7 +348,7 @@ impl Donor {
         let (f, pdf) = bsdf.eval_and_pdf(-w);
         let (value, density) = (f * geometry, pdf.get() * geometry);
         (!value.is_black()).then_some(Connection {
-            receiver,
+            receiver: member,
             w,
             value,
             density,

@@ -5,6 +5,8 @@ use pt_core::interaction::SurfacePoint;
 use pt_core::light::LightSampleContext;
 use pt_math::Spectrum;
 
+use super::path_queue::PathState;
+
 /// A path at a surface.
 pub(super) struct ShadingPoint<'a> {
     pub(super) point: SurfacePoint,
@@ -29,6 +31,20 @@ impl ShadingPoint<'_> {
             self.target = target;
         }
         self.shared = Some(shared);
+    }
+
+    /// State of the path at the point, before its next direction is sampled.
+    #[inline(always)]
+    pub(super) fn path_state(&self) -> PathState {
+        PathState {
+            beta: self.beta,
+            eta_scale: self.eta_scale,
+            origin: self.light_sample_context(),
+            bsdf_pdf: None,
+            start: self.start,
+            camera_transmittance: self.camera_transmittance,
+            target: self.target,
+        }
     }
 
     /// Context of light samples at the point.

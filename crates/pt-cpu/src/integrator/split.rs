@@ -45,10 +45,9 @@ impl PathSplitting {
     /// Time of path number `i`; 0 in static scenes.
     #[inline(always)]
     pub(super) fn time(self, camera_rays: &CameraRays, paths: &[PathState], i: usize) -> f32 {
-        if camera_rays.times.is_empty() {
-            0.0
-        } else {
-            camera_rays.time(self.camera_ray(paths[i].start))
+        match &camera_rays.times {
+            Some(times) => times[self.camera_ray(paths[i].start)],
+            None => 0.0,
         }
     }
 }

@@ -17,32 +17,30 @@ use super::split::PathSplitting;
 
 /// Transparencies of the camera rays of a batch.
 pub(super) struct Transparency {
-    /// True if the settings require coverage.
-    is_kept: bool,
     hidden: Hidden,
     /// True if the image has a visible background, so that its coverage is 1.
     has_background: bool,
-    values: Vec<f32>,
+    /// Values of the last batch, if the settings require coverage.
+    values: Option<Vec<f32>>,
 }
 
 impl Transparency {
     pub(super) fn new(scene: &RenderScene, settings: &Settings) -> Self {
         let hidden = settings.hidden;
         Self {
-            is_kept: settings.keeps_alpha(),
             hidden,
             has_background: hidden == Hidden::Nothing && !scene.infinite_lights.is_empty(),
-            values: Vec::new(),
+            values: settings.keeps_alpha().then(Vec::new),
         }
     }
 
     /// Begins a batch; returns the initial transmittance of its paths, 0 if it is not needed.
     pub(super) fn begin(&mut self, camera_rays: usize) -> f32 {
-        self.values.clear();
-        if self.is_kept {
-            self.values.resize(camera_rays, 0.0);
+        if let Some(values) = &mut self.values {
+            values.clear();
+            values.resize(camera_rays, 0.0);
         }
-        if self.is_kept || self.hidden != Hidden::Nothing { 1.0 } else { 0.0 }
+        if self.values.is_some() || self.hidden != Hidden::Nothing { 1.0 } else { 0.0 }
     }
 
     /// Handles a path that left the scene; returns true if the environment is visible to it.
@@ -51,8 +49,8 @@ impl Transparency {
         if path.camera_transmittance == 0.0 {
             return true;
         }
-        if self.is_kept && !self.has_background {
-            self.values[splitting.camera_ray(path.start)] += path.camera_transmittance;
+        if let (Some(values), false) = (&mut self.values, self.has_background) {
+            values[splitting.camera_ray(path.start)] += path.camera_transmittance;
         }
         self.hidden == Hidden::Nothing
     }
@@ -65,14 +63,14 @@ impl Transparency {
 
     /// Sets the transparencies of an integrator whose samples depend only on first hits.
     pub(super) fn of_first_hits(&mut self, hits: &[Option<Hit>]) {
-        if self.is_kept {
-            self.values.clear();
-            self.values.extend(hits.iter().map(|hit| if hit.is_some() { 0.0 } else { 1.0 }));
+        if let Some(values) = &mut self.values {
+            values.clear();
+            values.extend(hits.iter().map(|hit| if hit.is_some() { 0.0 } else { 1.0 }));
         }
     }
 
     /// See [`super::Integrator::transparency`].
-    pub(super) fn values(&self) -> &[f32] {
-        &self.values
+    pub(super) fn values(&self) -> Option<&[f32]> {
+        self.values.as_deref()
     }
 }

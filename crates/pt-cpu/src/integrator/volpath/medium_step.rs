@@ -1,16 +1,15 @@
 //! Steps of paths from one scattering event to the next.
 
 use pt_bvh::Hit;
-use pt_core::medium::MediumSample;
+use pt_core::medium::{MediumRecord, MediumSample};
 use pt_core::scene::RenderScene;
 use pt_math::Ray;
 
-use super::{Layout, VolPath, VolPathState};
-use crate::Tracer;
-use crate::integrator::CameraRays;
+use super::{VolPath, VolPathState};
 use crate::integrator::accumulator::RadianceAccumulator;
-use crate::integrator::context::{Context, SurfaceHit};
-use crate::integrator::estimator::add_emission;
+use crate::integrator::batch::Batch;
+use crate::integrator::context::Context;
+use crate::integrator::estimator::add_hit_emission;
 use crate::integrator::observer::PathObserver;
 use crate::trace::LightSource;
 
@@ -35,6 +34,16 @@ pub(super) struct MediumStep {
     hits: Vec<Option<Hit>>,
 }
 
+/// Ray of a path up to the next surface.
+struct Segment<'a> {
+    scene: &'a RenderScene,
+    hit: Option<Hit>,
+    time: f32,
+    /// True after the last allowed interaction.
+    is_last: bool,
+    hides_emitters: bool,
+}
+
 /// Result of following a ray to the next surface.
 enum Step {
     /// The step ends with an event.
@@ -43,30 +52,19 @@ enum Step {
     Passes(Hit),
 }
 
+/// Pair of sampler dimensions for the distance in a medium.
+const DISTANCE_PAIR: u32 = 0;
+
 impl<W: PathObserver> VolPath<'_, W> {
-    /// Follows all paths until they are scattered or leave the scene; adds the emission of the
-    /// transparent surfaces that they pass. After the last allowed interaction, scattering in media
-    /// does not count, so the transmittance is used instead of sampling a distance.
-    pub(super) fn sample_medium(
-        &mut self,
-        bounces: u32,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<W>,
-    ) {
-        let cx = Context { scene: self.scene, settings: &self.settings };
+    /// Follows all paths until they are scattered or leave the scene; adds the emission of media,
+    /// and of the transparent surfaces that the paths pass.
+    pub(super) fn sample_medium(&mut self, bounces: u32, batch: &mut Batch<W>) {
+        let Self { scene, settings, estimator, dimensions, paths, events, .. } = self;
+        let MediumStep { under_way, rays, hits } = &mut self.medium_step;
+        let Batch { tracer, camera_rays, accumulator } = batch;
+        let cx = Context { scene, settings };
         let hides_emitters = self.transparency.hides_emitters();
-        let Self {
-            scene,
-            estimator,
-            layout,
-            paths,
-            events,
-            medium_step: travel,
-            max_depth: depth,
-            ..
-        } = self;
-        let MediumStep { under_way, rays, hits } = travel;
+        accumulator.set_bounces(bounces);
         events.clear();
         events.resize(paths.len(), PathEvent::Escaped);
         under_way.clear();
@@ -79,36 +77,28 @@ impl<W: PathObserver> VolPath<'_, W> {
             let mut found = hits.iter();
             under_way.retain(|&i| {
                 let path = &mut paths[i];
+                let start = path.state.start as usize;
+                let (hit, time) = (found.next().copied().flatten(), camera_rays.time(start));
                 let counted = bounces - path.free;
-                let (shown, last) = (cx.settings.shows(counted), counted >= *depth);
+                let shown = settings.shows(counted);
+                let is_last = counted >= self.max_depth;
+                let segment = Segment { scene, hit, time, is_last, hides_emitters };
+                if shown {
+                    segment.add_medium_emission(path, accumulator);
+                }
                 let numbers = |path: &mut VolPathState| match part {
-                    0 => {
-                        let sampler = camera_rays.samplers.get(path.state.start as usize);
-                        Layout::distance(*layout, sampler, bounces)
-                    }
+                    0 => dimensions.pair(camera_rays.samplers.get(start), bounces, DISTANCE_PAIR),
                     _ => path.stream.next_2d(),
                 };
-                let hit = found.next().copied().flatten();
-                let time = camera_rays.time(path.state.start as usize);
-                if shown {
-                    add_medium_emission(scene, path, hit.as_ref(), accumulator);
-                }
-                match step(scene, path, hit, time, (last, hides_emitters), numbers) {
+                match segment.step(path, numbers) {
                     Step::Ends(event) => {
                         events[i] = event;
                         false
                     }
                     Step::Passes(hit) => {
-                        let is_invisible = hides_emitters && path.state.camera_transmittance != 0.0;
-                        if shown && !is_invisible && scene.is_emissive(&hit) {
-                            let at = &scene.interaction(&path.ray, &hit, time);
-                            add_emission(
-                                estimator,
-                                cx,
-                                &path.state,
-                                SurfaceHit { at, hit: &hit, time },
-                                accumulator,
-                            );
+                        if shown && !segment.is_hidden(path, &hit) {
+                            let VolPathState { state, ray, .. } = &*path;
+                            add_hit_emission(estimator, cx, state, ray, &hit, time, accumulator);
                         }
                         path.medium =
                             scene.medium_after_crossing(&path.ray, &hit, time, path.medium);
@@ -124,78 +114,89 @@ impl<W: PathObserver> VolPath<'_, W> {
     }
 }
 
-/// Segment of a path's ray up to the next surface.
-fn ray_up_to(path: &VolPathState, hit: Option<&Hit>) -> Ray {
-    Ray { t_max: hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray }
-}
-
-/// Adds the emission of a path's medium up to the next surface.
-fn add_medium_emission(
-    scene: &RenderScene,
-    path: &mut VolPathState,
-    hit: Option<&Hit>,
-    accumulator: &mut RadianceAccumulator<impl PathObserver>,
-) {
-    let Some(id) = path.medium else { return };
-    let medium = &scene.media.table[id];
-    if medium.is_emissive() {
-        let ray = ray_up_to(path, hit);
-        let radiance = medium.le(&ray, path.state.beta, &mut path.stream);
-        let source = || LightSource::Medium {
-            medium: id.index() as u32,
-            direction: ray.direction,
-            radiance,
-        };
-        accumulator.add_emission(path.state.target, path.state.beta * radiance, source);
+impl Segment<'_> {
+    /// Part of a path's ray up to the next surface.
+    fn ray(&self, path: &VolPathState) -> Ray {
+        Ray { t_max: self.hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray }
     }
-}
 
-/// Advances a path to its next surface, unless it is scattered in its medium.
-fn step(
-    scene: &RenderScene,
-    path: &mut VolPathState,
-    hit: Option<Hit>,
-    time: f32,
-    (last, hides_emitters): (bool, bool),
-    numbers: impl Fn(&mut VolPathState) -> [f32; 2],
-) -> Step {
-    if let Some(medium) = path.medium {
-        let medium = &scene.media.table[medium];
-        let ray = ray_up_to(path, hit.as_ref());
-        let flight = if last {
+    /// Adds the emission of a path's medium up to the next surface.
+    fn add_medium_emission(
+        &self,
+        path: &mut VolPathState,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+    ) {
+        let Some(id) = path.medium else { return };
+        let medium = &self.scene.media.table[id];
+        if medium.is_emissive() {
+            let ray = self.ray(path);
+            let radiance = medium.le(&ray, path.state.beta, &mut path.stream);
+            let source = || LightSource::Medium {
+                medium: id.index() as u32,
+                direction: ray.direction,
+                radiance,
+            };
+            accumulator.add_emission(path.state.target, path.state.beta * radiance, source);
+        }
+    }
+
+    /// Returns true if a surface is an emitter that is hidden from the camera.
+    fn is_hidden(&self, path: &VolPathState, hit: &Hit) -> bool {
+        self.hides_emitters && path.state.camera_transmittance != 0.0 && self.scene.is_emissive(hit)
+    }
+
+    /// Advances a path to its next surface, unless it is scattered in its medium.
+    fn step(
+        &self,
+        path: &mut VolPathState,
+        numbers: impl Fn(&mut VolPathState) -> [f32; 2],
+    ) -> Step {
+        if let Some(medium) = path.medium {
+            let medium = &self.scene.media.table[medium];
+            if let Some(event) = self.cross_medium(medium, path, numbers) {
+                return Step::Ends(event);
+            }
+        }
+        let Some(hit) = self.hit else { return Step::Ends(PathEvent::Escaped) };
+        if self.is_hidden(path, &hit) {
+            return Step::Passes(hit);
+        }
+        if self.scene.has_alpha {
+            let opacity = self.scene.opacity(&path.ray, &hit, self.time);
+            if opacity < 1.0 && path.stream.next_1d() >= opacity {
+                return Step::Passes(hit);
+            }
+        }
+        Step::Ends(PathEvent::Surface(hit))
+    }
+
+    /// Samples a distance in a medium; returns the event if the path does not reach the next
+    /// surface. After the last allowed interaction, scattering in media does not count, so the
+    /// transmittance is used instead.
+    fn cross_medium(
+        &self,
+        medium: &MediumRecord,
+        path: &mut VolPathState,
+        numbers: impl Fn(&mut VolPathState) -> [f32; 2],
+    ) -> Option<PathEvent> {
+        let ray = self.ray(path);
+        let sample = if self.is_last {
             MediumSample::Transmitted { weight: medium.transmittance(&ray, &mut path.stream) }
         } else {
             let u = numbers(path);
             medium.sample(&ray, path.state.beta, u, &mut path.stream)
         };
-        match flight {
+        let scattered = match sample {
             MediumSample::Scattered { t, weight } => {
                 path.state.beta *= weight;
-                let is_black = path.state.beta.is_black();
-                return Step::Ends(if is_black {
-                    PathEvent::Absorbed
-                } else {
-                    PathEvent::Scattered { t }
-                });
+                Some(PathEvent::Scattered { t })
             }
             MediumSample::Transmitted { weight } => {
                 path.state.beta *= weight;
                 path.state.camera_transmittance *= weight.mean();
+                None
             }
-        }
-        if path.state.beta.is_black() {
-            return Step::Ends(PathEvent::Absorbed);
-        }
+        };
+        if path.state.beta.is_black() { Some(PathEvent::Absorbed) } else { scattered }
     }
-    let Some(hit) = hit else { return Step::Ends(PathEvent::Escaped) };
-    if hides_emitters && path.state.camera_transmittance != 0.0 && scene.is_emissive(&hit) {
-        return Step::Passes(hit);
-    }
-    if scene.has_alpha {
-        let opacity = scene.opacity(&path.ray, &hit, time);
-        if opacity < 1.0 && path.stream.next_1d() >= opacity {
-            return Step::Passes(hit);
-        }
-    }
-    Step::Ends(PathEvent::Surface(hit))
 }

@@ -17,26 +17,30 @@ use medium_step::{MediumStep, PathEvent};
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{Light, LightSample, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::{RngStream, Sampler};
-use pt_math::{Pdf, Ray, Rays, Spectrum};
-use shadow_ray::{ShadowRay, ShadowRays};
+use pt_math::{Ray, Rays, Spectrum};
+use shadow_ray::ShadowRays;
 use vertex::Vertex;
 
-use super::accumulator::RadianceAccumulator;
-use super::context::{Context, SurfaceHit};
-use super::estimator::{PathEstimator, add_emission, add_sky};
-use super::observer::{self, PathObserver, PathRecorder};
-use super::path::{Path, light_mis_weight, without_hemisphere_sampling};
+use super::batch::{Batch, ByProducts};
+use super::context::Context;
+use super::dimensions::BounceDimensions;
+use super::estimator::{
+    PathEstimator, ScatteredPath, add_hit_emission, add_sky, sample_bsdf_and_roulette,
+};
+use super::light_sampling::{LightingVertex, sample_lights};
+use super::observer::{PathObserver, PathRecorder};
+use super::path::{Path, without_hemisphere_sampling};
 use super::path_queue::PathState;
+use super::scatterer::Scatterer;
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
+use super::{CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
-use crate::trace::{LightRef, ScatterSample, Trace};
+use crate::trace::{ScatterSample, Trace};
 
 /// Volumetric path tracing: [`Path`] with scattering in media, and direct light there. [Kajiya &
 /// Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric light transport
@@ -53,18 +57,13 @@ pub(super) struct VolPath<'a, W = ()> {
     estimator: Path,
     /// Maximum number of interactions.
     max_depth: u32,
-    /// Assignment of sampler dimensions.
-    layout: Layout,
-    /// True if some materials are stochastic.
-    stochastic_materials: bool,
+    dimensions: BounceDimensions,
     paths: Vec<VolPathState>,
     events: Vec<PathEvent>,
     medium_step: MediumStep,
     shadow_rays: ShadowRays,
     transparency: Transparency,
-    /// See [`Integrator::take_clamped`].
-    clamped: ExactSum,
-    observer: W,
+    by_products: ByProducts<W>,
 }
 
 /// Active path.
@@ -74,7 +73,7 @@ struct VolPathState {
     /// Ray whose interval is the part that is still to be traversed.
     ray: Ray,
     /// Cone of the ray, if some texture needs footprints.
-    cone: Cone,
+    cone: Option<Cone>,
     /// Medium around the path.
     medium: Option<Id<MediumRecord>>,
     /// Number of interactions that do not count.
@@ -83,45 +82,8 @@ struct VolPathState {
     stream: RngStream,
 }
 
-/// Sampler dimensions per bounce: a pair for distances in media, one per light sample, one for the
-/// direction, one for Russian roulette and the choice of a BSDF component, and one for materials.
-#[derive(Clone, Copy)]
-struct Layout {
-    /// Number of pairs for direct light.
-    light_pairs: u32,
-}
-
-impl Layout {
-    const OTHERS: u32 = 4;
-
-    /// Returns pair number `pair` of a bounce.
-    fn pair(self, sampler: Sampler, bounces: u32, pair: u32) -> [f32; 2] {
-        let pairs = self.light_pairs.wrapping_add(Self::OTHERS);
-        let pair = bounces.wrapping_mul(pairs).wrapping_add(pair);
-        let dimension = pair.wrapping_mul(2).wrapping_add(CAMERA_DIMENSIONS);
-        sampler.at_dimension(dimension).next_2d()
-    }
-
-    fn distance(self, sampler: Sampler, bounces: u32) -> [f32; 2] {
-        self.pair(sampler, bounces, 0)
-    }
-
-    fn light(self, sampler: Sampler, bounces: u32, number: u32) -> [f32; 2] {
-        self.pair(sampler, bounces, number.wrapping_add(1))
-    }
-
-    /// Returns three numbers for the direction, and one for Russian roulette.
-    fn direction(self, sampler: Sampler, bounces: u32) -> ([f32; 3], f32) {
-        let first = self.light_pairs.wrapping_add(1);
-        let [x, y] = self.pair(sampler, bounces, first);
-        let [roulette, choice] = self.pair(sampler, bounces, first.wrapping_add(1));
-        ([x, y, choice], roulette)
-    }
-
-    fn material(self, sampler: Sampler, bounces: u32) -> f32 {
-        self.pair(sampler, bounces, self.light_pairs.wrapping_add(3))[0]
-    }
-}
+/// First pair of sampler dimensions for light samples; the pair before is for distances in media.
+const FIRST_LIGHT_PAIR: u32 = 1;
 
 /// Random streams of a bounce: that of the path itself, and those of its light samples.
 fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> RngStream {
@@ -135,41 +97,33 @@ impl<W: PathObserver> Integrator for VolPath<'_, W> {
         camera_rays: &CameraRays,
         radiance: &mut Vec<Spectrum>,
     ) {
+        let clamp = self.settings.clamp;
+        let mut batch = self.by_products.begin(tracer, camera_rays, radiance, clamp);
         self.generate_camera_paths(camera_rays);
-        radiance.clear();
-        radiance.resize(camera_rays.samplers.len(), Spectrum::ZERO);
-        let mut clamped = ExactSum::default();
-        let mut observer = std::mem::take(&mut self.observer);
-        observer.on_batch(camera_rays);
-        let mut accumulator =
-            RadianceAccumulator::new(radiance, self.settings.clamp, &mut clamped, observer);
         for bounces in 0.. {
-            accumulator.set_bounces(bounces);
-            self.sample_medium(bounces, tracer, camera_rays, &mut accumulator);
-            self.add_emission_and_sky(bounces, camera_rays, &mut accumulator);
+            self.sample_medium(bounces, &mut batch);
+            self.add_emission_and_sky(bounces, &mut batch);
             if self.paths.is_empty() {
                 break;
             }
-            self.scatter_paths(bounces, tracer, camera_rays, &mut accumulator);
-            accumulator.set_bounces(bounces + 1);
-            self.shadow_rays.trace(tracer, camera_rays, &mut accumulator);
+            self.scatter_paths(bounces, &mut batch);
+            self.shadow_rays.trace(&mut batch);
         }
-        self.observer = accumulator.observer;
-        self.clamped.merge(clamped);
+        self.by_products.end(batch);
     }
 
     fn take_clamped(&mut self) -> ExactSum {
-        std::mem::take(&mut self.clamped)
+        self.by_products.take_clamped()
     }
 
-    fn transparency(&self) -> &[f32] {
+    fn transparency(&self) -> Option<&[f32]> {
         self.transparency.values()
     }
 }
 
 impl TracedIntegrator for VolPath<'_, PathRecorder> {
     fn take_traces(&mut self) -> Vec<Trace> {
-        self.observer.take()
+        self.by_products.take_traces()
     }
 }
 
@@ -178,16 +132,13 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         let settings = without_hemisphere_sampling(settings);
         let estimator = Path { max_depth: u32::MAX };
         let transparency = Transparency::new(scene, &settings);
-        let moving = scene.animated_lights().iter().map(|moving| &moving.light);
-        let lights = scene.lights.as_slice().iter().chain(moving);
-        let samples = lights.map(|light| estimator.light_samples(&settings, light));
-        let light_pairs = samples.fold(0, u32::wrapping_add);
+        let cx = Context { scene, settings: &settings };
+        let dimensions = BounceDimensions::with_media(&estimator, cx);
         let shadow_rays = ShadowRays::new(settings.straight_is_free);
         Self {
             scene,
             max_depth: estimator.max_depth(&settings),
-            layout: Layout { light_pairs },
-            stochastic_materials: scene.materials.is_stochastic(),
+            dimensions,
             settings,
             estimator,
             paths: Vec::new(),
@@ -195,25 +146,17 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
             medium_step: MediumStep::default(),
             shadow_rays,
             transparency,
-            clamped: ExactSum::default(),
-            observer: W::default(),
+            by_products: ByProducts::default(),
         }
-    }
-
-    fn context(&self) -> Context<'_> {
-        Context { scene: self.scene, settings: &self.settings }
     }
 
     fn generate_camera_paths(&mut self, camera_rays: &CameraRays) {
         self.paths.clear();
         let camera_transmittance = self.transparency.begin(camera_rays.samplers.len());
         let scene = self.scene;
-        let uses_footprints = scene.uses_footprints();
         let cone = |start: u32, ray: &Ray| {
-            if !uses_footprints {
-                return Cone::default();
-            }
-            scene.camera_cone(ray.direction, camera_rays.time(start as usize))
+            let time = camera_rays.time(start as usize);
+            scene.uses_footprints().then(|| scene.camera_cone(ray.direction, time))
         };
         let path = |(start, ray): (u32, Ray)| VolPathState {
             cone: cone(start, &ray),
@@ -227,30 +170,25 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
     }
 
     /// Adds the emission found at the ends of paths; keeps those that are scattered.
-    fn add_emission_and_sky(
-        &mut self,
-        bounces: u32,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<W>,
-    ) {
+    fn add_emission_and_sky(&mut self, bounces: u32, batch: &mut Batch<W>) {
+        let Batch { camera_rays, accumulator, .. } = batch;
         let cx = Context { scene: self.scene, settings: &self.settings };
-        let Self { estimator, paths, events, scene, transparency, max_depth: depth, .. } = self;
+        let Self { estimator, paths, events, transparency, max_depth, .. } = self;
         let goes_on = cx.settings.straight_is_free;
         let mut going = 0;
         for i in 0..paths.len() {
             let VolPathState { state, ray, free, .. } = &paths[i];
             let counted = bounces - free;
-            let (shown, last) = (cx.settings.shows(counted), counted >= *depth);
+            let (shown, last) = (cx.settings.shows(counted), counted >= *max_depth);
             let is_out = matches!(events[i], PathEvent::Escaped);
             let sees_sky = is_out && transparency.on_escape(state, PathSplitting::NONE);
             match &events[i] {
                 PathEvent::Escaped if shown && sees_sky => {
-                    add_sky(estimator, cx, state, (ray.direction, bounces), accumulator);
+                    add_sky(estimator, cx, state, ray.direction, bounces, accumulator);
                 }
-                PathEvent::Surface(hit) if shown && scene.is_emissive(hit) => {
+                PathEvent::Surface(hit) if shown => {
                     let time = camera_rays.time(state.start as usize);
-                    let at = &scene.interaction(ray, hit, time);
-                    add_emission(estimator, cx, state, SurfaceHit { at, hit, time }, accumulator);
+                    add_hit_emission(estimator, cx, state, ray, hit, time, accumulator);
                 }
                 _ => {}
             }
@@ -268,55 +206,34 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
         events.truncate(going);
     }
 
-    /// Samples direct light at each vertex, and continues the surviving paths.
-    fn scatter_paths(
-        &mut self,
-        bounces: u32,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<W>,
-    ) {
-        let scene = self.scene;
+    /// Samples direct light and the next direction at each vertex; keeps the paths that continue.
+    fn scatter_paths(&mut self, bounces: u32, batch: &mut Batch<W>) {
+        batch.accumulator.set_bounces(bounces + 1);
         let mut live = 0;
         for i in 0..self.paths.len() {
             let (path, event) = (self.paths[i], self.events[i]);
             let counted = bounces - path.free;
-            let context = self.settings.shows(counted + 1);
-            let sampler = camera_rays.samplers.get(path.state.start as usize);
-            let choice = if self.stochastic_materials {
-                self.layout.material(sampler, bounces)
-            } else {
-                0.0
-            };
-            let mut materials = None;
-            let time = camera_rays.time(path.state.start as usize);
-            let vertex = Vertex::new(scene, &path, &event, time, choice, &mut materials);
+            let start = path.state.start as usize;
+            let sampler = batch.camera_rays.samplers.get(start);
+            let time = batch.camera_rays.time(start);
+            let choice = self.dimensions.material_choice(sampler, bounces);
+            let mut material = None;
+            let vertex = Vertex::new(self.scene, &path, &event, time, choice, &mut material);
             let Some(vertex) = vertex else { continue };
             // After the last interaction that counts, light may continue undeflected.
-            let last = counted >= self.max_depth;
-            if last && !vertex.is_straight() {
+            let is_last = counted >= self.max_depth;
+            if is_last && !vertex.is_straight() {
                 continue;
             }
-            accumulator.observer.on_vertex(path.state.start, || vertex.recorded(path.state.beta));
-            if context && !vertex.is_delta() {
-                self.sample_lights(
-                    &vertex,
-                    &path,
-                    (sampler, bounces),
-                    time,
-                    &mut accumulator.observer,
-                );
-                accumulator.set_bounces(bounces + 1);
-                self.shadow_rays.trace_if_full(tracer, camera_rays, accumulator);
+            let observer = &mut batch.accumulator.observer;
+            observer.on_vertex(path.state.start, || vertex.recorded());
+            if self.settings.shows(counted + 1) && !vertex.is_delta() {
+                self.sample_lights(bounces, &vertex, sampler, observer);
+                self.shadow_rays.trace_if_full(batch);
             }
-            let next = self.sample_direction(
-                &vertex,
-                &path,
-                sampler,
-                bounces + 1,
-                &mut accumulator.observer,
-            );
-            if let Some(next) = next.filter(|next| !last || next.free > path.free) {
+            let observer = &mut batch.accumulator.observer;
+            let next = self.sample_bsdf_and_roulette(bounces, &vertex, sampler, observer);
+            if let Some(next) = next.filter(|next| !is_last || next.free > path.free) {
                 self.paths[live] = next;
                 live += 1;
             }
@@ -325,166 +242,49 @@ impl<'a, W: PathObserver> VolPath<'a, W> {
     }
 
     /// Queues the shadow rays of samples of each light.
-    fn sample_lights(
-        &mut self,
-        vertex: &Vertex,
-        path: &VolPathState,
-        (sampler, bounces): (Sampler, u32),
-        time: f32,
-        observer: &mut W,
-    ) {
-        let mut number = 0;
-        for (light_number, light) in self.scene.lights.as_slice().iter().enumerate() {
-            let n = self.estimator.light_samples(&self.settings, light);
-            for _ in 0..n {
-                let u = self.layout.light(sampler, bounces, number);
-                let stream = stream(sampler, bounces, Some(number));
-                let light_number = LightRef::Static(light_number);
-                let shading_block = LightSampling {
-                    integrator: self,
-                    vertex,
-                    path,
-                    light_number,
-                    u,
-                    n,
-                    stream,
-                    observer,
-                };
-                if let Some(shadow) = light.visit(shading_block) {
-                    self.shadow_rays.push(shadow);
-                }
-                number = number.wrapping_add(1);
-            }
-        }
-        for (light_number, light) in self.scene.animated_lights().iter().enumerate() {
-            let n = self.estimator.light_samples(&self.settings, &light.light);
-            for _ in 0..n {
-                let u = self.layout.light(sampler, bounces, number);
-                let stream = stream(sampler, bounces, Some(number));
-                let light_number = LightRef::Animated(light_number);
-                let shading_block = LightSampling {
-                    integrator: self,
-                    vertex,
-                    path,
-                    light_number,
-                    u,
-                    n,
-                    stream,
-                    observer,
-                };
-                let sample = self.scene.sample_animated_light(light, time, vertex.point().p, u);
-                if let Some(shadow) = sample
-                    .and_then(|sample| shading_block.shadow(&sample, light.light.is_invisible()))
-                {
-                    self.shadow_rays.push(shadow);
-                }
-                number = number.wrapping_add(1);
-            }
-        }
+    fn sample_lights(&mut self, bounces: u32, vertex: &Vertex, sampler: Sampler, observer: &mut W) {
+        let Self { scene, settings, estimator, dimensions, shadow_rays, .. } = self;
+        let (path, context, time) = (&vertex.path.state, vertex.context(), vertex.time);
+        let lighting = LightingVertex { path, scatterer: vertex, context, time };
+        let cx = Context { scene, settings };
+        let pair = |number: u32| number.wrapping_add(FIRST_LIGHT_PAIR);
+        let u = |number| dimensions.pair(sampler, bounces, pair(number));
+        sample_lights(cx, estimator, &lighting, u, observer, |sample, value, number| {
+            let stream = stream(sampler, bounces, Some(number));
+            shadow_rays.push(vertex.shadow_ray(scene, sample, value, stream));
+        });
     }
 
-    /// Samples the direction of the path after interaction number `bounces`; `None` if it ends.
-    fn sample_direction(
+    /// Samples the direction in which a path continues, and Russian roulette; `None` if it ends.
+    fn sample_bsdf_and_roulette(
         &self,
-        vertex: &Vertex,
-        path: &VolPathState,
-        sampler: Sampler,
         bounces: u32,
+        vertex: &Vertex,
+        sampler: Sampler,
         observer: &mut W,
     ) -> Option<VolPathState> {
-        let (u, roulette) = self.layout.direction(sampler, bounces - 1);
-        let scattered = vertex.sample(u)?;
-        let is_free = self.settings.straight_is_free && vertex.goes_straight(scattered.wi);
-        // Light behind an undeflected, uncounted interaction may be found by the light samples of
-        // the vertex before.
-        let (origin, bsdf_pdf) = if is_free {
-            (path.state.origin, path.state.bsdf_pdf)
-        } else {
-            (vertex.context(), scattered.pdf)
-        };
-        let mut state = PathState {
-            beta: path.state.beta * scattered.weight,
-            eta_scale: path.state.eta_scale * scattered.eta_scale,
-            origin,
-            bsdf_pdf,
-            camera_transmittance: vertex
-                .clear_behind(path.state.camera_transmittance, scattered.wi),
-            ..path.state
-        };
-        if state.beta.is_black() {
-            return None;
+        let Self { scene, settings, estimator, dimensions, .. } = self;
+        let pair = dimensions.light_pairs.wrapping_add(FIRST_LIGHT_PAIR);
+        let numbers = dimensions.scattering(sampler, bounces, pair);
+        let before = PathState { origin: vertex.context(), ..vertex.path.state };
+        let next =
+            sample_bsdf_and_roulette(estimator, settings, vertex, before, numbers, bounces + 1);
+        let ScatteredPath { mut state, sample, survival } = next?;
+        observer.on_scatter(state.start, || ScatterSample::new(&sample, survival));
+        let is_free = settings.straight_is_free && vertex.lets_through(sample.wi);
+        if is_free {
+            // Light behind an undeflected, uncounted interaction may be found by the light samples
+            // of the vertex before.
+            state.origin = vertex.path.state.origin;
+            state.bsdf_pdf = vertex.path.state.bsdf_pdf;
         }
-        let survival = if vertex.is_in_medium() {
-            Path::rr_survival_in_medium(&self.settings, &state, bounces)
-        } else {
-            self.estimator.rr_survival_probability(&self.settings, &state, bounces)
-        };
-        if let Some(q) = survival {
-            if roulette >= q {
-                return None;
-            }
-            state.beta *= 1.0 / q;
-            state.camera_transmittance *= 1.0 / q;
-        }
-        observer.on_scatter(state.start, || ScatterSample::new(&scattered, survival));
         Some(VolPathState {
-            free: path.free + u32::from(is_free),
+            free: vertex.path.free + u32::from(is_free),
             state,
-            ray: vertex.point().spawn(scattered.wi),
-            cone: vertex.cone(self.scene, path.cone, scattered.pdf),
-            medium: vertex.medium_towards(self.scene, scattered.wi),
-            stream: stream(sampler, bounces, None),
+            ray: vertex.point.spawn(sample.wi),
+            cone: vertex.cone(scene, sample.pdf),
+            medium: vertex.medium_towards(scene, sample.wi),
+            stream: stream(sampler, bounces + 1, None),
         })
-    }
-}
-
-/// One of `n` samples of a light: its shadow ray and contribution.
-struct LightSampling<'s, 'a, W> {
-    integrator: &'s VolPath<'a, W>,
-    vertex: &'s Vertex<'s>,
-    path: &'s VolPathState,
-    light_number: LightRef,
-    u: [f32; 2],
-    n: u32,
-    stream: RngStream,
-    observer: &'s mut W,
-}
-
-impl<W: PathObserver> LightVisitor for LightSampling<'_, '_, W> {
-    type Output = Option<ShadowRay>;
-
-    fn visit<L: Light>(self, light: &L) -> Self::Output {
-        let tables = &self.integrator.scene.light_tables;
-        let sample = light.sample(tables, &self.vertex.context(), self.u)?;
-        self.shadow(&sample, L::INVISIBLE)
-    }
-}
-
-impl<W: PathObserver> LightSampling<'_, '_, W> {
-    /// Shadow ray of a sample; `None` if its contribution is zero. Samples of invisible lights,
-    /// which rays do not find, have MIS weight 1.
-    fn shadow(self, sample: &LightSample, is_invisible: bool) -> Option<ShadowRay> {
-        let Self { integrator, vertex, path, light_number, u, n, stream, observer } = self;
-        let Context { scene, settings } = integrator.context();
-        let point = vertex.point();
-        let weight = if is_invisible {
-            1.0
-        } else {
-            light_mis_weight(settings, sample, n, |wi| vertex.pdf(wi))
-        };
-        let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
-        let f = vertex.eval(sample.wi);
-        let value = path.state.beta * f * sample.radiance * (weight / p);
-        if value.is_black() {
-            return None;
-        }
-        // The ray ends slightly before the light, but the medium extends to the light.
-        let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
-        let medium = vertex.medium_towards(scene, sample.wi);
-        let (ray, start) = (point.spawn_to(sample), path.state.start);
-        observer.on_light_sample(start, || {
-            observer::light_source(scene, light_number, (&vertex.context(), u), sample, (weight, n))
-        });
-        Some(ShadowRay { ray, end, value, medium, stream, start })
     }
 }

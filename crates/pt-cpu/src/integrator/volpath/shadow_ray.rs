@@ -9,7 +9,7 @@ use pt_math::{Ray, Spectrum};
 
 use crate::Tracer;
 use crate::integrator::CameraRays;
-use crate::integrator::accumulator::RadianceAccumulator;
+use crate::integrator::batch::Batch;
 use crate::integrator::observer::PathObserver;
 
 /// A shadow ray and its contribution.
@@ -94,24 +94,15 @@ impl ShadowRays {
     }
 
     /// Flushes the queue if it is full.
-    pub(super) fn trace_if_full(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
-    ) {
+    pub(super) fn trace_if_full(&mut self, batch: &mut Batch<impl PathObserver>) {
         if self.queue.len() >= FLUSH_RAYS {
-            self.trace(tracer, camera_rays, accumulator);
+            self.trace(batch);
         }
     }
 
     /// Traces all pending rays, adds their contributions in order, and clears the queue.
-    pub(super) fn trace(
-        &mut self,
-        tracer: &mut Tracer,
-        camera_rays: &CameraRays,
-        accumulator: &mut RadianceAccumulator<impl PathObserver>,
-    ) {
+    pub(super) fn trace(&mut self, batch: &mut Batch<impl PathObserver>) {
+        let Batch { tracer, camera_rays, accumulator } = batch;
         let scene = tracer.scene;
         self.gather(0..self.queue.len());
         let time = |i: usize| camera_rays.time(self.queue[i].start as usize);

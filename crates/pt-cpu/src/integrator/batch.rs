@@ -1,0 +1,63 @@
+//! Batches of camera rays in path tracers: their begin and their end.
+
+use pt_core::film::ExactSum;
+use pt_core::settings::Clamp;
+use pt_math::Spectrum;
+
+use super::CameraRays;
+use super::accumulator::RadianceAccumulator;
+use super::observer::{PathObserver, PathRecorder};
+use crate::Tracer;
+use crate::trace::Trace;
+
+/// A batch of camera rays under way.
+pub(super) struct Batch<'b, 's, W> {
+    pub(super) tracer: &'b mut Tracer<'s>,
+    pub(super) camera_rays: &'b CameraRays,
+    pub(super) accumulator: RadianceAccumulator<'b, W>,
+}
+
+/// By-products of the batches of a path tracer.
+#[derive(Default)]
+pub(super) struct ByProducts<W> {
+    /// See [`super::Integrator::take_clamped`].
+    clamped: ExactSum,
+    observer: W,
+}
+
+impl<W: PathObserver> ByProducts<W> {
+    /// Begins a batch, with radiance 0 for each camera ray.
+    pub(super) fn begin<'b, 's>(
+        &mut self,
+        tracer: &'b mut Tracer<'s>,
+        camera_rays: &'b CameraRays,
+        radiance: &'b mut Vec<Spectrum>,
+        clamp: Clamp,
+    ) -> Batch<'b, 's, W> {
+        radiance.clear();
+        radiance.resize(camera_rays.samplers.len(), Spectrum::ZERO);
+        let mut observer = std::mem::take(&mut self.observer);
+        observer.on_batch(camera_rays);
+        let accumulator = RadianceAccumulator::new(radiance, clamp, observer);
+        Batch { tracer, camera_rays, accumulator }
+    }
+
+    /// Ends a batch.
+    pub(super) fn end(&mut self, batch: Batch<W>) {
+        let (clamped, observer) = batch.accumulator.finish();
+        self.clamped.merge(clamped);
+        self.observer = observer;
+    }
+
+    /// See [`super::Integrator::take_clamped`].
+    pub(super) fn take_clamped(&mut self) -> ExactSum {
+        std::mem::take(&mut self.clamped)
+    }
+}
+
+impl ByProducts<PathRecorder> {
+    /// See [`super::TracedIntegrator::take_traces`].
+    pub(super) fn take_traces(&mut self) -> Vec<Trace> {
+        self.observer.take()
+    }
+}

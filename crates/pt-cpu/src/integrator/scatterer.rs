@@ -1,0 +1,102 @@
+//! Scattering at the vertices of paths.
+
+use pt_core::bsdf::{Bsdf, BsdfSample};
+use pt_core::light::LightSample;
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+/// Scattering function at a vertex of a path: a BSDF, or a phase function.
+pub(super) trait Scatterer {
+    /// Returns true in a medium.
+    fn is_in_medium(&self) -> bool;
+
+    /// See [`Bsdf::is_delta`].
+    fn is_delta(&self) -> bool;
+
+    /// See [`Bsdf::lets_through`].
+    fn lets_through(&self, wi: Vec3) -> bool;
+
+    /// f(wo, wi) · |cos θi|, or the phase function.
+    fn eval(&self, wi: Vec3) -> Spectrum;
+
+    /// Density with which [`Self::sample`] returns `wi`.
+    fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle>;
+
+    /// Samples a direction.
+    fn sample(&self, u: [f32; 3]) -> Option<BsdfSample>;
+}
+
+impl Scatterer for Bsdf<'_> {
+    #[inline(always)]
+    fn is_in_medium(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn is_delta(&self) -> bool {
+        self.is_delta()
+    }
+
+    #[inline(always)]
+    fn lets_through(&self, wi: Vec3) -> bool {
+        self.lets_through(wi)
+    }
+
+    #[inline(always)]
+    fn eval(&self, wi: Vec3) -> Spectrum {
+        self.eval(wi)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
+        self.pdf(wi)
+    }
+
+    #[inline(always)]
+    fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        self.sample(u)
+    }
+}
+
+/// One of `n` samples of a light, at a vertex.
+#[derive(Clone, Copy)]
+pub(super) struct WeightedLightSample<'a> {
+    pub(super) sample: &'a LightSample,
+    /// Number of samples of the light.
+    pub(super) n: u32,
+    /// MIS weight against sampling of the BSDF or phase function.
+    pub(super) mis_weight: f32,
+}
+
+impl WeightedLightSample<'_> {
+    /// MIS weight / (n p).
+    #[inline(always)]
+    pub(super) fn weight(&self) -> f32 {
+        self.mis_weight / (self.sample.pdf.map_or(1.0, Pdf::get) * self.n as f32)
+    }
+
+    /// Unoccluded contribution: throughput · f · |cos| · L · MIS weight / (n p).
+    #[inline(always)]
+    pub(super) fn contribution(&self, beta: Spectrum, scatterer: &impl Scatterer) -> Spectrum {
+        beta * scatterer.eval(self.sample.wi) * self.sample.radiance * self.weight()
+    }
+}
+
+/// Random numbers of a scattering event.
+#[derive(Clone, Copy)]
+pub(super) struct ScatterNumbers {
+    /// Direction, and the choice of a BSDF component.
+    pub(super) direction: [f32; 3],
+    /// Russian roulette.
+    pub(super) roulette: f32,
+}
+
+/// Transmittance from the camera after a vertex that the path leaves towards `wi`.
+#[inline(always)]
+pub(super) fn transmittance_after(
+    camera_transmittance: f32,
+    scatterer: &impl Scatterer,
+    wi: Vec3,
+) -> f32 {
+    let passes = camera_transmittance != 0.0 && scatterer.lets_through(wi);
+    if passes { camera_transmittance } else { 0.0 }
+}
