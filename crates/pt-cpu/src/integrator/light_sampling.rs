@@ -37,7 +37,7 @@ impl SceneLight<'_> {
     }
 
     /// Samples the light for a point at a time.
-    #[inline]
+    #[inline(always)]
     fn sample(
         &self,
         scene: &RenderScene,

@@ -54,7 +54,7 @@ pub(super) struct PathQueue {
     pub(super) paths: Vec<PathState>,
     pub(super) rays: Vec<Ray>,
     /// Ray cones, if some texture needs footprints.
-    cones: Option<Vec<Cone>>,
+    pub(super) cones: Option<Vec<Cone>>,
 }
 
 impl PathQueue {

@@ -177,11 +177,16 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
         self.splitting = PathSplitting::NONE;
         queue.clear();
-        for (start, ray) in (0..).zip(Rays::from(&camera_rays.rays).iter()) {
-            let path = PathState::at_camera(scene, &ray, start, camera_transmittance);
-            let time = camera_rays.time(start as usize);
-            let cone = scene.uses_footprints().then(|| scene.camera_cone(ray.direction, time));
-            queue.push(path, ray, cone);
+        queue.rays.extend(Rays::from(&camera_rays.rays).iter());
+        let rays = (0..).zip(&queue.rays);
+        queue.paths.extend(
+            rays.clone()
+                .map(|(start, ray)| PathState::at_camera(scene, ray, start, camera_transmittance)),
+        );
+        if let Some(cones) = &mut queue.cones {
+            cones.extend(rays.map(|(start, ray)| {
+                scene.camera_cone(ray.direction, camera_rays.time(start as usize))
+            }));
         }
     }
 

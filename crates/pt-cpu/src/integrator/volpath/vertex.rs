@@ -96,6 +96,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Shadow ray of a light sample with this unoccluded contribution.
+    #[inline(always)]
     pub(super) fn shadow_ray(
         &self,
         scene: &RenderScene,
@@ -115,6 +116,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Cone of a ray whose direction was sampled with the density `pdf`.
+    #[inline(always)]
     pub(super) fn cone(&self, scene: &RenderScene, pdf: Option<Pdf<SolidAngle>>) -> Option<Cone> {
         let is_flat = match self.kind {
             Kind::Surface { primitive, .. } => scene.is_flat(primitive),
