@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use pathtracer::{
-    CompileOptions, EnvironmentMap, FORMATS, LoadError, LoadOptions, Placement, Projection, Scene,
-    Session, Settings, Silent,
+    CompileOptions, EnvironmentMap, FORMATS, Hint, LoadError, LoadOptions, Placement, Projection,
+    Scene, Session, Settings, Silent,
 };
 
 fn read(text: &str, name: &str, options: &LoadOptions) -> Result<Scene, LoadError> {
@@ -27,10 +27,13 @@ fn at(resolution: [u32; 2]) -> CompileOptions {
     CompileOptions { resolution: Some(resolution), ..CompileOptions::default() }
 }
 
-/// Notes that name `--camera fit`.
+/// Notes on the place of the camera, which come with a hint.
 fn advice(scene: &Scene) -> Vec<String> {
     let session = session(scene, at([48, 36]));
-    session.notes().iter().filter(|note| note.contains("--camera fit")).cloned().collect()
+    let is_on_camera = |note: &&String| note.starts_with("the camera s");
+    let notes: Vec<_> = session.notes().iter().filter(is_on_camera).cloned().collect();
+    assert_eq!(session.hints().contains(&Hint::FitCamera), !notes.is_empty(), "{notes:?}");
+    notes
 }
 
 /// Box without a front: 2 wide, high and deep, its floor at y = 0. The camera is 4 in front of it.
@@ -64,7 +67,7 @@ fn a_camera_at_the_height_of_the_floor_is_noted() {
     assert!(notes.len() == 1 && notes[0].contains("at least half"), "{notes:?}");
     let fit = CompileOptions { placement: Some(Placement::Fit), ..at([48, 36]) };
     let fitted = session(&floor, fit);
-    assert!(fitted.notes().iter().all(|note| !note.contains("--camera fit")));
+    assert!(!fitted.hints().contains(&Hint::FitCamera));
 }
 
 fn camera(from: &str, to: &str) -> String {
@@ -244,13 +247,12 @@ fn files_of_the_course_are_seen_as_the_course_sees_them() {
             assert_eq!((course.position, course.forward), (camera.position, camera.forward));
             let difference = |i: usize| (course.half_extent[i] - camera.half_extent[i]).abs();
             assert!(difference(0) < 1e-6 && difference(1) < 1e-6, "{:?}", course.half_extent);
-            let noted = session.notes().iter().filter(|note| note.contains("--camera file"));
-            assert_eq!(noted.count(), 1);
+            assert!(session.hints().contains(&Hint::CameraOfFile));
         }
         for placement in [Placement::Node, Placement::Course] {
             let options = CompileOptions { placement: Some(placement), ..at([48, 36]) };
             let session = session(&scene, options);
-            assert!(session.notes().iter().all(|note| !note.contains("--camera file")));
+            assert!(!session.hints().contains(&Hint::CameraOfFile));
             let at_node =
                 session.scene().camera.position.distance(pt_math::Vec3::new(0.0, 0.0, -4.0));
             assert_eq!(at_node < 1e-5, placement == Placement::Node);

@@ -7,7 +7,7 @@ use pt_image::{SaveOptions, save};
 use pt_scene::image::Image;
 use pt_scene::material::Diffuse;
 use pt_scene::texture::Pattern;
-use pt_scene::{Color, Scene, Surface};
+use pt_scene::{Color, Hint, Scene, Surface};
 
 /// Returns a scene of each format with this image, which may be in the same folder.
 fn scenes(picture: &str) -> [(&'static str, String); 4] {
@@ -102,8 +102,12 @@ fn paths_leave_the_folder_of_the_scene_only_if_that_is_allowed() {
             let message = &missing.message;
             assert!(is_loud(&scene), "{ending}");
             assert!(message.contains(&format!("leads to {}", real.display())), "{message}");
-            let typed = format!("--allow-folder {} ", real.parent().expect("a folder").display());
-            assert!(message.contains(&typed) && message.contains("--allow-outside"), "{message}");
+            assert!(message.contains("outside of the folder of the scene"), "{message}");
+            let path = inside.join("scene").with_extension(ending);
+            std::fs::write(&path, &text).expect("a writable folder");
+            let reading = read_with(&path, &LoadOptions::default());
+            let allowed = real.parent().expect("a folder").to_owned();
+            assert_eq!(reading.hints, [Hint::AllowFolder(allowed)], "{ending}");
             assert!(load(ending, &text, true).missing.is_empty(), "{ending} {name}");
         }
     }

@@ -309,7 +309,10 @@ fn files_of_materials_do_not_lead_out_of_the_folder() {
     let text = "mtllib ../bad/materials_many.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
     let scene = parse_with(text.as_bytes(), &path, &LoadOptions::default()).expect("a scene");
     let missing: Vec<_> = scene.missing.iter().map(ToString::to_string).collect();
-    assert!(missing.len() == 1 && missing[0].contains("--allow-outside"), "{missing:?}");
+    assert!(
+        missing.len() == 1 && missing[0].contains("outside of the folder of the scene"),
+        "{missing:?}"
+    );
 }
 
 /// OBJ files as parts of other scenes have no materials, without a warning.

@@ -1,7 +1,7 @@
 //! Renders with media do not depend on units, batches or positions; media that the integrator does
 //! not support are reported, and invalid ones are rejected.
 
-use pathtracer::{DirectLight, Film, Outcome, Scene, Session, Settings, Silent};
+use pathtracer::{DirectLight, Film, Hint, Outcome, Scene, Session, Settings, Silent};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::Diffuse;
@@ -81,7 +81,7 @@ fn media_that_are_not_seen_are_told() {
     let notes = |scene: &Scene, integrator: &str| {
         let settings = Settings { integrator: integrator.into(), ..Settings::default() };
         let session = Session::new(scene, size([2, 2]), settings).expect("it compiles");
-        session.notes().iter().filter(|n| n.contains("--integrator volpath")).count()
+        session.hints().iter().filter(|hint| **hint == Hint::UseIntegrator("volpath")).count()
     };
     assert_eq!(notes(&scene, "path"), 1);
     assert_eq!(notes(&scene, "volpath"), 0);

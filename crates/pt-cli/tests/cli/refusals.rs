@@ -157,7 +157,7 @@ fn words_that_mean_nothing() {
         ("--define r=1 SCENE", "\"r\" is defined, but COLLADA has no such names"),
         ("--time 1", "--time: the embedded scene has no animations; give a glTF scene"),
         ("--time 1 SCENE", "the time 1 is asked for, but no animations of COLLADA are read"),
-        ("--time -1 SCENE", "expected a number of seconds from 0 up"),
+        ("--time -1 SCENE", "expected a time from 0 up"),
         ("--completions tcsh", "bash, elvish, fish, powershell, zsh"),
     ] {
         refuses(&folder, args, wanted);

@@ -66,7 +66,7 @@ fn nodes_are_where_their_animations_have_them() {
     let rest = at(&text, None).expect("a scene");
     assert!(close(rest.objects[0].to_world.transform_point3(DVec3::X), [18.0, 7.0, 7.0]));
     let [note] = rest.warnings.as_slice() else { panic!("{:?}", rest.warnings) };
-    assert!(note.to_string().contains("all stands where it does at rest (--time SECONDS"));
+    assert!(note.to_string().contains("the scene is in its rest pose"));
 }
 
 #[test]

@@ -164,7 +164,10 @@ fn files_outside_of_the_folder_are_read_only_if_that_is_allowed() {
     for (ending, text) in scenes("../m.bsdf") {
         let scene = read(&inside, ending, &text);
         let [missing] = scene.missing.as_slice() else { panic!("{:?}", scene.missing) };
-        assert!(is_loud(&scene) && missing.message.contains("--allow-outside"), "{missing}");
+        assert!(
+            is_loud(&scene) && missing.message.contains("outside of the folder of the scene"),
+            "{missing}"
+        );
         let options = LoadOptions { allow_outside: true, ..LoadOptions::default() };
         let scene = read_with(&inside, ending, &text, &options).expect("it may be read");
         assert!(scene.missing.is_empty() && !is_loud(&scene), "{ending}");
