@@ -23,13 +23,19 @@ pub(crate) fn report_for(error: &anyhow::Error) {
         Some("render to another file with -f, or discard the samples with --restart")
     } else if let Some(CompileError::LightGroups(_)) = error.downcast_ref() {
         Some("--light-groups names the lights of each group")
-    } else if pathtracer::memory::is_short() {
-        Some("--max-memory SIZE allows more memory")
     } else {
         None
     };
     if let Some(advice) = advice {
         report!("help: {advice}");
+    }
+    report_memory();
+}
+
+/// Prints advice if memory was denied.
+pub(crate) fn report_memory() {
+    if pathtracer::memory::is_short() {
+        report!("help: --max-memory SIZE allows more memory");
     }
 }
 

@@ -39,8 +39,9 @@ pub struct RenderScene {
     pub shapes: ShapeTables,
     /// Instances, which may move; `None` if there are none.
     pub instances: Option<Box<InstanceTable>>,
-    /// True if [`Interaction::normal`] is interpolated without normalisation, so that its length is
-    /// below 1 between different vertex normals, as in the program of the university course.
+    /// True if [`Interaction::normal`] is interpolated without normalisation, so that its length
+    /// is below 1 between different vertex normals, as in the program of the university
+    /// course.
     pub unnormalized_shading_normals: bool,
     /// Cumulative numbers of triangles and spheres, up to and including each object.
     pub object_ends: Vec<[u32; 2]>,

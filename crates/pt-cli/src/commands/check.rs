@@ -78,7 +78,7 @@ impl Findings {
     fn text(&self, file: &str) -> String {
         let mut text = String::new();
         for (name, list) in
-            [("error", &self.errors), ("missing", &self.missing), ("note", &self.notes)]
+            [("error", &self.errors), ("warning", &self.missing), ("note", &self.notes)]
         {
             for (at, message) in list.iter().take(MAX_SHOWN) {
                 let at = at.as_ref().map_or(file.to_owned(), ToString::to_string);

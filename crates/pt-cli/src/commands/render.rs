@@ -212,6 +212,7 @@ impl Prepared {
             report!("note: {note}");
         }
         hints::report(self.hints.iter().chain(self.session.hints()));
+        hints::report_memory();
     }
 }
 

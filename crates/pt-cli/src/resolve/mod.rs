@@ -48,7 +48,7 @@ pub(crate) fn resolve(
     command: Vec<String>,
     earlier: EarlierRun,
 ) -> Result<RenderJob, String> {
-    check(&cli)?;
+    check(&cli, &earlier)?;
     let adaptive = adaptive(&cli)?;
     let channels = ChannelRequest {
         has_room: has_room_for_channels(&cli),
@@ -189,7 +189,7 @@ fn settings(
 }
 
 /// Checks the combinations of options, which the parser of single values cannot.
-fn check(cli: &Cli) -> Result<(), String> {
+fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
     if let Some(name) = &cli.integrator
         && !INTEGRATORS.iter().any(|r| r.name == name)
     {
@@ -229,6 +229,7 @@ fn check(cli: &Cli) -> Result<(), String> {
     }
     if let (Some((_, to)), Some(spp)) = (cli.samples, cli.spp)
         && to > spp
+        && earlier.layout.is_none()
     {
         return Err(format!(
             "--samples ends at {to}, behind the {spp} samples that -s says there are"

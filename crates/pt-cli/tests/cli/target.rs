@@ -101,7 +101,7 @@ fn what_makes_no_sense_is_refused() {
         ("--confidence 90%", "are for --target-error and --target-noise"),
         ("--uniform", "are for --target-error and --target-noise"),
         ("--time-limit 0", "expected a time above 0"),
-        ("--time-limit soon", "as in 90s, 10m or 1h30m"),
+        ("--time-limit soon", "as in 10, 90s, 10m or 1h30m"),
         ("-s 2147483649", "from 1 up to 2147483648"),
         ("--samples 0..4 --aov half_a -f a.exr", "parts of an image have no halves"),
     ] {

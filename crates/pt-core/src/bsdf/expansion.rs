@@ -28,8 +28,8 @@ fn is_delta(record: &LobeRecord) -> bool {
         || (record.kind == Kind::Measured as u32 && <Measured as Lobe<'_>>::DELTA)
 }
 
-/// [`LobeRecord::eval`]. `run` inlines the first lobe, whose [`Lobe::INLINE`] is true, and calls the
-/// second.
+/// [`LobeRecord::eval`]. `run` inlines the first lobe, whose [`Lobe::INLINE`] is true, and calls
+/// the second.
 fn eval(record: &LobeRecord, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Spectrum {
     if record.kind == Kind::Diffuse as u32 {
         return record.run::<Diffuse, _>(tables, |lobe| lobe.eval(wo, wi));

@@ -3,8 +3,8 @@
 //! This module checks that the methods of a lobe agree with one another. [`physics`]: agreement
 //! with physical laws. [`gains`]: energy of layered and principled lobes. [`numbers`]: finite
 //! results for all arguments. [`world`]: the same laws on surfaces in world space. [`spread`]:
-//! reuse of directions by neighbouring viewers. [`properties`]: the statements of a lobe about itself
-//! that the laws need.
+//! reuse of directions by neighbouring viewers. [`properties`]: the statements of a lobe about
+//! itself that the laws need.
 
 mod gains;
 mod numbers;
@@ -198,7 +198,6 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 
 /// The sampling map stretches area by 1/pdf: |∂ω/∂u × ∂ω/∂v| · pdf = 1. There is no random error,
 /// so a wrong density fails at the first point.
-///
 #[test]
 fn stretch_is_one_over_the_density() {
     for lobe in AnyLobe::examples().iter().filter(|lobe| !lobe.is_delta()) {

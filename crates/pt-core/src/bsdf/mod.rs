@@ -55,8 +55,8 @@ pub struct BsdfSample {
     /// Density of `wi`, or `None` for a Dirac delta, which may be the whole lobe or a part of it.
     pub pdf: Option<Pdf<SolidAngle>>,
     /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
-    /// divided; otherwise 1. Radiance regains this factor when the path leaves the medium, so it is
-    /// no measure of the importance of the path.
+    /// divided; otherwise 1. Radiance regains this factor when the path leaves the medium, so it
+    /// is no measure of the importance of the path.
     pub eta_scale: f32,
 }
 
@@ -185,8 +185,8 @@ impl LobeRecord {
 /// There is one dispatcher, the methods of [`LobeRecord`]: they compare the kind of the record with
 /// that of each lobe, and unpack and evaluate the lobe whose kind it is. It is a sequence of
 /// comparisons and not a `match` of an enum, so that a lobe is inlined or called as its own
-/// [`Lobe::INLINE`] says. The enum of lobes, `AnyLobe`, exists in tests only: the laws have examples
-/// of it, and evaluate them through their records.
+/// [`Lobe::INLINE`] says. The enum of lobes, `AnyLobe`, exists in tests only: the laws have
+/// examples of it, and evaluate them through their records.
 ///
 /// The module `expansion` has what the macro makes of two lines, written out.
 macro_rules! lobes {

@@ -46,7 +46,8 @@ type Row = [Entry; ALPHAS];
 /// Losses of a pair of roughnesses.
 #[derive(Clone, Copy)]
 struct Entry {
-    /// 1 − E for directions along the greater roughness, and across it; interpolated by [`across`].
+    /// 1 − E for directions along the greater roughness, and across it; interpolated by
+    /// [`across`].
     lost: [[f32; COSINES]; 2],
     /// Mean of 1 − E; divided by the square of the greater roughness if it grows with that.
     mean: f32,

@@ -55,7 +55,8 @@ pub struct CompileOptions {
     pub most_single_lights: Option<usize>,
     /// Maximum number of triangles in copies of meshes, excluding the first copy of each. Beyond
     /// it, the meshes with the most triangles in copies become instances, unless they emit light.
-    /// Copies are faster to intersect, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
+    /// Copies are faster to intersect, but take more memory. `None` is
+    /// [`MAX_FLATTENED_TRIANGLES`].
     pub most_copied_triangles: Option<usize>,
     /// Environment light in addition to the scene's own lights.
     pub environment: Option<EnvironmentMap>,

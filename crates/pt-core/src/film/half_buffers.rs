@@ -24,7 +24,8 @@ pub struct SamplePlan {
     /// Samples per pixel in each half: the average over all pixels, or the number for every pixel
     /// as long as no densities are known.
     pub goal: u32,
-    /// Number of rounds of additional samples since densities are known, or so far if they are not.
+    /// Number of rounds of additional samples since densities are known, or so far if they are
+    /// not.
     pub rounds: u32,
     /// Minimum number of samples of each pixel in each half.
     pub least: u32,

@@ -39,8 +39,8 @@ pub struct Film {
     region: Region,
     /// Index of the first sample of each pixel.
     first: u32,
-    /// Number of samples of each pixel. Separate from the sums, so that the memory of sums of black
-    /// pixels is never touched.
+    /// Number of samples of each pixel. Separate from the sums, so that the memory of sums of
+    /// black pixels is never touched.
     counts: Vec<u32>,
     sums: Vec<Sums>,
     /// Quantities kept besides radiance, and their sums for each pixel.

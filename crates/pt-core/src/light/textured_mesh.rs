@@ -19,8 +19,8 @@ pub struct TexturedTriangle {
     pub uvs: [Vec2; 3],
     /// Number of the primitive in the scene.
     pub primitive: u32,
-    /// Approximate mean luminance, by which the triangle is chosen; positive unless the whole light
-    /// is black.
+    /// Approximate mean luminance, by which the triangle is chosen; positive unless the whole
+    /// light is black.
     pub mean: f32,
 }
 

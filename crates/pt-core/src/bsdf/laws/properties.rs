@@ -23,8 +23,8 @@ pub(in crate::bsdf) trait LobeLaws {
     fn is_lossless(&self, _wo: Vec3) -> bool {
         false
     }
-    /// η² in f(wo, wi) η² = f(wi, wo), for `wi` in a medium of relative index η; `None` for pairs of
-    /// directions for which a reciprocal lobe makes an exception.
+    /// η² in f(wo, wi) η² = f(wi, wo), for `wi` in a medium of relative index η; `None` for pairs
+    /// of directions for which a reciprocal lobe makes an exception.
     fn reciprocity(&self, _wo: Vec3, _wi: Vec3) -> Option<f32> {
         Some(1.0)
     }
@@ -44,8 +44,8 @@ pub(in crate::bsdf) struct LobeProperties {
     /// Upper bound of the albedo, with the error of its computation; `None` if the lobe may gain
     /// energy, as the models of the course do.
     pub(in crate::bsdf) max_albedo: Option<f32>,
-    /// True if the lobe scatters all light for some parameters, of which one of its examples has to
-    /// have some; see [`LobeLaws::is_lossless`].
+    /// True if the lobe scatters all light for some parameters, of which one of its examples has
+    /// to have some; see [`LobeLaws::is_lossless`].
     pub(in crate::bsdf) can_be_lossless: bool,
 }
 

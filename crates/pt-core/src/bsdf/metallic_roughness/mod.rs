@@ -46,12 +46,13 @@ pub struct MetallicRoughness {
     pub specular_color: Spectrum,
     /// Weight of transmission in the dielectric, from 0 to 1.
     pub transmission: f32,
-    /// Fraction of the diffuse base that scatters light to the other side, from 0 to 1; for sheets.
+    /// Fraction of the diffuse base that scatters light to the other side, from 0 to 1; for
+    /// sheets.
     pub diffuse_transmission: f32,
     /// Colour of diffuse transmission.
     pub diffuse_transmission_color: Spectrum,
-    /// Strength of anisotropy, from 0 to 1: its square interpolates α along its direction between α
-    /// across it and 1.
+    /// Strength of anisotropy, from 0 to 1: its square interpolates α along its direction between
+    /// α across it and 1.
     pub anisotropy: f32,
     /// Direction of anisotropy along x and y, each mapped from −1…1 to 0…1.
     pub direction: [f32; 2],
