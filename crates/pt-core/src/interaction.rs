@@ -8,7 +8,7 @@ use crate::id::SurfaceId;
 /// Primitive as an element of an object of the source scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrimitiveRef {
-    /// Index of the object; see [`RenderScene::object`].
+    /// Index of the object; see [`RenderScene::object`](crate::RenderScene::object).
     pub object: u32,
     /// Index among the triangles of the object, or among its spheres.
     pub index: u32,

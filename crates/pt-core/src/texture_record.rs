@@ -24,9 +24,10 @@ pub enum PatternRecord {
     /// Checkerboard of squares of side ½.
     Checkerboard([Spectrum; 2]),
     /// Colours at the corners of triangles, interpolated linearly; index into
-    /// [`Textures::mesh_colors`].
+    /// [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
     VertexColors(u32),
-    /// Colours of triangles; index into [`Textures::mesh_colors`].
+    /// Colours of triangles; index into
+    /// [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
     FaceColors(u32),
     /// Product of two factors.
     Product([Factor; 2]),
