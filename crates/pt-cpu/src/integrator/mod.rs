@@ -55,8 +55,7 @@ pub struct CameraRays {
 }
 
 impl CameraRays {
-    /// Time of a sample and of its whole path; 0 in static scenes, and for numbers that are those of
-    /// no camera ray.
+    /// Time of a sample and of its whole path; 0 in static scenes, and beyond the camera rays.
     #[inline]
     pub fn time(&self, start: usize) -> f32 {
         self.times.as_ref().and_then(|times| times.get(start)).copied().unwrap_or(0.0)
