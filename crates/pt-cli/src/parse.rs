@@ -316,9 +316,10 @@ mod tests {
     fn limits_are_sizes_times_or_numbers() {
         let parsed = |text| limit(text).map(|(_, value)| value);
         assert_eq!(parsed("memory=2GB"), Ok(2_000_000_000));
+        assert_eq!(parsed("memory=2m"), Ok(2_000_000));
         assert_eq!(parsed("seconds=2m"), Ok(120));
         assert_eq!(parsed("depth=40"), Ok(40));
-        for text in ["memory", "memory=0", "memory=2m", "seconds=0", "depth=x", "colour=1"] {
+        for text in ["memory", "memory=0", "memory=2 hours", "seconds=0", "depth=x", "colour=1"] {
             assert!(limit(text).is_err(), "{text}");
         }
     }
