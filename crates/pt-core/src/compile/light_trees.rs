@@ -5,7 +5,7 @@ use super::lights::Lights;
 use super::shapes::{Emitter, Primitives, Shapes};
 use crate::id::{Id, Table};
 use crate::light::tree::{LightTree, TreeLight, is_bounded};
-use crate::light::{AnyLight, InvisibleLight, ManyLights, ManyPoints};
+use crate::light::{AnyLight, EmitterTree, InvisibleLight, PointLightTree};
 
 /// Number of emissive triangles per individually sampled light, above which a tree chooses among
 /// them.
@@ -50,12 +50,12 @@ impl Lights {
             self.tables.triangle_choice.clear();
         }
         let mut plant =
-            |lights: Vec<_>| (!lights.is_empty()).then(|| ManyLights { tree: self.plant(lights) });
+            |lights: Vec<_>| (!lights.is_empty()).then(|| EmitterTree { tree: self.plant(lights) });
         let all = plant(extended).map(|many| table.push(many.into()));
         let all_hidden =
-            plant(hidden).map(|many| table.push(InvisibleLight::ManyLights(many).into()));
+            plant(hidden).map(|many| table.push(InvisibleLight::EmitterTree(many).into()));
         if !points.is_empty() {
-            table.push(ManyPoints { tree: self.plant(points) }.into());
+            table.push(PointLightTree { tree: self.plant(points) }.into());
         }
         for emitter in &shapes.emitters {
             let light = &mut shapes.surfaces[emitter.surface].light;

@@ -2,8 +2,12 @@
 
 use std::f32::consts::PI;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions within an angle θ of one direction, visible to rays that
@@ -83,5 +87,24 @@ impl Light for DistantDisk {
         [4.65e-3, 0.7, 0.5 * PI]
             .map(|angle| (Self::new(to_light, angle, Spectrum::splat(3.0)), LightTables::default()))
             .into()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for DistantDisk {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Irradiance of a sphere at distance 1 whose radius is the sine of the angle.
+    fn irradiance(&self, _: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        let cos = 1.0 - f64::from(self.one_minus_cos);
+        let radius = (1.0 - cos * cos).sqrt().min(1.0 - 1e-9);
+        let center = self.to_light.as_dvec3();
+        level(self.radiance) * pt_testing::irradiance::of_sphere(center, radius, DVec3::ZERO, n)
     }
 }

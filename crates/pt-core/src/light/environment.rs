@@ -3,12 +3,15 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, of_infinite_light};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::Piecewise2D;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::Rows;
 use pt_scene::image::Image;
-
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Radiance from all directions.
 #[derive(Clone, Copy, Debug)]
@@ -290,6 +293,24 @@ impl Light for Environment {
             (Self { radiance: Spectrum::ONE, map }, tables)
         };
         std::iter::once((constant, LightTables::default())).chain(maps.map(of_map)).collect()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Environment {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        match self.map {
+            None => level(self.radiance) * std::f64::consts::PI,
+            Some(_) => of_infinite_light(self, tables, n),
+        }
     }
 }
 

@@ -1,7 +1,13 @@
 //! Constant hemispherical sky.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
+#[cfg(test)]
+use std::f64::consts::FRAC_PI_2;
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions above the horizon (+y).
@@ -47,5 +53,21 @@ impl Light for Hemisphere {
 
     fn examples() -> Vec<(Self, LightTables)> {
         vec![(Self { radiance: Spectrum::ONE }, LightTables::default())]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Hemisphere {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Lambert's cosine law over the part of the upper hemisphere that the surface faces.
+    fn irradiance(&self, _: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        level(self.radiance) * FRAC_PI_2 * (1.0 + n.y)
     }
 }

@@ -3,11 +3,15 @@
 
 use std::f32::consts::PI;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::Piecewise2D;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::environment::{to_direction, to_image};
 use super::hosek_wilkie::{self, Channel};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, of_infinite_light};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A clear sky above the horizon of an up axis.
@@ -167,6 +171,21 @@ impl Light for HosekWilkieSky {
             of(Vec3::new(0.36, 0.8, 0.48), 2.3, [0.1; 3], Mat3::IDENTITY),
             of(Vec3::new(0.96, 0.0, 0.28), 8.0, [0.7, 0.4, 0.1], Mat3::from_cols(s, t, s.cross(t))),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for HosekWilkieSky {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        of_infinite_light(self, tables, n)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Light sources: the [`Light`] contract and the closed set of lights.
 //!
-//! To add a light, write `my_light.rs` and add one line to `lights!` below. The laws of `laws.rs`
-//! then test it against its contract.
+//! To add a light, write `my_light.rs` with its [`Light`] and, for tests, its `LightLaws`, and add
+//! one line to `lights!` below. The laws of `laws.rs` then test it against its contract.
 
 mod animated;
 mod directional;
@@ -48,7 +48,7 @@ pub use textured_mesh::TexturedTriangle;
 pub use textured_sphere::SphereMap;
 
 use crate::interaction::{SHADOW_EPSILON, SurfacePoint};
-use crate::light::tree::{LightTree, Many};
+use crate::light::tree::LightTree;
 use crate::texture::Textures;
 
 /// A sample of the light that arrives at a point, if it is not occluded.
@@ -227,6 +227,11 @@ macro_rules! lights {
             pub fn is_constant(&self) -> bool {
                 match self { $(Self::$name(l) => l.is_constant()),* }
             }
+            /// Properties of the light, for the laws.
+            #[cfg(test)]
+            fn laws(&self) -> &dyn laws::LightLaws {
+                match self { $(Self::$name(l) => l),* }
+            }
             /// Examples of all lights, for the laws.
             pub fn examples() -> Vec<(Self, LightTables)> {
                 let mut all = Vec::new();
@@ -260,10 +265,10 @@ lights! {
     TexturedSphere = textured_sphere::TexturedSphere,
     /// A spot light that projects an image.
     Projector = projector::Projector,
-    /// A tree of lights with an extent, one of which is chosen.
-    ManyLights = tree::ManyLights,
-    /// A tree of lights without extent, one of which is chosen.
-    ManyPoints = tree::ManyPoints,
+    /// A light tree of emitters, one of which is chosen.
+    EmitterTree = tree::EmitterTree,
+    /// A light tree of lights without extent, one of which is chosen.
+    PointLightTree = tree::PointLightTree,
     /// A light with an extent that is invisible to rays.
     Hidden = invisible::InvisibleLight,
     /// A constant hemispherical sky.
@@ -297,9 +302,9 @@ impl AnyLight {
     /// Returns the tree of the light, or `None` if it is a single light.
     pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
         match self {
-            Self::ManyLights(Many { tree })
-            | Self::Hidden(InvisibleLight::ManyLights(Many { tree }))
-            | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
+            Self::EmitterTree(EmitterTree { tree })
+            | Self::Hidden(InvisibleLight::EmitterTree(EmitterTree { tree }))
+            | Self::PointLightTree(PointLightTree { tree }) => Some(&tables.trees[*tree as usize]),
             _ => None,
         }
     }

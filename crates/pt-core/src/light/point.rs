@@ -1,7 +1,11 @@
 //! Point light.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Spectrum, Vec3};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level};
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light of intensity I, with irradiance I / r².
@@ -41,5 +45,20 @@ impl Light for Point {
     fn examples() -> Vec<(Self, LightTables)> {
         let light = Self { position: Vec3::new(0.0, 2.0, 0.0), intensity: Spectrum::splat(3.0) };
         vec![(light, LightTables::default())]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Point {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        level(self.intensity) * inverse_square(self.position, p, n)
     }
 }

@@ -7,6 +7,8 @@ use pt_scene::Rows;
 use pt_scene::image::Image;
 
 use super::environment::{Environment, EnvironmentMap, PlacedMap};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, midpoints};
 use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
@@ -230,6 +232,30 @@ impl Light for PortalSky {
             of(even, ceiling, Vec::new()),
             of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::PixelCenters)]),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for PortalSky {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Midpoint rule over many parts of the rectangle.
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        const PARTS: u32 = 600;
+        let [corner, e1, e2] = tables.portals[self.portal as usize].sides();
+        let across = e1.cross(e2);
+        midpoints(PARTS, |u, v| {
+            let to_part = corner + e1 * u + e2 * v - p;
+            let (r2, d) = (to_part.length_squared(), to_part.normalize());
+            let radiance = level(self.sky.le_infinite(tables, p.as_vec3(), d.as_vec3()));
+            radiance * (-d.dot(across)).max(0.0) * d.dot(n).max(0.0) / r2
+        })
     }
 }
 

@@ -3,8 +3,12 @@
 use std::f32::consts::FRAC_PI_4;
 use std::sync::Arc;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
 use super::spot::{Falloff, Spot};
 use super::{Light, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
@@ -93,5 +97,28 @@ impl Light for Projector {
             of(Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_4 }, [1.0; 2]),
             of(Falloff::Flat { cutoff }, [1.0, 0.75]),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Projector {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let w = (p - self.spot.position.as_dvec3()).normalize();
+        let falloff = of_falloff(self.spot.falloff, w.dot(self.spot.axis.as_dvec3()));
+        if falloff == 0.0 {
+            return 0.0;
+        }
+        let slide = &tables.slides[self.slide as usize];
+        let picture = level(slide.share(&tables.textures, w.as_vec3()));
+        let on_axis = level(self.spot.intensity) * inverse_square(self.spot.position, p, n);
+        on_axis * falloff * picture
     }
 }

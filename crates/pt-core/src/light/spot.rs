@@ -2,8 +2,12 @@
 
 use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Spectrum, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
 use super::point::sample_point;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
@@ -132,5 +136,22 @@ impl Light for Spot {
             falloff,
         };
         falloffs.map(|f| (of(f), LightTables::default())).into()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Spot {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let cos = (p - self.position.as_dvec3()).normalize().dot(self.axis.as_dvec3());
+        let falloff = of_falloff(self.falloff, cos);
+        level(self.intensity) * falloff * inverse_square(self.position, p, n)
     }
 }
