@@ -4,8 +4,8 @@ use super::emitters::emitter_triangles;
 use super::lights::Lights;
 use super::shapes::{Emitter, Primitives, Shapes};
 use crate::id::{Id, Table};
-use crate::light::tree::{LightTree, TreeLight, is_bounded};
-use crate::light::{AnyLight, EmitterTree, InvisibleLight, PointLightTree};
+use crate::light::tree::{LightTree, TreeLight};
+use crate::light::{AnyLight, EmitterTree, InvisibleLight, LightTables, PointLightTree};
 
 /// Number of emissive triangles per individually sampled light, above which a tree chooses among
 /// them.
@@ -31,8 +31,9 @@ impl Lights {
         let mut emits = vec![false; self.table.as_slice().len()];
         let of_shapes = shapes.surfaces.as_slice().iter().filter_map(|surface| surface.light);
         of_shapes.for_each(|id| emits[id.index()] = true);
+        let tables = &self.tables;
         let goes = |id: Id<AnyLight>, light: &AnyLight| {
-            if is_point(light) {
+            if is_point(light, tables) {
                 !points.is_empty()
             } else {
                 let tree = if light.is_invisible() { &hidden } else { &extended };
@@ -80,7 +81,9 @@ impl Lights {
         for ((node, light), moved) in before.zip(self.table.as_slice()).zip(moved) {
             match moved {
                 Some(moved) => self.origins.lights[moved.index()] = node,
-                None if plants_points && is_point(light) => self.origins.points.extend(node),
+                None if plants_points && is_point(light, &self.tables) => {
+                    self.origins.points.extend(node);
+                }
                 None => {}
             }
         }
@@ -100,7 +103,7 @@ impl Lights {
             extended.clear();
             hidden.clear();
         }
-        let all = self.table.as_slice().iter().filter(|light| is_point(light));
+        let all = self.table.as_slice().iter().filter(|light| is_point(light, &self.tables));
         let mut points: Vec<_> = all.map(|light| (TreeLight::Other(*light), None)).collect();
         if points.len() <= most {
             points.clear();
@@ -140,6 +143,6 @@ impl Lights {
     }
 }
 
-fn is_point(light: &AnyLight) -> bool {
-    light.is_delta() && is_bounded(light)
+fn is_point(light: &AnyLight, tables: &LightTables) -> bool {
+    light.is_delta() && light.bounds(tables).is_some()
 }

@@ -6,6 +6,7 @@ use pt_math::{Spectrum, Vec3};
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// Light from a single direction, from infinitely far away.
@@ -29,6 +30,10 @@ impl Light for Directional {
             radiance: self.irradiance,
             pdf: None,
         })
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

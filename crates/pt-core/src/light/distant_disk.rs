@@ -8,7 +8,8 @@ use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions within an angle θ of one direction, visible to rays that
 /// leave the scene.
@@ -77,8 +78,12 @@ impl Light for DistantDisk {
     }
 
     #[inline]
-    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        if self.contains(d) { self.radiance } else { Spectrum::ZERO }
+    fn le_infinite(&self, _: &LightTables, ray: EscapedRay) -> Spectrum {
+        if self.contains(ray.direction) { self.radiance } else { Spectrum::ZERO }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// The sun, a wide disk, and a hemisphere.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level, of_infinite_light};
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 #[cfg(test)]
 use pt_math::DVec3;
 use pt_math::distribution::Piecewise2D;
@@ -241,7 +242,7 @@ impl Light for Environment {
         };
         let (d, pdf) = placed.of(tables).sample(u)?;
         let wi = placed.to_world * d;
-        Some(at_infinity(wi, self.le_infinite(tables, context.p, wi), pdf))
+        Some(at_infinity(wi, self.le_infinite(tables, EscapedRay::new(context.p, wi)), pdf))
     }
 
     #[inline]
@@ -259,15 +260,19 @@ impl Light for Environment {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
         match &self.map {
             None => self.radiance,
-            Some(placed) => placed.of(tables).radiance(placed.local(d)) * self.radiance,
+            Some(placed) => placed.of(tables).radiance(placed.local(ray.direction)) * self.radiance,
         }
     }
 
     fn is_constant(&self) -> bool {
         self.map.is_none()
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A constant environment, and a map with a bright texel, a dark half and a smooth rest: as it

@@ -8,7 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions above the horizon (+y).
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +48,12 @@ impl Light for Hemisphere {
     }
 
     #[inline]
-    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        if d.y > 0.0 { self.radiance } else { Spectrum::ZERO }
+    fn le_infinite(&self, _: &LightTables, ray: EscapedRay) -> Spectrum {
+        if ray.direction.y > 0.0 { self.radiance } else { Spectrum::ZERO }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

@@ -12,7 +12,8 @@ use super::environment::{to_direction, to_image};
 use super::hosek_wilkie::{self, Channel};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, of_infinite_light};
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A clear sky above the horizon of an up axis.
 #[derive(Clone, Copy, Debug)]
@@ -138,7 +139,7 @@ impl Light for HosekWilkieSky {
             wi,
             distance: f32::INFINITY,
             end: None,
-            radiance: self.le_infinite(tables, context.p, wi),
+            radiance: self.le_infinite(tables, EscapedRay::new(context.p, wi)),
             pdf: Some(pdf),
         })
     }
@@ -155,8 +156,12 @@ impl Light for HosekWilkieSky {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        self.of(tables).radiance(self.local(d))
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
+        self.of(tables).radiance(self.local(ray.direction))
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A high sun in clear air, and a low one in haze, rotated.

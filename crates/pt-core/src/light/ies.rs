@@ -9,6 +9,7 @@ use pt_math::{Mat3, Spectrum, Vec3, trig};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, inverse_square, level};
 use super::point::sample_point;
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light whose intensity is tabulated by vertical and horizontal angle.
@@ -52,6 +53,11 @@ impl Light for Ies {
         let candela = self.candela(tables, -of_one.wi);
         let radiance = of_one.radiance * candela;
         (candela > 0.0).then_some(LightSample { radiance, ..of_one })
+    }
+
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
+        let mean = tables.profiles[self.profile as usize].mean_candela();
+        Some(LightBounds::of_point(self.position, self.scale, mean))
     }
 
     /// A rotated luminaire that emits downwards and to one side.

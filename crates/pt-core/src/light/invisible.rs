@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Vec3};
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws};
-use super::tree::EmitterTree;
+use super::tree::{EmitterTree, LightBounds};
 use super::{
     AnyLight, Light, LightHit, LightSample, LightSampleContext, LightTables, MeshLight,
     SphereLight, TexturedMesh, TexturedSphere,
@@ -91,6 +91,10 @@ impl Light for InvisibleLight {
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         dispatch!(self, light => light.pdf(tables, context, wi, hit))
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// Triangles and spheres; the other variants are dispatched in the same way.

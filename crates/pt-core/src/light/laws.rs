@@ -15,8 +15,8 @@ pub(super) use self::irradiance::{
 };
 pub(super) use self::properties::{LightGeometry, LightLaws};
 use super::{
-    AnyLight, EmitterTriangle, LightHit, LightSample, LightSampleContext, LightTables, MeshLight,
-    SphereLight,
+    AnyLight, EmitterTriangle, EscapedRay, LightHit, LightSample, LightSampleContext, LightTables,
+    MeshLight, SphereLight,
 };
 
 /// Receiving points: below the lights of the examples, off their axis, far away, above, and inside
@@ -232,7 +232,10 @@ fn delta_lights_have_no_density() {
         if light.is_delta() {
             assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
             let d = random.direction();
-            assert!(light.le_infinite(tables, context.p, d).is_black(), "{light:?}");
+            assert!(
+                light.le_infinite(tables, EscapedRay::new(context.p, d)).is_black(),
+                "{light:?}"
+            );
             assert_eq!(light.pdf(tables, context, d, None).get(), 0.0, "{light:?}");
         }
     });
@@ -245,7 +248,7 @@ fn the_sky_is_what_is_sampled() {
     for_all(|example, context, random| {
         let (light, tables) = example;
         for s in samples(example, context, random, 1000) {
-            let seen = light.le_infinite(tables, context.p, s.wi);
+            let seen = light.le_infinite(tables, EscapedRay::new(context.p, s.wi));
             let sky = s.end.is_none() && !light.is_delta();
             assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
             assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
@@ -253,7 +256,10 @@ fn the_sky_is_what_is_sampled() {
         for _ in 0..1000 {
             let d = random.direction();
             let found = light.pdf(tables, context, d, None).get() > 0.0;
-            assert!(found || light.le_infinite(tables, context.p, d).is_black(), "{light:?} {d}");
+            assert!(
+                found || light.le_infinite(tables, EscapedRay::new(context.p, d)).is_black(),
+                "{light:?} {d}"
+            );
         }
     });
 }

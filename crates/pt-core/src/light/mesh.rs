@@ -10,6 +10,7 @@ use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level, of_triangle};
 use super::spherical_triangle::SphericalTriangle;
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
@@ -231,6 +232,10 @@ impl Light for MeshLight {
             }
             None => self.area_pdf().to_solid_angle(hit.distance_squared, hit.cos),
         }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A square of side 2 at height 2 that faces down, split into triangles of different area; and

@@ -7,6 +7,7 @@ mod animated;
 mod directional;
 mod distant_disk;
 pub mod environment;
+mod escaped_ray;
 mod hemisphere;
 mod hosek_sky;
 pub(crate) mod hosek_wilkie;
@@ -33,6 +34,7 @@ use std::sync::Arc;
 
 pub use animated::AnimatedLight;
 pub use environment::{EnvironmentMap, PlacedMap};
+pub use escaped_ray::EscapedRay;
 pub use hosek_sky::HosekWilkieModel;
 pub use light_sample_context::{LightSampleContext, ReceiverSides};
 pub use mesh::EmitterTriangle;
@@ -48,7 +50,7 @@ pub use textured_mesh::TexturedTriangle;
 pub use textured_sphere::SphereMap;
 
 use crate::interaction::{SHADOW_EPSILON, SurfacePoint};
-use crate::light::tree::LightTree;
+use crate::light::tree::{LightBounds, LightTree};
 use crate::texture::Textures;
 
 /// A sample of the light that arrives at a point, if it is not occluded.
@@ -116,11 +118,13 @@ pub trait Light {
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Radiance along a ray from `p` in direction `d` that leaves the scene.
-    fn le_infinite(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
+    /// Radiance along a ray that leaves the scene.
+    fn le_infinite(&self, _tables: &LightTables, _ray: EscapedRay) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Returns true if [`Self::le_infinite`] is the same for all points and directions.
+    /// Bounds by which a light tree chooses the light; `None` for lights that are in no tree.
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds>;
+    /// Returns true if [`Self::le_infinite`] is the same for all rays.
     fn is_constant(&self) -> bool {
         false
     }
@@ -220,8 +224,12 @@ macro_rules! lights {
             }
             /// See [`Light::le_infinite`].
             #[inline(always)]
-            pub fn le_infinite(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.le_infinite(t, p, d)),* }
+            pub fn le_infinite(&self, t: &LightTables, ray: EscapedRay) -> Spectrum {
+                match self { $(Self::$name(l) => l.le_infinite(t, ray)),* }
+            }
+            /// See [`Light::bounds`].
+            pub fn bounds(&self, t: &LightTables) -> Option<LightBounds> {
+                match self { $(Self::$name(l) => l.bounds(t)),* }
             }
             /// See [`Light::is_constant`].
             pub fn is_constant(&self) -> bool {

@@ -6,6 +6,7 @@ use pt_math::{Spectrum, Vec3};
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, inverse_square, level};
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light of intensity I, with irradiance I / r².
@@ -40,6 +41,10 @@ impl Light for Point {
         _u: [f32; 2],
     ) -> Option<LightSample> {
         sample_point(self.position, context.p, self.intensity)
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_point(self.position, self.intensity, 1.0))
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
@@ -128,6 +129,10 @@ impl Light for SphereLight {
             (_, true) => Pdf::ZERO,
             (_, false) => self.one_minus_cos(context.p).map_or(Pdf::ZERO, warp::uniform_cone_pdf),
         }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_sphere(self, 1.0))
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

@@ -9,6 +9,7 @@ use pt_math::{Spectrum, Vec3, trig};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
 use super::point::sample_point;
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light whose intensity falls off with the angle to its axis, and is zero outside of its
@@ -62,7 +63,7 @@ pub enum Falloff {
 impl Falloff {
     /// Returns the relative intensity towards the unit vector `w`; 0 outside of the cone.
     #[inline]
-    pub fn share(self, axis: Vec3, w: Vec3) -> f32 {
+    pub fn factor(self, axis: Vec3, w: Vec3) -> f32 {
         let cos = axis.dot(w);
         match self {
             Self::Cosine { cos_cutoff, .. } if cos <= cos_cutoff => 0.0,
@@ -113,9 +114,13 @@ impl Light for Spot {
         _u: [f32; 2],
     ) -> Option<LightSample> {
         let on_axis = sample_point(self.position, context.p, self.intensity)?;
-        let share = self.falloff.share(self.axis, -on_axis.wi);
-        let radiance = on_axis.radiance * share;
-        (share > 0.0).then_some(LightSample { radiance, ..on_axis })
+        let falloff = self.falloff.factor(self.axis, -on_axis.wi);
+        let radiance = on_axis.radiance * falloff;
+        (falloff > 0.0).then_some(LightSample { radiance, ..on_axis })
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_spot(self, 1.0))
     }
 
     /// One light with each falloff, a cone with a sharp edge, and a light without a cone.

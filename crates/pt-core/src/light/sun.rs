@@ -12,7 +12,10 @@ use std::f64::consts::TAU;
 use super::hosek_wilkie::{self, COEFFICIENTS, HEIGHT_POWERS, LIMB_POWERS, PARTS};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level, midpoints};
-use super::{DistantDisk, Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{
+    DistantDisk, EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables,
+};
 
 /// A disk at infinity that is invisible below the horizon.
 #[derive(Clone, Copy, Debug)]
@@ -96,11 +99,16 @@ impl Light for Sun {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-        if self.disk.le_infinite(tables, p, d).is_black() || d.dot(self.up) < 0.0 {
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
+        let d = ray.direction;
+        if self.disk.le_infinite(tables, ray).is_black() || d.dot(self.up) < 0.0 {
             return Spectrum::ZERO;
         }
         self.radiance(tables, d)
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A high sun of real size, a wide one without limb darkening, and a low one with limb
@@ -141,7 +149,7 @@ impl LightLaws for Sun {
             let (height, (sin, cos)) = (u * one_minus_cos, (v * TAU).sin_cos());
             let away = (height * (2.0 - height)).sqrt();
             let d = axis * (1.0 - height) + (x * cos + y * sin) * away;
-            let radiance = self.le_infinite(tables, Vec3::ZERO, d.as_vec3());
+            let radiance = self.le_infinite(tables, EscapedRay::new(Vec3::ZERO, d.as_vec3()));
             level(radiance) * d.dot(n).max(0.0)
         }) * TAU
             * one_minus_cos
@@ -215,7 +223,11 @@ mod tests {
             let tables = LightTables { limbs, ..LightTables::default() };
             let sun = Sun { disk, up: Vec3::Z, limb: Some(0) };
             for (d, want) in places {
-                assert_close(sun.le_infinite(&tables, Vec3::ZERO, d).to_array(), want, 2e-3);
+                assert_close(
+                    sun.le_infinite(&tables, EscapedRay::new(Vec3::ZERO, d)).to_array(),
+                    want,
+                    2e-3,
+                );
             }
         }
     }

@@ -8,6 +8,7 @@ use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, of_textured_triangle};
 use super::mesh::{EmitterTriangle, point_of, seen_nearby};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -135,6 +136,10 @@ impl Light for TexturedMesh {
             None => Pdf::<Area>::new(probability / triangle.area())
                 .to_solid_angle(hit.distance_squared, hit.cos),
         }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A square of side 2 at height 2 that faces down, of four triangles with colours at their

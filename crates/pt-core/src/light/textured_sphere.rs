@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level, midpoints};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables, SphereLight};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -69,6 +70,11 @@ impl Light for TexturedSphere {
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         self.sphere.pdf(t, context, wi, hit)
+    }
+
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
+        let mean = tables.sphere_maps[self.map as usize].mean;
+        Some(LightBounds::of_sphere(&self.sphere, mean))
     }
 
     /// A sphere with an image of two rows and four columns, rotated.

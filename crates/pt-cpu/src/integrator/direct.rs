@@ -258,9 +258,7 @@ impl DirectLighting {
         {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, camera_rays.time(start as usize)),
-                None if hemisphere.sky => {
-                    scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights)
-                }
+                None if hemisphere.sky => scene.le_infinite(ray.into(), &scene.infinite_lights),
                 None => Spectrum::ZERO,
             };
             accumulator.add_light_sample(start, value * l, true);

@@ -6,8 +6,8 @@ use pt_math::{DVec3, Mat3, Spectrum, Vec3};
 use pt_testing::{Random, mean_z_test, sidak};
 
 use super::super::{
-    AnyLight, EmitterTriangle, EnvironmentMap, Falloff, Light, LightSampleContext, LightTables,
-    MeshLight, PlacedMap, TexturedTriangle,
+    AnyLight, EmitterTriangle, EnvironmentMap, EscapedRay, Falloff, Light, LightSampleContext,
+    LightTables, MeshLight, PlacedMap, TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -57,7 +57,8 @@ pub(in crate::light) fn of_infinite_light(
     tables: &LightTables,
     n: DVec3,
 ) -> f64 {
-    let radiance = |d: DVec3| level(light.le_infinite(tables, Vec3::ZERO, d.as_vec3()));
+    let radiance =
+        |d: DVec3| level(light.le_infinite(tables, EscapedRay::new(Vec3::ZERO, d.as_vec3())));
     pt_testing::irradiance::of_sky(n, 512, radiance)
 }
 

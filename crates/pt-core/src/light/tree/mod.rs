@@ -3,11 +3,11 @@
 //! Adaptive Tree Splitting"; without their splitting, as Pharr, Jakob & Humphreys, Physically Based
 //! Rendering, 4th ed., §12.6.3]
 
+mod bounds;
 mod build;
-mod emission;
 mod node;
 
-pub(crate) use emission::is_bounded;
+pub use bounds::LightBounds;
 use node::{Node, Receiver};
 #[cfg(test)]
 use pt_math::DVec3;
@@ -336,6 +336,10 @@ impl Light for EmitterTree {
         hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, context, wi, hit))
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
     fn examples() -> Vec<(Self, LightTables)> {
         let trees = vec![LightTree::new(example_of_squares(), &LightTables::default())];
         vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
@@ -378,6 +382,10 @@ impl Light for PointLightTree {
         samples: &mut Vec<Option<LightSample>>,
     ) {
         tables.trees[self.tree as usize].sample_each(tables, points, samples);
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     fn examples() -> Vec<(Self, LightTables)> {
