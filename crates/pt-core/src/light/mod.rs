@@ -174,6 +174,8 @@ pub struct LightTables {
     pub limbs: Vec<LimbDarkening>,
 }
 
+/// Makes the closed set of lights, `AnyLight`, from lines of a name and a type. The module
+/// `expansion` has what the macro makes of two lines, written out.
 macro_rules! lights {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
         $(pub use $module::$ty;)*
@@ -249,6 +251,9 @@ macro_rules! lights {
         }
     };
 }
+
+#[cfg(test)]
+mod expansion;
 
 lights! {
     /// A point light.
