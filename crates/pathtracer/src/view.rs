@@ -118,7 +118,7 @@ fn look<'h>(
 ) -> Option<&'h Hit> {
     match hit {
         None => {
-            let light = scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights);
+            let light = scene.le_infinite(ray.into(), &scene.infinite_lights);
             *seen = if light.is_black() { CameraRayResult::Nothing } else { CameraRayResult::Sky };
             None
         }

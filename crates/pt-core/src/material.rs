@@ -26,14 +26,14 @@ use crate::texture_record::{FloatTexture, TextureRecord};
 pub enum Material {
     /// One lobe.
     Lobe(LobeMaterial),
-    /// The second material with the probability `share`, otherwise the first.
+    /// The second material with the probability `amount`, otherwise the first.
     Mix {
-        /// Material for a share of 0.
+        /// Material for an amount of 0.
         first: Id<Material>,
-        /// Material for a share of 1.
+        /// Material for an amount of 1.
         second: Id<Material>,
         /// Weight of the second material.
-        share: FloatTexture,
+        amount: FloatTexture,
     },
     /// One material for each side of the true surface.
     TwoSided {
@@ -203,12 +203,12 @@ impl Materials {
                     }
                     return EvaluatedMaterial { lobe, two_sided: material.two_sided, orientation };
                 }
-                Material::Mix { first, second, share } => {
-                    let share = self.textures.number(share, parametrization).clamp(0.0, 1.0);
-                    (id, choice) = if choice < share {
-                        (second, choice / share)
+                Material::Mix { first, second, amount } => {
+                    let amount = self.textures.number(amount, parametrization).clamp(0.0, 1.0);
+                    (id, choice) = if choice < amount {
+                        (second, choice / amount)
                     } else {
-                        (first, (choice - share) / (1.0 - share))
+                        (first, (choice - amount) / (1.0 - amount))
                     };
                 }
                 Material::TwoSided { front, back } => {

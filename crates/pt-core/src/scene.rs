@@ -7,14 +7,16 @@ mod texture_coordinates;
 use pt_bvh::{Bvh, Hit};
 use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
-use crate::bsdf::{Bsdf, LobeRecord, LobeTables, emitted_through};
+use crate::bsdf::{Bsdf, LobeContext, LobeRecord, LobeTables, emitted_through};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
 use crate::id::{Id, Surface, SurfaceId, Table};
 use crate::instances::InstanceTable;
 use crate::interaction::{Interaction, PrimitiveRef, SurfacePoint};
-use crate::light::{AnimatedLight, AnyLight, LightHit, LightSample, LightSourceIds, LightTables};
+use crate::light::{
+    AnimatedLight, AnyLight, EscapedRay, LightHit, LightSample, LightSourceIds, LightTables,
+};
 use crate::material::{EvaluatedMaterial, Materials};
 use crate::medium::{Media, MediumRecord};
 use crate::meter::Meter;
@@ -255,14 +257,14 @@ impl RenderScene {
         at: &Interaction,
         resolved: Option<&'a EvaluatedMaterial>,
     ) -> Bsdf<'a> {
-        let tables = &self.lobe_tables;
+        let context = LobeContext { tables: &self.lobe_tables };
         let normal = self.side_normal(at);
         let bsdf = if let Some(EvaluatedMaterial { lobe, two_sided, orientation }) = resolved {
-            Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo)
+            Bsdf::oriented(lobe, context, *two_sided, *orientation, normal, at.wo)
         } else {
             let surface = &self.surfaces[at.surface];
             let lobe = &self.lobes[surface.lobe];
-            Bsdf::new(lobe, tables, surface.two_sided, self.unit_normal(at), normal, at.wo)
+            Bsdf::new(lobe, context, surface.two_sided, self.unit_normal(at), normal, at.wo)
         };
         if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
@@ -375,11 +377,10 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.texture_eval_context(at, hit, time))
     }
 
-    /// Radiance from these infinite lights along a ray from `p` in direction `d` that leaves the
-    /// scene.
+    /// Radiance from these infinite lights along a ray that leaves the scene.
     #[inline(always)]
-    pub fn le_infinite(&self, p: Vec3, d: Vec3, infinite_lights: &[Id<AnyLight>]) -> Spectrum {
-        let radiance = |&id| self.lights[id].le_infinite(&self.light_tables, p, d);
+    pub fn le_infinite(&self, ray: EscapedRay, infinite_lights: &[Id<AnyLight>]) -> Spectrum {
+        let radiance = |&id| self.lights[id].le_infinite(&self.light_tables, ray);
         infinite_lights.iter().map(radiance).sum()
     }
 }

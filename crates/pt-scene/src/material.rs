@@ -482,11 +482,11 @@ pub struct Mix {
 impl Surface {
     /// Returns true if rays that arrive at the back pass through undisturbed; see
     /// [`Hair::two_sided`].
-    pub fn has_no_back(&self) -> bool {
+    pub fn culls_backfaces(&self) -> bool {
         match self {
             Self::Hair(hair) => !hair.two_sided,
-            Self::Mix(mix) => mix.first.has_no_back() || mix.second.has_no_back(),
-            Self::SurfaceDetail(embossed) => embossed.surface.has_no_back(),
+            Self::Mix(mix) => mix.first.culls_backfaces() || mix.second.culls_backfaces(),
+            Self::SurfaceDetail(embossed) => embossed.surface.culls_backfaces(),
             _ => false,
         }
     }

@@ -10,7 +10,7 @@ use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::multiscatter::{Beneath, Gloss, mean_reflectance};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Parameters of a metal and its dielectric coat.
 #[derive(Clone, Copy, Debug)]
@@ -290,7 +290,7 @@ impl Lobe<'_> for CoatedConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         let [eta, coat, base, thickness, rest] = [9, 10, 11, 12, 13].map(|i| p[i]);
         let (metal_eta, metal_k, again) = (color(p, 0), color(p, 3), color(p, 6));
         Self { metal_eta, metal_k, again, eta, coat, base, thickness, rest }

@@ -7,7 +7,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A smooth dielectric coat over a diffuse base: specular reflection by Fresnel's equations, and
 /// transmitted light that the base scatters and the coat reflects internally until it leaves.
@@ -89,7 +89,7 @@ impl Lobe<'_> for CoatedDiffuse {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),

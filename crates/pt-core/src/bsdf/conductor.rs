@@ -7,7 +7,7 @@ use pt_scene::material::{Distribution, Masking};
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A smooth metal: a mirror with the Fresnel reflectance of η + ik.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,7 @@ impl Lobe<'_> for SmoothConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self::of_numbers(p)
     }
 
@@ -148,7 +148,7 @@ impl Lobe<'_> for RoughConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             metal: SmoothConductor::of_numbers(p),
             distribution: MicrofacetDistribution::unpack([p[9], p[10], p[11]]),

@@ -12,7 +12,7 @@ use super::dielectric::refract;
 use super::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 
 /// Glass with Schlick's approximation instead of Fresnel's equations, and with radiance
 /// multiplied (not divided) by η² on entering.
@@ -54,7 +54,7 @@ impl Lobe<'_> for Cs184Glass {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), ior: p[6] }
     }
 
@@ -102,7 +102,7 @@ impl Lobe<'_> for Cs184Refraction {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { transmittance: color(p, 0), ior: p[3] }
     }
 
@@ -201,7 +201,7 @@ impl Lobe<'_> for Cs184Microfacet {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { eta: color(p, 0), k: color(p, 3), alpha: p[6] }
     }
 

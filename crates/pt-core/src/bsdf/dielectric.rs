@@ -5,7 +5,7 @@ use pt_math::{Spectrum, Vec3};
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Smooth dielectric: Fresnel reflection and refraction, where reflection is chosen with
 /// probability F.
@@ -43,7 +43,7 @@ impl Lobe<'_> for Dielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 

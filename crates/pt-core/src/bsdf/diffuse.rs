@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 
 /// Lambertian reflection, f = ρ/π.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ impl Lobe<'_> for Diffuse {
     }
 
     #[inline(always)]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { rho: color(p, 0) }
     }
 

@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 
 /// f = ρ/π on the side of `wo`, and τ/π on the other; equal for both sides of the surface. [Pharr,
 /// Jakob & Humphreys 2023, §9.2 and the material "diffusetransmission"]
@@ -43,7 +43,7 @@ impl Lobe<'_> for DiffuseTransmission {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { rho: color(p, 0), tau: color(p, 3) }
     }
 

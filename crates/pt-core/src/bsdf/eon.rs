@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 
 /// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, with multiple scattering
 /// between them. Compared to Lambert's law it is flatter, and brighter towards the light. With ρ =
@@ -125,7 +125,7 @@ impl Lobe<'_> for Eon {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { rho: color(p, Self::RHO), roughness: p[Self::ROUGHNESS] }
     }
 

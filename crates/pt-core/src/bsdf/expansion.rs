@@ -11,7 +11,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::diffuse::Diffuse;
 use super::measured::Measured;
-use super::{AnyLobe, BsdfSample, Kind, Lobe, LobeRecord, LobeTables};
+use super::{AnyLobe, BsdfSample, Kind, Lobe, LobeContext, LobeRecord};
 
 /// `impl From<…> for LobeRecord`: the parameters of a lobe, and its number in the list.
 fn diffuse_record(lobe: Diffuse) -> LobeRecord {
@@ -30,34 +30,39 @@ fn is_delta(record: &LobeRecord) -> bool {
 
 /// [`LobeRecord::eval`]. `run` inlines the first lobe, whose [`Lobe::INLINE`] is true, and calls
 /// the second.
-fn eval(record: &LobeRecord, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Spectrum {
+fn eval(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Spectrum {
     if record.kind == Kind::Diffuse as u32 {
-        return record.run::<Diffuse, _>(tables, |lobe| lobe.eval(wo, wi));
+        return record.run::<Diffuse, _>(context, |lobe| lobe.eval(wo, wi));
     }
     if record.kind == Kind::Measured as u32 {
-        return record.run::<Measured, _>(tables, |lobe| lobe.eval(wo, wi));
+        return record.run::<Measured, _>(context, |lobe| lobe.eval(wo, wi));
     }
     Spectrum::ZERO
 }
 
 /// [`LobeRecord::pdf`].
-fn pdf(record: &LobeRecord, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+fn pdf(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
     if record.kind == Kind::Diffuse as u32 {
-        return record.run::<Diffuse, _>(tables, |lobe| lobe.pdf(wo, wi));
+        return record.run::<Diffuse, _>(context, |lobe| lobe.pdf(wo, wi));
     }
     if record.kind == Kind::Measured as u32 {
-        return record.run::<Measured, _>(tables, |lobe| lobe.pdf(wo, wi));
+        return record.run::<Measured, _>(context, |lobe| lobe.pdf(wo, wi));
     }
     Pdf::ZERO
 }
 
 /// [`LobeRecord::sample`].
-fn sample(record: &LobeRecord, tables: &LobeTables, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+fn sample(
+    record: &LobeRecord,
+    context: LobeContext<'_>,
+    wo: Vec3,
+    u: [f32; 3],
+) -> Option<BsdfSample> {
     if record.kind == Kind::Diffuse as u32 {
-        return record.run::<Diffuse, _>(tables, |lobe| lobe.sample(wo, u));
+        return record.run::<Diffuse, _>(context, |lobe| lobe.sample(wo, u));
     }
     if record.kind == Kind::Measured as u32 {
-        return record.run::<Measured, _>(tables, |lobe| lobe.sample(wo, u));
+        return record.run::<Measured, _>(context, |lobe| lobe.sample(wo, u));
     }
     None
 }
@@ -70,17 +75,17 @@ fn examples() -> Vec<LobeRecord> {
 
 #[test]
 fn the_macro_makes_what_is_written_out() {
-    let (tables, wo, wi) =
-        (LobeTables::examples(), Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.48, 0.64, 0.6));
+    let (context, wo, wi) =
+        (LobeContext::examples(), Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.48, 0.64, 0.6));
     let by_macro = AnyLobe::examples().into_iter();
     let by_macro = by_macro.filter(|l| matches!(l, AnyLobe::Diffuse(_) | AnyLobe::Measured(_)));
     let by_macro: Vec<_> = by_macro.map(|lobe| lobe.record()).collect();
     assert_eq!(by_macro, examples());
     for record in &by_macro {
         assert_eq!(record.is_delta(), is_delta(record));
-        assert_eq!(record.eval(tables, wo, wi), eval(record, tables, wo, wi));
-        assert_eq!(record.pdf(tables, wo, wi).get(), pdf(record, tables, wo, wi).get());
-        let samples = [record.sample(tables, wo, [0.3; 3]), sample(record, tables, wo, [0.3; 3])];
+        assert_eq!(record.eval(context, wo, wi), eval(record, context, wo, wi));
+        assert_eq!(record.pdf(context, wo, wi).get(), pdf(record, context, wo, wi).get());
+        let samples = [record.sample(context, wo, [0.3; 3]), sample(record, context, wo, [0.3; 3])];
         let [by_macro, by_hand] = samples.map(|s| s.map(|s| (s.wi, s.weight)));
         assert_eq!(by_macro, by_hand);
     }

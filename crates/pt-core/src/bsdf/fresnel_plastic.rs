@@ -10,7 +10,7 @@ use super::conductor::{half_vector, reflected};
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A diffuse base below a rough dielectric interface: f = F D G / (4 cos θo cos θi) + (1 − F(θo))
 /// (1 − F(θi)) ρ / π.
@@ -64,7 +64,7 @@ impl Lobe<'_> for FresnelPlastic {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),

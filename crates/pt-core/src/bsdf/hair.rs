@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Number of path classes p of light in the fibre: reflection (R), transmission (TT), transmission
 /// with one internal reflection (TRT), and all longer paths together.
@@ -251,7 +251,7 @@ impl Lobe<'_> for Hair {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         let absorption = color(p, Self::ABSORPTION);
         Self { absorption, eta: p[3], variance: p[4], scale: p[5], tilt: p[6] }
     }

@@ -21,7 +21,7 @@ pub(super) use self::properties::{
     CONSERVING, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps,
 };
 pub(super) use super::AnyLobe;
-use super::LobeTables;
+use super::LobeContext;
 use super::mirror::reflect;
 
 /// Directions above the surface, from the normal to grazing.
@@ -231,7 +231,7 @@ fn stretch_is_one_over_the_density() {
 fn records_round_trip() {
     for lobe in all_lobes() {
         let record = lobe.record();
-        let again = AnyLobe::from_record(&record, LobeTables::examples());
+        let again = AnyLobe::from_record(&record, LobeContext::examples());
         assert_eq!(again.record(), record);
         assert_eq!(format!("{again:?}"), format!("{lobe:?}"));
     }

@@ -16,7 +16,7 @@ use pt_scene::measured::{self, Measurements};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, padded};
+use super::{BsdfSample, Lobe, LobeContext, LobeTables, PARAMETERS, padded};
 
 /// Minimum density of a sample; below it, single precision is not sufficient for the quotient.
 const MIN_DENSITY: f32 = 1e-9;
@@ -211,9 +211,9 @@ impl<'t> Lobe<'t> for Measured<'t> {
         padded([self.number as f32, f32::from(u8::from(self.mirrored))])
     }
 
-    fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], context: LobeContext<'t>) -> Self {
         let number = p[0] as u32;
-        Self { number, mirrored: p[1] > 0.5, tables: &tables.measured[number as usize] }
+        Self { number, mirrored: p[1] > 0.5, tables: &context.tables.measured[number as usize] }
     }
 
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -279,5 +279,13 @@ impl LobeTables {
             LobeTables { measured: examples.iter().map(MeasuredTables::new).collect() }
         });
         &EXAMPLES
+    }
+}
+
+#[cfg(test)]
+impl LobeContext<'static> {
+    /// Context of the examples of lobes.
+    pub(super) fn examples() -> Self {
+        Self { tables: LobeTables::examples() }
     }
 }

@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 
 /// A perfect mirror.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ impl Lobe<'_> for Mirror {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { reflectance: color(p, 0) }
     }
 

@@ -98,6 +98,17 @@ pub struct LobeTables {
     pub measured: Vec<MeasuredTables>,
 }
 
+/// Data, beside the parameters of a lobe, on which its scattering depends.
+///
+/// Lobes are unpacked where they are evaluated, so that [`Lobe::unpack`] hands on what the other
+/// methods need of it. A further dependency, such as wavelength or transport mode, is a field here,
+/// and concerns only the lobes that read it.
+#[derive(Clone, Copy, Debug)]
+pub struct LobeContext<'t> {
+    /// Tables of the scene.
+    pub tables: &'t LobeTables,
+}
+
 /// One scattering lobe, in the local shading frame (+z is the normal).
 ///
 /// Conventions of all lobes: `wo` points to the camera side, `wi` to the light side, both away from
@@ -112,8 +123,8 @@ pub trait Lobe<'t>: Copy {
     const INLINE: bool = false;
     /// Packs the parameters into numbers, the form that backends read.
     fn pack(&self) -> [f32; PARAMETERS];
-    /// Inverse of [`Self::pack`], for a lobe that refers to `tables`, if to any.
-    fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self;
+    /// Inverse of [`Self::pack`], in the context in which the lobe is evaluated.
+    fn unpack(p: &[f32; PARAMETERS], context: LobeContext<'t>) -> Self;
     /// f(wo, wi) · |cos θi| without Dirac deltas; zero for a perfectly specular lobe.
     #[inline(always)]
     fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
@@ -170,13 +181,13 @@ impl LobeRecord {
 
     /// Calls `f` with the lobe, inlined or not according to [`Lobe::INLINE`].
     #[inline(always)]
-    fn run<'t, L: Lobe<'t>, T>(&self, tables: &'t LobeTables, f: impl FnOnce(L) -> T) -> T {
-        if L::INLINE { f(L::unpack(&self.p, tables)) } else { self.call(tables, f) }
+    fn run<'t, L: Lobe<'t>, T>(&self, context: LobeContext<'t>, f: impl FnOnce(L) -> T) -> T {
+        if L::INLINE { f(L::unpack(&self.p, context)) } else { self.call(context, f) }
     }
 
     #[inline(never)]
-    fn call<'t, L: Lobe<'t>, T>(&self, tables: &'t LobeTables, f: impl FnOnce(L) -> T) -> T {
-        f(L::unpack(&self.p, tables))
+    fn call<'t, L: Lobe<'t>, T>(&self, context: LobeContext<'t>, f: impl FnOnce(L) -> T) -> T {
+        f(L::unpack(&self.p, context))
     }
 }
 
@@ -210,9 +221,9 @@ macro_rules! lobes {
             }
             /// See [`Lobe::lobe_width`].
             #[inline(always)]
-            fn lobe_width(&self, tables: &LobeTables) -> f32 {
+            fn lobe_width(&self, context: LobeContext<'_>) -> f32 {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.lobe_width());
+                    return self.run::<$ty, _>(context, |lobe| lobe.lobe_width());
                 })*
                 0.0
             }
@@ -227,9 +238,9 @@ macro_rules! lobes {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::STRAIGHT))||*
             }
             /// See [`Lobe::straight`].
-            fn straight(&self, tables: &LobeTables, wo: Vec3) -> Spectrum {
+            fn straight(&self, context: LobeContext<'_>, wo: Vec3) -> Spectrum {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.straight(wo));
+                    return self.run::<$ty, _>(context, |lobe| lobe.straight(wo));
                 })*
                 Spectrum::ZERO
             }
@@ -251,25 +262,25 @@ macro_rules! lobes {
             }
             /// See [`Lobe::eval`].
             #[inline(always)]
-            fn eval(&self, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Spectrum {
+            fn eval(&self, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Spectrum {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.eval(wo, wi));
+                    return self.run::<$ty, _>(context, |lobe| lobe.eval(wo, wi));
                 })*
                 Spectrum::ZERO
             }
             /// See [`Lobe::pdf`].
             #[inline(always)]
-            fn pdf(&self, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+            fn pdf(&self, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.pdf(wo, wi));
+                    return self.run::<$ty, _>(context, |lobe| lobe.pdf(wo, wi));
                 })*
                 Pdf::ZERO
             }
             /// See [`Lobe::sample`].
             #[inline(always)]
-            fn sample(&self, tables: &LobeTables, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+            fn sample(&self, context: LobeContext<'_>, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.sample(wo, u));
+                    return self.run::<$ty, _>(context, |lobe| lobe.sample(wo, u));
                 })*
                 None
             }
@@ -292,8 +303,8 @@ macro_rules! lobes {
                 match self { $(Self::$name(lobe) => (*lobe).into()),* }
             }
             /// Inverse of [`Self::record`].
-            fn from_record(r: &LobeRecord, tables: &'t LobeTables) -> Self {
-                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, tables)); })*
+            fn from_record(r: &LobeRecord, context: LobeContext<'t>) -> Self {
+                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, context)); })*
                 unreachable!("lobe kind {}", r.kind)
             }
             /// Properties of the lobe.

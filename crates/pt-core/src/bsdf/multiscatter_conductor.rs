@@ -6,7 +6,7 @@ use super::conductor::RoughConductor;
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
 use super::multiscatter::{Reflected, mean_reflectance};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel};
 
 /// A rough metal with multiple scattering between its facets; see `multiscatter.rs`.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +43,8 @@ impl Lobe<'_> for CompensatedConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], tables: &LobeTables) -> Self {
-        Self { once: RoughConductor::unpack(p, tables), mean: color(p, 12) }
+    fn unpack(p: &[f32; PARAMETERS], context: LobeContext<'_>) -> Self {
+        Self { once: RoughConductor::unpack(p, context), mean: color(p, 12) }
     }
 
     #[inline]

@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use super::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
 use super::multiscatter::Interface;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS};
 
 /// A rough interface with multiple scattering between its facets to either side; see
 /// `multiscatter.rs`. Its roughness is equal in all directions.
@@ -39,8 +39,8 @@ impl Lobe<'_> for CompensatedDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], tables: &LobeTables) -> Self {
-        Self { once: RoughDielectric::unpack(p, tables) }
+    fn unpack(p: &[f32; PARAMETERS], context: LobeContext<'_>) -> Self {
+        Self { once: RoughDielectric::unpack(p, context) }
     }
 
     #[inline]

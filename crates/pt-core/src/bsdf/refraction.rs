@@ -5,7 +5,7 @@ use pt_math::{Spectrum, Vec3};
 use super::dielectric::refract;
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Refracts all light and reflects none; total internal reflection is black.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl Lobe<'_> for Refraction {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { transmittance: color(p, 0), eta: p[3] }
     }
 

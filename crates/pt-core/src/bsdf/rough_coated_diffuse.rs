@@ -10,7 +10,7 @@ use super::conductor::{half_vector, reflected};
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::{MicrofacetDistribution, stretched};
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
 ///
@@ -184,7 +184,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         let [_, _, _, _, _, _, eta, alpha, kind, inside, g, h, i, j, k, ..] = *p;
         let nonlinear = kind < 0.0;
         let kind = if nonlinear { -1.0 - kind } else { kind };

@@ -6,7 +6,7 @@ use pt_scene::material::{Distribution, Masking};
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +136,7 @@ impl Lobe<'_> for RoughDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             reflectance: color(p, 0),
             transmittance: color(p, 3),

@@ -10,7 +10,7 @@ use super::conductor::{half_vector, reflected};
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
 ///
@@ -51,7 +51,7 @@ impl Lobe<'_> for RoughPlastic {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             rho: color(p, 0),
             f0: color(p, 3),

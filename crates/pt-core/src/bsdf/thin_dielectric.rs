@@ -5,7 +5,7 @@ use pt_math::{Spectrum, Vec3};
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING, LobeLaws, LobeProperties, SamplingMaps};
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Both interfaces of a pane with all interreflections. With reflectance F of each, they reflect
 /// F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and transmit the rest undeflected.
@@ -48,7 +48,7 @@ impl Lobe<'_> for ThinDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 

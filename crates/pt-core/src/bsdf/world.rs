@@ -3,7 +3,7 @@
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::orientation::frame_of;
-use super::{BsdfSample, LobeRecord, LobeTables, Orientation, Shadowing};
+use super::{BsdfSample, LobeContext, LobeRecord, Orientation, Shadowing};
 use crate::light::LightSampleContext;
 
 /// The lobe at one surface point, in world coordinates.
@@ -18,7 +18,7 @@ pub struct Bsdf<'a> {
     is_for_viewer: bool,
     pub(super) wo: Vec3,
     lobe: &'a LobeRecord,
-    tables: &'a LobeTables,
+    context: LobeContext<'a>,
 }
 
 impl<'a> Bsdf<'a> {
@@ -29,21 +29,21 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn new(
         lobe: &'a LobeRecord,
-        tables: &'a LobeTables,
+        context: LobeContext<'a>,
         two_sided: bool,
         normal: Vec3,
         geometric_normal: Vec3,
         wo: Vec3,
     ) -> Self {
         let orientation = Orientation::plain(normal, None);
-        Self::oriented(lobe, tables, two_sided, orientation, geometric_normal, wo)
+        Self::oriented(lobe, context, two_sided, orientation, geometric_normal, wo)
     }
 
     /// [`Self::new`] with a tangent along the surface.
     #[inline(always)]
     pub fn oriented(
         lobe: &'a LobeRecord,
-        tables: &'a LobeTables,
+        context: LobeContext<'a>,
         two_sided: bool,
         Orientation { normal, tangent, shadowing, is_for_viewer }: Orientation,
         geometric_normal: Vec3,
@@ -59,7 +59,7 @@ impl<'a> Bsdf<'a> {
         let geometric_normal = if is_fiber { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
         let wo = frame.to_local(wo);
-        Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, tables }
+        Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, context }
     }
 
     /// Replaces the geometric normal, which determines the side of directions, by another unit
@@ -87,7 +87,7 @@ impl<'a> Bsdf<'a> {
 
     /// See [`Lobe::straight`](super::Lobe::straight).
     pub fn straight(&self) -> Spectrum {
-        self.lobe.straight(self.tables, self.wo)
+        self.lobe.straight(self.context, self.wo)
     }
 
     /// Returns true if light that [`Self::sample`] scattered to `wi` (world) was transmitted
@@ -110,7 +110,7 @@ impl<'a> Bsdf<'a> {
     /// See [`Lobe::lobe_width`](super::Lobe::lobe_width).
     #[inline(always)]
     pub fn lobe_width(&self) -> f32 {
-        self.lobe.lobe_width(self.tables)
+        self.lobe.lobe_width(self.context)
     }
 
     /// The BSDF of the same surface seen from the unit direction `wo` (world) on the same side;
@@ -126,7 +126,7 @@ impl<'a> Bsdf<'a> {
     /// the BSDF of the same surface.
     #[inline(always)]
     pub fn is_similar_direction(&self, other: &Self) -> bool {
-        serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
+        serves(self.lobe.lobe_width(self.context), self.wo, other.wo)
     }
 
     /// f(wo, wi) · |cos θi|.
@@ -134,7 +134,7 @@ impl<'a> Bsdf<'a> {
     pub fn eval(&self, wi: Vec3) -> Spectrum {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
-            self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi)
+            self.lobe.eval(self.context, self.wo, local) * self.shadowing.visible(wi)
         } else {
             Spectrum::ZERO
         }
@@ -146,8 +146,8 @@ impl<'a> Bsdf<'a> {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
             (
-                self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi),
-                self.lobe.pdf(self.tables, self.wo, local),
+                self.lobe.eval(self.context, self.wo, local) * self.shadowing.visible(wi),
+                self.lobe.pdf(self.context, self.wo, local),
             )
         } else {
             (Spectrum::ZERO, Pdf::ZERO)
@@ -157,13 +157,13 @@ impl<'a> Bsdf<'a> {
     /// Density with which [`Self::sample`] returns `wi`.
     #[inline(always)]
     pub fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
-        self.lobe.pdf(self.tables, self.wo, self.frame.to_local(wi))
+        self.lobe.pdf(self.context, self.wo, self.frame.to_local(wi))
     }
 
     /// Samples a direction (world) and its weight.
     #[inline(always)]
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
-        let s = self.lobe.sample(self.tables, self.wo, u)?;
+        let s = self.lobe.sample(self.context, self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
         let weight = s.weight * self.shadowing.visible(wi);
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })

@@ -96,7 +96,7 @@ impl Collector<'_> {
             return (surface, None);
         }
         let number = material;
-        let CompiledSurface { lobe, two_sided, material, opacity, has_no_back, .. } = look;
+        let CompiledSurface { lobe, two_sided, material, opacity, cull_backfaces, .. } = look;
         let emission = glows.then_some(SurfaceEmission {
             radiance: look.emission,
             texture: look.emission_texture,
@@ -109,7 +109,7 @@ impl Collector<'_> {
             two_sided,
             material,
             opacity,
-            cull_backfaces: has_no_back,
+            cull_backfaces,
             emissive_sides: if self.course { EmissiveSides::Both } else { EmissiveSides::Front },
             emission: seen.map_or(Spectrum::ZERO, |emission| emission.radiance),
             emission_texture: seen.and_then(|emission| emission.texture),

@@ -173,7 +173,7 @@ pub(super) fn slide(
     let mean = mean_over_square(|x, y| {
         let (x, y) = (2.0 * x - 1.0, 2.0 * y - 1.0);
         let w = axes * Vec3::new(x * tangents[0], y * tangents[1], 1.0).normalize();
-        slide.share(textures, w)
+        slide.transmittance(textures, w)
     });
     ProjectedImage { mean: mean.max(MIN_SHARE), ..slide }
 }

@@ -4,8 +4,8 @@ use super::emitters::emitter_triangles;
 use super::lights::Lights;
 use super::shapes::{Emitter, Primitives, Shapes};
 use crate::id::{Id, Table};
-use crate::light::tree::{LightTree, TreeLight, is_bounded};
-use crate::light::{AnyLight, InvisibleLight, ManyLights, ManyPoints};
+use crate::light::tree::{LightTree, TreeLight};
+use crate::light::{AnyLight, EmitterTree, InvisibleLight, LightTables, PointLightTree};
 
 /// Number of emissive triangles per individually sampled light, above which a tree chooses among
 /// them.
@@ -31,8 +31,9 @@ impl Lights {
         let mut emits = vec![false; self.table.as_slice().len()];
         let of_shapes = shapes.surfaces.as_slice().iter().filter_map(|surface| surface.light);
         of_shapes.for_each(|id| emits[id.index()] = true);
+        let tables = &self.tables;
         let goes = |id: Id<AnyLight>, light: &AnyLight| {
-            if is_point(light) {
+            if is_point(light, tables) {
                 !points.is_empty()
             } else {
                 let tree = if light.is_invisible() { &hidden } else { &extended };
@@ -50,12 +51,12 @@ impl Lights {
             self.tables.triangle_choice.clear();
         }
         let mut plant =
-            |lights: Vec<_>| (!lights.is_empty()).then(|| ManyLights { tree: self.plant(lights) });
+            |lights: Vec<_>| (!lights.is_empty()).then(|| EmitterTree { tree: self.plant(lights) });
         let all = plant(extended).map(|many| table.push(many.into()));
         let all_hidden =
-            plant(hidden).map(|many| table.push(InvisibleLight::ManyLights(many).into()));
+            plant(hidden).map(|many| table.push(InvisibleLight::EmitterTree(many).into()));
         if !points.is_empty() {
-            table.push(ManyPoints { tree: self.plant(points) }.into());
+            table.push(PointLightTree { tree: self.plant(points) }.into());
         }
         for emitter in &shapes.emitters {
             let light = &mut shapes.surfaces[emitter.surface].light;
@@ -80,7 +81,9 @@ impl Lights {
         for ((node, light), moved) in before.zip(self.table.as_slice()).zip(moved) {
             match moved {
                 Some(moved) => self.origins.lights[moved.index()] = node,
-                None if plants_points && is_point(light) => self.origins.points.extend(node),
+                None if plants_points && is_point(light, &self.tables) => {
+                    self.origins.points.extend(node);
+                }
                 None => {}
             }
         }
@@ -100,7 +103,7 @@ impl Lights {
             extended.clear();
             hidden.clear();
         }
-        let all = self.table.as_slice().iter().filter(|light| is_point(light));
+        let all = self.table.as_slice().iter().filter(|light| is_point(light, &self.tables));
         let mut points: Vec<_> = all.map(|light| (TreeLight::Other(*light), None)).collect();
         if points.len() <= most {
             points.clear();
@@ -140,6 +143,6 @@ impl Lights {
     }
 }
 
-fn is_point(light: &AnyLight) -> bool {
-    light.is_delta() && is_bounded(light)
+fn is_point(light: &AnyLight, tables: &LightTables) -> bool {
+    light.is_delta() && light.bounds(tables).is_some()
 }

@@ -362,7 +362,7 @@ impl Lower for Black {
 impl Lower for Mix {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let (first, second) = (part(&self.first, cx), part(&self.second, cx));
-        Material::Mix { first, second, share: cx.varying(&self.amount) }
+        Material::Mix { first, second, amount: cx.varying(&self.amount) }
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) struct CompiledSurface {
     pub(super) material: Option<Id<Material>>,
     pub(super) opacity: Option<FloatTexture>,
     /// See [`SurfaceRecord::cull_backfaces`](crate::surface::SurfaceRecord::cull_backfaces).
-    pub(super) has_no_back: bool,
+    pub(super) cull_backfaces: bool,
     /// See [`SurfaceRecord::emission`](crate::surface::SurfaceRecord::emission).
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
@@ -44,7 +44,7 @@ impl CompiledSurface {
         let shown = cx.take_shown();
         Self {
             opacity,
-            has_no_back: material.surface.has_no_back(),
+            cull_backfaces: material.surface.culls_backfaces(),
             emission,
             emission_texture,
             emission_coat: coat_of(&material.surface),
@@ -74,7 +74,7 @@ impl CompiledSurface {
             two_sided,
             material,
             opacity: None,
-            has_no_back: false,
+            cull_backfaces: false,
             emission: Spectrum::ZERO,
             emission_texture: None,
             emission_coat: 0.0,

@@ -2,9 +2,14 @@
 
 use std::f32::consts::PI;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions within an angle θ of one direction, visible to rays that
 /// leave the scene.
@@ -73,8 +78,12 @@ impl Light for DistantDisk {
     }
 
     #[inline]
-    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        if self.contains(d) { self.radiance } else { Spectrum::ZERO }
+    fn le_infinite(&self, _: &LightTables, ray: EscapedRay) -> Spectrum {
+        if self.contains(ray.direction) { self.radiance } else { Spectrum::ZERO }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// The sun, a wide disk, and a hemisphere.
@@ -83,5 +92,24 @@ impl Light for DistantDisk {
         [4.65e-3, 0.7, 0.5 * PI]
             .map(|angle| (Self::new(to_light, angle, Spectrum::splat(3.0)), LightTables::default()))
             .into()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for DistantDisk {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Irradiance of a sphere at distance 1 whose radius is the sine of the angle.
+    fn irradiance(&self, _: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        let cos = 1.0 - f64::from(self.one_minus_cos);
+        let radius = (1.0 - cos * cos).sqrt().min(1.0 - 1e-9);
+        let center = self.to_light.as_dvec3();
+        level(self.radiance) * pt_testing::irradiance::of_sphere(center, radius, DVec3::ZERO, n)
     }
 }

@@ -3,12 +3,16 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, of_infinite_light};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::Piecewise2D;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::Rows;
 use pt_scene::image::Image;
-
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Radiance from all directions.
 #[derive(Clone, Copy, Debug)]
@@ -238,7 +242,7 @@ impl Light for Environment {
         };
         let (d, pdf) = placed.of(tables).sample(u)?;
         let wi = placed.to_world * d;
-        Some(at_infinity(wi, self.le_infinite(tables, context.p, wi), pdf))
+        Some(at_infinity(wi, self.le_infinite(tables, EscapedRay::new(context.p, wi)), pdf))
     }
 
     #[inline]
@@ -256,15 +260,19 @@ impl Light for Environment {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
         match &self.map {
             None => self.radiance,
-            Some(placed) => placed.of(tables).radiance(placed.local(d)) * self.radiance,
+            Some(placed) => placed.of(tables).radiance(placed.local(ray.direction)) * self.radiance,
         }
     }
 
     fn is_constant(&self) -> bool {
         self.map.is_none()
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A constant environment, and a map with a bright texel, a dark half and a smooth rest: as it
@@ -290,6 +298,24 @@ impl Light for Environment {
             (Self { radiance: Spectrum::ONE, map }, tables)
         };
         std::iter::once((constant, LightTables::default())).chain(maps.map(of_map)).collect()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Environment {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        match self.map {
+            None => level(self.radiance) * std::f64::consts::PI,
+            Some(_) => of_infinite_light(self, tables, n),
+        }
     }
 }
 

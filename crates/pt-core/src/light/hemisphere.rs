@@ -1,8 +1,15 @@
 //! Constant hemispherical sky.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
+#[cfg(test)]
+use std::f64::consts::FRAC_PI_2;
 
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Constant radiance from all directions above the horizon (+y).
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +48,31 @@ impl Light for Hemisphere {
     }
 
     #[inline]
-    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        if d.y > 0.0 { self.radiance } else { Spectrum::ZERO }
+    fn le_infinite(&self, _: &LightTables, ray: EscapedRay) -> Spectrum {
+        if ray.direction.y > 0.0 { self.radiance } else { Spectrum::ZERO }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     fn examples() -> Vec<(Self, LightTables)> {
         vec![(Self { radiance: Spectrum::ONE }, LightTables::default())]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Hemisphere {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Lambert's cosine law over the part of the upper hemisphere that the surface faces.
+    fn irradiance(&self, _: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        level(self.radiance) * FRAC_PI_2 * (1.0 + n.y)
     }
 }

@@ -3,12 +3,17 @@
 
 use std::f32::consts::PI;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::Piecewise2D;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::environment::{to_direction, to_image};
 use super::hosek_wilkie::{self, Channel};
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, of_infinite_light};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A clear sky above the horizon of an up axis.
 #[derive(Clone, Copy, Debug)]
@@ -134,7 +139,7 @@ impl Light for HosekWilkieSky {
             wi,
             distance: f32::INFINITY,
             end: None,
-            radiance: self.le_infinite(tables, context.p, wi),
+            radiance: self.le_infinite(tables, EscapedRay::new(context.p, wi)),
             pdf: Some(pdf),
         })
     }
@@ -151,8 +156,12 @@ impl Light for HosekWilkieSky {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
-        self.of(tables).radiance(self.local(d))
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
+        self.of(tables).radiance(self.local(ray.direction))
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A high sun in clear air, and a low one in haze, rotated.
@@ -167,6 +176,21 @@ impl Light for HosekWilkieSky {
             of(Vec3::new(0.36, 0.8, 0.48), 2.3, [0.1; 3], Mat3::IDENTITY),
             of(Vec3::new(0.96, 0.0, 0.28), 8.0, [0.7, 0.4, 0.1], Mat3::from_cols(s, t, s.cross(t))),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for HosekWilkieSky {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        of_infinite_light(self, tables, n)
     }
 }
 

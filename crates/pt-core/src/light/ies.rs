@@ -2,9 +2,14 @@
 
 use std::f32::consts::PI;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Mat3, Spectrum, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level};
 use super::point::sample_point;
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light whose intensity is tabulated by vertical and horizontal angle.
@@ -50,6 +55,11 @@ impl Light for Ies {
         (candela > 0.0).then_some(LightSample { radiance, ..of_one })
     }
 
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
+        let mean = tables.profiles[self.profile as usize].mean_candela();
+        Some(LightBounds::of_point(self.position, self.scale, mean))
+    }
+
     /// A rotated luminaire that emits downwards and to one side.
     fn examples() -> Vec<(Self, LightTables)> {
         let candela = [
@@ -74,5 +84,27 @@ impl Light for Ies {
             light,
             LightTables { profiles: vec![std::sync::Arc::new(profile)], ..LightTables::default() },
         )]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Ies {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let w = (p - self.position.as_dvec3()).normalize();
+        let axes = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
+        let [x, y, z] = axes.map(|axis| axis.as_dvec3().dot(w));
+        let vertical = (-z).acos().to_degrees();
+        let horizontal = y.atan2(x).to_degrees().rem_euclid(360.0);
+        let profile = &tables.profiles[self.profile as usize];
+        let candela = f64::from(profile.candela(vertical as f32, horizontal as f32));
+        level(self.scale) * candela * inverse_square(self.position, p, n)
     }
 }

@@ -1,8 +1,12 @@
 //! Lights with an extent that are invisible to rays.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Pdf, SolidAngle, Vec3};
 
-use super::tree::ManyLights;
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws};
+use super::tree::{EmitterTree, LightBounds};
 use super::{
     AnyLight, Light, LightHit, LightSample, LightSampleContext, LightTables, MeshLight,
     SphereLight, TexturedMesh, TexturedSphere,
@@ -21,7 +25,7 @@ pub enum InvisibleLight {
     /// A sphere with an emission texture.
     TexturedSphere(TexturedSphere),
     /// A tree of such lights, one of which is chosen.
-    ManyLights(ManyLights),
+    EmitterTree(EmitterTree),
 }
 
 macro_rules! dispatch {
@@ -31,7 +35,7 @@ macro_rules! dispatch {
             InvisibleLight::Sphere($light) => $what,
             InvisibleLight::TexturedMesh($light) => $what,
             InvisibleLight::TexturedSphere($light) => $what,
-            InvisibleLight::ManyLights($light) => $what,
+            InvisibleLight::EmitterTree($light) => $what,
         }
     };
 }
@@ -44,7 +48,7 @@ impl InvisibleLight {
             AnyLight::Sphere(light) => Some(Self::Sphere(light)),
             AnyLight::TexturedMesh(light) => Some(Self::TexturedMesh(light)),
             AnyLight::TexturedSphere(light) => Some(Self::TexturedSphere(light)),
-            AnyLight::ManyLights(light) => Some(Self::ManyLights(light)),
+            AnyLight::EmitterTree(light) => Some(Self::EmitterTree(light)),
             _ => None,
         }
     }
@@ -89,6 +93,10 @@ impl Light for InvisibleLight {
         dispatch!(self, light => light.pdf(tables, context, wi, hit))
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
     /// Triangles and spheres; the other variants are dispatched in the same way.
     fn examples() -> Vec<(Self, LightTables)> {
         fn of<L: Light + Into<AnyLight>>() -> impl Iterator<Item = (InvisibleLight, LightTables)> {
@@ -97,6 +105,21 @@ impl Light for InvisibleLight {
             L::examples().into_iter().filter_map(hidden)
         }
         of::<MeshLight>().chain(of::<SphereLight>()).collect()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for InvisibleLight {
+    fn depends_on_surface(&self) -> bool {
+        dispatch!(self, light => light.depends_on_surface())
+    }
+
+    fn geometry(&self, tables: &LightTables) -> LightGeometry {
+        dispatch!(self, light => light.geometry(tables))
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        dispatch!(self, light => light.irradiance(tables, p, n))
     }
 }
 

@@ -1,16 +1,22 @@
 //! Tests of laws that hold for every light in `lights!`. A new light is tested without writing a
-//! test, except for its irradiance, whose closed form must be added to [`irradiance`].
+//! test. [`irradiance`]: samples against the closed form. [`near`]: triangles near the receiving
+//! point. [`properties`]: the statements of a light about itself that the laws need.
 
 mod irradiance;
 mod near;
+mod properties;
 
 use pt_math::{DVec3, Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
-use super::tree::TreeLight;
+pub(super) use self::irradiance::{
+    inverse_square, level, midpoints, of_falloff, of_infinite_light, of_textured_triangle,
+    of_triangle,
+};
+pub(super) use self::properties::{LightGeometry, LightLaws};
 use super::{
-    AnyLight, EmitterTriangle, LightHit, LightSample, LightSampleContext, LightTables, MeshLight,
-    SphereLight,
+    AnyLight, EmitterTriangle, EscapedRay, LightHit, LightSample, LightSampleContext, LightTables,
+    MeshLight, SphereLight,
 };
 
 /// Receiving points: below the lights of the examples, off their axis, far away, above, and inside
@@ -46,13 +52,14 @@ fn all_lights() -> Vec<Example> {
 /// Returns receiving points. For lights that use the surface, also points on surfaces that face
 /// them, are turned half away, and transmit light.
 fn lit_points((light, _): &Example) -> Vec<LightSampleContext> {
-    let surfaces: &[(Vec3, bool)] = match light.shown() {
-        AnyLight::ManyLights(_) | AnyLight::ManyPoints(_) => &[
+    let surfaces: &[(Vec3, bool)] = if light.laws().depends_on_surface() {
+        &[
             (Vec3::Y, false),
             (Vec3::new(0.8, 0.0, -0.6), false),
             (Vec3::new(0.0, 0.1, -0.994_987_4), true),
-        ],
-        _ => &[],
+        ]
+    } else {
+        &[]
     };
     let at = |p| {
         let on = surfaces
@@ -76,35 +83,21 @@ fn for_all(law: impl Fn(&Example, &LightSampleContext, &mut Random)) {
 const DIRECTION_ERROR: f64 = 2e-7;
 
 /// Returns the hits of a ray from `p` with the emitting side of a light's geometry, computed in
-/// `f64`.
+/// `f64`; `None` for lights without geometry.
 ///
-/// Rims are extended by the rounding error of the direction, so there may be several hits in a
-/// tree.
-fn hits((light, tables): &Example, p: Vec3, wi: Vec3) -> Vec<LightHit> {
+/// Rims are extended by the rounding error of the direction, so there may be several hits.
+fn hits((light, tables): &Example, p: Vec3, wi: Vec3) -> Option<Vec<LightHit>> {
     let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
-    let hit = match &light.shown() {
-        AnyLight::Mesh(_) => tables.triangles.iter().find_map(|t| hit_triangle(t, p, d)),
-        AnyLight::TexturedMesh(_) => {
-            tables.triangles.iter().zip(&tables.textured_triangles).find_map(|(t, laid)| {
-                let primitive = laid.primitive;
-                hit_triangle(t, p, d).map(|hit| LightHit { primitive, ..hit })
-            })
-        }
-        AnyLight::Sphere(s) => hit_sphere(s, p, d),
-        AnyLight::TexturedSphere(s) => hit_sphere(&s.sphere, p, d),
-        AnyLight::ManyLights(many) => {
-            let hit = |(light, primitive): (&TreeLight, u32)| {
-                let hit = match light {
-                    TreeLight::Triangle(t, _) | TreeLight::Textured(t, _) => hit_triangle(t, p, d),
-                    TreeLight::Other(_) => None,
-                };
-                hit.map(|hit| LightHit { primitive, ..hit })
+    match light.laws().geometry(tables) {
+        LightGeometry::None => None,
+        LightGeometry::Triangles(triangles) => {
+            let hit = |(t, primitive): &(EmitterTriangle, u32)| {
+                hit_triangle(t, p, d).map(|hit| LightHit { primitive: *primitive, ..hit })
             };
-            return tables.trees[many.tree as usize].primitives().filter_map(hit).collect();
+            Some(triangles.iter().filter_map(hit).collect())
         }
-        _ => None,
-    };
-    hit.into_iter().collect()
+        LightGeometry::Sphere(sphere) => Some(hit_sphere(&sphere, p, d).into_iter().collect()),
+    }
 }
 
 /// [Möller & Trumbore 1997]
@@ -149,17 +142,15 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
     })
 }
 
-/// Returns the density at a direction; several values at the common rims of lights of a tree.
+/// Returns the density at a direction; several values at common rims of
+/// triangles.
 fn densities(example: &Example, context: &LightSampleContext, wi: Vec3) -> Vec<f32> {
-    use AnyLight::{ManyLights, Mesh, Sphere, TexturedMesh, TexturedSphere};
     let (light, tables) = example;
-    let hits = hits(example, context.p, wi);
-    let has_geometry = matches!(
-        light.shown(),
-        Mesh(_) | Sphere(_) | TexturedMesh(_) | TexturedSphere(_) | ManyLights(_)
-    );
     let of = |hit| light.pdf(tables, context, wi, hit).get();
-    if has_geometry { hits.into_iter().map(|hit| of(Some(hit))).collect() } else { vec![of(None)] }
+    match hits(example, context.p, wi) {
+        Some(hits) => hits.into_iter().map(|hit| of(Some(hit))).collect(),
+        None => vec![of(None)],
+    }
 }
 
 fn samples(
@@ -241,7 +232,10 @@ fn delta_lights_have_no_density() {
         if light.is_delta() {
             assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
             let d = random.direction();
-            assert!(light.le_infinite(tables, context.p, d).is_black(), "{light:?}");
+            assert!(
+                light.le_infinite(tables, EscapedRay::new(context.p, d)).is_black(),
+                "{light:?}"
+            );
             assert_eq!(light.pdf(tables, context, d, None).get(), 0.0, "{light:?}");
         }
     });
@@ -254,7 +248,7 @@ fn the_sky_is_what_is_sampled() {
     for_all(|example, context, random| {
         let (light, tables) = example;
         for s in samples(example, context, random, 1000) {
-            let seen = light.le_infinite(tables, context.p, s.wi);
+            let seen = light.le_infinite(tables, EscapedRay::new(context.p, s.wi));
             let sky = s.end.is_none() && !light.is_delta();
             assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
             assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
@@ -262,7 +256,10 @@ fn the_sky_is_what_is_sampled() {
         for _ in 0..1000 {
             let d = random.direction();
             let found = light.pdf(tables, context, d, None).get() > 0.0;
-            assert!(found || light.le_infinite(tables, context.p, d).is_black(), "{light:?} {d}");
+            assert!(
+                found || light.le_infinite(tables, EscapedRay::new(context.p, d)).is_black(),
+                "{light:?} {d}"
+            );
         }
     });
 }
@@ -290,18 +287,17 @@ fn samples_point_at_the_light() {
 /// in `f64`.
 fn in_front((light, tables): &Example, end: Vec3) -> f64 {
     let end = end.as_dvec3();
-    match &light.shown() {
-        AnyLight::Mesh(_) | AnyLight::TexturedMesh(_) => {
-            let height = |t: &EmitterTriangle| {
+    match light.laws().geometry(tables) {
+        LightGeometry::None => f64::INFINITY,
+        LightGeometry::Triangles(triangles) => {
+            let height = |(t, _): &(EmitterTriangle, u32)| {
                 let n = t.e1.as_dvec3().cross(t.e2.as_dvec3()).normalize();
                 let n = n * n.dot(t.normal.as_dvec3()).signum();
                 (end - t.p0.as_dvec3()).dot(n)
             };
-            tables.triangles.iter().map(height).fold(f64::INFINITY, f64::min)
+            triangles.iter().map(height).fold(f64::INFINITY, f64::min)
         }
-        AnyLight::Sphere(s) => in_front_of_sphere(s, end),
-        AnyLight::TexturedSphere(s) => in_front_of_sphere(&s.sphere, end),
-        _ => f64::INFINITY,
+        LightGeometry::Sphere(sphere) => in_front_of_sphere(&sphere, end),
     }
 }
 

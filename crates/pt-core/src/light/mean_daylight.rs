@@ -9,7 +9,7 @@ use pt_scene::{Daylight, TimeRange};
 use super::environment::{to_direction, to_image};
 use super::hosek_sky::HosekWilkieModel;
 use super::sun::Sun;
-use super::{Light, LightTables};
+use super::{EscapedRay, Light, LightTables};
 
 /// Columns and rows of the map of the sky, which is smooth.
 const SKY: [u32; 2] = [128, 192];
@@ -79,7 +79,7 @@ pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3)
             let (sin_phi, cos_phi) = trig::sin_cos_tau((j as f32 * GOLDEN).fract());
             let local = Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos);
             let d = frame.to_world(local);
-            let radiance = sun.le_infinite(tables, Vec3::ZERO, d);
+            let radiance = sun.le_infinite(tables, EscapedRay::new(Vec3::ZERO, d));
             if !radiance.is_black() {
                 add(d, radiance * share);
             }
@@ -165,7 +165,8 @@ mod tests {
             for j in 0..64 * 64 {
                 let u = [j % 64, j / 64].map(|k| (k as f32 + 0.5) / 64.0);
                 let d = frame.to_world(pt_math::warp::uniform_cone(u, sun.disk.one_minus_cos));
-                let radiance = f64::from(sun.le_infinite(&tables, Vec3::ZERO, d).luminance());
+                let radiance =
+                    f64::from(sun.le_infinite(&tables, EscapedRay::new(Vec3::ZERO, d)).luminance());
                 let share = std::f64::consts::TAU * f64::from(sun.disk.one_minus_cos);
                 want += radiance * f64::from(d.y.max(0.0)) * share / f64::from(TIMES * 64 * 64);
             }

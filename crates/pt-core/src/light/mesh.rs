@@ -1,11 +1,16 @@
 //! Emissive triangles.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::AliasTable;
 use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, of_triangle};
 use super::spherical_triangle::SphericalTriangle;
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
@@ -229,6 +234,10 @@ impl Light for MeshLight {
         }
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
     /// A square of side 2 at height 2 that faces down, split into triangles of different area; and
     /// a flat triangle that stands on a corner.
     fn examples() -> Vec<(Self, LightTables)> {
@@ -253,5 +262,21 @@ impl Light for MeshLight {
             light.map(|l| (l, tables))
         };
         [light(&triangles), light(&[flat])].into_iter().flatten().collect()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for MeshLight {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, tables: &LightTables) -> LightGeometry {
+        LightGeometry::Triangles(tables.triangles.iter().map(|t| (*t, 0)).collect())
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let sum: f64 = tables.triangles.iter().map(|t| of_triangle(t, p, n)).sum();
+        level(self.radiance) * sum
     }
 }

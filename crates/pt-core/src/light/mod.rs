@@ -1,12 +1,13 @@
 //! Light sources: the [`Light`] contract and the closed set of lights.
 //!
-//! To add a light, write `my_light.rs` and add one line to `lights!` below. The laws of `laws.rs`
-//! then test it against its contract.
+//! To add a light, write `my_light.rs` with its [`Light`] and, for tests, its `LightLaws`, and add
+//! one line to `lights!` below. The laws of `laws.rs` then test it against its contract.
 
 mod animated;
 mod directional;
 mod distant_disk;
 pub mod environment;
+mod escaped_ray;
 mod hemisphere;
 mod hosek_sky;
 pub(crate) mod hosek_wilkie;
@@ -33,6 +34,7 @@ use std::sync::Arc;
 
 pub use animated::AnimatedLight;
 pub use environment::{EnvironmentMap, PlacedMap};
+pub use escaped_ray::EscapedRay;
 pub use hosek_sky::HosekWilkieModel;
 pub use light_sample_context::{LightSampleContext, ReceiverSides};
 pub use mesh::EmitterTriangle;
@@ -48,7 +50,7 @@ pub use textured_mesh::TexturedTriangle;
 pub use textured_sphere::SphereMap;
 
 use crate::interaction::{SHADOW_EPSILON, SurfacePoint};
-use crate::light::tree::{LightTree, Many};
+use crate::light::tree::{LightBounds, LightTree};
 use crate::texture::Textures;
 
 /// A sample of the light that arrives at a point, if it is not occluded.
@@ -116,11 +118,13 @@ pub trait Light {
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Radiance along a ray from `p` in direction `d` that leaves the scene.
-    fn le_infinite(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
+    /// Radiance along a ray that leaves the scene.
+    fn le_infinite(&self, _tables: &LightTables, _ray: EscapedRay) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Returns true if [`Self::le_infinite`] is the same for all points and directions.
+    /// Bounds by which a light tree chooses the light; `None` for lights that are in no tree.
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds>;
+    /// Returns true if [`Self::le_infinite`] is the same for all rays.
     fn is_constant(&self) -> bool {
         false
     }
@@ -170,6 +174,8 @@ pub struct LightTables {
     pub limbs: Vec<LimbDarkening>,
 }
 
+/// Makes the closed set of lights, `AnyLight`, from lines of a name and a type. The module
+/// `expansion` has what the macro makes of two lines, written out.
 macro_rules! lights {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
         $(pub use $module::$ty;)*
@@ -220,12 +226,21 @@ macro_rules! lights {
             }
             /// See [`Light::le_infinite`].
             #[inline(always)]
-            pub fn le_infinite(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.le_infinite(t, p, d)),* }
+            pub fn le_infinite(&self, t: &LightTables, ray: EscapedRay) -> Spectrum {
+                match self { $(Self::$name(l) => l.le_infinite(t, ray)),* }
+            }
+            /// See [`Light::bounds`].
+            pub fn bounds(&self, t: &LightTables) -> Option<LightBounds> {
+                match self { $(Self::$name(l) => l.bounds(t)),* }
             }
             /// See [`Light::is_constant`].
             pub fn is_constant(&self) -> bool {
                 match self { $(Self::$name(l) => l.is_constant()),* }
+            }
+            /// Properties of the light, for the laws.
+            #[cfg(test)]
+            fn laws(&self) -> &dyn laws::LightLaws {
+                match self { $(Self::$name(l) => l),* }
             }
             /// Examples of all lights, for the laws.
             pub fn examples() -> Vec<(Self, LightTables)> {
@@ -236,6 +251,9 @@ macro_rules! lights {
         }
     };
 }
+
+#[cfg(test)]
+mod expansion;
 
 lights! {
     /// A point light.
@@ -260,10 +278,10 @@ lights! {
     TexturedSphere = textured_sphere::TexturedSphere,
     /// A spot light that projects an image.
     Projector = projector::Projector,
-    /// A tree of lights with an extent, one of which is chosen.
-    ManyLights = tree::ManyLights,
-    /// A tree of lights without extent, one of which is chosen.
-    ManyPoints = tree::ManyPoints,
+    /// A light tree of emitters, one of which is chosen.
+    EmitterTree = tree::EmitterTree,
+    /// A light tree of lights without extent, one of which is chosen.
+    PointLightTree = tree::PointLightTree,
     /// A light with an extent that is invisible to rays.
     Hidden = invisible::InvisibleLight,
     /// A constant hemispherical sky.
@@ -297,9 +315,9 @@ impl AnyLight {
     /// Returns the tree of the light, or `None` if it is a single light.
     pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
         match self {
-            Self::ManyLights(Many { tree })
-            | Self::Hidden(InvisibleLight::ManyLights(Many { tree }))
-            | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
+            Self::EmitterTree(EmitterTree { tree })
+            | Self::Hidden(InvisibleLight::EmitterTree(EmitterTree { tree }))
+            | Self::PointLightTree(PointLightTree { tree }) => Some(&tables.trees[*tree as usize]),
             _ => None,
         }
     }

@@ -1,7 +1,12 @@
 //! Point light.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Spectrum, Vec3};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level};
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light of intensity I, with irradiance I / r².
@@ -38,8 +43,27 @@ impl Light for Point {
         sample_point(self.position, context.p, self.intensity)
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_point(self.position, self.intensity, 1.0))
+    }
+
     fn examples() -> Vec<(Self, LightTables)> {
         let light = Self { position: Vec3::new(0.0, 2.0, 0.0), intensity: Spectrum::splat(3.0) };
         vec![(light, LightTables::default())]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Point {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        level(self.intensity) * inverse_square(self.position, p, n)
     }
 }

@@ -7,8 +7,11 @@ use pt_scene::Rows;
 use pt_scene::image::Image;
 
 use super::environment::{Environment, EnvironmentMap, PlacedMap};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, midpoints};
 use super::spherical_triangle::SphericalTriangle;
-use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
+use super::tree::LightBounds;
+use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A sky whose light arrives only along rays that pass through a rectangle from its front.
 /// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such
@@ -180,7 +183,7 @@ impl Light for PortalSky {
             wi,
             distance: f32::INFINITY,
             end: None,
-            radiance: self.sky.le_infinite(tables, context.p, wi),
+            radiance: self.sky.le_infinite(tables, EscapedRay::new(context.p, wi)),
             pdf: Some(Pdf::new(pdf)),
         })
     }
@@ -198,11 +201,15 @@ impl Light for PortalSky {
     }
 
     #[inline(never)]
-    fn le_infinite(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-        match self.portal(tables).crossing(p, d) {
-            Some(_) => self.sky.le_infinite(tables, p, d),
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
+        match self.portal(tables).crossing(ray.origin, ray.direction) {
+            Some(_) => self.sky.le_infinite(tables, ray),
             None => Spectrum::ZERO,
         }
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A square window in the ceiling under a constant environment, and a tilted one, longer than
@@ -230,6 +237,31 @@ impl Light for PortalSky {
             of(even, ceiling, Vec::new()),
             of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::PixelCenters)]),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for PortalSky {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Midpoint rule over many parts of the rectangle.
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        const PARTS: u32 = 600;
+        let [corner, e1, e2] = tables.portals[self.portal as usize].sides();
+        let across = e1.cross(e2);
+        midpoints(PARTS, |u, v| {
+            let to_part = corner + e1 * u + e2 * v - p;
+            let (r2, d) = (to_part.length_squared(), to_part.normalize());
+            let ray = EscapedRay::new(p.as_vec3(), d.as_vec3());
+            let radiance = level(self.sky.le_infinite(tables, ray));
+            radiance * (-d.dot(across)).max(0.0) * d.dot(n).max(0.0) / r2
+        })
     }
 }
 

@@ -3,9 +3,14 @@
 use std::f32::consts::FRAC_PI_4;
 use std::sync::Arc;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
 use super::spot::{Falloff, Spot};
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -38,10 +43,10 @@ pub struct ProjectedImage {
 const EDGE: f32 = 1e-6;
 
 impl ProjectedImage {
-    /// Factor of the intensity towards the unit vector `w`, which is at an acute angle to the axis:
+    /// Transmittance of the slide towards the unit vector `w`, at an acute angle to the axis:
     /// (u, v) = ½ + ½ (x, y) / (z tan θ), and 0 outside of the unit square. [Mitsuba 3.9
     /// documentation, `spot`, `projector`]
-    pub fn share(&self, textures: &Textures, w: Vec3) -> Spectrum {
+    pub fn transmittance(&self, textures: &Textures, w: Vec3) -> Spectrum {
         let Vec3 { x, y, z } = self.axes.transpose() * w;
         let at = Vec2::new(x, y) / (Vec2::from(self.tangents) * z);
         // Directions to the edge are rounded.
@@ -64,8 +69,12 @@ impl Light for Projector {
     ) -> Option<LightSample> {
         let plain = self.spot.sample(tables, context, u)?;
         let slide = &tables.slides[self.slide as usize];
-        let radiance = plain.radiance * slide.share(&tables.textures, -plain.wi);
+        let radiance = plain.radiance * slide.transmittance(&tables.textures, -plain.wi);
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })
+    }
+
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_spot(&self.spot, tables.slides[self.slide as usize].mean))
     }
 
     /// An image of 3 × 2 texels, rotated and projected downwards, with a spot falloff and with one
@@ -93,5 +102,28 @@ impl Light for Projector {
             of(Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_4 }, [1.0; 2]),
             of(Falloff::Flat { cutoff }, [1.0, 0.75]),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Projector {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let w = (p - self.spot.position.as_dvec3()).normalize();
+        let falloff = of_falloff(self.spot.falloff, w.dot(self.spot.axis.as_dvec3()));
+        if falloff == 0.0 {
+            return 0.0;
+        }
+        let slide = &tables.slides[self.slide as usize];
+        let picture = level(slide.transmittance(&tables.textures, w.as_vec3()));
+        let on_axis = level(self.spot.intensity) * inverse_square(self.spot.position, p, n);
+        on_axis * falloff * picture
     }
 }

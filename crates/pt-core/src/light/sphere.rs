@@ -1,9 +1,16 @@
 //! Emissive sphere.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
+#[cfg(test)]
+use std::f64::consts::PI;
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
@@ -124,6 +131,10 @@ impl Light for SphereLight {
         }
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_sphere(self, 1.0))
+    }
+
     fn examples() -> Vec<(Self, LightTables)> {
         let at = |y, radius, inward| Self {
             center: Vec3::new(0.0, y, 0.0),
@@ -135,5 +146,27 @@ impl Light for SphereLight {
         [at(3.0, 1.0, false), at(500.0, 0.5, false), at(0.5, 2.0, true)]
             .map(|l| (l, LightTables::default()))
             .into()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for SphereLight {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::Sphere(*self)
+    }
+
+    /// Inside of a sphere that emits inwards, radiance is equal from all directions.
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let (center, radius) = (self.center.as_dvec3(), f64::from(self.radius));
+        level(self.radiance)
+            * match ((p - center).length() > radius, self.inward) {
+                (true, false) => pt_testing::irradiance::of_sphere(center, radius, p, n),
+                (false, true) => PI,
+                _ => 0.0,
+            }
     }
 }

@@ -2,9 +2,14 @@
 
 use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Spectrum, Vec3, trig};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
 use super::point::sample_point;
+use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light whose intensity falls off with the angle to its axis, and is zero outside of its
@@ -58,7 +63,7 @@ pub enum Falloff {
 impl Falloff {
     /// Returns the relative intensity towards the unit vector `w`; 0 outside of the cone.
     #[inline]
-    pub fn share(self, axis: Vec3, w: Vec3) -> f32 {
+    pub fn factor(self, axis: Vec3, w: Vec3) -> f32 {
         let cos = axis.dot(w);
         match self {
             Self::Cosine { cos_cutoff, .. } if cos <= cos_cutoff => 0.0,
@@ -109,9 +114,13 @@ impl Light for Spot {
         _u: [f32; 2],
     ) -> Option<LightSample> {
         let on_axis = sample_point(self.position, context.p, self.intensity)?;
-        let share = self.falloff.share(self.axis, -on_axis.wi);
-        let radiance = on_axis.radiance * share;
-        (share > 0.0).then_some(LightSample { radiance, ..on_axis })
+        let falloff = self.falloff.factor(self.axis, -on_axis.wi);
+        let radiance = on_axis.radiance * falloff;
+        (falloff > 0.0).then_some(LightSample { radiance, ..on_axis })
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        Some(LightBounds::of_spot(self, 1.0))
     }
 
     /// One light with each falloff, a cone with a sharp edge, and a light without a cone.
@@ -132,5 +141,22 @@ impl Light for Spot {
             falloff,
         };
         falloffs.map(|f| (of(f), LightTables::default())).into()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Spot {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let cos = (p - self.position.as_dvec3()).normalize().dot(self.axis.as_dvec3());
+        let falloff = of_falloff(self.falloff, cos);
+        level(self.intensity) * falloff * inverse_square(self.position, p, n)
     }
 }

@@ -3,10 +3,19 @@
 
 use std::f32::consts::FRAC_PI_2;
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
+#[cfg(test)]
+use std::f64::consts::TAU;
 
 use super::hosek_wilkie::{self, COEFFICIENTS, HEIGHT_POWERS, LIMB_POWERS, PARTS};
-use super::{DistantDisk, Light, LightHit, LightSample, LightSampleContext, LightTables};
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, midpoints};
+use super::tree::LightBounds;
+use super::{
+    DistantDisk, EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightTables,
+};
 
 /// A disk at infinity that is invisible below the horizon.
 #[derive(Clone, Copy, Debug)]
@@ -90,11 +99,16 @@ impl Light for Sun {
     }
 
     #[inline]
-    fn le_infinite(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-        if self.disk.le_infinite(tables, p, d).is_black() || d.dot(self.up) < 0.0 {
+    fn le_infinite(&self, tables: &LightTables, ray: EscapedRay) -> Spectrum {
+        let d = ray.direction;
+        if self.disk.le_infinite(tables, ray).is_black() || d.dot(self.up) < 0.0 {
             return Spectrum::ZERO;
         }
         self.radiance(tables, d)
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
     }
 
     /// A high sun of real size, a wide one without limb darkening, and a low one with limb
@@ -112,6 +126,33 @@ impl Light for Sun {
             of(Vec3::new(0.96, 0.28, 0.0), 0.5, None),
             of(Vec3::new(0.0, 0.0, -1.0), 0.2, Some(6.5)),
         ]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for Sun {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// Midpoint rule over parts of equal solid angle.
+    fn irradiance(&self, tables: &LightTables, _: DVec3, n: DVec3) -> f64 {
+        const PARTS: u32 = 600;
+        let one_minus_cos = f64::from(self.disk.one_minus_cos);
+        let axis = self.disk.to_light.as_dvec3();
+        let (x, y) = axis.any_orthonormal_pair();
+        midpoints(PARTS, |u, v| {
+            let (height, (sin, cos)) = (u * one_minus_cos, (v * TAU).sin_cos());
+            let away = (height * (2.0 - height)).sqrt();
+            let d = axis * (1.0 - height) + (x * cos + y * sin) * away;
+            let radiance = self.le_infinite(tables, EscapedRay::new(Vec3::ZERO, d.as_vec3()));
+            level(radiance) * d.dot(n).max(0.0)
+        }) * TAU
+            * one_minus_cos
     }
 }
 
@@ -182,7 +223,11 @@ mod tests {
             let tables = LightTables { limbs, ..LightTables::default() };
             let sun = Sun { disk, up: Vec3::Z, limb: Some(0) };
             for (d, want) in places {
-                assert_close(sun.le_infinite(&tables, Vec3::ZERO, d).to_array(), want, 2e-3);
+                assert_close(
+                    sun.le_infinite(&tables, EscapedRay::new(Vec3::ZERO, d)).to_array(),
+                    want,
+                    2e-3,
+                );
             }
         }
     }

@@ -1,9 +1,14 @@
 //! Triangles with an emission texture.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::distribution::AliasTable;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, of_textured_triangle};
 use super::mesh::{EmitterTriangle, point_of, seen_nearby};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -133,6 +138,10 @@ impl Light for TexturedMesh {
         }
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
     /// A square of side 2 at height 2 that faces down, of four triangles with colours at their
     /// corners, one of which is nearly black.
     fn examples() -> Vec<(Self, LightTables)> {
@@ -164,5 +173,22 @@ impl Light for TexturedMesh {
         let mut tables = LightTables { textures: textures.into(), ..LightTables::default() };
         let light = Self::new(&mut tables, &triangles, &laid);
         light.map(|light| (light, tables)).into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for TexturedMesh {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, tables: &LightTables) -> LightGeometry {
+        let triangles = tables.triangles.iter().zip(&tables.textured_triangles);
+        LightGeometry::Triangles(triangles.map(|(t, of)| (*t, of.primitive)).collect())
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let triangles = tables.triangles.iter().zip(&tables.textured_triangles);
+        triangles.map(|(t, of)| of_textured_triangle(tables, t, of, p, n)).sum()
     }
 }

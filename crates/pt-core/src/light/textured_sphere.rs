@@ -1,7 +1,14 @@
 //! Sphere with an emission texture.
 
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
+#[cfg(test)]
+use std::f64::consts::TAU;
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level, midpoints};
+use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables, SphereLight};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -65,6 +72,11 @@ impl Light for TexturedSphere {
         self.sphere.pdf(t, context, wi, hit)
     }
 
+    fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
+        let mean = tables.sphere_maps[self.map as usize].mean;
+        Some(LightBounds::of_sphere(&self.sphere, mean))
+    }
+
     /// A sphere with an image of two rows and four columns, rotated.
     fn examples() -> Vec<(Self, LightTables)> {
         let values = [1.0, 0.5, 2.0, 0.1, 3.0, 1.5, 0.7, 0.2];
@@ -85,5 +97,38 @@ impl Light for TexturedSphere {
             ..LightTables::default()
         };
         vec![(Self { sphere, map: 0 }, tables)]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for TexturedSphere {
+    fn depends_on_surface(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::Sphere(self.sphere)
+    }
+
+    /// ∫ L cos θ cos θ′ / r² dA over the sphere, by the midpoint rule over parts of equal area.
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        const PARTS: u32 = 400;
+        let map = &tables.sphere_maps[self.map as usize];
+        let (center, radius) = (self.sphere.center.as_dvec3(), f64::from(self.sphere.radius));
+        midpoints(PARTS, |x, y| {
+            let (z, (sin, cos)) = (2.0 * x - 1.0, (y * TAU).sin_cos());
+            let equator = (1.0 - z * z).sqrt();
+            let outwards = DVec3::new(cos * equator, sin * equator, z);
+            let d = center + outwards * radius - p;
+            let (cos_light, cos_lit) = (-d.normalize().dot(outwards), d.normalize().dot(n));
+            if cos_light <= 0.0 || cos_lit <= 0.0 {
+                return 0.0;
+            }
+            let radiance = map.radiance(&tables.textures, &self.sphere, outwards.as_vec3());
+            level(radiance) * cos_light * cos_lit / d.length_squared()
+        }) * 2.0
+            * TAU
+            * radius
+            * radius
     }
 }

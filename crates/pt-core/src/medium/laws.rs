@@ -160,6 +160,10 @@ fn media(albedo: f32) -> Vec<Case> {
     ]
 }
 
+fn is_homogeneous((_, medium, _): &&Case) -> bool {
+    matches!(medium.matter, MediumProperties::Homogeneous(_))
+}
+
 /// Two kinds of microflakes.
 const LEFT: [f32; 6] = [0.9, 0.1, 0.2, 0.05, 0.1, -0.02];
 const RIGHT: [f32; 6] = [0.1, 0.5, 0.9, -0.1, 0.0, 0.2];
@@ -284,7 +288,7 @@ fn grids_may_glow_in_places() {
 /// The transmittance of homogeneous media has no variance.
 #[test]
 fn homogeneous_transmittance_is_exact() {
-    for (name, medium, depth) in &media(0.5)[..2] {
+    for (name, medium, depth) in media(0.5).iter().filter(is_homogeneous) {
         let (_, mut stream) = numbers(0);
         let got = medium.transmittance(&ray(), &mut stream).to_array();
         for (got, depth) in got.into_iter().zip(depth(ray().t_max)) {
@@ -297,7 +301,7 @@ fn homogeneous_transmittance_is_exact() {
 /// closed form for homogeneous media.
 #[test]
 fn absorption_takes_no_random_distances() {
-    for (name, medium, depth) in &media(0.0)[..2] {
+    for (name, medium, depth) in media(0.0).iter().filter(is_homogeneous) {
         for sample in 0..10 {
             let (u, mut stream) = numbers(sample);
             let MediumSample::Transmitted { weight } =

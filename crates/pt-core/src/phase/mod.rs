@@ -43,6 +43,8 @@ fn turned(wo: Vec3, cos: f64, v: f32) -> Vec3 {
     Frame::from_normal(-wo).to_world(local)
 }
 
+/// Makes the closed set of phase functions, `AnyPhase`, from lines of a name and a type. The module
+/// `expansion` has what the macro makes of two lines, written out.
 macro_rules! phases {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
         $(pub use $module::$ty;)*
@@ -82,6 +84,9 @@ macro_rules! phases {
         }
     };
 }
+
+#[cfg(test)]
+mod expansion;
 
 phases! {
     /// Isotropic scattering.

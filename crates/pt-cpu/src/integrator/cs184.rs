@@ -1,7 +1,7 @@
 //! Light transport as in the program of the university course (CS184 / CSC4140, assignments 3-1 and
 //! 3-2); `docs/cs184.md` describes where it differs from physics.
 
-use pt_core::light::{AnyLight, LightSample};
+use pt_core::light::{AnyLight, EscapedRay, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
 
@@ -34,7 +34,7 @@ impl PathEstimator for Cs184 {
         infinite_lights: &Skies,
     ) -> Spectrum {
         if bounces == 0 {
-            cx.scene.le_infinite(path.origin.p, d, infinite_lights)
+            cx.scene.le_infinite(EscapedRay::new(path.origin.p, d), infinite_lights)
         } else {
             Spectrum::ZERO
         }

@@ -265,7 +265,7 @@ impl DirectLighting {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, camera_rays.time(target as usize)),
                 None if hemisphere.sky => {
-                    scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights)
+                    scene.le_infinite(ray.into(), &scene.infinite_lights)
                 }
                 None => Spectrum::ZERO,
             };

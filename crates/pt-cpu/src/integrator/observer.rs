@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use pt_core::interaction::Interaction;
-use pt_core::light::{AnyLight, LightSampleContext};
+use pt_core::light::{AnyLight, EscapedRay, LightSampleContext};
 use pt_core::scene::RenderScene;
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
@@ -189,7 +189,7 @@ pub(super) fn emitter_source(
 /// Source of emission found by a path in the environment; `weighted` is its radiance times the MIS
 /// weight.
 pub(super) fn sky_source(cx: Context, p: Vec3, direction: Vec3, weighted: Spectrum) -> LightSource {
-    let radiance = cx.scene.le_infinite(p, direction, &cx.scene.infinite_lights);
+    let radiance = cx.scene.le_infinite(EscapedRay::new(p, direction), &cx.scene.infinite_lights);
     LightSource::Sky { direction, radiance, weight: weight_of(weighted, radiance) }
 }
 

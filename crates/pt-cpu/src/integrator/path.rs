@@ -1,6 +1,6 @@
 //! The unidirectional path tracer.
 
-use pt_core::light::{AnyLight, LightSample};
+use pt_core::light::{AnyLight, EscapedRay, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
@@ -67,7 +67,7 @@ impl PathEstimator for Path {
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
-            light.le_infinite(tables, path.origin.p, d)
+            light.le_infinite(tables, EscapedRay::new(path.origin.p, d))
                 * emission_mis_weight(settings, path.bsdf_pdf, Some((light, pdf)))
         };
         infinite_lights.iter().map(|&id| weighted(&scene.lights[id])).sum()

@@ -416,7 +416,7 @@ fn only_tubes_of_hair_have_no_back() {
     assert!(outward("") && outward("ReverseOrientation"));
     // One material on both kinds of shapes becomes two.
     let both = read("", &format!("Material \"hair\" {CURVE} {SPHERE} {CURVE}"));
-    let sides: Vec<_> = both.materials.iter().map(|m| m.surface.has_no_back()).collect();
+    let sides: Vec<_> = both.materials.iter().map(|m| m.surface.culls_backfaces()).collect();
     assert_eq!(sides, [true, false]);
     assert_eq!(
         both.objects.iter().map(|o| o.materials[0]).collect::<Vec<_>>(),

@@ -5,7 +5,7 @@ use pt_testing::Random;
 
 use super::{AnyLobe, CORNERS, all_lobes, below, unit_3d};
 use crate::bsdf::mirror::reflect;
-use crate::bsdf::{BsdfSample, LobeRecord, LobeTables};
+use crate::bsdf::{BsdfSample, LobeContext, LobeRecord};
 
 /// Number of calls of lobes per round.
 const CALLS: u64 = 5;
@@ -17,7 +17,7 @@ fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
     let mut record = lobes[first];
     let other = lobes[(first + random.below(6)).min(lobes.len() - 1)];
     if other.kind != record.kind {
-        return AnyLobe::from_record(&record, LobeTables::examples());
+        return AnyLobe::from_record(&record, LobeContext::examples());
     }
     for (number, other) in record.p.iter_mut().zip(other.p) {
         let t = match random.below(4) {
@@ -27,7 +27,7 @@ fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
         };
         *number = *number * (1.0 - t) + other * t;
     }
-    AnyLobe::from_record(&record, LobeTables::examples())
+    AnyLobe::from_record(&record, LobeContext::examples())
 }
 
 /// A direction on either side, half of the time at grazing angles.

@@ -3,7 +3,7 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::AnyLobe;
-use crate::bsdf::{BsdfSample, LobeTables};
+use crate::bsdf::{BsdfSample, LobeContext};
 
 /// Properties of a lobe that the laws take into account and cannot derive.
 ///
@@ -69,7 +69,7 @@ pub(in crate::bsdf) enum SamplingMaps {
 }
 
 /// Examples are evaluated as they are in renders: as records, with the tables of
-/// [`LobeTables::examples`].
+/// the examples.
 impl AnyLobe<'_> {
     pub(in crate::bsdf) fn is_delta(&self) -> bool {
         self.record().is_delta()
@@ -80,18 +80,18 @@ impl AnyLobe<'_> {
     }
 
     pub(in crate::bsdf) fn lobe_width(&self) -> f32 {
-        self.record().lobe_width(LobeTables::examples())
+        self.record().lobe_width(LobeContext::examples())
     }
 
     pub(in crate::bsdf) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        self.record().eval(LobeTables::examples(), wo, wi)
+        self.record().eval(LobeContext::examples(), wo, wi)
     }
 
     pub(in crate::bsdf) fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        self.record().pdf(LobeTables::examples(), wo, wi)
+        self.record().pdf(LobeContext::examples(), wo, wi)
     }
 
     pub(in crate::bsdf) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        self.record().sample(LobeTables::examples(), wo, u)
+        self.record().sample(LobeContext::examples(), wo, u)
     }
 }

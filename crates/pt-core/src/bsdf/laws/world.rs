@@ -5,7 +5,7 @@ use pt_math::{Pdf, Vec3};
 use pt_testing::Random;
 
 use super::{AnyLobe, all_lobes, close, unit_3d};
-use crate::bsdf::{Bsdf, LobeRecord, LobeTables, Orientation, Shadowing};
+use crate::bsdf::{Bsdf, LobeContext, LobeRecord, Orientation, Shadowing};
 
 /// A true normal, and a shading normal up to about 40 degrees from it.
 fn normals(random: &mut Random) -> (Vec3, Vec3) {
@@ -26,14 +26,14 @@ fn at_surfaces(law: impl Fn(&AnyLobe, bool, [Vec3; 3], &mut Random)) {
 }
 
 fn bsdf(lobe: &LobeRecord, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
-    Bsdf::new(lobe, LobeTables::examples(), two_sided, normal, true_normal, wo)
+    Bsdf::new(lobe, LobeContext::examples(), two_sided, normal, true_normal, wo)
 }
 
 /// The BSDF with a shadowing relief.
 fn shadowed(lobe: &LobeRecord, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
     let shadowing = Shadowing::new(true_normal, normal);
     let orientation = Orientation { shadowing, ..Orientation::plain(normal, None) };
-    Bsdf::oriented(lobe, LobeTables::examples(), true, orientation, true_normal, wo)
+    Bsdf::oriented(lobe, LobeContext::examples(), true, orientation, true_normal, wo)
 }
 
 /// Lobes that do not transmit never carry light through the true surface, for any shading normal;

@@ -146,6 +146,6 @@ pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
 /// glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
 pub(super) fn through(wo: f32, wi: f32, left: impl Fn(f32) -> f32) -> f32 {
-    let share = |cos: f32| if cos > 0.0 { left(cos) } else { 1.0 };
-    share(wo).min(share(wi))
+    let transmittance = |cos: f32| if cos > 0.0 { left(cos) } else { 1.0 };
+    transmittance(wo).min(transmittance(wi))
 }

@@ -18,7 +18,7 @@ use sheen::Sheen;
 use super::microfacet::MicrofacetDistribution;
 use super::multiscatter::{Reflected, SchlickGloss};
 use super::rough_dielectric::{Pair, eta_from};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A mixture of a metal and a dielectric with a diffuse or transmissive base, under sheen and clear
 /// coat. See [`pt_scene::material::MetallicRoughness`] for its parameters.
@@ -488,7 +488,7 @@ impl Lobe<'_> for MetallicRoughness {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             base_color: color(p, Self::BASE_COLOR),
             metallic: p[Self::METALLIC],

@@ -16,7 +16,7 @@ pub use thin::PrincipledThin;
 use super::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or transmit light, and
 /// a clear coat. See [`pt_scene::material::Principled`] for its parameters.
@@ -309,7 +309,7 @@ impl Lobe<'_> for Principled {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             base_color: color(p, Self::BASE_COLOR),
             roughness: p[Self::ROUGHNESS],

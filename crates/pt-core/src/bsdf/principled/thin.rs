@@ -10,7 +10,7 @@ use super::{distribution, schlick_weight, tinted_fresnel};
 use crate::bsdf::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::rough_dielectric::upright;
-use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
+use crate::bsdf::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// Both sides of a sheet at once: diffuse reflection with sheen, diffuse transmission, and facets
 /// that reflect light or transmit it unrefracted. See [`pt_scene::material::PrincipledThin`] for
@@ -235,7 +235,7 @@ impl Lobe<'_> for PrincipledThin {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: LobeContext<'_>) -> Self {
         Self {
             base_color: color(p, Self::BASE_COLOR),
             roughness: p[Self::ROUGHNESS],

@@ -3,7 +3,7 @@
 use pt_math::{Bounds3, Vec3};
 
 use super::super::LightTables;
-use super::emission::{EmissionProfile, across};
+use super::bounds::{LightBounds, across};
 use super::node::{Node, WIDTH};
 use super::{Slot, TreeLight};
 
@@ -18,7 +18,7 @@ const FEW: usize = WIDTH * WIDTH;
 #[derive(Clone, Copy)]
 struct Item {
     light: u32,
-    emission: EmissionProfile,
+    emission: LightBounds,
 }
 
 /// A tree under construction.
@@ -33,8 +33,7 @@ pub(super) struct Built {
 
 /// Builds the tree of lights.
 pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
-    let item =
-        |(light, l): (u32, &TreeLight)| Item { light, emission: EmissionProfile::of(l, tables) };
+    let item = |(light, l): (u32, &TreeLight)| Item { light, emission: LightBounds::of(l, tables) };
     let mut items: Vec<_> = (0..).zip(lights).map(item).collect();
     let root = Slot { node: 0, lane: 0 };
     let places = vec![root; lights.len()];
@@ -68,20 +67,20 @@ impl Built {
 /// Lights that form one child of a node.
 struct Group<'a> {
     items: &'a mut [Item],
-    emission: EmissionProfile,
+    emission: LightBounds,
 }
 
 impl<'a> Group<'a> {
     fn new(items: &'a mut [Item]) -> Self {
         let emission = match items {
             [item] => item.emission,
-            _ => EmissionProfile::of_all(items.iter().map(|item| &item.emission)),
+            _ => LightBounds::of_all(items.iter().map(|item| &item.emission)),
         };
         Self { items, emission }
     }
 
     fn cost(&self) -> f32 {
-        let EmissionProfile { strength, axis, bounds, .. } = self.emission;
+        let LightBounds { strength, axis, bounds, .. } = self.emission;
         cost(strength, axis, &bounds)
     }
 }
@@ -114,7 +113,7 @@ fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
 }
 
 /// Partitions more lights than a node holds into two groups; returns the size of the first.
-fn split(items: &mut [Item], whole: &EmissionProfile, depth: u32) -> usize {
+fn split(items: &mut [Item], whole: &LightBounds, depth: u32) -> usize {
     let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
     let is_open = depth < MAX_UNEVEN && items.len() > FEW;
     let best = is_open.then(|| best_plane(items, whole, &centers)).flatten();
@@ -178,17 +177,13 @@ impl Bin {
 
 /// Returns the axis and the last bin of the near side of the cheapest split, by strength, area and
 /// orientation; `None` if there is none. [Conty Estevez & Kulla 2018, §4.4]
-fn best_plane(
-    items: &[Item],
-    whole: &EmissionProfile,
-    centers: &Bounds3,
-) -> Option<(usize, usize)> {
+fn best_plane(items: &[Item], whole: &LightBounds, centers: &Bounds3) -> Option<(usize, usize)> {
     let extents = whole.bounds.diagonal();
     let mut best: Option<(f32, (usize, usize))> = None;
     for axis in (0..3).filter(|&axis| centers.max[axis] > centers.min[axis]) {
         let mut bins = [Bin::EMPTY; BINS];
         for item in items {
-            let EmissionProfile { bounds, strength, axis: of_light, .. } = item.emission;
+            let LightBounds { bounds, strength, axis: of_light, .. } = item.emission;
             let one = Bin { bounds, strength, axes: of_light * strength };
             bins[bin_of(item, centers, axis)].add(&one);
         }

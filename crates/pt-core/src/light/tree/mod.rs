@@ -3,28 +3,34 @@
 //! Adaptive Tree Splitting"; without their splitting, as Pharr, Jakob & Humphreys, Physically Based
 //! Rendering, 4th ed., §12.6.3]
 
+mod bounds;
 mod build;
-mod emission;
 mod node;
 
-pub(crate) use emission::is_bounded;
+pub use bounds::LightBounds;
 use node::{Node, Receiver};
+#[cfg(test)]
+use pt_math::DVec3;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_triangle};
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
 use super::{AnyLight, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
-/// Lights in a tree: either lights without extent, which rays never hit, or extended ones.
+/// Light tree of emitters: lights with an extent, which rays hit.
 #[derive(Clone, Copy, Debug)]
-pub struct Many<const POINTS: bool> {
+pub struct EmitterTree {
     /// Index into [`LightTables::trees`].
     pub tree: u32,
 }
 
-/// Extended lights in a tree.
-pub type ManyLights = Many<false>;
-/// Lights without extent in a tree.
-pub type ManyPoints = Many<true>;
+/// Light tree of lights without extent, which rays never hit.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLightTree {
+    /// Index into [`LightTables::trees`].
+    pub tree: u32,
+}
 
 /// A light in a tree.
 #[derive(Clone, Copy, Debug)]
@@ -298,8 +304,8 @@ fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
     (rest + fraction * (STEP / probability)).min(MAX)
 }
 
-impl<const POINTS: bool> Light for Many<POINTS> {
-    const DELTA: bool = POINTS;
+impl Light for EmitterTree {
+    const DELTA: bool = false;
 
     fn sample(
         &self,
@@ -327,14 +333,80 @@ impl<const POINTS: bool> Light for Many<POINTS> {
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         let tree = &tables.trees[self.tree as usize];
-        let hit = hit.filter(|_| !POINTS);
         hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, context, wi, hit))
     }
 
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
     fn examples() -> Vec<(Self, LightTables)> {
-        let lights = if POINTS { example_of_points() } else { example_of_squares() };
-        let trees = vec![LightTree::new(lights, &LightTables::default())];
+        let trees = vec![LightTree::new(example_of_squares(), &LightTables::default())];
         vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for EmitterTree {
+    fn depends_on_surface(&self) -> bool {
+        true
+    }
+
+    fn geometry(&self, tables: &LightTables) -> LightGeometry {
+        let triangles = tables.trees[self.tree as usize].primitives();
+        LightGeometry::Triangles(triangles.map(|(t, _, primitive)| (*t, primitive)).collect())
+    }
+
+    fn irradiance(&self, tables: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        let triangles = tables.trees[self.tree as usize].primitives();
+        triangles.map(|(t, radiance, _)| level(radiance) * of_triangle(t, p, n)).sum()
+    }
+}
+
+impl Light for PointLightTree {
+    const DELTA: bool = true;
+
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample_one(tables, context, u)
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        tables.trees[self.tree as usize].sample_each(tables, points, samples);
+    }
+
+    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+        None
+    }
+
+    fn examples() -> Vec<(Self, LightTables)> {
+        let trees = vec![LightTree::new(example_of_points(), &LightTables::default())];
+        vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
+    }
+}
+
+#[cfg(test)]
+impl LightLaws for PointLightTree {
+    fn depends_on_surface(&self) -> bool {
+        true
+    }
+
+    fn geometry(&self, _: &LightTables) -> LightGeometry {
+        LightGeometry::None
+    }
+
+    /// The point light of the example.
+    fn irradiance(&self, _: &LightTables, p: DVec3, n: DVec3) -> f64 {
+        3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n)
     }
 }
 
@@ -368,13 +440,14 @@ fn example_of_points() -> Vec<(TreeLight, Option<u32>)> {
 
 #[cfg(test)]
 impl LightTree {
-    /// Returns the lights that have primitives, with the numbers of these.
-    pub(super) fn primitives(&self) -> impl Iterator<Item = (&TreeLight, u32)> {
-        let light = |(i, &light): (usize, &u32)| {
-            let light = self.lights.get(light as usize)?;
-            Some((light, self.first_primitive + i as u32))
-        };
-        self.light_of.iter().enumerate().filter_map(light)
+    /// Returns the triangles of constant radiance, with their primitives.
+    fn primitives(&self) -> impl Iterator<Item = (&EmitterTriangle, Spectrum, u32)> {
+        self.light_of.iter().zip(self.first_primitive..).filter_map(
+            |(&light, primitive)| match self.lights.get(light as usize)? {
+                TreeLight::Triangle(t, radiance) => Some((t, *radiance, primitive)),
+                TreeLight::Textured(..) | TreeLight::Other(_) => None,
+            },
+        )
     }
 }
 

@@ -5,12 +5,12 @@ use pt_math::Vec3;
 use wide::f32x8;
 
 use super::super::{LightSampleContext, ReceiverSides};
-use super::emission::{EmissionProfile, MARGIN, across};
+use super::bounds::{LightBounds, MARGIN, across};
 
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// [`EmissionProfile`] of up to eight children in structure-of-arrays layout; missing children have
+/// [`LightBounds`] of up to eight children in structure-of-arrays layout; missing children have
 /// strength 0.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
@@ -65,7 +65,7 @@ fn dot(a: &[f32x8; 3], b: &[f32x8; 3]) -> f32x8 {
 
 impl Node {
     /// Creates a node of up to eight children.
-    pub(super) fn new(children: &[EmissionProfile]) -> Self {
+    pub(super) fn new(children: &[LightBounds]) -> Self {
         let mut node = Self::zeroed();
         for (lane, child) in children.iter().enumerate() {
             for axis in 0..3 {

@@ -1,10 +1,10 @@
-//! Emission of sets of lights: strength, position and direction.
+//! Bounds of the emission of sets of lights: strength, position and direction.
 
 use std::f32::consts::PI;
 
 use pt_math::{Bounds3, Spectrum, Vec3, trig};
 
-use super::super::{AnyLight, Falloff, LightTables, SphereLight, Spot};
+use super::super::{Falloff, LightTables, SphereLight, Spot};
 use super::TreeLight;
 
 /// Tolerance for the rounding error of cosines, within which lights are not culled.
@@ -26,7 +26,7 @@ const EVERYWHERE: f32 = 0.25;
 /// "Hierarchical Light Sampling with Accurate Spherical Gaussian Lighting", represent the
 /// directions of many lights by the mean of their axes]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EmissionProfile {
+pub struct LightBounds {
     /// Bounding box of all lights.
     pub(super) bounds: Bounds3,
     /// Mean position, weighted by strength.
@@ -44,7 +44,7 @@ pub(super) struct EmissionProfile {
 /// Value of `cut` for lights that emit in all directions, and for sets of lights.
 const NO_CUT: f32 = -4.0;
 
-impl EmissionProfile {
+impl LightBounds {
     /// Returns the emission of one light.
     pub(super) fn of(light: &TreeLight, tables: &LightTables) -> Self {
         match light {
@@ -66,34 +66,24 @@ impl EmissionProfile {
                 let mean = tables.textured_triangles[*laid as usize].mean;
                 Self::of(&TreeLight::Triangle(*t, Spectrum::splat(mean)), tables)
             }
-            TreeLight::Other(AnyLight::Spot(spot)) => Self::of_spot(spot, 1.0),
-            TreeLight::Other(AnyLight::Projector(projector)) => {
-                Self::of_spot(&projector.spot, tables.slides[projector.slide as usize].mean)
-            }
-            TreeLight::Other(AnyLight::Sphere(s)) => Self::of_sphere(s, 1.0),
-            TreeLight::Other(AnyLight::TexturedSphere(s)) => {
-                Self::of_sphere(&s.sphere, tables.sphere_maps[s.map as usize].mean)
-            }
-            TreeLight::Other(AnyLight::Point(l)) => {
-                Self::everywhere(l.position, 0.0, level(l.intensity))
-            }
-            TreeLight::Other(AnyLight::Ies(l)) => {
-                let mean = tables.profiles[l.profile as usize].mean_candela();
-                Self::everywhere(l.position, 0.0, level(l.scale) * mean)
-            }
-            TreeLight::Other(other) => unreachable!("{other:?} is in no tree"),
+            TreeLight::Other(light) => light.bounds(tables).expect("a light of a tree has bounds"),
         }
     }
 
-    /// Returns the emission of a spot light whose intensity is multiplied by `share`.
-    fn of_spot(spot: &Spot, share: f32) -> Self {
+    /// Returns the emission of a light without extent, equal in all directions.
+    pub(in crate::light) fn of_point(position: Vec3, intensity: Spectrum, factor: f32) -> Self {
+        Self::everywhere(position, 0.0, level(intensity) * factor)
+    }
+
+    /// Returns the emission of a spot light whose intensity is multiplied by `factor`.
+    pub(in crate::light) fn of_spot(spot: &Spot, factor: f32) -> Self {
         let cut = match spot.falloff {
             Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
             Falloff::Linear { cutoff, .. }
             | Falloff::Flat { cutoff }
             | Falloff::Punctual { outer: cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
         };
-        let strength = level(spot.intensity) * share;
+        let strength = level(spot.intensity) * factor;
         let everywhere = Self::everywhere(spot.position, 0.0, strength);
         if cut <= 0.0 {
             return everywhere;
@@ -101,10 +91,10 @@ impl EmissionProfile {
         Self { strength: held(strength), axis: spot.axis, cut: cut - MARGIN, ..everywhere }
     }
 
-    /// Returns the emission of a sphere whose radiance is multiplied by `share`.
-    fn of_sphere(s: &SphereLight, share: f32) -> Self {
+    /// Returns the emission of a sphere whose radiance is multiplied by `factor`.
+    pub(in crate::light) fn of_sphere(s: &SphereLight, factor: f32) -> Self {
         let strength = level(s.radiance) * PI * s.radius * s.radius;
-        Self::everywhere(s.center, s.radius, strength * share)
+        Self::everywhere(s.center, s.radius, strength * factor)
     }
 
     fn everywhere(center: Vec3, radius: f32, strength: f32) -> Self {
@@ -160,10 +150,4 @@ fn held(strength: f32) -> f32 {
 pub(super) fn across(axis: Vec3) -> f32 {
     let less = (1.0 - axis.length()).clamp(0.0, 0.5);
     EVERYWHERE * (2.0 * less).sqrt()
-}
-
-/// Returns true if a light can be in a tree.
-pub(crate) fn is_bounded(light: &AnyLight) -> bool {
-    use AnyLight::{Ies, Point, Projector, Sphere, Spot, TexturedSphere};
-    matches!(light, Point(_) | Spot(_) | Projector(_) | Ies(_) | Sphere(_) | TexturedSphere(_))
 }
