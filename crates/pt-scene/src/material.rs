@@ -29,8 +29,18 @@ pub struct Material {
 
 /// Lists the kinds of surfaces once; each is a struct of this module.
 ///
-/// Calls `$then! { … }` with `Name(Type)` lines, so that code that compiles materials matches on
-/// the same list.
+/// `surfaces!(then)` is `then! { Diffuse, RoughDiffuse, … }`, a call of another macro with the list.
+/// Code for each kind, such as the enum [`Surface`], is made from this list, so that a new kind
+/// for which a part is missing does not compile.
+///
+/// ```
+/// macro_rules! names {
+///     ($($name:ident),*) => { [$(stringify!($name)),*] };
+/// }
+/// // names! { Diffuse, RoughDiffuse, … }
+/// let names = pt_scene::surfaces!(names);
+/// assert_eq!(names[..2], ["Diffuse", "RoughDiffuse"]);
+/// ```
 #[macro_export]
 macro_rules! surfaces {
     ($then:ident) => {
@@ -41,6 +51,26 @@ macro_rules! surfaces {
     };
 }
 
+/// Makes the enum of surfaces. `surface_enum! { Diffuse, Mirror }` is
+///
+/// ```text
+/// pub enum Surface {
+///     /// See [`Diffuse`].
+///     Diffuse(Diffuse),
+///     /// See [`Mirror`].
+///     Mirror(Mirror),
+/// }
+/// impl Surface {
+///     pub fn kind(&self) -> &'static str {
+///         match self {
+///             Self::Diffuse(_) => "Diffuse",
+///             Self::Mirror(_) => "Mirror",
+///         }
+///     }
+/// }
+/// impl From<Diffuse> for Surface { … }
+/// impl From<Mirror> for Surface { … }
+/// ```
 macro_rules! surface_enum {
     ($($name:ident),*) => {
         /// Scattering of a surface: one of the structs of this module.

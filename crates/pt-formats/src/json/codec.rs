@@ -2,7 +2,11 @@
 //!
 //! A struct is a `json_struct!` of its fields; an enum is a `json_enum!` (an object with the
 //! variant as its "type") or a `json_unit_enum!`. Each field has a [`FieldCodec`] and perhaps a
-//! default; fields with their default value are not written.
+//! default; fields with their default value are not written. The module `expansion` has what each
+//! of the macros makes of a small type, written out.
+
+#[cfg(test)]
+mod expansion;
 
 use super::context::{JsonReader, JsonWriter};
 use super::node::{Keys, Node};
@@ -197,6 +201,8 @@ pub(super) use default_of;
 /// `json_struct! { Type { field: kind => default, field: kind } + flattened: Type; check }`: the
 /// keys of the field after `+` are among those of the struct itself, and `check` rejects
 /// inconsistent values.
+///
+/// Implements [`StructCodec`], and thereby [`JsonCodec`]; see `Fog` in `expansion`.
 macro_rules! json_struct {
     ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)? $(; $check:ident)?) => {
         impl $crate::json::codec::StructCodec for $type {
@@ -262,6 +268,8 @@ pub(super) use json_struct;
 
 /// An enum with variants `Variant { field: kind = default }`, `Variant(Record)`,
 /// `Variant[key: kind]` for a single unnamed field, and `Variant()`.
+///
+/// Implements [`StructCodec`], and thereby [`JsonCodec`]; see `Shape` in `expansion`.
 macro_rules! json_enum {
     ($type:ident { $($variant:ident $body:tt),* $(,)? }) => {
         impl $crate::json::codec::StructCodec for $type {
@@ -415,6 +423,8 @@ macro_rules! describe_variant {
 pub(super) use describe_variant;
 
 /// An enum of unit variants, represented by their names.
+///
+/// Implements [`JsonCodec`]; see `Axis` in `expansion`.
 macro_rules! json_unit_enum {
     ($type:ident { $($variant:ident),* $(,)? }) => {
         impl $crate::json::codec::JsonCodec for $type {
