@@ -29,7 +29,8 @@ pub struct Material {
 
 /// Lists the kinds of surfaces once; each is a struct of this module.
 ///
-/// `surfaces!(then)` is `then! { Diffuse, RoughDiffuse, … }`, a call of another macro with the list.
+/// `surfaces!(then)` is `then! { Diffuse, RoughDiffuse, … }`, a call of another macro with the
+/// list.
 /// Code for each kind, such as the enum [`Surface`], is made from this list, so that a new kind
 /// for which a part is missing does not compile.
 ///

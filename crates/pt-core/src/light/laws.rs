@@ -1,7 +1,8 @@
 //! Tests of laws that hold for every light in `lights!`. A new light is tested without writing a
-//! test. [`irradiance`]: samples against the closed form. [`near`]: triangles near the receiving
+//! test. [`irradiance`]: samples against the closed form, whose shared parts are in [`closed_form`]. [`near`]: triangles near the receiving
 //! point. [`properties`]: the statements of a light about itself that the laws need.
 
+mod closed_form;
 mod irradiance;
 mod near;
 mod properties;
@@ -9,10 +10,7 @@ mod properties;
 use pt_math::{DVec3, Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
-pub(super) use self::irradiance::{
-    inverse_square, level, midpoints, of_falloff, of_infinite_light, of_textured_triangle,
-    of_triangle,
-};
+pub(super) use self::closed_form::{inverse_square, level, midpoints, of_infinite_light};
 pub(super) use self::properties::{LightGeometry, LightLaws};
 use super::{
     AnyLight, EmitterTriangle, EscapedRay, LightHit, LightSample, LightSampleContext, LightTables,

@@ -7,35 +7,15 @@ use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+use super::emitter_triangle::EmitterTriangle;
 #[cfg(test)]
-use super::laws::{LightGeometry, LightLaws, level, of_triangle};
+use super::emitter_triangle::of_triangle;
+#[cfg(test)]
+use super::laws::{LightGeometry, LightLaws, level};
 use super::spherical_triangle::SphericalTriangle;
 use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
-
-/// A triangle that emits light on its front side.
-#[derive(Clone, Copy, Debug)]
-pub struct EmitterTriangle {
-    /// First corner.
-    pub p0: Vec3,
-    /// Edge from the first corner to the second.
-    pub e1: Vec3,
-    /// Edge from the first corner to the third.
-    pub e2: Vec3,
-    /// Unit normal of the emitting side.
-    pub normal: Vec3,
-    /// Fraction of the area under a clear coat, which attenuates the emission; see
-    /// [`emitted_through`].
-    pub coat: f32,
-}
-
-impl EmitterTriangle {
-    /// Surface area.
-    pub fn area(&self) -> f32 {
-        0.5 * self.e1.cross(self.e2).length()
-    }
-}
 
 /// Triangles with a common radiance. One of them is chosen by area, and a point of it by solid
 /// angle if it is near, or else by area.

@@ -6,7 +6,8 @@
 mod animated;
 mod directional;
 mod distant_disk;
-pub mod environment;
+pub mod emitter_triangle;
+mod environment;
 mod escaped_ray;
 mod hemisphere;
 mod hosek_sky;
@@ -33,11 +34,11 @@ pub mod tree;
 use std::sync::Arc;
 
 pub use animated::AnimatedLight;
+pub use emitter_triangle::EmitterTriangle;
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use escaped_ray::EscapedRay;
 pub use hosek_sky::HosekWilkieModel;
 pub use light_sample_context::{LightSampleContext, ReceiverSides};
-pub use mesh::EmitterTriangle;
 pub use portal_sky::Portal;
 pub use projector::ProjectedImage;
 use pt_math::distribution::AliasTable;

@@ -8,7 +8,9 @@ use pt_math::DVec3;
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 
 #[cfg(test)]
-use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
+use super::laws::{LightGeometry, LightLaws, inverse_square, level};
+#[cfg(test)]
+use super::spot::of_falloff;
 use super::spot::{Falloff, Spot};
 use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
@@ -74,7 +76,7 @@ impl Light for Projector {
     }
 
     fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
-        Some(LightBounds::of_spot(&self.spot, tables.slides[self.slide as usize].mean))
+        Some(self.spot.bounds_of(tables.slides[self.slide as usize].mean))
     }
 
     /// An image of 3 × 2 texels, rotated and projected downwards, with a spot falloff and with one

@@ -1,12 +1,13 @@
 //! Emissive sphere.
 
 #[cfg(test)]
+use std::f64::consts::PI;
+
+#[cfg(test)]
 use pt_math::DVec3;
 use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
-#[cfg(test)]
-use std::f64::consts::PI;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
@@ -132,7 +133,7 @@ impl Light for SphereLight {
     }
 
     fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
-        Some(LightBounds::of_sphere(self, 1.0))
+        Some(LightBounds::of_sphere(self.center, self.radius, self.radiance, 1.0))
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

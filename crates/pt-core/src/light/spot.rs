@@ -7,7 +7,7 @@ use pt_math::DVec3;
 use pt_math::{Spectrum, Vec3, trig};
 
 #[cfg(test)]
-use super::laws::{LightGeometry, LightLaws, inverse_square, level, of_falloff};
+use super::laws::{LightGeometry, LightLaws, inverse_square, level};
 use super::point::sample_point;
 use super::tree::LightBounds;
 use super::{Light, LightSample, LightSampleContext, LightTables};
@@ -93,6 +93,26 @@ impl Falloff {
     }
 }
 
+impl Falloff {
+    /// Returns the cosine of the angle beyond which no light is emitted.
+    fn cos_cutoff(self) -> f32 {
+        match self {
+            Self::Cosine { cos_cutoff, .. } => cos_cutoff,
+            Self::Linear { cutoff, .. }
+            | Self::Flat { cutoff }
+            | Self::Punctual { outer: cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
+        }
+    }
+}
+
+impl Spot {
+    /// Returns the bounds of the emission if the intensity is multiplied by `factor`.
+    pub(super) fn bounds_of(&self, factor: f32) -> LightBounds {
+        let cut = self.falloff.cos_cutoff();
+        LightBounds::of_cone(self.position, self.intensity, self.axis, cut, factor)
+    }
+}
+
 /// Returns the angle between two unit vectors; the arc cosine would cancel for small angles.
 fn angle(a: Vec3, b: Vec3) -> f32 {
     trig::atan2(a.cross(b).length(), a.dot(b))
@@ -120,7 +140,7 @@ impl Light for Spot {
     }
 
     fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
-        Some(LightBounds::of_spot(self, 1.0))
+        Some(self.bounds_of(1.0))
     }
 
     /// One light with each falloff, a cone with a sharp edge, and a light without a cone.
@@ -158,5 +178,35 @@ impl LightLaws for Spot {
         let cos = (p - self.position.as_dvec3()).normalize().dot(self.axis.as_dvec3());
         let falloff = of_falloff(self.falloff, cos);
         level(self.intensity) * falloff * inverse_square(self.position, p, n)
+    }
+}
+
+/// Factor of the intensity at this cosine to the axis.
+#[cfg(test)]
+pub(super) fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
+    match falloff {
+        Falloff::Cosine { cos_cutoff, exponent } => {
+            if cos > f64::from(cos_cutoff) {
+                cos.powf(f64::from(exponent))
+            } else {
+                0.0
+            }
+        }
+        Falloff::Linear { beam, cutoff } => {
+            let (angle, beam, cutoff) = (cos.acos(), f64::from(beam), f64::from(cutoff));
+            if angle <= beam { 1.0 } else { ((cutoff - angle) / (cutoff - beam)).max(0.0) }
+        }
+        Falloff::Flat { cutoff } => {
+            if cos >= f64::from(cutoff).cos() {
+                cos.powi(-3)
+            } else {
+                0.0
+            }
+        }
+        Falloff::Punctual { inner, outer } => {
+            let [inner, outer] = [inner, outer].map(|angle| f64::from(angle).cos());
+            let inside = (cos - outer) / (inner - outer);
+            if cos >= inner { 1.0 } else { inside.max(0.0).powi(2) }
+        }
     }
 }

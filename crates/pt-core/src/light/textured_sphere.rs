@@ -1,10 +1,11 @@
 //! Sphere with an emission texture.
 
 #[cfg(test)]
+use std::f64::consts::TAU;
+
+#[cfg(test)]
 use pt_math::DVec3;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
-#[cfg(test)]
-use std::f64::consts::TAU;
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level, midpoints};
@@ -74,7 +75,8 @@ impl Light for TexturedSphere {
 
     fn bounds(&self, tables: &LightTables) -> Option<LightBounds> {
         let mean = tables.sphere_maps[self.map as usize].mean;
-        Some(LightBounds::of_sphere(&self.sphere, mean))
+        let SphereLight { center, radius, radiance, .. } = self.sphere;
+        Some(LightBounds::of_sphere(center, radius, radiance, mean))
     }
 
     /// A sphere with an image of two rows and four columns, rotated.

@@ -264,9 +264,7 @@ impl DirectLighting {
         for ((&Payload { value, target }, hit), ray) in payloads.iter().zip(&*hits).zip(&*rays) {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, camera_rays.time(target as usize)),
-                None if hemisphere.sky => {
-                    scene.le_infinite(ray.into(), &scene.infinite_lights)
-                }
+                None if hemisphere.sky => scene.le_infinite(ray.into(), &scene.infinite_lights),
                 None => Spectrum::ZERO,
             };
             accumulator.add_light_sample(target, value * l, true);

@@ -7,7 +7,7 @@ use crate::pbrt::position::TokenPosition;
 /// A parameter such as `"float radius" 0.5`.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
-    /// One of [`TYPES`].
+    /// Type of its values, as written: `float`, `rgb` …
     pub(super) kind: &'static str,
     pub(super) name: String,
     pub(super) values: Values,

@@ -1,4 +1,4 @@
-//! Irradiance of each light, by its samples and by its closed form.
+//! Irradiance of each light by its samples, compared with its closed form.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,102 +6,14 @@ use pt_math::{DVec3, Mat3, Spectrum, Vec3};
 use pt_testing::{Random, mean_z_test, sidak};
 
 use super::super::{
-    AnyLight, EmitterTriangle, EnvironmentMap, EscapedRay, Falloff, Light, LightSampleContext,
-    LightTables, MeshLight, PlacedMap, TexturedTriangle,
+    AnyLight, EmitterTriangle, EnvironmentMap, LightSampleContext, LightTables, MeshLight,
+    PlacedMap,
 };
 use super::{Example, POINTS, all_lights};
 
 /// Normals of receiving surfaces: facing the lights of the examples, tilted, and turned half away.
 const NORMALS: [Vec3; 4] =
     [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.0, 0.1, -0.994_987_4), Vec3::NEG_X];
-
-/// Factor of the intensity at this cosine to the axis.
-pub(in crate::light) fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
-    match falloff {
-        Falloff::Cosine { cos_cutoff, exponent } => {
-            if cos > f64::from(cos_cutoff) {
-                cos.powf(f64::from(exponent))
-            } else {
-                0.0
-            }
-        }
-        Falloff::Linear { beam, cutoff } => {
-            let (angle, beam, cutoff) = (cos.acos(), f64::from(beam), f64::from(cutoff));
-            if angle <= beam { 1.0 } else { ((cutoff - angle) / (cutoff - beam)).max(0.0) }
-        }
-        Falloff::Flat { cutoff } => {
-            if cos >= f64::from(cutoff).cos() {
-                cos.powi(-3)
-            } else {
-                0.0
-            }
-        }
-        Falloff::Punctual { inner, outer } => {
-            let [inner, outer] = [inner, outer].map(|angle| f64::from(angle).cos());
-            let inside = (cos - outer) / (inner - outer);
-            if cos >= inner { 1.0 } else { inside.max(0.0).powi(2) }
-        }
-    }
-}
-
-/// Midpoint rule over n × n cells of the unit square.
-pub(in crate::light) fn midpoints(n: u32, f: impl Fn(f64, f64) -> f64) -> f64 {
-    let middle = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
-    let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-    cells.map(|(i, j)| f(middle(i), middle(j))).sum::<f64>() / f64::from(n * n)
-}
-
-/// Irradiance of a light at infinity, by quadrature over the sphere.
-pub(in crate::light) fn of_infinite_light(
-    light: &impl Light,
-    tables: &LightTables,
-    n: DVec3,
-) -> f64 {
-    let radiance =
-        |d: DVec3| level(light.le_infinite(tables, EscapedRay::new(Vec3::ZERO, d.as_vec3())));
-    pt_testing::irradiance::of_sky(n, 512, radiance)
-}
-
-/// Level of a spectrum, by its luminance.
-pub(in crate::light) fn level(s: Spectrum) -> f64 {
-    f64::from(s.luminance())
-}
-
-/// cos θ / r².
-pub(in crate::light) fn inverse_square(position: Vec3, p: DVec3, n: DVec3) -> f64 {
-    let d = position.as_dvec3() - p;
-    d.normalize().dot(n).max(0.0) / d.length_squared()
-}
-
-/// Midpoint rule over many parts; radiance is linear over the triangles of the example.
-pub(in crate::light) fn of_textured_triangle(
-    tables: &LightTables,
-    t: &EmitterTriangle,
-    laid: &TexturedTriangle,
-    p: DVec3,
-    n: DVec3,
-) -> f64 {
-    const PARTS: u16 = 64;
-    let h = 1.0 / f32::from(PARTS);
-    let part = |i: u16, j: u16, sign: f32| {
-        let [b1, b2] = [i, j].map(|k| f32::from(k) * h);
-        let p0 = t.p0 + t.e1 * b1 + t.e2 * b2;
-        let small = EmitterTriangle { p0, e1: t.e1 * (h * sign), e2: t.e2 * (h * sign), ..*t };
-        let middle = [b1 + sign * h / 3.0, b2 + sign * h / 3.0];
-        let radiance = laid.radiance(&tables.textures, t, middle).luminance();
-        f64::from(radiance) * of_triangle(&small, p, n)
-    };
-    let upright = (0..PARTS).flat_map(|i| (0..PARTS - i).map(move |j| (i, j, 1.0)));
-    let turned = (1..PARTS).flat_map(|i| (1..=PARTS - i).map(move |j| (i, j, -1.0)));
-    upright.chain(turned).map(|(i, j, sign)| part(i, j, sign)).sum()
-}
-
-/// Irradiance of a triangle of radiance 1, if it faces the point.
-pub(in crate::light) fn of_triangle(t: &EmitterTriangle, p: DVec3, n: DVec3) -> f64 {
-    let [p0, e1, e2, front] = [t.p0, t.e1, t.e2, t.normal].map(Vec3::as_dvec3);
-    let visible = (p - p0).dot(front) > 0.0;
-    if visible { pt_testing::irradiance::of_polygon(&[p0, p0 + e1, p0 + e2], p, n) } else { 0.0 }
-}
 
 fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
     light.laws().irradiance(tables, p.as_dvec3(), n.as_dvec3())

@@ -2,10 +2,10 @@
 
 use std::f32::consts::PI;
 
-use pt_math::{Bounds3, Spectrum, Vec3, trig};
+use pt_math::{Bounds3, Spectrum, Vec3};
 
-use super::super::{Falloff, LightTables, SphereLight, Spot};
 use super::TreeLight;
+use crate::light::LightTables;
 
 /// Tolerance for the rounding error of cosines, within which lights are not culled.
 pub(super) const MARGIN: f32 = 1e-3;
@@ -75,26 +75,32 @@ impl LightBounds {
         Self::everywhere(position, 0.0, level(intensity) * factor)
     }
 
-    /// Returns the emission of a spot light whose intensity is multiplied by `factor`.
-    pub(in crate::light) fn of_spot(spot: &Spot, factor: f32) -> Self {
-        let cut = match spot.falloff {
-            Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
-            Falloff::Linear { cutoff, .. }
-            | Falloff::Flat { cutoff }
-            | Falloff::Punctual { outer: cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
-        };
-        let strength = level(spot.intensity) * factor;
-        let everywhere = Self::everywhere(spot.position, 0.0, strength);
+    /// Returns the emission of a light without extent, equal in all directions up to an angle from
+    /// the axis with the cosine `cut`.
+    pub(in crate::light) fn of_cone(
+        position: Vec3,
+        intensity: Spectrum,
+        axis: Vec3,
+        cut: f32,
+        factor: f32,
+    ) -> Self {
+        let strength = level(intensity) * factor;
+        let everywhere = Self::everywhere(position, 0.0, strength);
         if cut <= 0.0 {
             return everywhere;
         }
-        Self { strength: held(strength), axis: spot.axis, cut: cut - MARGIN, ..everywhere }
+        Self { strength: held(strength), axis, cut: cut - MARGIN, ..everywhere }
     }
 
     /// Returns the emission of a sphere whose radiance is multiplied by `factor`.
-    pub(in crate::light) fn of_sphere(s: &SphereLight, factor: f32) -> Self {
-        let strength = level(s.radiance) * PI * s.radius * s.radius;
-        Self::everywhere(s.center, s.radius, strength * factor)
+    pub(in crate::light) fn of_sphere(
+        center: Vec3,
+        radius: f32,
+        radiance: Spectrum,
+        factor: f32,
+    ) -> Self {
+        let strength = level(radiance) * PI * radius * radius;
+        Self::everywhere(center, radius, strength * factor)
     }
 
     fn everywhere(center: Vec3, radius: f32, strength: f32) -> Self {
