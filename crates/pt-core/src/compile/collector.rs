@@ -33,7 +33,7 @@ pub(super) struct Collector<'a> {
     /// True if any material uses texture coordinates.
     pub(super) uses_coordinates: bool,
     pub(super) mesh_colors: Vec<MeshColors>,
-    /// See [`Lowering::mesh_values`].
+    /// Values of meshes that textures show.
     pub(super) mesh_values: Vec<Pattern>,
     /// Default radii of points, by the addresses of these.
     pub(super) radii: HashMap<usize, f64>,

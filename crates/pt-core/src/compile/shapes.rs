@@ -47,7 +47,7 @@ pub(super) struct Shapes {
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
     /// Instanced objects, whose shapes are not in these tables.
     pub(super) placed: InstancedShapes,
-    /// Indices of the first triangle and the first sphere among the primitives of [`MeshColors`].
+    /// Indices of the first triangle and the first sphere among the primitives with vertex colours.
     pub(super) first_colored: [usize; 2],
 }
 

@@ -1,6 +1,7 @@
 //! Tests of laws that hold for every light in `lights!`. A new light is tested without writing a
-//! test. [`irradiance`]: samples against the closed form, whose shared parts are in [`closed_form`]. [`near`]: triangles near the receiving
-//! point. [`properties`]: the statements of a light about itself that the laws need.
+//! test. [`irradiance`]: samples against the closed form, whose shared parts are in
+//! [`closed_form`]. [`near`]: triangles near the receiving point. [`properties`]: the statements of
+//! a light about itself that the laws need.
 
 mod closed_form;
 mod irradiance;
