@@ -78,7 +78,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     })?;
     if shared().is_some() {
         report.step("tests on scenes of others", |skipped| {
-            let only = ["--lib", "--bins", "--tests", "--", "--ignored", "--show-output"];
+            let only = ["--lib", "--bins", "--tests", "--no-fail-fast", "--", "--ignored", "--show-output"];
             tests(with_oidn(cargo(&[&["test", "--workspace"][..], &only].concat())), skipped)
         })?;
     }
@@ -138,8 +138,8 @@ const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
 /// Tests that skip something print a line that begins with this.
 const SKIPPED: &str = "skipped: ";
 
-/// Arguments that show the output of tests that pass.
-const SHOW: &[&str] = &["--", "--show-output"];
+/// Arguments that run all tests, and show the output of tests that pass.
+const SHOW: &[&str] = &["--no-fail-fast", "--", "--show-output"];
 
 /// Runs tests, and collects the skips that they report.
 fn tests(mut command: Command, skipped: &mut Vec<String>) -> Result<()> {
