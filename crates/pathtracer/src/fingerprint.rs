@@ -20,7 +20,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     let mut say = |name: &str, value: String| list.push((name.to_owned(), value));
     let CompileOptions {
         resolution: _, // part of the compiled scene
-        course,
+        policies,
         bvh,
         most_single_lights,
         most_copied_triangles,
@@ -36,7 +36,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         panorama,
         smooth_shadows,
     } = options;
-    say("course's reading of the scene", course.to_string());
+    say("course's reading of the scene", (!policies.is_physical()).to_string());
     say("tree", format!("{:?}, {:?}, leaves of {}", bvh.builder, bvh.quality, bvh.max_leaf_size));
     say("most single lights", or_default(most_single_lights.as_ref()));
     say("most copied triangles", or_default(most_copied_triangles.as_ref()));

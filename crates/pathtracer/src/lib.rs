@@ -22,7 +22,7 @@
 //! threads.
 
 pub mod checkpoint;
-pub mod course;
+pub mod compat;
 pub mod cryptomatte;
 pub mod denoise;
 pub mod eta;

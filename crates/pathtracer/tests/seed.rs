@@ -9,6 +9,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pathtracer::compat::cs184;
 use pathtracer::{
     Adaptive, CompileOptions, DirectLight, EnvironmentMap, FORMATS, LoadOptions, Region, Roulette,
     SamplerKind, Scene, Session, Settings, Silent,
@@ -73,7 +74,7 @@ impl Both {
         };
         let options = CompileOptions {
             resolution: Some(SIZE),
-            course: true,
+            policies: cs184::POLICIES,
             lens_radius: self.lens.map(|[radius, _]| radius as f32),
             focal_distance: self.lens.map(|[_, distance]| distance as f32),
             environment: self.sky.clone().map(map),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use pathtracer::compat::cs184;
 use pathtracer::{
     CompileOptions, EnvironmentMap, FORMATS, Hint, LoadError, LoadOptions, Placement, Projection,
     Scene, Session, Settings, Silent,
@@ -242,7 +243,7 @@ fn files_of_the_course_are_seen_as_the_course_sees_them() {
             assert!(camera.position.distance(wanted) < 1e-4, "{}", camera.position);
             let half = 0.6 * 20_f32.to_radians().tan();
             assert!((camera.half_extent[0] - half).abs() < 1e-5, "the same view at any size");
-            let of_course = CompileOptions { course: true, ..at([480, 360]) };
+            let of_course = CompileOptions { policies: cs184::POLICIES, ..at([480, 360]) };
             let course = self::session(&scene, of_course).scene().camera;
             assert_eq!((course.position, course.forward), (camera.position, camera.forward));
             let difference = |i: usize| (course.half_extent[i] - camera.half_extent[i]).abs();
@@ -279,7 +280,7 @@ fn other_files_are_seen_from_their_cameras() {
 fn the_course_mode_keeps_the_size_of_pixels() {
     let scene = read(&course_file("CGL", MATRIX), "a.dae", &LoadOptions::default()).unwrap();
     let width = |resolution| {
-        let options = CompileOptions { course: true, ..at(resolution) };
+        let options = CompileOptions { policies: cs184::POLICIES, ..at(resolution) };
         session(&scene, options).scene().camera.half_extent[0]
     };
     let (whole, half) = (width([800, 600]), width([400, 300]));

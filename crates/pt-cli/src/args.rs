@@ -11,6 +11,7 @@ use crate::arg_values::{
     Bvh, Direct, ExrCompression, ExrType, Filter, PngBits, ProgressKind, Quality, ReceiptKind,
     Sampler, Show, Tonemap,
 };
+use crate::compat::{Policies, cs184};
 use crate::environment::EnvironmentLayout;
 use crate::loading::Loading;
 use crate::opacity::Opacity;
@@ -213,6 +214,8 @@ pub(crate) struct Cli {
 
     /// Images, defaults and console output of the CS184 course's reference program (assignment 3)
     #[arg(long, help_heading = "What to show")]
+    #[arg(conflicts_with_all = ["alpha", "hide_background", "hide_emitters", "target_error"])]
+    #[arg(conflicts_with_all = ["target_noise", "time_limit"])]
     pub(crate) cs184: bool,
 
     #[command(flatten)]
@@ -363,3 +366,10 @@ Commands:
   pathtracer explain scene.dae -x 9 -y 5     show the light paths of a pixel
   pathtracer convert scene.dae scene.json    write a scene as .json or .glb
 Each has --help. A scene that is called like one of them is ./resume.";
+
+impl Cli {
+    /// Behaviour in which programs differ.
+    pub(crate) fn policies(&self) -> &'static Policies {
+        if self.cs184 { &cs184::POLICIES } else { &Policies::OWN }
+    }
+}

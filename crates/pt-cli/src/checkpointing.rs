@@ -57,7 +57,7 @@ impl Checkpointer {
             earlier: Statistics::default(),
         };
         this.check_same(schedule.expected.as_deref())?;
-        if mode.cs184 {
+        if !mode.policies.films {
             return Ok(this);
         }
         let path = if is_film(image) {

@@ -36,7 +36,8 @@ enum Display {
     Bar(ProgressBar),
     Lines,
     Json,
-    Course,
+    /// Progress line of a program that is reproduced, by the percentage.
+    Program(fn(u64)),
 }
 
 /// Progress of the render, and of its display.
@@ -65,14 +66,14 @@ impl Console {
             report!("warning: Ctrl-C will end the program without saving: {e}");
         }
         let terminal = std::io::stderr().is_terminal();
-        let display = match (job.kind, mode.cs184) {
+        let display = match (job.kind, mode.lines()) {
             (ProgressKind::Json, _) => Display::Json,
             (ProgressKind::None, _) => Display::Nothing,
             (ProgressKind::Auto, _) if mode.quiet => Display::Nothing,
-            // The course's program shows its progress on standard output.
-            (ProgressKind::Auto, true) if !std::io::stdout().is_terminal() => Display::Nothing,
-            (ProgressKind::Auto, true) => Display::Course,
-            (ProgressKind::Auto, false) if !terminal => Display::Lines,
+            // Programs that are reproduced show their progress on standard output.
+            (ProgressKind::Auto, Some(_)) if !std::io::stdout().is_terminal() => Display::Nothing,
+            (ProgressKind::Auto, Some(lines)) => Display::Program(lines.progress),
+            (ProgressKind::Auto, None) if !terminal => Display::Lines,
             (ProgressKind::Lines, _) => Display::Lines,
             _ => Display::Bar(bar(total)),
         };
@@ -134,8 +135,8 @@ impl Console {
                 );
             }
             Display::Json if waited >= JSON_EVERY => json("rendering", state, now),
-            Display::Course if state.percent != Some(percent) && percent < 100 => {
-                crate::course::progress(percent);
+            Display::Program(progress) if state.percent != Some(percent) && percent < 100 => {
+                progress(percent);
             }
             _ => return,
         }

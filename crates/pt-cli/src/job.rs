@@ -9,6 +9,7 @@ use pathtracer::provenance::Provenance;
 use pathtracer::{CompileOptions, LightGroups, LoadOptions, SkyLayout};
 
 use crate::arg_values::{ProgressKind, ReceiptKind};
+use crate::compat::{Lines, Policies};
 use crate::settings::SettingsRequest;
 
 /// A render.
@@ -31,14 +32,13 @@ pub(crate) struct Mode {
     pub(crate) quiet: bool,
     /// True if missing files are errors, and invalid samples and missed targets have a status.
     pub(crate) strict: bool,
-    /// True for the console output and the images of the CS184 reference program.
-    pub(crate) cs184: bool,
+    pub(crate) policies: &'static Policies,
 }
 
 impl Mode {
-    /// Returns true if the lines of the CS184 reference program are printed.
-    pub(crate) fn prints_cs184(self) -> bool {
-        self.cs184 && !self.quiet
+    /// Lines that replace the summary, unless the program is quiet.
+    pub(crate) fn lines(self) -> Option<&'static Lines> {
+        self.policies.lines.as_ref().filter(|_| !self.quiet)
     }
 }
 

@@ -82,7 +82,7 @@ impl Loading {
                 .collect(),
             limits,
             time: *time,
-            course: false,
+            ignore_attenuation: false,
             camera: camera.clone().filter(|_| self.placement().is_none()),
             point_radius: *point_radius,
         }

@@ -42,16 +42,9 @@ pub(crate) fn is_film(path: &Path) -> bool {
 }
 
 /// Path of the image of sampling rates beside an image.
-pub(crate) fn rate_path(image: &Path, course: bool) -> PathBuf {
-    let text = image.to_string_lossy();
-    let stem = if course {
-        // The course's program removes the last four characters, whatever they are.
-        let keep = text.chars().count().saturating_sub(4);
-        text.chars().take(keep).collect()
-    } else {
-        image.with_extension("").to_string_lossy().into_owned()
-    };
-    PathBuf::from(format!("{stem}_rate.png"))
+fn rate_path(image: &Path) -> PathBuf {
+    let stem = image.with_extension("");
+    PathBuf::from(format!("{}_rate.png", stem.to_string_lossy()))
 }
 
 /// Checks before rendering that the folder of the image exists and files can be created in it.
@@ -110,7 +103,7 @@ impl Output {
 
     /// Returns true if only the film is written.
     pub(crate) fn is_film(&self) -> bool {
-        is_film(&self.job.path) && !self.mode.cs184
+        is_film(&self.job.path) && self.mode.policies.films
     }
 
     /// Connects to the viewer, if one is requested; prints a warning if that fails.
@@ -126,8 +119,9 @@ impl Output {
     /// If a file cannot be written; then it is as it was before.
     pub(crate) fn write(&self, session: &Session, provenance: &Provenance) -> Result<Vec<PathBuf>> {
         let mut files = self.write_film(session.film(), session.names(), provenance)?;
-        if self.mode.cs184 || session.settings().adaptive.is_some() {
-            let rate = rate_path(&self.job.path, self.mode.cs184);
+        let path = self.mode.policies.rate_path;
+        if path.is_some() || session.settings().adaptive.is_some() {
+            let rate = path.unwrap_or(rate_path)(&self.job.path);
             let (width, height, pixels) = session.rate_image();
             image::save_rgb8(&rate, width, height, &pixels)?;
             files.push(rate);
@@ -194,7 +188,7 @@ impl Output {
     pub(crate) fn report_extremes(&self, session: &Session) {
         let is_png = self.job.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if is_png
-            && !self.mode.cs184
+            && self.mode.policies.notes_extremes
             && !self.job.auto_exposure
             && let Some(message) = extreme(session, self.job.save.tone.exposure)
         {
@@ -248,8 +242,6 @@ mod tests {
 
     #[test]
     fn rate_images_stand_beside_their_image() {
-        assert_eq!(rate_path(Path::new("a/b.png"), false), Path::new("a/b_rate.png"));
-        assert_eq!(rate_path(Path::new("b.exr"), true), Path::new("b_rate.png"));
-        assert_eq!(rate_path(Path::new("outx"), true), Path::new("_rate.png"));
+        assert_eq!(rate_path(Path::new("a/b.png")), Path::new("a/b_rate.png"));
     }
 }

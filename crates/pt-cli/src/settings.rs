@@ -1,18 +1,16 @@
 //! Settings of a render: those of the command line, completed by the scene file and the defaults.
 
 use pathtracer::{
-    Adaptive, Aov, Clamp, DirectLight, Filter, LightGroups, RenderHints, Roulette, SamplerKind,
-    Scene, Settings, Target, denoise,
+    Adaptive, Aov, Clamp, DirectLight, Filter, LightGroups, RenderHints, SamplerKind, Scene,
+    Settings, Target, denoise,
 };
 
+use crate::compat::{Defaults, Policies};
 use crate::opacity::Opacity;
-
-/// Continuation probability of Russian roulette in the CS184 reference program.
-const CS184_ROULETTE: f32 = 0.65;
 
 /// Settings of the command line; `None` is decided by the scene file or the defaults.
 pub(crate) struct SettingsRequest {
-    pub(crate) cs184: bool,
+    pub(crate) policies: &'static Policies,
     pub(crate) spp: Option<u32>,
     /// Number of samples for which the points of the sampler are generated, if it differs.
     pub(crate) layout: Option<u32>,
@@ -40,34 +38,25 @@ impl SettingsRequest {
     /// Settings for a scene.
     pub(crate) fn for_scene(&self, scene: &Scene) -> Settings {
         let file = &scene.settings;
-        let defaults = Settings::default();
-        let course = self.cs184;
-        let metres = if course { 1.0 } else { scene.metres_per_unit };
-        let fallback =
-            |file: Option<u32>, default| if course { 1 } else { file.unwrap_or(default) };
-        let max_depth =
-            self.max_depth.unwrap_or_else(|| fallback(file.max_depth, defaults.max_depth));
+        let policies = self.policies;
+        let defaults = policies.settings.clone().unwrap_or_else(|| Defaults::of_file(file));
+        let metres = policies.scene.metres_per_unit(scene);
+        let max_depth = self.max_depth.unwrap_or(defaults.max_depth);
         let (min_bounce, max_bounce) = self.bounces.unwrap_or((max_depth, max_depth));
-        let usual = if course { "cs184" } else { file.integrator.unwrap_or("path") };
         Settings {
-            spp: self.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
+            spp: self.spp.unwrap_or(defaults.spp),
             layout: self.layout,
             light_samples: self.light_samples,
             max_depth,
             straight_is_free: file.straight_is_free,
             min_bounce,
             max_bounce,
-            integrator: self.integrator.as_deref().unwrap_or(usual).into(),
+            integrator: self.integrator.as_deref().unwrap_or(defaults.integrator).into(),
             ao_distance: self.ao_distance * metres as f32,
-            direct: match self.direct {
-                Some(direct) => direct,
-                None if course => DirectLight::Light,
-                None => defaults.direct,
-            },
-            roulette: match (course, self.bounces) {
-                (false, _) => Roulette::Throughput,
-                (true, Some(_)) => Roulette::Fixed(CS184_ROULETTE),
-                (true, None) => Roulette::Fixed(1.0),
+            direct: self.direct.unwrap_or(defaults.direct),
+            roulette: match self.bounces {
+                Some(_) => defaults.roulette,
+                None => defaults.roulette_at_depth,
             },
             clamp: self.clamp,
             reuse: self.reuse,
@@ -76,14 +65,10 @@ impl SettingsRequest {
             target: self.target,
             sampler: self.sampler,
             seed: self.seed,
-            filter: match self.filter {
-                Some(filter) => filter,
-                None if course => Filter::Box,
-                None => file.filter.unwrap_or(defaults.filter),
-            },
+            filter: self.filter.unwrap_or(defaults.filter),
             region: None,
             aovs: self.channels.aovs(file),
-            hidden: self.channels.opacity.hidden(file.hidden, course),
+            hidden: self.channels.opacity.hidden(file.hidden, policies.transparency),
             light_groups: self.light_groups.clone(),
         }
     }
@@ -97,7 +82,8 @@ pub(crate) struct ChannelRequest {
     pub(crate) denoise: bool,
     /// True if the format has room for them.
     pub(crate) has_room: bool,
-    pub(crate) cs184: bool,
+    /// True if the image may have an alpha channel.
+    pub(crate) transparency: bool,
 }
 
 impl ChannelRequest {
@@ -112,7 +98,7 @@ impl ChannelRequest {
         } else {
             self.listed.clone()
         };
-        let of_colors = self.opacity.channel(&self.listed, file, self.cs184);
+        let of_colors = self.opacity.channel(&self.listed, file, self.transparency);
         let besides = asked.into_iter().filter(|aov| *aov != Aov::Alpha);
         self.with_denoising(of_colors.into_iter().chain(besides).collect())
     }
@@ -125,7 +111,7 @@ impl ChannelRequest {
     /// AOVs that the film has without a request of the scene file.
     pub(crate) fn of_command_line(&self) -> Vec<Aov> {
         let mut kept = self.with_denoising(self.listed.clone());
-        kept.extend(self.opacity.channel(&self.listed, &RenderHints::default(), self.cs184));
+        kept.extend(self.opacity.channel(&self.listed, &RenderHints::default(), self.transparency));
         kept.dedup();
         kept
     }

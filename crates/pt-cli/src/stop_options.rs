@@ -20,13 +20,13 @@ pub(crate) struct StopOptions {
     /// Render until the relative root mean square error of the displayed image is below this, such
     /// as 1%; samples go where they reduce it most
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = share)]
-    #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
+    #[arg(conflicts_with_all = ["adaptive", "samples", "spp"])]
     pub(crate) target_error: Option<f64>,
 
     /// Render until, in each square of 8 x 8 pixels, the error of most pixels (by --confidence) is
     /// below this fraction of white, such as 2%
     #[arg(long, value_name = "NOISE", allow_negative_numbers = true, value_parser = share)]
-    #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
+    #[arg(conflicts_with_all = ["adaptive", "samples", "spp"])]
     pub(crate) target_noise: Option<f64>,
 
     /// Same number of samples for all pixels, with --target-error or --target-noise
@@ -43,7 +43,7 @@ pub(crate) struct StopOptions {
 
     /// Stop after this time since the start of the program, such as 90s, 10m or 1h30m; the render
     /// can be resumed
-    #[arg(long, value_name = "TIME", value_parser = time_limit, conflicts_with = "cs184")]
+    #[arg(long, value_name = "TIME", value_parser = time_limit)]
     pub(crate) time_limit: Option<Duration>,
 }
 

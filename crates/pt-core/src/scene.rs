@@ -42,8 +42,7 @@ pub struct RenderScene {
     /// Instances, which may move; `None` if there are none.
     pub instances: Option<Box<InstanceTable>>,
     /// True if [`Interaction::normal`] is interpolated without normalisation, so that its length
-    /// is below 1 between different vertex normals, as in the program of the university
-    /// course.
+    /// is below 1 between different vertex normals.
     pub unnormalized_shading_normals: bool,
     /// Cumulative numbers of triangles and spheres, up to and including each object.
     pub object_ends: Vec<[u32; 2]>,

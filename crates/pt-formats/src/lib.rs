@@ -59,9 +59,9 @@ pub struct LoadOptions {
     pub limits: Limits,
     /// Time of animations in seconds, in formats that support this; `None` for the rest pose.
     pub time: Option<f64>,
-    /// True if the scene is interpreted as by the program of the course CS184: lights of COLLADA
-    /// then fall off with the square of the distance, whatever the file specifies.
-    pub course: bool,
+    /// True if the light of COLLADA files falls off with the square of the distance, whatever
+    /// attenuation they specify.
+    pub ignore_attenuation: bool,
     /// Active camera: its name or, if no camera has that name, its index in file order, from 0.
     /// `None` for the default of the format.
     pub camera: Option<String>,

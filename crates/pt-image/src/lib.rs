@@ -32,8 +32,8 @@ pub enum Transfer {
     /// The sRGB curve, rounded to the nearest level.
     #[default]
     Srgb,
-    /// The transfer function of the course program: (√2·L)^(1/2.2), truncated to a level.
-    Course,
+    /// Exposure √2 and gamma 2.2: (√2·L)^(1/2.2), truncated to a level.
+    Gamma,
 }
 
 /// Bits per channel of integer files.
@@ -424,7 +424,7 @@ impl Transfer {
     pub fn encode8(self, l: f32) -> u8 {
         match self {
             Self::Srgb => color::encode_srgb8(l),
-            Self::Course => color::encode_course8(l),
+            Self::Gamma => color::encode_gamma8(l),
         }
     }
 
@@ -432,7 +432,7 @@ impl Transfer {
     pub fn encode16(self, l: f32) -> u16 {
         match self {
             Self::Srgb => color::encode_srgb16(l),
-            Self::Course => color::encode_course16(l),
+            Self::Gamma => color::encode_gamma16(l),
         }
     }
 
@@ -440,9 +440,7 @@ impl Transfer {
     pub fn decode(self, level: u16, highest: u16) -> f32 {
         match self {
             Self::Srgb => color::linear_from_srgb(f32::from(level) / f32::from(highest)),
-            Self::Course => {
-                color::linear_from_course((f32::from(level) + 0.5) / f32::from(highest))
-            }
+            Self::Gamma => color::linear_from_gamma((f32::from(level) + 0.5) / f32::from(highest)),
         }
     }
 }

@@ -15,8 +15,7 @@ const TEXT_LIMIT: usize = 1 << 26;
 /// Maximum number of bytes that the decoder may allocate.
 const DECODER_LIMIT: usize = 1 << 30;
 
-/// See [`super::Writer`]. Files in sRGB are tagged as such; files of the course program have no
-/// tag.
+/// See [`super::Writer`]. Files in sRGB are tagged as such; other files have no tag.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     if let Some(channel) = options.channels.first() {
         return Err(format!("a PNG file has no place for the channel {}", channel.name));

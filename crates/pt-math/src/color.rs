@@ -44,36 +44,34 @@ pub fn encode_srgb16(l: f32) -> u16 {
     (65_535.0 * srgb_from_linear(l) + 0.5) as u16
 }
 
-/// Converts linear light to the signal of the course program: v = (√2·L)^(1/2.2), clamped to
-/// [0, 1].
-///
-/// (Exposure √2, gamma 2.2: the defaults of its tone mapper.)
+/// Converts linear light to a signal with exposure √2 and gamma 2.2: v = (√2·L)^(1/2.2), clamped
+/// to [0, 1].
 #[inline]
-pub fn course_from_linear(l: f32) -> f32 {
+pub fn gamma_from_linear(l: f32) -> f32 {
     if l.is_nan() { 0.0 } else { powf((std::f32::consts::SQRT_2 * l).clamp(0.0, 1.0), 1.0 / 2.2) }
 }
 
-/// Converts linear light to a byte of the course program, trunc(255·v).
+/// Converts linear light to a byte of this signal, trunc(255·v).
 #[inline]
-pub fn encode_course8(l: f32) -> u8 {
-    (255.0 * course_from_linear(l)) as u8
+pub fn encode_gamma8(l: f32) -> u8 {
+    (255.0 * gamma_from_linear(l)) as u8
 }
 
-/// Converts linear light to 16 bits by the rule of the course program, trunc(65 535·v).
+/// Converts linear light to 16 bits of this signal, trunc(65 535·v).
 #[inline]
-pub fn encode_course16(l: f32) -> u16 {
-    (65_535.0 * course_from_linear(l)) as u16
+pub fn encode_gamma16(l: f32) -> u16 {
+    (65_535.0 * gamma_from_linear(l)) as u16
 }
 
-/// Converts the signal of the course program to linear light: v^2.2 / √2.
+/// Converts this signal to linear light: v^2.2 / √2.
 #[inline]
-pub fn linear_from_course(v: f32) -> f32 {
+pub fn linear_from_gamma(v: f32) -> f32 {
     powf(v.max(0.0), 2.2) * std::f32::consts::FRAC_1_SQRT_2
 }
 
-/// Converts a byte of the course program to linear light: that of v = (b + ½)/255, the middle of
+/// Converts a byte of this signal to linear light: that of v = (b + ½)/255, the middle of
 /// the signals that are encoded as `b`.
 #[inline]
-pub fn decode_course8(b: u8) -> f32 {
-    linear_from_course((f32::from(b) + 0.5) / 255.0)
+pub fn decode_gamma8(b: u8) -> f32 {
+    linear_from_gamma((f32::from(b) + 0.5) / 255.0)
 }

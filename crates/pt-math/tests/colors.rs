@@ -8,14 +8,14 @@ fn line() -> impl Iterator<Item = f32> {
 
 #[test]
 fn transfers_are_monotone_and_keep_their_ends() {
-    for encode in [srgb_from_linear, course_from_linear] {
+    for encode in [srgb_from_linear, gamma_from_linear] {
         assert_eq!((encode(0.0), encode(1.0), encode(-3.0), encode(9.0)), (0.0, 1.0, 0.0, 1.0));
         assert_eq!((encode(f32::NAN), encode(f32::INFINITY)), (0.0, 1.0));
         let values: Vec<_> = line().map(encode).collect();
         assert!(values.windows(2).all(|w| w[0] <= w[1]));
     }
     assert_eq!((encode_srgb8(f32::NAN), encode_srgb16(f32::NAN)), (0, 0));
-    assert_eq!((encode_course8(f32::NAN), encode_course16(f32::INFINITY)), (0, u16::MAX));
+    assert_eq!((encode_gamma8(f32::NAN), encode_gamma16(f32::INFINITY)), (0, u16::MAX));
 }
 
 #[test]
@@ -46,14 +46,14 @@ fn levels_are_the_nearest() {
 #[test]
 fn the_course_cuts_off_and_is_white_from_its_white_level_on() {
     // White is L = 1/√2, since (√2·L)^(1/2.2) = 1 there.
-    assert_eq!(encode_course8(0.707_2), 255);
-    assert_eq!(encode_course8(0.707), 254);
+    assert_eq!(encode_gamma8(0.707_2), 255);
+    assert_eq!(encode_gamma8(0.707), 254);
     for l in line() {
         let v = libm::pow((2f64.sqrt() * f64::from(l)).min(1.0), 1.0 / 2.2);
-        let byte = f64::from(encode_course8(l));
+        let byte = f64::from(encode_gamma8(l));
         assert!(byte <= 255.0 * v + 1e-4 && byte > 255.0 * v - 1.0 - 1e-4, "{l}");
     }
     for b in 0..=u8::MAX {
-        assert_eq!(encode_course8(decode_course8(b)), b);
+        assert_eq!(encode_gamma8(decode_gamma8(b)), b);
     }
 }

@@ -74,7 +74,7 @@ pub enum Placement {
     /// At its node.
     #[default]
     Node,
-    /// Placement of the program of the course CS184: the camera looks at the centre of the bounding
+    /// By the rule of the course's program: the camera looks at the centre of the bounding
     /// box of all surfaces, from a distance of 1.5 diagonals of that box, with +y up. The direction
     /// from the centre to the camera is the direction from the world origin to the point one unit
     /// in front of the node. In perspective, images of any size have the field of view of that

@@ -78,7 +78,15 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     })?;
     if shared().is_some() {
         report.step("tests on scenes of others", |skipped| {
-            let only = ["--lib", "--bins", "--tests", "--no-fail-fast", "--", "--ignored", "--show-output"];
+            let only = [
+                "--lib",
+                "--bins",
+                "--tests",
+                "--no-fail-fast",
+                "--",
+                "--ignored",
+                "--show-output",
+            ];
             tests(with_oidn(cargo(&[&["test", "--workspace"][..], &only].concat())), skipped)
         })?;
     }

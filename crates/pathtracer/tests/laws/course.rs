@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use pathtracer::compat::cs184;
 use pathtracer::{CompileOptions, DirectLight, Region, Roulette, Scene, Session, Settings};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::LightKind;
@@ -38,7 +39,7 @@ fn check(scene: &Builder, p: DVec3, settings: Settings, irradiance: f64, what: &
     let view = camera(p + DVec3::new(5.0, 4.0, 6.0), p, [20.0, 20.0]);
     let options = CompileOptions {
         resolution: Some(RESOLUTION),
-        course: true,
+        policies: cs184::POLICIES,
         camera: Some(view),
         ..CompileOptions::default()
     };
@@ -159,7 +160,7 @@ fn images_of_single_depths_add_up() {
         let view = camera(DVec3::new(0.1, 0.2, 0.95), DVec3::NEG_Z, [90.0, 90.0]);
         let options = CompileOptions {
             resolution: Some([10, 10]),
-            course: true,
+            policies: cs184::POLICIES,
             camera: Some(view),
             ..CompileOptions::default()
         };

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use pathtracer::compat::{Policies, cs184};
 use pathtracer::{CompileOptions, DirectLight, Roulette, Settings};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Conductor, Glass, Mirror};
@@ -63,10 +64,10 @@ fn light_in_a_diffuse_sphere_is_even() {
         .sphere(DVec3::ZERO, -RADIUS, matte([RHO; 3]))
         .light(kind, DAffine3::IDENTITY)
         .0;
-    for course in [false, true] {
+    for (course, policies) in [(false, Policies::PHYSICAL), (true, cs184::POLICIES)] {
         for max_depth in DEPTHS {
             let view = camera(DVec3::new(0.3, -0.2, 0.4), DVec3::NEG_Z, [80.0, 80.0]);
-            let options = CompileOptions { course, camera: Some(view), ..size([10, 8]) };
+            let options = CompileOptions { policies, camera: Some(view), ..size([10, 8]) };
             let spp = 4096;
             let (integrator, roulette) = if course {
                 ("cs184", Roulette::Fixed(0.65))

@@ -14,6 +14,7 @@
 
 use std::path::Path;
 
+use pathtracer::compat::cs184;
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::{CompileOptions, DirectLight, Film, Region, Session, Settings, Silent};
 use pt_math::color;
@@ -50,7 +51,7 @@ struct Renders {
 
 /// Radiance after encoding with the 8 bits of the course's file, and decoding.
 fn through_file(l: f32) -> f32 {
-    color::decode_course8(color::encode_course8(l))
+    color::decode_gamma8(color::encode_gamma8(l))
 }
 
 impl Renders {
@@ -123,10 +124,13 @@ fn check(picture: &Picture) {
     let scene_path = format!("{SHARED}/scenes/dae/{}", picture.scene);
     let path = format!("{SHARED}/reference/cs184/{}", picture.file);
     let scene = pathtracer::load(Path::new(&scene_path)).expect("the scene can be read");
-    let theirs = image::load_as(Path::new(&path), Transfer::Course).expect("it can be read");
+    let theirs = image::load_as(Path::new(&path), Transfer::Gamma).expect("it can be read");
     let resolution = [theirs.width, theirs.height];
-    let options =
-        CompileOptions { resolution: Some(resolution), course: true, ..CompileOptions::default() };
+    let options = CompileOptions {
+        resolution: Some(resolution),
+        policies: cs184::POLICIES,
+        ..CompileOptions::default()
+    };
     let session = Session::new(&scene, options, picture.settings.clone()).expect("it compiles");
     let full = Region::full(resolution);
     let first = Renders::new(&session, picture, full, picture.our_spp);

@@ -14,6 +14,7 @@ use pathtracer::{
 };
 
 use crate::checkpointing::Checkpointer;
+use crate::compat::WITHOUT_RECORDS;
 use crate::console::Console;
 use crate::film_header::film_header;
 use crate::job::{CompileJob, EnvironmentFile, Input, Mode, RenderJob};
@@ -23,7 +24,7 @@ use crate::message::WithHints;
 use crate::output::Output;
 use crate::resolve::check_estimator;
 use crate::summary::{Summary, cpu_seconds};
-use crate::{course, hints, limits, summary};
+use crate::{hints, limits, summary};
 
 /// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -73,8 +74,8 @@ pub(crate) fn render(job: RenderJob) -> Result<Done> {
     let words = header.command.clone();
     let mut checkpointing =
         Checkpointer::begin(&schedule, mode, session, header, output.path(), start)?;
-    if mode.prints_cs184() {
-        course::built(session, schedule.threads);
+    if let Some(lines) = mode.lines() {
+        (lines.built)(session, schedule.threads);
     }
     limits::begin_rendering();
     let console = Console::new(&display, mode, session.film().samples(), total(session));
@@ -84,8 +85,8 @@ pub(crate) fn render(job: RenderJob) -> Result<Done> {
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish(progress);
     report_invalid_samples(&words, mode, session);
-    if mode.prints_cs184() {
-        course::rendered(&statistics);
+    if let Some(lines) = mode.lines() {
+        (lines.rendered)(&statistics);
     }
     let (files, provenance) = checkpointing.finish(session, &output, progress)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
@@ -103,8 +104,8 @@ pub(crate) fn render(job: RenderJob) -> Result<Done> {
     if let Some(path) = output.summary_json() {
         summary.write_json(path)?;
     }
-    if mode.prints_cs184() {
-        course::saved(output.path(), is_crop);
+    if let Some(lines) = mode.lines() {
+        (lines.saved)(output.path(), is_crop);
     } else if !mode.quiet {
         summary.print();
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
@@ -244,7 +245,7 @@ pub(crate) fn prepare(
     if let Some(region) = region(crop, &scene.settings, resolution, mode)? {
         session.restrict(region)?;
     }
-    if mode.cs184 {
+    if mode.policies.counts_tests {
         session.count_tests();
     }
     Ok(Prepared { scene, session, sources, leaves_channels_out, hints, load })
@@ -262,7 +263,7 @@ fn region(
     mode: Mode,
 ) -> Result<Option<Region>> {
     let Some([x, y, dx, dy]) = crop else {
-        let crop = file.crop_of([width, height]).filter(|_| !mode.cs184);
+        let crop = file.crop_of([width, height]).filter(|_| mode.policies.crop_of_file);
         return Ok(crop.map(|[x, y, width, height]| Region { x, y, width, height }));
     };
     let top = u64::from(y) + u64::from(dy);
@@ -291,8 +292,8 @@ fn load_scene(
     sources: &mut Vec<SourceFile>,
 ) -> Result<(Scene, Vec<Hint>)> {
     let Some(path) = &input.scene else { return Ok((pathtracer::default_scene(), Vec::new())) };
-    if mode.prints_cs184() {
-        course::input(path);
+    if let Some(lines) = mode.lines() {
+        (lines.input)(path);
     }
     let reading = pathtracer::read_with(path, &input.load);
     sources.extend(reading.sources);
@@ -303,26 +304,26 @@ fn load_scene(
     Ok((scene, reading.hints))
 }
 
-/// Reads the environment map; under `--cs184`, also writes the image of its sampling probabilities.
+/// Reads the environment map; by some policies, also writes the image of its sampling
+/// probabilities.
 fn load_environment(
     file: Option<&EnvironmentFile>,
     mode: Mode,
     sources: &mut Vec<SourceFile>,
 ) -> Result<Option<EnvironmentMap>> {
     let Some(EnvironmentFile { path, layout }) = file else { return Ok(None) };
-    if mode.prints_cs184() {
-        course::loading_environment(path);
+    if let Some(lines) = mode.lines() {
+        (lines.loading_environment)(path);
     }
     image::check_readable(path)?;
     let bytes = pathtracer::file::read(path)
         .with_context(|| format!("{}: cannot be read", path.display()))?;
     sources.push(pathtracer::source_file(path, &bytes));
     let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
-    if mode.cs184 {
-        let debug = pathtracer::course::probability_debug(&map);
-        image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
-        if !mode.quiet {
-            course::environment_ready();
+    if let Some(write) = mode.policies.write_probabilities {
+        write(&map)?;
+        if let Some(lines) = mode.lines() {
+            (lines.environment_ready)();
         }
     }
     let mut notes = Vec::from_iter(map.make_radiance());
@@ -353,8 +354,8 @@ fn load_camera(
         // Camera settings files contain neither.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
-    if mode.prints_cs184() {
-        course::camera_loaded(path);
+    if let Some(lines) = mode.lines() {
+        (lines.camera_loaded)(path);
     }
     Ok(Some(camera))
 }
@@ -401,10 +402,7 @@ fn report_invalid_samples(command: &[String], mode: Mode, session: &Session) {
             "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
         );
     } else {
-        report!(
-            "explain needs an integrator that records single paths, without --path-reuse, \
-             --path-splitting and --cs184"
-        );
+        report!("explain needs an integrator that records single paths, without {WITHOUT_RECORDS}");
     }
 }
 
@@ -412,7 +410,7 @@ fn report_invalid_samples(command: &[String], mode: Mode, session: &Session) {
 fn can_be_explained(mode: Mode, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
     let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();
-    *reuse == 1 && *split == 1 && !mode.cs184 && INTEGRATORS.iter().any(records)
+    *reuse == 1 && *split == 1 && mode.policies.records.is_ok() && INTEGRATORS.iter().any(records)
 }
 
 fn next_steps() {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pathtracer::cryptomatte;
-use pathtracer::image::{BitDepth, SaveOptions, Tone, ToneCurve, Transfer};
+use pathtracer::image::{BitDepth, SaveOptions, Tone, ToneCurve};
 
 use crate::arg_values::{ExrCompression, PngBits};
 use crate::args::Cli;
@@ -53,7 +53,7 @@ pub(super) fn output(cli: &Cli, scene: Option<&Path>) -> OutputJob {
                 PngBits::Eight => BitDepth::Eight,
                 PngBits::Sixteen => BitDepth::Sixteen,
             },
-            transfer: if cli.cs184 { Transfer::Course } else { Transfer::Srgb },
+            transfer: cli.policies().transfer,
             tone: Tone {
                 exposure: cli.exposure.and_then(Exposure::stops).unwrap_or(0.0),
                 curve: cli.tonemap.map_or(ToneCurve::Linear, ToneCurve::from),

@@ -5,6 +5,7 @@ use pathtracer::{INTEGRATORS, Registration};
 use super::has_room_for_channels;
 use crate::arg_values::Direct;
 use crate::args::Cli;
+use crate::compat::WITHOUT_RECORDS;
 
 /// Rejects integrators and options that do not support light groups, and image formats without room
 /// for their channels.
@@ -26,11 +27,15 @@ pub(super) fn check(cli: &Cli) -> Result<(), String> {
         name.is_none_or(|name| INTEGRATORS.iter().filter(recorded).any(|r| r.name == name));
     let by_hemisphere =
         cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
-    if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
+    if cli.policies().records.is_err()
+        || !by_paths
+        || by_hemisphere
+        || cli.path_reuse > 1
+        || cli.split > 1
+    {
         let known: Vec<_> = INTEGRATORS.iter().filter(recorded).map(|r| r.name).collect();
         return Err(format!(
-            "--light-groups needs --integrator {}, with --direct mis or light and without \
-             --path-reuse, --path-splitting and --cs184",
+            "--light-groups needs --integrator {}, with --direct mis or light and without {WITHOUT_RECORDS}",
             known.join(", ")
         ));
     }

@@ -49,13 +49,14 @@ pub(crate) fn resolve(
     earlier: EarlierRun,
 ) -> Result<RenderJob, String> {
     check(&cli, &earlier)?;
+    let policies = cli.policies();
     let adaptive = adaptive(&cli)?;
     let channels = ChannelRequest {
         has_room: has_room_for_channels(&cli),
         listed: cli.aov.clone(),
         opacity: cli.opacity.clone(),
         denoise: cli.denoise,
-        cs184: cli.cs184,
+        transparency: policies.transparency,
     };
     let memory = memory(&cli, &channels);
     let most = MAX_PIXELS * PIXEL_BYTES / memory.pixel.with_groups(light_groups::least(&cli));
@@ -64,7 +65,7 @@ pub(crate) fn resolve(
     {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
-    let mode = Mode { quiet: cli.quiet, strict: cli.strict, cs184: cli.cs184 };
+    let mode = Mode { quiet: cli.quiet, strict: cli.strict, policies };
     let scene = cli.paths.first().cloned();
     let compile = CompileJob {
         options: compile_options(&cli, memory.resolution),
@@ -79,7 +80,10 @@ pub(crate) fn resolve(
         output: image::output(&cli, scene.as_deref()),
         display: DisplayJob { kind: cli.progress, is_adaptive: adaptive.is_some() },
         input: Input {
-            load: LoadOptions { course: cli.cs184, ..cli.loading.options(cli.strict) },
+            load: LoadOptions {
+                ignore_attenuation: policies.ignores_attenuation,
+                ..cli.loading.options(cli.strict)
+            },
             environment: cli
                 .environment
                 .map(|path| EnvironmentFile { path, layout: cli.environment_layout.square() }),
@@ -111,13 +115,13 @@ fn memory(cli: &Cli, channels: &ChannelRequest) -> MemoryPlan {
 fn compile_options(cli: &Cli, resolution: Option<[u32; 2]>) -> CompileOptions {
     CompileOptions {
         resolution,
-        course: cli.cs184,
+        policies: cli.policies().scene,
         bvh: BuildOptions {
             builder: cli.bvh.into(),
             quality: cli.quality.into(),
             max_leaf_size: cli.max_leaf_size,
         },
-        studio: !cli.cs184,
+        studio: cli.policies().studio,
         placement: cli.loading.placement(),
         lens_radius: cli.lens_radius,
         aperture: cli
@@ -134,14 +138,15 @@ fn schedule(cli: &Cli, earlier: EarlierRun) -> Schedule {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     Schedule {
         threads: match cli.threads {
-            None if cli.cs184 => 1,
-            None | Some(0) => cores(),
+            None => cli.policies().threads.unwrap_or_else(cores),
+            Some(0) => cores(),
             Some(n) => n,
         },
         tile_size: cli.tile_size,
         first: cli.samples.map_or(0, |(from, _)| from),
         time_limit: cli.stop.time_limit,
-        checkpoint_every: Some(cli.checkpoint_every).filter(|every| !every.is_zero() && !cli.cs184),
+        checkpoint_every: Some(cli.checkpoint_every)
+            .filter(|every| !every.is_zero() && cli.policies().films),
         restart: cli.restart,
         resumes: earlier.resumes,
         expected: earlier.expected,
@@ -156,7 +161,7 @@ fn settings(
 ) -> SettingsRequest {
     let is_only_last = cli.accumulate == 0 || cli.exact_depth;
     SettingsRequest {
-        cs184: cli.cs184,
+        policies: cli.policies(),
         spp: match cli.samples {
             _ if cli.stop.has_target() => Some(cli.stop.most_samples()),
             Some((_, to)) => Some(to),
@@ -203,7 +208,7 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         return Err("--path-splitting and --path-reuse exclude each other; give one of them".into());
     }
     if let Some(Some(path)) = &cli.output
-        && !cli.cs184
+        && cli.policies().films
         && !pathtracer::image::is_image(path)
         && !is_film(path)
     {
@@ -300,8 +305,8 @@ pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
 /// # Errors
 /// A message that names the option and the integrators that support it.
 fn check_features(cli: &Cli) -> Result<(), String> {
-    let name = cli.integrator.as_deref().unwrap_or("path");
-    let name = if cli.cs184 { "cs184" } else { name };
+    let usual = cli.policies().settings.as_ref().map_or("path", |settings| settings.integrator);
+    let name = cli.integrator.as_deref().unwrap_or(usual);
     let Some(integrator) = integrator::by_name(name) else { return Ok(()) };
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     let needs = [
@@ -340,7 +345,7 @@ pub(crate) fn check_estimator(settings: &Settings) -> Result<(), String> {
 
 fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
     let Some([batch, tolerance]) = cli.adaptive.as_deref() else {
-        return Ok(cli.cs184.then_some(Adaptive { batch: 32, tolerance: 0.05 }));
+        return Ok(cli.policies().settings.as_ref().and_then(|settings| settings.adaptive));
     };
     let batch =
         parse::positive(batch).map_err(|e| format!("-a {batch} {tolerance}: BATCH: {e}"))?;

@@ -365,10 +365,10 @@ lobes! {
     Hair = hair::Hair,
     /// Measured material.
     Measured = measured::Measured<'t>,
-    /// The course's glass.
-    CourseGlass = cs184::Cs184Glass,
-    /// The course's refraction.
-    CourseRefraction = cs184::Cs184Refraction,
-    /// The course's microfacet metal.
-    CourseMicrofacet = cs184::Cs184Microfacet,
+    /// Glass of the program of CS184.
+    Cs184Glass = cs184::Cs184Glass,
+    /// Refraction of the program of CS184.
+    Cs184Refraction = cs184::Cs184Refraction,
+    /// Microfacet metal of the program of CS184.
+    Cs184Microfacet = cs184::Cs184Microfacet,
 }

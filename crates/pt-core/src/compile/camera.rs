@@ -6,6 +6,7 @@ use pt_scene::extent::Extent;
 use pt_scene::{Fit, Key, Placement, Projection as View, Scene, framing};
 use pt_scene::{Hint, Notes};
 
+use super::compat::course;
 use super::{CompileError, CompileOptions, meter, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
@@ -26,18 +27,9 @@ const STUDIO_DISTANCE: f64 = 1.6;
 const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
 /// Note on a scene without a camera in a studio.
 const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
-/// Note on a camera that is placed as in the course.
-const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera has the place that the course's program gives it, \
-                             and its view at 480 x 360 pixels";
 /// Note on a panorama with the placement `fit`.
 const FITS_ANYWHERE: &str =
     "a panorama shows all directions: fitting the camera leaves it where it is";
-/// Window size of the course's program, to which it fits the field of view before the image size is
-/// known.
-const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
-/// Image size of the course's program. Outside of the course's mode, images of any size show the
-/// same view as these.
-const COURSE_IMAGE: [u32; 2] = [480, 360];
 
 /// Compiles the camera at the opening of the shutter, and its motion; `None` if it does not move.
 pub(super) fn compile(
@@ -47,7 +39,7 @@ pub(super) fn compile(
     options: &CompileOptions,
     notes: &mut Notes,
 ) -> Result<(Camera, Option<CameraMotion>), CompileError> {
-    let author = options.camera.as_ref().or_else(|| of_scene(scene, options.course, notes));
+    let author = options.camera.as_ref().or_else(|| of_scene(scene, options, notes));
     if let Some(camera) = author {
         check(camera)?;
     }
@@ -74,19 +66,20 @@ pub(super) fn compile(
     let (mut camera, half) = match &mut author {
         Some(camera) if placement == Placement::Node => (placed(camera, metres), half),
         Some(camera) => {
-            let half = place(camera, view, half, surfaces(), options.course);
+            let half = place(camera, view, half, surfaces(), options);
             (placed(camera, metres), half)
         }
         None => (placed(&default_camera(surfaces(), options, notes), metres), half),
     };
     camera.resolution = resolution;
-    let offset =
-        author.as_ref().filter(|_| !options.course).map_or([0.0; 2], |c| c.principal_point_offset);
+    let pinhole = options.policies.camera.pinhole;
+    let lens = author.as_ref().filter(|_| pinhole.is_none());
+    let offset = lens.map_or([0.0; 2], |camera| camera.principal_point_offset);
     camera.principal_point = [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
     camera.half_extent = half.map(|e| e as f32);
-    if options.course {
+    if let Some(focal_distance) = pinhole {
         camera.clip = Clip::Ray;
-        (camera.lens_radius, camera.focal_distance) = (0.0, 4.7);
+        (camera.lens_radius, camera.focal_distance) = (0.0, focal_distance);
     }
     project(&mut camera, view, author.as_ref(), metres);
     set_lens(&mut camera, metres as f32, options, notes)?;
@@ -106,30 +99,30 @@ pub(super) fn meter(
     options: &CompileOptions,
 ) -> Result<Option<Meter>, CompileError> {
     let author =
-        options.camera.as_ref().or_else(|| of_scene(scene, options.course, &mut Notes::default()));
+        options.camera.as_ref().or_else(|| of_scene(scene, options, &mut Notes::default()));
     let Some(author) = author.filter(|_| !options.panorama) else { return Ok(None) };
     let surfaces = || framing::surface_extent(scene, Some(shutter));
     meter::compile(author, surfaces, metres)
 }
 
-/// Placement of the camera: that of the options, that of the course in its mode, or the author's.
+/// Placement of the camera: that of the options, that of the policies, or the author's.
 pub(super) fn placement(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> Placement {
     let of_author = author.map_or(Placement::Node, |camera| camera.placement);
-    let of_course = options.course && options.camera.is_none();
-    options.placement.unwrap_or(if of_course { Placement::Course } else { of_author })
+    let of_policy = options.policies.camera.placement.filter(|_| options.camera.is_none());
+    options.placement.or(of_policy).unwrap_or(of_author)
 }
 
-/// Notes that the camera is placed as in the course without a request for that, and that a panorama
-/// has no placement `fit`.
+/// Notes that the camera is placed by the course's rule without a request for that, and that a
+/// panorama has no placement `fit`.
 fn tell_placement(
     camera: &pt_scene::Camera,
     placement: Placement,
     options: &CompileOptions,
     notes: &mut Notes,
 ) {
-    let is_asked_for = options.course || options.placement.is_some();
+    let is_asked_for = !options.policies.is_physical() || options.placement.is_some();
     if placement == Placement::Course && !is_asked_for {
-        notes.push(AS_THE_COURSE);
+        notes.push(course::CAMERA_NOTE);
         notes.suggest(Hint::CameraOfFile);
     }
     let is_panorama = options.panorama || camera.projection == View::Panorama;
@@ -138,14 +131,13 @@ fn tell_placement(
     }
 }
 
-/// Places a camera by its placement, and returns half of the extent of its view. In the mode of the
-/// course, it keeps the near and far planes of its node.
+/// Places a camera by its placement, and returns half of the extent of its view.
 fn place(
     camera: &mut pt_scene::Camera,
     view: View,
     half: [f64; 2],
     surfaces: Option<Extent>,
-    course: bool,
+    options: &CompileOptions,
 ) -> [f64; 2] {
     let of_node = (camera.near, camera.far);
     camera.projection = view;
@@ -154,7 +146,7 @@ fn place(
         _ => [1.0; 2],
     };
     let half = framing::place(camera, [half[0] * scale[0], half[1] * scale[1]], surfaces);
-    if course {
+    if options.policies.camera.pinhole.is_some() {
         (camera.near, camera.far) = of_node;
     }
     half
@@ -166,8 +158,8 @@ fn default_camera(
     options: &CompileOptions,
     notes: &mut Notes,
 ) -> pt_scene::Camera {
-    let of_course = options.placement == Some(Placement::Course);
-    let (direction, diagonals, note) = if options.studio && !of_course {
+    let is_of_course = options.placement == Some(Placement::Course);
+    let (direction, diagonals, note) = if options.studio && !is_of_course {
         (studio::camera().as_dvec3(), STUDIO_DISTANCE, FROM_THE_FRONT)
     } else {
         (DVec3::Z, DISTANCE, FROM_Z)
@@ -202,15 +194,13 @@ fn half_extent(
 ) -> [f64; 2] {
     let extent = extent(view);
     let is_explicit = options.camera.is_some();
-    let is_of_course = options.course && options.placement.is_none();
-    if is_of_course && is_explicit {
+    let keeps_pixel_size = options.policies.camera.keeps_pixel_size;
+    if keeps_pixel_size && options.placement.is_none() && is_explicit {
         return extent;
     }
-    if options.course && placement == Placement::Course {
-        return course_extent(extent, resolution);
-    }
     let extent = match (placement, view) {
-        (Placement::Course, View::Perspective { .. }) => course_extent(extent, COURSE_IMAGE),
+        (Placement::Course, _) if keeps_pixel_size => return course::extent(extent, resolution),
+        (Placement::Course, View::Perspective { .. }) => course::extent(extent, course::IMAGE),
         _ => extent,
     };
     let file = scene.settings.resolution.filter(|_| !is_explicit);
@@ -225,10 +215,16 @@ fn node(to_world: DAffine3, metres: f64) -> DAffine3 {
     DAffine3::from_mat3_translation(to_world.matrix3, to_world.translation * metres)
 }
 
-/// Camera of the scene that is used; the course's program supports only perspective.
-fn of_scene<'a>(scene: &'a Scene, course: bool, notes: &mut Notes) -> Option<&'a pt_scene::Camera> {
-    let is_known =
-        |c: &&pt_scene::Camera| !course || matches!(c.projection, View::Perspective { .. });
+/// Camera of the scene that is used.
+fn of_scene<'a>(
+    scene: &'a Scene,
+    options: &CompileOptions,
+    notes: &mut Notes,
+) -> Option<&'a pt_scene::Camera> {
+    let perspective_only = options.policies.camera.perspective_only;
+    let is_known = |c: &&pt_scene::Camera| {
+        !perspective_only || matches!(c.projection, View::Perspective { .. })
+    };
     let known = scene.cameras.iter().filter(is_known).count();
     if known < scene.cameras.len() {
         notes.push("cameras that are not in perspective are left out, as in the course");
@@ -318,11 +314,9 @@ fn half_tan(degrees: f64) -> f64 {
 /// Resolution by the options or the file; by default, 600 rows, and columns by the aspect ratio of
 /// the camera.
 fn resolution(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32; 2] {
-    if options.course {
-        return options.resolution.unwrap_or([800, 600]);
-    }
     let suitable = || [((600.0 * x / y).round() as u32).clamp(1, 6000), 600];
-    options.resolution.or(scene.settings.resolution).unwrap_or_else(suitable)
+    let fixed = options.policies.camera.resolution;
+    options.resolution.or(fixed).or(scene.settings.resolution).unwrap_or_else(suitable)
 }
 
 /// Adjusts one side of the author's view to the aspect ratio of the image.
@@ -333,14 +327,6 @@ fn fit([x, y]: [f64; 2], aspect: f64, keep: Fit) -> [f64; 2] {
         Fit::Height => true,
     };
     if keeps_height { [y * aspect, y] } else { [x, x / aspect] }
-}
-
-/// View of the course's program, which fits the view to its window, then keeps the size of a pixel:
-/// other resolutions show more or less.
-fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f64; 2] {
-    let [_, y] = fit(extent, COURSE_WINDOW[0] / COURSE_WINDOW[1], Fit::Whole);
-    let screen_distance = COURSE_WINDOW[1] / (2.0 * y);
-    [w, h].map(|n| f64::from(n) / (2.0 * screen_distance))
 }
 
 /// Camera as placed by its author.
@@ -415,16 +401,6 @@ fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Example of a Cornell box: 875 pixels from eye to screen.
-    #[test]
-    fn course_framing_keeps_the_size_of_pixels() {
-        let extent = [half_tan(49.134_34), half_tan(49.134_34) / 1.333_333];
-        let [x, y] = course_extent(extent, [480, 360]);
-        assert!((y - 180.0 / 875.0).abs() < 2e-4, "{y}");
-        assert!((x / y - 480.0 / 360.0).abs() < 1e-6);
-    }
-
     #[test]
     fn the_side_that_is_asked_for_is_kept() {
         for (view, aspect, whole, width, height) in [

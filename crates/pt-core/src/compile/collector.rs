@@ -8,22 +8,23 @@ use pt_scene::Notes;
 use pt_scene::texture::Pattern;
 use pt_scene::{Geometry, Mesh, Object, Scene, Submesh};
 
+use super::CompileError;
 use super::checks::{check_attribute, check_indices, check_values};
+use super::compat::ShapePolicies;
 use super::ellipsoid::unit_sphere_mesh;
 use super::instance_choice::choose_instances;
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
 use super::surface::CompiledSurface;
 use super::textures::ShownValues;
-use super::{CompileError, normals};
 use crate::compile::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
 use crate::id::SurfaceId;
 use crate::shapes::FLAT;
-use crate::surface::{EmissiveSides, SurfaceRecord};
+use crate::surface::SurfaceRecord;
 use crate::texture::MeshColors;
 
 pub(super) struct Collector<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) course: bool,
+    pub(super) policies: ShapePolicies,
     pub(super) shapes: Shapes,
     /// Surface of each material without emission; the default material is last.
     pub(super) plain: Vec<Option<SurfaceId>>,
@@ -40,10 +41,9 @@ pub(super) struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    /// Returns, for each object, true if it becomes a static instance. The course's program has no
-    /// instances.
+    /// Returns, for each object, true if it becomes a static instance.
     pub(super) fn shared(&self, tracks: &[Vec<MotionKey>], most: Option<usize>) -> Vec<bool> {
-        if self.course {
+        if !self.policies.instancing {
             return vec![false; self.scene.objects.len()];
         }
         choose_instances(self.scene, most, |number, object| {
@@ -110,7 +110,7 @@ impl Collector<'_> {
             material,
             opacity,
             cull_backfaces,
-            emissive_sides: if self.course { EmissiveSides::Both } else { EmissiveSides::Front },
+            emissive_sides: self.policies.emissive_sides,
             emission: seen.map_or(Spectrum::ZERO, |emission| emission.radiance),
             emission_texture: seen.and_then(|emission| emission.texture),
             emission_coat: look.emission_coat,
@@ -133,8 +133,7 @@ impl Collector<'_> {
         to_world: DAffine3,
     ) -> Result<(), CompileError> {
         check_indices(object, "vertex", &mesh.triangles, mesh.positions.len())?;
-        // A mirrored mesh keeps its front side; the course's program turns it inside out.
-        let mirrored = to_world.matrix3.determinant() < 0.0 && !self.course;
+        let mirrored = to_world.matrix3.determinant() < 0.0 && self.policies.exact_transforms;
         let first = self.shapes.triangles.len();
         let base = self.shapes.positions.len() as u32;
         self.shapes.positions.extend(mesh.positions.iter().map(|&p| world_point(to_world, p)));
@@ -176,9 +175,9 @@ impl Collector<'_> {
         let shapes = &mut self.shapes;
         let first = shapes.triangles.len() - mesh.triangles.len();
         let normal_base = shapes.normals.len() as u32;
-        if self.course {
+        if let Some(vertex_normals) = self.policies.vertex_normals {
             let positions = &shapes.positions[base as usize..];
-            let smooth = normals::course(positions, &mesh.triangles);
+            let smooth = vertex_normals(positions, &mesh.triangles);
             shapes.normals.extend(smooth);
             pad(&mut shapes.triangle_normals, first);
             let placed = mesh.triangles.iter().map(|t| place(*t, normal_base, false));
@@ -277,7 +276,7 @@ impl Collector<'_> {
         notes: &mut Notes,
     ) -> Result<(), CompileError> {
         let scale = to_world.matrix3.x_axis.length();
-        if !self.course && !is_similarity(to_world.matrix3) {
+        if self.policies.exact_transforms && !is_similarity(to_world.matrix3) {
             notes.push(format!(
                 "{}: the sphere is stretched; it is rendered as an ellipsoid of triangles",
                 object.at

@@ -1,7 +1,7 @@
 //! Lights of emissive shapes.
 
 use pt_bvh::Sphere;
-use pt_math::Spectrum;
+use pt_math::{DAffine3, DVec3, Spectrum, Vec3};
 
 use crate::compile::shapes::Shapes;
 use crate::light::{EmitterTriangle, SphereLight};
@@ -28,4 +28,10 @@ pub(super) fn emitter_triangles(
         EmitterTriangle { p0, e1: p1 - p0, e2: p2 - p0, normal: shapes.front(i), coat }
     })
     .collect()
+}
+
+/// A corner and the two edges of the unit square of an area light.
+pub(super) fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
+    let origin = to_world.transform_point3(DVec3::new(-0.5, -0.5, 0.0)).as_vec3();
+    (origin, to_world.matrix3.x_axis.as_vec3(), to_world.matrix3.y_axis.as_vec3())
 }

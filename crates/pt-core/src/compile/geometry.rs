@@ -21,12 +21,11 @@ pub(super) fn collect(
     options: &CompileOptions,
     notes: &mut Notes,
 ) -> Result<Shapes, CompileError> {
-    let course = options.course;
-    let mut lowering = Lowering::new(course, metres as f32);
+    let mut lowering = Lowering::new(options.policies.surface, metres as f32);
     let looks = scene.materials.iter().map(|m| CompiledSurface::of(m, &mut lowering)).collect();
     let mut collector = Collector {
         scene,
-        course,
+        policies: options.policies.shapes,
         shapes: Shapes::default(),
         plain: vec![None; scene.materials.len() + 1],
         looks,

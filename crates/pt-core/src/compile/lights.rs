@@ -3,22 +3,23 @@
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, point_mesh, trig};
+use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, point_mesh, trig};
 use pt_scene::image::Image;
 use pt_scene::{Hint, Notes};
 use pt_scene::{Light as Node, LightKind, Scene, Span};
 
 use super::collector::is_similarity;
-use super::emitters::sphere_light;
+use super::compat::LightConversion;
+use super::emitters::{area_square, sphere_light};
 use super::instances::MAX_MOVING_LIGHTS;
 use super::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
 use super::{CompileError, emission};
 use crate::compile::emitters::emitter_triangles;
 use crate::id::{Id, Table};
 use crate::light::{
-    AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, Ies, InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, Point,
-    Portal, PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
+    AnyLight, Directional, DistantDisk, Environment, EnvironmentMap, Falloff, Hemisphere, Ies,
+    InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, Point, Portal, PortalSky,
+    Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
 use crate::texture_record::TextureRecord;
 
@@ -65,13 +66,19 @@ impl Lights {
         scene: &Scene,
         shapes: &mut Shapes,
         metres: f64,
-        course: bool,
+        convert: Option<LightConversion>,
         notes: &mut Notes,
     ) -> Result<(), CompileError> {
         for (number, node) in scene.lights.iter().enumerate() {
             let to_world = DAffine3::from_scale(DVec3::splat(metres)) * node.to_world;
-            if course {
-                self.add_course_node(node, to_world, notes);
+            if let Some(convert) = convert {
+                match convert(node, to_world, &mut self.tables) {
+                    Ok(Some(light)) => {
+                        self.table.push(light);
+                    }
+                    Ok(None) => {}
+                    Err(note) => notes.push(format!("light \"{}\": {note}", node.name)),
+                }
             } else if stands_for_glowing_shape(node, to_world, shapes) {
                 notes.push(format!(
                     "light \"{}\" stands for the glowing surface around it, which lights the \
@@ -244,61 +251,8 @@ impl Lights {
         self.table.push(Projector { spot, slide }.into());
     }
 
-    /// Adds a light node as the course's program interprets it; the deviations of its brightness
-    /// are in the integrator `cs184`.
-    fn add_course_node(&mut self, node: &Node, to_world: DAffine3, notes: &mut Notes) {
-        let position = to_world.translation.as_vec3();
-        let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
-        match node.kind {
-            LightKind::Hemisphere { radiance } => {
-                self.table.push(Hemisphere { radiance: radiance.into() }.into());
-            }
-            LightKind::Directional { irradiance } => {
-                let light = Directional { to_light: ahead, irradiance: irradiance.into() };
-                self.table.push(light.into());
-            }
-            LightKind::Point { intensity } => {
-                self.table.push(Point { position, intensity: intensity.into() }.into());
-            }
-            LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
-            LightKind::Spot { .. }
-            | LightKind::LinearSpot { .. }
-            | LightKind::Projector { .. }
-            | LightKind::PunctualSpot { .. } => {
-                notes.push(format!(
-                    "light \"{}\": spot lights are black in the program of the course",
-                    node.name
-                ));
-            }
-            LightKind::Constant { .. }
-            | LightKind::Environment { .. }
-            | LightKind::Daylight(_)
-            | LightKind::Ies { .. }
-            | LightKind::DistantDisk { .. } => notes.push(format!(
-                "light \"{}\": the course's program has no such light; it is left out",
-                node.name
-            )),
-        }
-    }
-
-    /// Adds a square light that is sampled, but has no surface.
-    fn add_course_area(&mut self, to_world: DAffine3, radiance: Spectrum) {
-        let (origin, e1, e2) = area_square(to_world);
-        let axis = (to_world.transform_vector3(DVec3::NEG_Z)).normalize_or_zero().as_vec3();
-        let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis, coat: 0.0 };
-        let square = [triangle(e1, e1 + e2), triangle(e1 + e2, e2)];
-        if let Some(light) = MeshLight::new(&mut self.tables, &square, radiance) {
-            // The course's program samples by area everywhere.
-            self.table.push(MeshLight { near: 0.0, ..light }.into());
-        }
-    }
-
-    /// Adds a light for each emissive shape; none in the mode of the course, in which emissive
-    /// shapes are only visible.
-    pub(super) fn add_emissive(&mut self, shapes: &mut Shapes, course: bool) {
-        if course {
-            return;
-        }
+    /// Adds a light for each emissive shape.
+    pub(super) fn add_emissive(&mut self, shapes: &mut Shapes) {
         for i in 0..shapes.emitters.len() {
             let light = self.emissive(shapes, &shapes.emitters[i]);
             let surface = shapes.emitters[i].surface;
@@ -423,12 +377,6 @@ fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
     }
     let degrees = cutoff.to_degrees();
     Err(format!("a light of {degrees}° throws no picture; expected an angle to the axis below 90°"))
-}
-
-/// A corner and the two edges of the unit square of an area light.
-fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
-    let origin = to_world.transform_point3(DVec3::new(-0.5, -0.5, 0.0)).as_vec3();
-    (origin, to_world.matrix3.x_axis.as_vec3(), to_world.matrix3.y_axis.as_vec3())
 }
 
 /// Returns true if a light node lies on an emissive mesh, and so represents the same light: then

@@ -33,6 +33,9 @@ trait Lower {
 macro_rules! lower_surface {
     ($($name:ident),* $(,)?) => {
         pub(super) fn lower(surface: &Surface, cx: &mut Lowering) -> Material {
+            if let Some(material) = (cx.conversion)(surface, cx) {
+                return material;
+            }
             match surface { $(Surface::$name(s) => s.lower(cx)),* }
         }
     };
@@ -41,7 +44,8 @@ pt_scene::surfaces!(lower_surface);
 
 /// Material of a shape without one.
 pub(super) fn default_material(cx: &mut Lowering) -> Material {
-    Diffuse { reflectance: [0.5; 3].into(), two_sided: true }.lower(cx)
+    let grey = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
+    lower(&grey.into(), cx)
 }
 
 /// Adds a part of a material to the table.
@@ -60,14 +64,10 @@ fn microfacets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Microf
     MicrofacetDistribution { distribution: *distribution, masking: *masking, alpha }
 }
 
-/// The course's program does not distinguish sides: a surface seen from behind is lit from its
-/// front. This is not visible in closed scenes; here, a back side is black, as is light from below
-/// the front in that program.
 impl Lower for Diffuse {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
-        let two_sided = self.two_sided && !cx.course;
-        cx.lobe(bsdf::Diffuse { rho }, two_sided)
+        cx.lobe(bsdf::Diffuse { rho }, self.two_sided)
     }
 }
 
@@ -92,9 +92,6 @@ impl Lower for Glass {
         let reflectance = cx.share(&self.reflectance, Dielectric::REFLECTANCE);
         let transmittance = cx.share(&self.transmittance, Dielectric::TRANSMITTANCE);
         let eta = self.ior;
-        if cx.course {
-            return cx.lobe(bsdf::Cs184Glass { reflectance, transmittance, ior: eta }, false);
-        }
         // With equal indices, facets do not refract, and half vectors do not exist.
         match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > MIN_CONTRAST) {
             Some(roughness) => {
@@ -123,24 +120,13 @@ impl Lower for ThinGlass {
 impl Lower for Refraction {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let transmittance = cx.share(&self.transmittance, bsdf::Refraction::TRANSMITTANCE);
-        if cx.course {
-            cx.lobe(bsdf::Cs184Refraction { transmittance, ior: self.ior }, false)
-        } else {
-            cx.lobe(bsdf::Refraction { transmittance, eta: self.ior }, false)
-        }
+        cx.lobe(bsdf::Refraction { transmittance, eta: self.ior }, false)
     }
 }
 
 impl Lower for Conductor {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let (eta, k) = (self.eta.into(), self.k.into());
-        if let (true, Some(Roughness { alpha: [alpha, _], .. })) = (cx.course, &self.roughness) {
-            let alpha = match alpha {
-                Scalar::Value(alpha) => *alpha,
-                texture @ Scalar::Texture(_) => cx.alpha(texture, bsdf::Cs184Microfacet::ALPHA),
-            };
-            return cx.lobe(bsdf::Cs184Microfacet { eta, k, alpha }, false);
-        }
         let reflectance = cx.share(&self.reflectance, SmoothConductor::REFLECTANCE);
         let metal = SmoothConductor { eta, k, reflectance };
         match &self.roughness {
@@ -204,13 +190,9 @@ impl Lower for CoatedConductor {
     }
 }
 
-/// The course's program reads only the diffuse colour of common materials.
 impl Lower for Plastic {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.diffuse, RoughPlastic::RHO);
-        if cx.course {
-            return cx.lobe(bsdf::Diffuse { rho }, false);
-        }
         let f0 = cx.share(&self.specular, RoughPlastic::F0);
         let distribution = MicrofacetDistribution::isotropic(Distribution::Beckmann, self.alpha);
         cx.lobe(RoughPlastic { rho, f0, distribution }, self.two_sided)

@@ -23,7 +23,7 @@ const MAX_OF_CLOUD: f32 = 1e3;
 /// Maximum temperature, in kelvins.
 const HOTTEST: f32 = 1e9;
 
-/// Compiles the media of a scene; the course's program has none.
+/// Compiles the media of a scene.
 pub(super) fn compile(
     scene: &Scene,
     sides: &[(SurfaceId, Sides, Span)],
@@ -31,7 +31,7 @@ pub(super) fn compile(
     options: &CompileOptions,
 ) -> Result<Media, CompileError> {
     let mut media = Media::default();
-    if options.course || scene.media.is_empty() {
+    if !options.policies.media || scene.media.is_empty() {
         return Ok(media);
     }
     let ids: Vec<_> = scene

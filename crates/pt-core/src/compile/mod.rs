@@ -3,6 +3,7 @@
 mod camera;
 mod checks;
 mod collector;
+pub mod compat;
 mod daylight;
 mod ellipsoid;
 mod emission;
@@ -18,7 +19,6 @@ mod media;
 mod mesh_values;
 mod meter;
 mod motion;
-mod normals;
 mod points;
 mod shapes;
 mod studio;
@@ -34,6 +34,7 @@ use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_scene::{Hint, Notes};
 use pt_scene::{Scene, Span};
 
+use self::compat::Policies;
 use crate::camera_motion::CameraMotion;
 use crate::light::EnvironmentMap;
 use crate::medium::Media;
@@ -45,9 +46,8 @@ use crate::scene::RenderScene;
 pub struct CompileOptions {
     /// Width and height of the image; `None` is that of the file, or a size that suits the camera.
     pub resolution: Option<[u32; 2]>,
-    /// True if the scene is interpreted as the university course's program does: its framing,
-    /// lights, materials and normals.
-    pub course: bool,
+    /// Interpretation of the scene where programs differ.
+    pub policies: Policies,
     /// Build options of the bounding volume hierarchy.
     pub bvh: BuildOptions,
     /// Maximum number of lights that are sampled individually; of more, each sample chooses one by
@@ -159,16 +159,19 @@ pub enum CompileError {
 pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, CompileError> {
     let start = Instant::now();
     let mut notes = Notes::default();
-    let metres = if options.course { 1.0 } else { scene.metres_per_unit };
+    let policies = options.policies;
+    let metres = policies.metres_per_unit(scene);
     emission::check(scene, &mut notes)?;
     let shutter = motion::shutter(scene, &options, &mut notes)?;
     let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);
     let mut lights = lights::Lights::default();
     lights.tables.textures = Arc::clone(&shapes.materials.textures);
-    lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes)?;
-    lights.add_emissive(&mut shapes, options.course);
-    if !options.course {
+    lights.add_nodes(scene, &mut shapes, metres, policies.lights.node, &mut notes)?;
+    if policies.lights.samples_shapes {
+        lights.add_emissive(&mut shapes);
+    }
+    if policies.lights.trees {
         lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MAX_SINGLE_LIGHTS));
     }
     lights.add_moving(&mut shapes, &mut notes);
@@ -202,7 +205,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let mut scene = assemble(shapes, lights, media, camera, bvh);
     scene.instances = placed;
     scene.meter = meter;
-    scene.unnormalized_shading_normals = options.course;
+    scene.unnormalized_shading_normals = policies.shapes.vertex_normals.is_some();
     scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {

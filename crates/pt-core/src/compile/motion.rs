@@ -8,8 +8,7 @@ use pt_scene::{Key, Motion, Object, Scene, Span};
 
 use super::{CompileError, CompileOptions};
 
-/// Opening and closing times of the shutter, in seconds; in the course's program, both are that of
-/// opening.
+/// Opening and closing times of the shutter, in seconds; equal without exposure.
 ///
 /// # Errors
 /// If these are not finite, or not in this order.
@@ -31,12 +30,12 @@ pub(super) fn shutter(
     }
     let is_animated = scene.objects.iter().any(|object| object.motion.is_some())
         || camera.is_some_and(|camera| camera.motion.is_some());
-    if is_animated && (options.course || open >= close) {
+    if is_animated && (!options.policies.exposure || open >= close) {
         notes.push(format!(
             "what moves is seen where it is at {open} s, without blur: the shutter is open for no time"
         ));
     }
-    Ok([open, if options.course { open } else { close }])
+    Ok([open, if options.policies.exposure { close } else { open }])
 }
 
 /// Returns an error for media that would have to move: a grid does not move with its shape.

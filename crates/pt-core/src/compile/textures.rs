@@ -7,6 +7,7 @@ use pt_math::noise::Octaves;
 use pt_math::{Affine2, DAffine3, DVec3, Mat3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::image::Image;
+use pt_scene::material::Surface;
 use pt_scene::measured::Measurements;
 use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Marble, Noise, Pattern, Scalar, Texture, TextureMapping,
@@ -32,10 +33,13 @@ const MAX_ALPHA: f32 = 10.0;
 /// Mesh values that textures use, as indices of [`Lowering::mesh_values`].
 pub(super) type ShownValues = BTreeSet<u32>;
 
+/// Conversion of a material in place of the physical one; `None` where they are equal.
+pub(super) type SurfaceConversion = fn(&Surface, &mut Lowering) -> Option<Material>;
+
 /// Lobes, materials and textures compiled so far, and the state of the current material.
 pub(super) struct Lowering {
-    /// True if the lobes are those of the university course's program.
-    pub(super) course: bool,
+    /// Conversion of materials that differ from the physical one.
+    pub(super) conversion: SurfaceConversion,
     /// Metres per unit of the scene.
     pub(super) metres: f32,
     pub(super) lobes: Table<LobeRecord>,
@@ -62,9 +66,9 @@ pub(super) struct Lowering {
 }
 
 impl Lowering {
-    pub(super) fn new(course: bool, metres: f32) -> Self {
+    pub(super) fn new(conversion: SurfaceConversion, metres: f32) -> Self {
         Self {
-            course,
+            conversion,
             metres,
             lobes: Table::default(),
             lobe_tables: LobeTables::default(),

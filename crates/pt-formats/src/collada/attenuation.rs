@@ -15,14 +15,14 @@ use crate::LoadError;
 use crate::collada::falloff::{Attenuated, Attenuation};
 use crate::shared::xml::Node;
 
-/// Records the attenuation of the light that is placed next, unless the file is of the course,
-/// whose program ignores attenuation.
+/// Records the attenuation of the light that is placed next, unless the file uses the
+/// profile `CGL`, whose program ignores attenuation.
 pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), LoadError> {
     let described = light::description(light);
     let fades = |n: &Node<'_>| matches!(n.tag_name().name(), "point" | "spot");
     let Some(element) = described.filter(fades) else { return Ok(()) };
     let Some(attenuation) = read(reader, element)? else { return Ok(()) };
-    if reader.of_course || reader.context.options().course {
+    if reader.has_cgl_shading || reader.context.options().ignore_attenuation {
         // The constant 1 and quadratic terms are defaults of exporters.
         if attenuation.linear != 0.0 || ![0.0, 1.0].contains(&attenuation.constant) {
             let message = "attenuation is not followed, as in the program of the course: light falls off with the square \

@@ -7,14 +7,13 @@ use super::reader::{Reader, child, name_of};
 use crate::LoadError;
 use crate::shared::xml::Node;
 
-/// Default horizontal field of view, in degrees (as in the course program).
+/// Default horizontal field of view, in degrees (as in the program of the profile `CGL`).
 const DEFAULT_X_FOV: f64 = 50.0;
 /// Default half width of the view of orthographic cameras.
 const DEFAULT_X_MAG: f64 = 1.0;
-/// Default aspect ratio, for images without a size and under `--cs184` (800×600 in the course
-/// program).
+/// Default aspect ratio (800×600 in that program).
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
-/// Default clipping distances (as in the course program).
+/// Default clipping distances (as in that program).
 const DEFAULT_NEAR: f64 = 0.001;
 const DEFAULT_FAR: f64 = 1000.0;
 /// Focal distance; the cameras are pinholes, so it matters only if a lens is added.

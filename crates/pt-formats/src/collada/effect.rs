@@ -14,7 +14,7 @@ use crate::shared::{legacy_specular, placeholder};
 
 /// Default index of refraction of transparent materials: window glass.
 const DEFAULT_IOR: f32 = 1.5;
-/// Default diffuse colour (as in the course program), also in place of a texture.
+/// Default diffuse colour (as in the program of the profile `CGL`), also in place of a texture.
 const DEFAULT_DIFFUSE: [f32; 3] = [0.5; 3];
 
 /// An effect, its instance, which may set parameters, and its technique.
@@ -46,7 +46,7 @@ struct Painting {
 /// |---|---|
 /// | transmits at least half of the light | [`Glass`] |
 /// | reflective, and not diffuse | [`Mirror`] |
-/// | phong or blinn with a specular colour, without the course's profile | [`Plastic`] |
+/// | phong or blinn with a specular colour, without the profile `CGL` | [`Plastic`] |
 /// | constant | [`Black`], with its emission |
 /// | others | [`Diffuse`] |
 ///
@@ -105,7 +105,7 @@ fn opaque<'a>(
         let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
         reader.warn(scope.shader, message);
     }
-    if kind == "lambert" || reader.of_course {
+    if kind == "lambert" || reader.has_cgl_shading {
         return Ok(Diffuse { reflectance: diffuse, two_sided: true }.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;
@@ -213,7 +213,7 @@ fn plain_or<'a>(
 
 /// Returns the colour or the texture of an element of the shader, or a default if it is missing.
 /// The default also replaces images that cannot be read, with a warning, and images in files of the
-/// course, whose program ignores them.
+/// the profile `CGL`, whose program ignores them.
 fn painted_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
@@ -223,7 +223,7 @@ fn painted_or<'a>(
     let Some(element) = child(scope.shader, tag) else { return Ok(default.into()) };
     Ok(match paint(reader, scope, element)? {
         Some(Paint::Color([r, g, b, _])) => [r, g, b].into(),
-        Some(Paint::Texture(Painting { file, .. })) if reader.of_course => {
+        Some(Paint::Texture(Painting { file, .. })) if reader.has_cgl_shading => {
             let message = format!("the texture {} is not read", quote(&file));
             instead(reader, element, &message, default).into()
         }

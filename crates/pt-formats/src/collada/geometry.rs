@@ -1,11 +1,11 @@
-//! Geometries: meshes, and the spheres of the course's profile.
+//! Geometries: meshes, and the spheres of the profile `CGL`.
 
 use std::sync::Arc;
 
 use pt_scene::Geometry;
 
 use super::primitives;
-use super::reader::{Reader, child, course_techniques, elements, name_of};
+use super::reader::{Reader, cgl_techniques, child, elements, name_of};
 use crate::LoadError;
 use crate::collada::shape::{Builder, Sets, Shape};
 use crate::shared::xml::Node;
@@ -21,7 +21,7 @@ pub(super) fn read<'a>(
     if let Some(shape) = reader.shapes.get(&key) {
         return Ok(shape.clone());
     }
-    let sphere = course_techniques(geometry).find_map(|t| child(t, "sphere"));
+    let sphere = cgl_techniques(geometry).find_map(|t| child(t, "sphere"));
     let shape = match (child(geometry, "mesh"), sphere) {
         (Some(mesh), _) => read_mesh(reader, geometry, mesh, &key.1)?,
         (None, Some(sphere)) => Some(read_sphere(reader, sphere)?),

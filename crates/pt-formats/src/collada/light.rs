@@ -3,7 +3,7 @@
 use pt_math::DAffine3;
 use pt_scene::{Light, LightKind};
 
-use super::reader::{Reader, child, children, course_techniques, elements, name_of};
+use super::reader::{Reader, cgl_techniques, child, children, elements, name_of};
 use crate::LoadError;
 use crate::shared::xml::Node;
 
@@ -27,14 +27,14 @@ pub(super) fn read<'a>(
 /// Returns the element that describes a light, which is named after its kind; `None` if that is
 /// unknown.
 ///
-/// The course's profile has precedence over the common one; Blender's profile has the lowest
+/// The profile `CGL` has precedence over the common one; Blender's profile has the lowest
 /// precedence.
 pub(super) fn description(light: Node<'_>) -> Option<Node<'_>> {
     let blender = children(light, "extra")
         .flat_map(|extra| children(extra, "technique"))
         .filter(|t| t.attribute("profile") == Some("blender"));
     let mut techniques =
-        course_techniques(light).chain(children(light, "technique_common")).chain(blender);
+        cgl_techniques(light).chain(children(light, "technique_common")).chain(blender);
     techniques.find_map(|t| elements(t).next().filter(is_known))
 }
 

@@ -1,4 +1,4 @@
-//! Materials: assignment to slots, and materials of the course's profile.
+//! Materials: assignment to slots, and materials of the profile `CGL`.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use pt_scene::material::{Black, Conductor, Diffuse, Glass, Mirror, Refraction, R
 use pt_scene::{Material, Surface};
 
 use super::effect;
-use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
+use super::reader::{Reader, child, children, elements, is_cgl_technique, name_of};
 use crate::LoadError;
 use crate::collada::effect::clamped;
 use crate::shared::names::quote;
@@ -87,7 +87,7 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
     reader.context.take_placeholder_used();
-    let (mut surface, emission) = match course_material(reader, effect)? {
+    let (mut surface, emission) = match cgl_material(reader, effect)? {
         Some((surface, emission)) => (surface, emission.into()),
         None => effect::read(reader, effect, instance)?,
     };
@@ -106,17 +106,17 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     Ok(Some(index))
 }
 
-/// Returns the material of an effect in the course's profile, with its emission; the last one if
+/// Returns the material of an effect in the profile `CGL`, with its emission; the last one if
 /// there are several.
-fn course_material<'a>(
+fn cgl_material<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {
-    let techniques = effect.descendants().filter(|n| is_course_technique(*n));
+    let techniques = effect.descendants().filter(|n| is_cgl_technique(*n));
     let mut found = None;
     for technique in techniques {
         for element in elements(technique) {
-            if let Some(material) = course_surface(reader, element)? {
+            if let Some(material) = cgl_surface(reader, element)? {
                 found = Some(material);
             } else {
                 let message = "this material is unknown; expected <diffuse>, <emission>, \
@@ -128,8 +128,8 @@ fn course_material<'a>(
     Ok(found)
 }
 
-/// Reads the surface and emission of one element of the course's profile.
-fn course_surface<'a>(
+/// Reads the surface and emission of one element of the profile `CGL`.
+fn cgl_surface<'a>(
     reader: &mut Reader<'a>,
     element: Node<'a>,
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {

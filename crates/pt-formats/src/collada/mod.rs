@@ -2,7 +2,7 @@
 //!
 //! Supported are meshes, cameras, lights, materials of the common profile with their images (as the
 //! nearest physical material), the node hierarchy with all kinds of transforms, and skins in their
-//! bind pose; and the profile `CGL` (in older files `CMU462`) of the course CS184, which adds
+//! bind pose; and the profile `CGL` (in older files `CMU462`) of a university course, which adds
 //! spheres, area lights and physical materials. Animations, physics and splines are not supported;
 //! the [warnings](Scene::warnings) list where a file has them.
 //!
@@ -11,7 +11,7 @@
 mod attenuation;
 mod camera;
 mod coordinates;
-mod course_log;
+mod cs184_log;
 mod effect;
 mod falloff;
 mod geometry;
@@ -29,7 +29,7 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
-pub use course_log::course_log;
+pub use cs184_log::cs184_log;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::Scene;
 use reader::{Reader, child};

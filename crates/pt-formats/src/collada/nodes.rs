@@ -123,7 +123,7 @@ fn place_instance<'a>(
             if let Some(found) = reader.context.forgive(found, LEFT_OUT)?.flatten() {
                 let mut camera = camera::read(reader, found, to_world)?;
                 if let Some(camera) = camera.as_mut()
-                    && reader.has_course_profile
+                    && reader.has_cgl_profile
                     && has_matrices
                 {
                     camera.placement = Placement::Course;

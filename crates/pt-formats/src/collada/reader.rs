@@ -38,12 +38,12 @@ pub(super) struct Reader<'a> {
     /// Each geometry that was read, by the requested sets of texture coordinates; `None` if it has
     /// no surface.
     pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
-    /// True if the file is written for the course, and only the diffuse colour of common materials
-    /// counts: it uses the course's profile for a material or a light.
-    pub(super) of_course: bool,
-    /// True if the file uses the course's profile for anything. Cameras with matrices are then
-    /// placed as by the course's program.
-    pub(super) has_course_profile: bool,
+    /// True if the file uses the profile `CGL` for a material or a light; then only the diffuse
+    /// colour of common materials counts.
+    pub(super) has_cgl_shading: bool,
+    /// True if the file uses the profile `CGL` for anything. Cameras with matrices are then placed
+    /// by [`Placement::Course`](pt_scene::Placement::Course).
+    pub(super) has_cgl_profile: bool,
     /// Elements by tag and id.
     ids: HashMap<(&'a str, &'a str), Node<'a>>,
     /// Lights whose intensities are computed at the end.
@@ -62,8 +62,8 @@ impl<'a> Reader<'a> {
             materials: HashMap::new(),
             images: HashMap::new(),
             shapes: HashMap::new(),
-            of_course: document.elements().any(looks_of_course),
-            has_course_profile: document.elements().any(is_course_technique),
+            has_cgl_shading: document.elements().any(is_cgl_shading),
+            has_cgl_profile: document.elements().any(is_cgl_technique),
             ids: HashMap::new(),
             attenuated: Vec::new(),
             warnings_dropped: 0,
@@ -268,23 +268,23 @@ pub(super) fn elements(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     node.children().filter(Node::is_element)
 }
 
-/// Iterates over the techniques of the course's profile in the `<extra>` elements of an element.
-pub(super) fn course_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
+/// Iterates over the techniques of the profile `CGL` in the `<extra>` elements of an element.
+pub(super) fn cgl_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     children(node, "extra")
         .flat_map(|extra| children(extra, "technique"))
-        .filter(|t| is_course_technique(*t))
+        .filter(|t| is_cgl_technique(*t))
 }
 
-/// Returns true if an element is a technique of the course's profile.
-pub(super) fn is_course_technique(node: Node<'_>) -> bool {
+/// Returns true if an element is a technique of the profile `CGL`.
+pub(super) fn is_cgl_technique(node: Node<'_>) -> bool {
     node.tag_name().name() == "technique"
         && matches!(node.attribute("profile"), Some("CGL" | "CMU462"))
 }
 
 /// Returns true if an element is such a technique of a material or a light.
-fn looks_of_course(node: Node<'_>) -> bool {
+fn is_cgl_shading(node: Node<'_>) -> bool {
     let is_look = |n: Node<'_>| matches!(n.tag_name().name(), "effect" | "light");
-    is_course_technique(node) && node.ancestors().any(is_look)
+    is_cgl_technique(node) && node.ancestors().any(is_look)
 }
 
 /// Returns the name of an element, or its id.

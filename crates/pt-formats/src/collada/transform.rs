@@ -31,7 +31,8 @@ pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffi
     }
 }
 
-/// Returns true if a node has only matrices as transforms: the course's program supports no others.
+/// Returns true if a node has only matrices as transforms: the program of the profile `CGL`
+/// supports no others.
 pub(super) fn has_matrices(node: Node<'_>) -> bool {
     let others = ["translate", "scale", "rotate", "lookat", "skew"];
     elements(node).all(|element| !others.contains(&element.tag_name().name()))

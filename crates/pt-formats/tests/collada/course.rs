@@ -93,7 +93,7 @@ fn rgb([r, g, b]: [f32; 3]) -> String {
 }
 
 /// Returns the material of the course's renderer, which supports only the base of plastics.
-fn course_material(scene: &Scene, material: Option<u32>) -> String {
+fn cgl_material(scene: &Scene, material: Option<u32>) -> String {
     let Some(material) = material.map(|m| &scene.materials[m as usize]) else {
         return "none".into();
     };
@@ -149,7 +149,7 @@ fn scenes_of_the_course_load_completely() {
         let (mut counts, mut of_material) = ([0, 0], BTreeMap::new());
         let mut count = |kind: usize, material, n| {
             counts[kind] += n;
-            *of_material.entry(course_material(&scene, material)).or_insert(0) += n;
+            *of_material.entry(cgl_material(&scene, material)).or_insert(0) += n;
         };
         for object in &scene.objects {
             match &object.geometry {

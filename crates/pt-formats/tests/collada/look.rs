@@ -281,13 +281,13 @@ fn images_are_found_by_url_and_path() {
         assert_eq!(bitmap(&color(written, "")).image.pixels, [[1.0, 0.0, 0.0]], "{written}");
     }
     let profile = "<extra><technique profile=\"CGL\"><mirror/></technique></extra>";
-    let of_course = template.replacen(
+    let has_cgl_shading = template.replacen(
         "</profile_COMMON></effect>",
         &format!("</profile_COMMON>{profile}</effect>"),
         1,
     );
     let scene =
-        parse_anywhere(of_course.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
+        parse_anywhere(has_cgl_shading.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }
 
@@ -311,8 +311,8 @@ fn lights_are_as_strong_as_their_attenuation_says() {
             <scene><instance_visual_scene url="#s"/></scene></COLLADA>"##
         )
     };
-    let intensity = |terms: &str, course: bool| {
-        let options = LoadOptions { course, ..LoadOptions::default() };
+    let intensity = |terms: &str, ignore_attenuation: bool| {
+        let options = LoadOptions { ignore_attenuation, ..LoadOptions::default() };
         let scene = parse_with(text(terms).as_bytes(), Path::new("light.dae"), &options).unwrap();
         let LightKind::Point { intensity } = scene.lights[0].kind else { panic!("a point") };
         let is_noted = scene.warnings.iter().any(|w| w.message.contains("middle distance"));

@@ -9,7 +9,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod course;
-mod course_log;
+mod cs184_log;
 mod geometry;
 mod look;
 mod robustness;

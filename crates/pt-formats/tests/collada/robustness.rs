@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pt_formats::collada::course_log;
+use pt_formats::collada::cs184_log;
 use pt_formats::{LoadError, parse};
 
 use crate::common::{most_rounds, mutation_seed, without_panics};
@@ -92,7 +92,7 @@ fn no_damage_makes_it_panic() {
                     break;
                 }
             }
-            let log = course_log(&bytes, Path::new("damaged.dae"));
+            let log = cs184_log(&bytes, Path::new("damaged.dae"));
             match parse(&bytes, Path::new("damaged.dae")) {
                 Ok(scene) => {
                     check_invariants(&scene);

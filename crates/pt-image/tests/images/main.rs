@@ -33,7 +33,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn both_transfers_and_depths() -> impl Iterator<Item = SaveOptions> {
-    [Transfer::Srgb, Transfer::Course].into_iter().flat_map(|transfer| {
+    [Transfer::Srgb, Transfer::Gamma].into_iter().flat_map(|transfer| {
         [BitDepth::Eight, BitDepth::Sixteen].map(|png_bits| SaveOptions {
             png_bits,
             transfer,
@@ -251,7 +251,7 @@ fn png_keeps_every_level() {
 
 #[test]
 fn every_level_decodes_to_light_that_encodes_to_it() {
-    for transfer in [Transfer::Srgb, Transfer::Course] {
+    for transfer in [Transfer::Srgb, Transfer::Gamma] {
         for v in 0..=u8::MAX {
             assert_eq!(transfer.encode8(transfer.decode(u16::from(v), 255)), v, "{transfer:?}");
         }
@@ -273,11 +273,11 @@ fn png_says_srgb_only_where_it_is() {
         assert!(!has("gAMA") && !has("iCCP"), "{names:?}");
     }
     // A file without tags is decoded with the transfer function that the caller passes.
-    save(&picture(4, 3), &path, &SaveOptions { transfer: Transfer::Course, ..Default::default() })
+    save(&picture(4, 3), &path, &SaveOptions { transfer: Transfer::Gamma, ..Default::default() })
         .unwrap();
-    assert_ne!(load_as(&path, Transfer::Course).unwrap(), load(&path).unwrap());
+    assert_ne!(load_as(&path, Transfer::Gamma).unwrap(), load(&path).unwrap());
     save(&picture(4, 3), &path, &SaveOptions::default()).unwrap();
-    assert_eq!(load_as(&path, Transfer::Course).unwrap(), load(&path).unwrap());
+    assert_eq!(load_as(&path, Transfer::Gamma).unwrap(), load(&path).unwrap());
 }
 
 #[test]

@@ -40,7 +40,7 @@ fn levels_are_those_that_were_written() {
     ] {
         let written = if keeps_alpha { &with_alpha } else { &opaque };
         let bytes = encoded(written, format);
-        let [light, stored] = [PixelEncoding::Light(Transfer::Course), PixelEncoding::Stored]
+        let [light, stored] = [PixelEncoding::Light(Transfer::Gamma), PixelEncoding::Stored]
             .map(|numbers| read(&bytes, name, numbers));
         let pixels = picture();
         assert_eq!((light.image.width, light.image.height), (5, 3), "{name}");

@@ -22,10 +22,7 @@ use crate::{command_line, output};
 /// # Errors
 /// If the options are invalid, if the pixel or sample does not exist, or as a render.
 pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
-    ensure!(
-        !cli.cs184,
-        "explain does not go with --cs184; --integrator cs184 explains light as the course's program computes it"
-    );
+    cli.policies().records.map_err(anyhow::Error::msg)?;
     ensure!(
         cli.split == 1 && cli.path_reuse == 1,
         "explain follows paths one by one; leave out --path-splitting and --path-reuse, which change the noise and not \

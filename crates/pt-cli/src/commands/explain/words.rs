@@ -3,7 +3,7 @@
 use pathtracer::explain::{
     Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, SceneItem,
 };
-use pathtracer::{DirectLight, Session};
+use pathtracer::{DirectLight, Feature, Session, integrator};
 
 /// Maximum width of lines.
 pub(super) const WIDTH: usize = 100;
@@ -179,7 +179,9 @@ pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Fir
         }
         _ => {}
     }
-    if settings.integrator != "cs184" && firefly.cause != Cause::SeenLight {
+    let clamps = integrator::by_name(&settings.integrator)
+        .is_some_and(|integrator| integrator.supports(Feature::Clamp));
+    if clamps && firefly.cause != Cause::SeenLight {
         all.push(clamp(explanation, firefly));
     }
     let last = all.pop().unwrap_or_default();

@@ -186,7 +186,7 @@ fn rough_metal_becomes_a_mirror() {
 #[test]
 fn course_glass_gains_by_the_square_of_the_index() {
     for lobe in AnyLobe::examples() {
-        let (AnyLobe::CourseGlass(_) | AnyLobe::CourseRefraction(_)) = lobe else { continue };
+        let (AnyLobe::Cs184Glass(_) | AnyLobe::Cs184Refraction(_)) = lobe else { continue };
         for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
             for s in grid(16).filter_map(|u| lobe.sample(wo, u)) {
                 let refracted = s.wi.z * wo.z < 0.0;

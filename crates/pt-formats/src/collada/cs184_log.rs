@@ -1,4 +1,4 @@
-//! Log of the university course's program while it reads a scene.
+//! Log of the program of the course CS184 while it reads a scene.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use pt_math::DAffine3;
 use pt_scene::{Camera, LightKind, Projection};
 use roxmltree::NodeId;
 
-use super::reader::{Reader, child, children, course_techniques, elements, name_of};
+use super::reader::{Reader, cgl_techniques, child, children, elements, name_of};
 use super::source::inputs;
 use super::{camera, light};
 use crate::shared::context::Context;
@@ -33,7 +33,7 @@ const MAX_NAME: usize = 200;
 /// # Errors
 /// Returns an error if the file is no XML, has no visual scene, or has invalid cameras or lights:
 /// only where the reader of scenes fails as well.
-pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
+pub fn cs184_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     let text = decode(bytes, path)?;
     let document = Document::parse(&text, path, &Limits::default())?;
     let context = Context::new(path, &LoadOptions::default());
@@ -132,7 +132,7 @@ impl<'a> Log<'a> {
     }
 }
 
-/// Returns the summary of a camera; the course's program supports perspective cameras only.
+/// Returns the summary of a camera; the program supports perspective cameras only.
 fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
     let Projection::Perspective { x_fov, y_fov } = camera.projection else { return None };
     let [hfov, vfov, near, far] = [x_fov, y_fov, camera.near, camera.far].map(general);
@@ -185,13 +185,13 @@ fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) ->
 }
 
 fn sphere_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>) -> Option<String> {
-    let sphere = course_techniques(geometry).find_map(|t| child(t, "sphere"))?;
+    let sphere = cgl_techniques(geometry).find_map(|t| child(t, "sphere"))?;
     let radius = reader.scalar(child(sphere, "radius")?).ok()?;
     Some(format!("Sphere: {} [ radius={} ]", label(geometry), general(radius)))
 }
 
 /// Returns the sizes of a mesh by its first polygons or, if it has none, its first triangles; the
-/// course's program does not support other primitives.
+/// program does not support other primitives.
 fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> Option<String> {
     let primitive = child(mesh, "polylist").or_else(|| child(mesh, "triangles"))?;
     let source = |owner: Node<'a>, semantic: &str, tag| {

@@ -1,10 +1,11 @@
-//! Console output and debug image of the university course's program.
+//! Program of the course CS184: policies, console output and debug image.
 
-pub use pt_formats::collada::course_log;
+pub use pt_core::compile::compat::cs184::POLICIES;
+pub use pt_formats::collada::cs184_log;
 use pt_math::trig;
 use pt_scene::image::Image;
 
-/// Debug image of the sampling of an environment map, as in the course's program: red is the
+/// Debug image of the sampling of an environment map, as in the program: red is the
 /// cumulative probability of the row, green that of the column within the row. The image of a black
 /// map is black.
 pub fn probability_debug(map: &Image) -> Vec<[u8; 3]> {

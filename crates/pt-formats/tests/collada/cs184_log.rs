@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use pt_formats::collada::course_log;
+use pt_formats::collada::cs184_log;
 
 use crate::{files, good_text, name_of};
 
 /// Returns the lines about a text, without their common prefix.
 fn log(text: &str) -> Vec<String> {
-    let lines = course_log(text.as_bytes(), Path::new("scene.dae")).expect("a good file");
+    let lines = cs184_log(text.as_bytes(), Path::new("scene.dae")).expect("a good file");
     let rest = |line: &String| line.strip_prefix("[COLLADA Parser] ").map(str::to_owned);
     lines.iter().map(|line| rest(line).expect("the prefix of that program")).collect()
 }
@@ -112,7 +112,7 @@ fn order_of_nodes_geometries_and_materials() {
 fn what_can_be_read_can_be_listed() {
     for file in files("good") {
         let bytes = std::fs::read(&file).expect("a readable file");
-        let lines = course_log(&bytes, name_of(&file)).expect("a good file");
+        let lines = cs184_log(&bytes, name_of(&file)).expect("a good file");
         assert!(lines.iter().all(|line| line.starts_with("[COLLADA Parser]  ")));
     }
 }

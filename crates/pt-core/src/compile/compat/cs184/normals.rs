@@ -1,15 +1,15 @@
-//! Vertex normals as in the university course's program, which does not use those of files.
+//! Vertex normals of the program, which does not use those of files.
 
 use pt_math::Vec3;
 
 /// Unit normals at vertices: the sum of the cross products of the adjacent triangles, which are
 /// thus weighted by area. Vertices without area get zero.
 ///
-/// At the boundary of an open mesh the course's program walks around the wrong vertex: the normal
+/// At the boundary of an open mesh the program walks around the wrong vertex: the normal
 /// at p is the sum of (a − p) × (n − p) over the neighbours n of a, where a is the vertex before p
 /// along the boundary. This inverts the normals of flat meshes. The Cornell boxes of the course
 /// rely on that: their walls are wound to face outwards, and lit on the inside.
-pub(super) fn course(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+pub(super) fn vertex_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![Vec3::ZERO; positions.len()];
     for &corners in triangles {
         let [a, b, c] = corners.map(|i| positions[i as usize]);
@@ -77,8 +77,8 @@ mod tests {
     fn closed_meshes_face_outwards_and_open_ones_turn_around() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
         let closed = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        let normals = course(&corners, &closed);
+        let normals = vertex_normals(&corners, &closed);
         assert!(normals[1].x > 0.0 && normals[2].y > 0.0 && normals[0].dot(Vec3::ONE) < 0.0);
-        assert_eq!(course(&corners[..3], &[[0, 1, 2]]), [Vec3::NEG_Z; 3]);
+        assert_eq!(vertex_normals(&corners[..3], &[[0, 1, 2]]), [Vec3::NEG_Z; 3]);
     }
 }
