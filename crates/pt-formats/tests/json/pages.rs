@@ -17,21 +17,56 @@ const END: &str = "<!-- end -->";
 const DEFINITIONS: [&str; 7] =
     ["Surface", "Light", "Camera", "Medium", "Texture", "Phase", "Material"];
 
-/// Parameters of all types of a kind, which the pages describe once.
-const COMMON: [&str; 3] = ["type", "name", "to_world"];
+/// Parameters of all types of a kind, which the pages describe once: those of all kinds, of
+/// textures and of cameras.
+const COMMON: [&str; 17] = [
+    "type",
+    "name",
+    "to_world",
+    "layout",
+    "to_pattern",
+    "aperture",
+    "far",
+    "fit",
+    "focal_distance",
+    "lens_radius",
+    "medium",
+    "meter",
+    "motion",
+    "near",
+    "placement",
+    "principal_point_offset",
+    "shutter",
+];
 
 /// Definitions of the schema.
 struct Schema(Value);
 
 impl Schema {
-    /// Variant with this value of `type`, from the first definition that has it.
-    fn variant(&self, name: &str) -> Option<&Value> {
+    /// Parameters of a type, from the first definition that has it. A type with several variants
+    /// has the parameters of all, and requires those that all require.
+    fn variant(&self, name: &str) -> Option<Value> {
         let of = |definition: &str| {
-            let variants = self.0["$defs"][definition]["anyOf"].as_array()?;
-            variants.iter().find(|variant| variant["properties"]["type"]["const"] == name)
+            let variants = self.0["$defs"][definition]["anyOf"].as_array()?.iter().cloned();
+            let same = variants.filter(|variant| variant["properties"]["type"]["const"] == name);
+            same.reduce(|all, other| merged(all, &other))
         };
         DEFINITIONS.iter().find_map(|definition| of(definition))
     }
+}
+
+/// Variant with the parameters of both.
+fn merged(mut first: Value, second: &Value) -> Value {
+    let required = |variant: &Value| variant["required"].as_array().cloned().unwrap_or_default();
+    let mut both = required(&first);
+    both.retain(|name| required(second).contains(name));
+    first["required"] = Value::Array(both);
+    for (name, schema) in second["properties"].as_object().expect("parameters") {
+        if first["properties"].get(name).is_none() {
+            first["properties"][name] = schema.clone();
+        }
+    }
+    first
 }
 
 /// Type of a parameter in words.
@@ -49,8 +84,8 @@ fn words(schema: &Value) -> String {
                 all.push(word);
             }
         }
-        let is_color = |all: &[String]| all.len() == 2 && all[1] == "3 numbers";
-        return if is_color(&all) { "colour".to_owned() } else { all.join(" or ") };
+        let is_color = all.len() == 2 && all[0] != "number" && all[1] == "3 numbers";
+        return if is_color { "colour".to_owned() } else { all.join(" or ") };
     }
     if let Some(names) = schema["enum"].as_array() {
         let names: Vec<_> =
@@ -137,7 +172,7 @@ fn generated(text: &str, schema: &Schema, path: &Path) -> String {
         let variant = schema.variant(name);
         let variant = variant.unwrap_or_else(|| panic!("{}: no type {name}", path.display()));
         let rows: Vec<_> = old.lines().collect();
-        page.extend([before, BEGIN, name, " -->\n", &table(variant, &rows), END]);
+        page.extend([before, BEGIN, name, " -->\n", &table(&variant, &rows), END]);
         rest = after;
     }
     page + rest
