@@ -5,6 +5,8 @@ mod common;
 mod meaning;
 #[path = "json/measured.rs"]
 mod measured;
+#[path = "json/pages.rs"]
+mod pages;
 #[path = "json/round_trip.rs"]
 mod round_trip;
 #[path = "json/schema.rs"]

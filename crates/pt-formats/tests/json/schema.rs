@@ -7,7 +7,7 @@ use jsonschema::Validator;
 use pt_formats::{json_schema, load, save};
 use serde_json::Value;
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+pub(super) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 fn validator() -> Validator {
     let schema = serde_json::from_str(&json_schema()).expect("the schema is JSON");
