@@ -6,6 +6,7 @@
 mod bench;
 mod blender;
 mod figures;
+mod guide;
 mod imports;
 mod oidn;
 mod pbrt;
@@ -27,7 +28,8 @@ enum Chore {
     /// Check everything: format, lints, documentation, all tests, and a small comparison with
     /// Mitsuba
     Test(test::Args),
-    /// Check prose, the glossary and imports in a second, as a part of test
+    /// Check prose, the glossary, imports and the guide in seconds, as a part of test; builds the
+    /// guide into target/guide
     Style,
     /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
     Peers(peers::Args),
@@ -48,7 +50,9 @@ enum Chore {
 fn main() -> ExitCode {
     let done = match Chore::parse() {
         Chore::Test(args) => test::run(&args),
-        Chore::Style => style::check().and_then(|()| imports::check()),
+        Chore::Style => {
+            style::check().and_then(|()| imports::check()).and_then(|()| guide::check())
+        },
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
         Chore::Pbrt(args) => pbrt::run(&args),

@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 use crate::peers::{self, Size};
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
 use crate::venv::Prepared;
-use crate::{imports, oidn, style};
+use crate::{guide, imports, oidn, style};
 
 /// Options of `cargo xtask test`.
 #[derive(Arguments)]
@@ -65,6 +65,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     })?;
     report.step("style", |_| style::check())?;
     report.step("imports", |_| imports::check())?;
+    report.step("guide", |_| guide::check())?;
     report.step("lints", |_| {
         succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
     })?;

@@ -422,6 +422,7 @@ fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Notes) -> Arc<Image> {
 
 #[cfg(test)]
 mod tests {
+    use pt_math::Vec3;
     use pt_scene::{Daylight, Rows};
 
     use super::*;
