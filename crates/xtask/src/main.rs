@@ -52,7 +52,7 @@ fn main() -> ExitCode {
         Chore::Test(args) => test::run(&args),
         Chore::Style => {
             style::check().and_then(|()| imports::check()).and_then(|()| guide::check())
-        },
+        }
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
         Chore::Pbrt(args) => pbrt::run(&args),

@@ -189,7 +189,8 @@ fn pages(folder: &Path, all: &mut Vec<PathBuf>) {
     }
 }
 
-/// `PT_WRITE_GENERATED=1` writes them anew; the meanings of new parameters are then to be filled in.
+/// `PT_WRITE_GENERATED=1` writes them anew; the meanings of new parameters are then to be filled
+/// in.
 #[test]
 fn tables_of_parameters_are_those_of_the_schema() {
     let schema = Schema(serde_json::from_str(&json_schema()).expect("the schema is JSON"));
