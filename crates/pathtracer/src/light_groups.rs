@@ -29,8 +29,8 @@ pub const MAX: usize = 128;
 /// infinite lights are [`SKY`] or [`SUN`]. A name that is already taken gets a number as a suffix.
 pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSourceId)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);
-    let glowing = names.filter(|(_, object)| glows(scene, object));
-    let glowing = glowing.map(|((name, number), _)| (name, LightSourceId::Object(number)));
+    let emissive = names.filter(|(_, object)| emits(scene, object));
+    let emissive = emissive.map(|((name, number), _)| (name, LightSourceId::Object(number)));
     let nodes = compiled.light_nodes().into_iter().map(|number| {
         let name = &scene.lights[number as usize].name;
         let name = if name.is_empty() { format!("light {number}") } else { name.clone() };
@@ -40,18 +40,18 @@ pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSource
         let is_disk = matches!(compiled.lights[*id], AnyLight::Sun(_) | AnyLight::DistantDisk(_));
         (if is_disk { SUN } else { SKY }.to_owned(), LightSourceId::Sky(number))
     });
-    let media = (0..).zip(&scene.media).filter(|(_, medium)| medium.matter.glows());
+    let media = (0..).zip(&scene.media).filter(|(_, medium)| medium.matter.emits());
     let media = media.map(|(number, medium)| {
         let name = if medium.name.is_empty() { "medium" } else { &medium.name };
         (name.to_owned(), LightSourceId::Medium(number))
     });
-    let all = infinite_lights.chain(nodes).chain(glowing).chain(media);
+    let all = infinite_lights.chain(nodes).chain(emissive).chain(media);
     let (names, origins): (Vec<_>, Vec<_>) = all.unzip();
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
 
 /// Returns true if a part of an object is emissive.
-fn glows(scene: &Scene, object: &Object) -> bool {
+fn emits(scene: &Scene, object: &Object) -> bool {
     let materials = object.materials.iter().flatten();
     let emission = |number: &u32| scene.materials.get(*number as usize).map(|m| &m.emission);
     materials.filter_map(emission).any(|emission| *emission != Input::Value([0.0; 3]))
@@ -59,11 +59,11 @@ fn glows(scene: &Scene, object: &Object) -> bool {
 
 /// Upper bound of the number of groups of a scene, before it is compiled.
 pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
-    let glowing = scene.objects.iter().filter(|object| glows(scene, object)).count();
+    let emissive = scene.objects.iter().filter(|object| emits(scene, object)).count();
     let daylight = |light: &&Light| matches!(light.kind, LightKind::Daylight(_));
     let suns = scene.lights.iter().filter(daylight).count();
-    let media = scene.media.iter().filter(|medium| medium.matter.glows()).count();
-    let each = if wanted.each { scene.lights.len() + suns + glowing + media + 1 } else { 0 };
+    let media = scene.media.iter().filter(|medium| medium.matter.emits()).count();
+    let each = if wanted.each { scene.lights.len() + suns + emissive + media + 1 } else { 0 };
     (wanted.named.len() + each + 1).min(MAX)
 }
 

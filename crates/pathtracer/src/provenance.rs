@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pt_core::Film;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::film_file::{FilmHeader, hash_of_film};
 use crate::fingerprint::Entry;
@@ -39,8 +39,8 @@ pub struct Provenance {
     /// Result of [`Film::relative_error`]; `None` for fewer than two samples and for black images.
     pub error: Option<f64>,
     /// Error measured by an error target ([`ErrorEstimate`](crate::ErrorEstimate)): estimate, lower
-    /// bound, upper bound.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// bound, upper bound. Infinity is written as `null`.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "with_infinity")]
     pub measured: Option<[f64; 3]>,
     /// BLAKE3 hash of the film from which the image is developed; equal for equal bits.
     pub film: String,
@@ -135,8 +135,14 @@ impl Provenance {
         let text = metadata.iter().find(|(key, _)| key == KEY).map(|(_, text)| text);
         text.map(|text| serde_json::from_str(text))
             .transpose()
-            .map_err(|e| format!("has a receipt that this version cannot read: {e}"))
+            .map_err(|e| format!("has provenance metadata that this version cannot read: {e}"))
     }
+}
+
+/// Reads numbers of which `null` is infinity.
+fn with_infinity<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[f64; 3]>, D::Error> {
+    let numbers = Option::<[Option<f64>; 3]>::deserialize(from)?;
+    Ok(numbers.map(|numbers| numbers.map(|number| number.unwrap_or(f64::INFINITY))))
 }
 
 #[cfg(test)]
@@ -168,7 +174,8 @@ mod tests {
             date: None,
         };
         for run in [None, Some(run)] {
-            let receipt = Provenance::new(&about, &film, run);
+            let measured = Some([0.5, 0.0, f64::INFINITY]);
+            let receipt = Provenance { measured, ..Provenance::new(&about, &film, run) };
             let metadata = [("Software".into(), "x".into()), (KEY.into(), receipt.to_text())];
             assert_eq!(Provenance::find(&metadata), Ok(Some(receipt)));
             assert_eq!(Provenance::find(&metadata[..1]), Ok(None));

@@ -72,7 +72,7 @@ pub struct Counts {
     /// Number of segments between points, with all instances.
     pub segments: usize,
     /// Number of emissive materials.
-    pub glowing_materials: usize,
+    pub emissive_materials: usize,
 }
 
 /// Memory in bytes, by use.
@@ -179,8 +179,8 @@ fn counts(scene: &Scene) -> Counts {
         counts.triangles += mesh.triangles.len();
     }
     counts.instances = counts.objects - counts.spheres - counts.clouds - counts.meshes;
-    let glows = scene.materials.iter().filter(|m| m.emission != [0.0; 3].into());
-    counts.glowing_materials = glows.count();
+    let emits = scene.materials.iter().filter(|m| m.emission != [0.0; 3].into());
+    counts.emissive_materials = emits.count();
     counts
 }
 

@@ -126,7 +126,7 @@ pub(crate) enum ProgressKind {
 pub(crate) enum ReceiptKind {
     /// All metadata
     Full,
-    /// Metadata that are the same in all renders of an image, so that its files are equal
+    /// Metadata that are equal in all renders of an image, so that its files are identical
     Stable,
     /// Nothing
     None,
@@ -159,7 +159,7 @@ impl From<Sampler> for SamplerKind {
 /// Reconstruction filters.
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub(crate) enum Filter {
-    /// The pixel's square alike
+    /// Uniform weight over the pixel
     Box,
     /// A pyramid, 2 pixels wide
     Tent,

@@ -331,7 +331,7 @@ pub(crate) struct Cli {
     #[arg(
         long = "metadata",
         visible_alias = "receipt",
-        value_name = "RECEIPT",
+        value_name = "KIND",
         default_value = "full",
         help_heading = "Machine"
     )]
@@ -365,7 +365,7 @@ Commands:
   pathtracer rerender out.exr                render it again, and compare
   pathtracer explain scene.dae -x 9 -y 5     show the light paths of a pixel
   pathtracer convert scene.dae scene.json    write a scene as .json or .glb
-Each has --help. A scene that is called like one of them is ./resume.";
+Each has --help. A scene with the name of a command is written ./resume.";
 
 impl Cli {
     /// Behaviour in which programs differ.

@@ -15,41 +15,40 @@ use crate::parse;
 pub(crate) enum Command {
     /// Continue a render from its samples
     ///
-    /// The image will be the one that it would have been without a stop, to the bit. A scene or a
-    /// program that has changed since is refused.
+    /// The image equals that of an uninterrupted render, to the bit. A scene or a program that has
+    /// changed since is refused.
     Resume(Resume),
     /// Merge the samples of several films, and write their image
     ///
-    /// The image is the one of a single render of all samples, to the bit. What is there twice,
-    /// what is missing in between, and what belongs to another image is refused.
+    /// The image equals that of a single render of all samples, to the bit. Duplicate samples, gaps
+    /// between samples, and films of other images are refused.
     Merge(Merge),
     /// Show how an image or a film was made, or the contents of a scene
     Info(Info),
     /// Report all problems of a scene, and which features are approximated
     ///
-    /// Each thing with its file and line, or its path in the file. Status 0 says that there is
-    /// nothing to tell, 1 that there are notes alone, as where something is approximated, 4
-    /// that files are missing, and 2 that there are errors, so that the scene is refused.
+    /// Each problem has its file and line, or its path in the file. The exit status is 0 without
+    /// problems, 1 with notes only, such as those on approximated features, 4 with missing files,
+    /// and 2 with errors, for which renders refuse the scene.
     Check(Check),
     /// Render an image again by its metadata, and compare
     ///
-    /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program
-    /// that has changed since is refused.
+    /// The exit status is 0 if the second image, IMAGE_again, is the same, to the bit. A scene or a
+    /// program that has changed since is refused.
     Rerender(Rerender),
     /// Show the light paths of a pixel, their contributions, and the causes of its noise
     ///
-    /// The samples of the pixel are taken once more, and they are, to the bit, those that a render
-    /// with the same options takes. So put explain in front of the arguments of a render, and
-    /// the pixel behind them; no file is written.
+    /// The samples of the pixel are taken again; they equal, to the bit, those of a render with the
+    /// same options. Put explain before the arguments of a render, and the pixel after them; no
+    /// file is written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
     /// Write a scene in pathtracer's own format, or as glTF
     ///
-    /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and
-    /// grids are in a folder beside it, NAME_files. A binary file of glTF (.glb) is for other
-    /// programs: what it cannot say becomes what is nearest to it or is left out, and notes
-    /// tell what. Nothing that exists is overwritten without --force. A scene of which files
-    /// are missing is refused.
+    /// A scene in pathtracer's own format (.json) renders to the same image, to the bit; meshes,
+    /// images and grids are in a folder beside it, NAME_files. A binary glTF file (.glb) is for
+    /// other programs: features that glTF lacks are approximated or left out, with notes. Existing
+    /// files are overwritten only with --force. A scene with missing files is refused.
     Convert(Convert),
 }
 
@@ -60,7 +59,7 @@ pub(crate) struct Resume {
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
-    /// Samples per pixel that the image will have [default: as many as were asked for]
+    /// Samples per pixel that the image will have [default: the number requested before]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::positive)]
     pub(crate) spp: Option<u32>,
 
@@ -107,7 +106,7 @@ pub(crate) struct Info {
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
-    /// Print JSON: the receipt, or what the scene is made of
+    /// Print JSON: the provenance of an image, or the contents of a scene
     #[arg(long)]
     pub(crate) json: bool,
 
@@ -145,7 +144,7 @@ pub(crate) struct Rerender {
     #[arg(short = 'f', long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Overwrite the second image if there is one
+    /// Overwrite an existing second image
     #[arg(long)]
     pub(crate) force: bool,
 
@@ -175,7 +174,7 @@ pub(crate) struct Convert {
     #[command(flatten)]
     pub(crate) loading: Loading,
 
-    /// Overwrite the files that there are
+    /// Overwrite existing files
     #[arg(long)]
     pub(crate) force: bool,
 
@@ -206,7 +205,7 @@ pub(crate) struct OfPixel {
     #[arg(help_heading = "Explain")]
     pub(crate) row: u32,
 
-    /// Tell all of the sample of this number, and nothing of the others; the first is 0
+    /// Explain only the sample with this number, in full; the first is 0
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse::count)]
     #[arg(conflicts_with = "top", help_heading = "Explain")]
     pub(crate) sample: Option<u32>,
@@ -216,7 +215,7 @@ pub(crate) struct OfPixel {
     #[arg(value_parser = parse::count, help_heading = "Explain")]
     pub(crate) top: u32,
 
-    /// Print JSON, with all that is known
+    /// Print JSON, with all details
     #[arg(long, help_heading = "Explain")]
     pub(crate) json: bool,
 }

@@ -9,11 +9,11 @@ use crate::{config, parse};
 /// Folders whose files a scene may reference.
 #[derive(clap::Args, Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Folders {
-    /// Let the scene name files outside of its own folder
+    /// Allow the scene to refer to files outside of its folder
     #[arg(long, help_heading = "Scene")]
     pub(crate) allow_outside: bool,
 
-    /// Let the scene name files in this folder and in those inside of it; may be given for several
+    /// Allow the scene to refer to files in this folder and its subfolders; may be repeated
     #[arg(long, value_name = "DIR", value_parser = config::folder, help_heading = "Scene")]
     pub(crate) allow_folder: Vec<PathBuf>,
 }
@@ -21,8 +21,7 @@ pub(crate) struct Folders {
 /// Options for reading scenes.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Loading {
-    /// Value of $NAME in a Mitsuba scene, instead of its <default>; may be given for
-    /// several names
+    /// Value of $NAME in a Mitsuba scene, in place of its <default>; may be repeated
     #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = parse::definition)]
     #[arg(help_heading = "Scene")]
     pub(crate) define: Vec<(String, String)>,
@@ -30,8 +29,9 @@ pub(crate) struct Loading {
     #[command(flatten)]
     pub(crate) folders: Folders,
 
-    /// Limits of reading the scene, such as memory=2GB; may be given for several of memory, depth,
-    /// shapes, triangles, elements, texture-side, texture-pixels, include-depth, files, seconds
+    /// Limit for reading the scene, such as memory=2GB; may be repeated. The names are memory,
+    /// depth, shapes, triangles, elements, texture-side, texture-pixels, include-depth, files and
+    /// seconds
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse::limit, help_heading = "Scene")]
     limit: Vec<(String, u64)>,
 

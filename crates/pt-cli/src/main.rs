@@ -25,6 +25,8 @@ mod loading;
 mod lock;
 mod machine;
 mod opacity;
+#[cfg(test)]
+mod options_page;
 mod output;
 mod panic;
 mod parse;

@@ -347,13 +347,13 @@ impl RenderScene {
             return Spectrum::ZERO;
         }
         let front = at.wo.dot(at.point.normal) > 0.0;
-        let glows = match surface.emissive_sides {
+        let emits = match surface.emissive_sides {
             EmissiveSides::Front => front,
             EmissiveSides::Back => !front,
             EmissiveSides::Both => true,
         };
         let radiance = match surface.emission_texture {
-            _ if !glows => Spectrum::ZERO,
+            _ if !emits => Spectrum::ZERO,
             None => surface.emission,
             Some(texture) => self.radiance(texture, at, hit, time),
         };

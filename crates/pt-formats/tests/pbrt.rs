@@ -1,8 +1,8 @@
 //! Reader of pbrt-v4 scenes.
 
 mod common;
-#[path = "pbrt/glow.rs"]
-mod glow;
+#[path = "pbrt/emission.rs"]
+mod emission;
 #[path = "pbrt/lights.rs"]
 mod lights;
 #[path = "pbrt/materials.rs"]

@@ -41,7 +41,7 @@ pub enum MediumProperties {
 
 impl MediumProperties {
     /// Returns true if the medium emits light.
-    pub fn glows(&self) -> bool {
+    pub fn emits(&self) -> bool {
         match self {
             Self::Homogeneous { emission, .. } => *emission != [0.0; 3],
             Self::Heterogeneous(matter) => matter.emission != MediumEmission::Constant([0.0; 3]),

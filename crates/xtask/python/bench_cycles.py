@@ -103,13 +103,13 @@ def material(name, surface):
         shader.inputs["IOR"].default_value = metal["eta"]
         shader.inputs["Extinction"].default_value = metal["k"]
     else:
-        shader = glow(nodes, links, surface["glow"])
+        shader = emission(nodes, links, surface["emission"])
         made.cycles.emission_sampling = "FRONT"
     links.new(shader.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return made
 
 
-def glow(nodes, links, radiance):
+def emission(nodes, links, radiance):
     """Emission of the outside: its strength times 1 − backfacing."""
     most = max(radiance)
     shader, side = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeNewGeometry")

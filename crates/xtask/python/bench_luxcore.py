@@ -128,11 +128,11 @@ def material(name, surface):
     at = f"scene.materials.{name}"
     if "diffuse" in surface:
         return {f"{at}.type": "matte", f"{at}.kd": surface["diffuse"]}
-    if "glow" in surface:
+    if "emission" in surface:
         return {
             f"{at}.type": "matte",
             f"{at}.kd": [0.0, 0.0, 0.0],
-            f"{at}.emission": surface["glow"],
+            f"{at}.emission": surface["emission"],
             f"{at}.emission.gain": [1.0, 1.0, 1.0],
             f"{at}.emission.power": 0.0,
             f"{at}.emission.efficency": 0.0,

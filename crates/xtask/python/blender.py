@@ -82,7 +82,7 @@ def cycles(path, image):
     for bounces in ("max", "diffuse", "glossy", "transmission", "volume", "transparent_max"):
         setattr(scene.cycles, f"{bounces}_bounces", DEPTH - 1)
     for material in bpy.data.materials:
-        glow_in_front(material)
+        emit_in_front(material)
     scene.cycles.sample_clamp_direct = scene.cycles.sample_clamp_indirect = 0
     scene.cycles.blur_glossy = 0
     scene.cycles.light_sampling_threshold = 0
@@ -95,8 +95,8 @@ def cycles(path, image):
     return read(image)
 
 
-def glow_in_front(material):
-    """What glows does so on its front alone, as in glTF; the importer lets both sides glow."""
+def emit_in_front(material):
+    """Emissive surfaces emit on their front only, as in glTF; the importer makes both sides emit."""
     if not material.use_nodes:
         return
     nodes, links = material.node_tree.nodes, material.node_tree.links

@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [16, 12];
 pub(crate) fn scene() -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.5, 0.6, 0.7]))
-        .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.4), 5.0)
+        .emissive_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.4), 5.0)
         .seen_by(camera(DVec3::new(0.0, 2.0, 7.0), DVec3::new(0.0, 1.3, 0.0), [45.0, 36.0]))
 }
 

@@ -175,7 +175,7 @@ fn over_an_even_sky_the_cut_out_is_the_whole_picture() {
         .quad(place(0.2, 0.8), pane())
         .quad(place(0.4, 1.0), pane());
     let scene = opaque_by(scene.quad(place(-0.5, 0.9), matte([0.8; 3])), 0.4);
-    let scene = opaque_by(scene.glowing_quad(place(0.5, -1.0), 0.3), 0.7);
+    let scene = opaque_by(scene.emissive_quad(place(0.5, -1.0), 0.3), 0.7);
     let scene =
         scene.sky(SKY).seen_by(camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, [30.0, 30.0]));
     let split = Settings { split: 4, ..cut_out(16) };
@@ -212,7 +212,7 @@ fn hidden_emitters_light_what_is_seen_through_them() {
         Builder::default()
             .quad(facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 1.2), matte([0.7, 0.5, 0.3]))
             .sphere(DVec3::new(-0.4, 0.0, -0.6), 0.3, glass())
-            .glowing_quad(lamp, 4.0)
+            .emissive_quad(lamp, 4.0)
             .seen_by(Camera { near, ..view.clone() })
     };
     for integrator in INTEGRATORS {
@@ -232,7 +232,7 @@ fn hidden_emitters_light_what_is_seen_through_them() {
 fn behind_holes_volpath_hides_emitters() {
     let lamp = facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 50.0);
     let screen = Builder::default().quad(facing(DVec3::ZERO, DVec3::Z, 50.0), Black.into());
-    let scene = opaque_by(screen, 0.5).glowing_quad(lamp, 2.0).seen_by(straight());
+    let scene = opaque_by(screen, 0.5).emissive_quad(lamp, 2.0).seen_by(straight());
     for (integrator, alpha, light) in [("path", 1.0, 1.0), ("volpath", 0.5, 0.0)] {
         let settings = Settings { hidden: Hidden::Emitters, ..cut_out(64) };
         assert_covers(&scene, with(integrator, settings.clone()), alpha, 1.0);

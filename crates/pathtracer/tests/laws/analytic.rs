@@ -152,14 +152,14 @@ const CASES: [Case; 14] = [
         irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
     },
     Case {
-        name: "glowing mesh",
-        add: |b| b.glowing_quad(facing(ABOVE, -UP, 0.5), 3.0),
+        name: "emissive mesh",
+        add: |b| b.emissive_quad(facing(ABOVE, -UP, 0.5), 3.0),
         map: false,
         irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
     },
     Case {
         name: "sphere",
-        add: |b| b.glowing_sphere(ABOVE, 0.7, 3.0),
+        add: |b| b.emissive_sphere(ABOVE, 0.7, 3.0),
         map: false,
         irradiance: |p| 3.0 * irradiance::of_sphere(ABOVE, 0.7, p, UP),
     },
@@ -244,7 +244,7 @@ fn a_floor_close_to_a_square_has_the_radiance_of_the_closed_form() {
         let p = DVec3::new(x, -GAP, 0.1);
         let scene = Builder::default()
             .quad(facing(-UP * GAP, UP, 5.0), matte([ALBEDO; 3]))
-            .glowing_quad(facing(DVec3::ZERO, -UP, 0.5), 3.0)
+            .emissive_quad(facing(DVec3::ZERO, -UP, 0.5), 3.0)
             .seen_by(camera(p + UP, p, [20.0, 20.0]));
         let want = f64::from(ALBEDO) / PI * 3.0 * irradiance::of_polygon(&corners, p, UP);
         for direct in ESTIMATORS {

@@ -32,7 +32,7 @@ fn a_panorama_shows_a_small_light_where_it_is() {
         let direction = level + DVec3::Y * f64::sin(latitude);
         let (distance, radius) = (5.0, 0.3);
         let scene = Builder::default()
-            .glowing_sphere(eye + direction * distance, radius, 1.0)
+            .emissive_sphere(eye + direction * distance, radius, 1.0)
             .seen_by(panorama(eye, eye + DVec3::X));
         let session = render(&scene, size(SIZE), settings(512));
         let [w, h] = SIZE.map(f64::from);
@@ -65,7 +65,7 @@ fn parallel_rays_see_sizes_and_no_distances() {
     };
     for (z, scale) in [(0.0, 1.0), (-50.0, 1.0), (2.0, 0.5)] {
         let center = DVec3::new(0.3, -0.2, z);
-        let scene = Builder::default().glowing_sphere(center, 0.5, 1.0).seen_by(view(scale));
+        let scene = Builder::default().emissive_sphere(center, 0.5, 1.0).seen_by(view(scale));
         let session = render(&scene, size([SIZE; 2]), settings(256));
         let (mut area, mut middle) = (0.0, [0.0; 2]);
         for pixel in session.film().region().pixels() {
@@ -128,7 +128,7 @@ fn what_makes_no_sense_is_refused() {
         (Camera { principal_point_offset: [f64::NAN, 0.0], ..view() }, none(), "film offset"),
     ] {
         let scene = Builder::default()
-            .glowing_quad(facing(DVec3::ZERO, DVec3::Z, 1.0), 1.0)
+            .emissive_quad(facing(DVec3::ZERO, DVec3::Z, 1.0), 1.0)
             .seen_by(camera);
         let Err(error) = pathtracer::Session::new(&scene, options, settings(1)) else {
             panic!("{message} is not said")

@@ -38,7 +38,7 @@ fn kept_and_removed_light_add_up_to_all() {
 #[test]
 fn what_is_left_has_the_limit() {
     let lamp = Builder::default()
-        .glowing_quad(facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 50.0), 5.0)
+        .emissive_quad(facing(DVec3::new(0.0, 0.0, -1.0), DVec3::Z, 50.0), 5.0)
         .seen_by(camera(DVec3::ZERO, DVec3::NEG_Z, [40.0, 40.0]));
     let clamp = Clamp { direct: 2.0, indirect: INFINITY };
     let session = render(&lamp, size([4, 4]), Settings { clamp, max_depth: 0, ..settings(8) });

@@ -108,12 +108,12 @@ fn hemisphere_sampling_finds_physical_light() {
     for p in POINTS {
         let mesh = to_square() * DAffine3::from_scale(DVec3::new(0.5, 0.5, 1.0));
         let scene = floor()
-            .glowing_quad(mesh, RADIANCE)
+            .emissive_quad(mesh, RADIANCE)
             .light(LightKind::Area { radiance: [RADIANCE; 3] }, to_square());
         let direct = DirectLight::UniformHemisphere;
         let settings = Settings { direct, light_samples: 2, ..course(20_000) };
         let want = f64::from(RADIANCE) * irradiance::of_polygon(&corners(), p, UP);
-        check(&scene, p, settings, want, "glowing mesh");
+        check(&scene, p, settings, want, "emissive mesh");
     }
 }
 
@@ -146,7 +146,7 @@ fn room() -> Scene {
     Builder::default()
         .mesh(inward_cube(), DAffine3::IDENTITY, matte([0.9, 0.8, 0.7]))
         .sphere(DVec3::new(-0.3, -0.6, -0.2), 0.4, matte([0.8; 3]))
-        .glowing_quad(mesh, 4.0)
+        .emissive_quad(mesh, 4.0)
         .light(LightKind::Area { radiance: [4.0; 3] }, node)
         .0
 }

@@ -175,20 +175,20 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
         kinds.map(|(name, kind)| (name, seen(ball().light(kind, above)))).into();
     let far = DVec3::new(0.5, 3.0, 1.0);
     scenes.extend([
-        ("glowing mesh", seen(ball().glowing_mesh(shapes::cube(), small, matte([0.5; 3]), x))),
-        ("glowing sphere", seen(ball().glowing_sphere(far, 0.5, x))),
+        ("emissive mesh", seen(ball().emissive_mesh(shapes::cube(), small, matte([0.5; 3]), x))),
+        ("emissive sphere", seen(ball().emissive_sphere(far, 0.5, x))),
         (
-            "mesh that glows by a texture",
-            seen(ball().glowing_quad(facing(far, -far, 0.5), 1.0).glowing_by(texture(light))),
+            "mesh with an emission texture",
+            seen(ball().emissive_quad(facing(far, -far, 0.5), 1.0).emitting(texture(light))),
         ),
         (
-            "sphere that glows by a texture",
-            seen(ball().glowing_sphere(far, 0.5, 1.0).glowing_by(texture(light))),
+            "sphere with an emission texture",
+            seen(ball().emissive_sphere(far, 0.5, 1.0).emitting(texture(light))),
         ),
     ]);
     let many = (0..100).fold(ball(), |b, i| {
         let at = DVec3::new(f64::from(i) / 50.0 - 1.0, 2.0, 1.0);
-        b.glowing_sphere(at, 0.01, if i == 50 { x } else { 5.0 })
+        b.emissive_sphere(at, 0.01, if i == 50 { x } else { 5.0 })
     });
     scenes.push(("one of many", seen(many)));
     scenes

@@ -15,7 +15,7 @@ const WIDTH: u32 = 12;
 fn edge() -> Scene {
     let side = 4.0;
     Builder::default()
-        .glowing_quad(facing(DVec3::new(-side, 0.0, -1.0), DVec3::Z, side), 1.0)
+        .emissive_quad(facing(DVec3::new(-side, 0.0, -1.0), DVec3::Z, side), 1.0)
         .seen_by(camera(DVec3::ZERO, DVec3::NEG_Z, [90.0, 90.0]))
 }
 

@@ -174,7 +174,7 @@ pub(crate) fn room(filter: Filter) -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), fine(filter, 40.0))
         .quad(facing(DVec3::NEG_Z, DVec3::Z, 2.0), matte([0.7; 3]))
-        .glowing_quad(facing(DVec3::Y * 2.0, DVec3::NEG_Y, 0.5), 5.0)
+        .emissive_quad(facing(DVec3::Y * 2.0, DVec3::NEG_Y, 0.5), 5.0)
         .seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::Y * 0.5, [40.0, 32.0]))
 }
 

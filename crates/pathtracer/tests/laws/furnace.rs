@@ -26,11 +26,11 @@ pub(crate) const ESTIMATORS: [DirectLight; 4] = [
 /// Light sampling alone is left out: near the edges between walls, its samples have infinite
 /// variance.
 #[test]
-fn a_closed_room_glows_by_the_geometric_series() {
+fn a_closed_room_emits_by_the_geometric_series() {
     const DEPTHS: [u32; 4] = [0, 1, 5, 200];
     let rho = [0.8, 0.5, 0.2];
     let scene = Builder::default()
-        .glowing_mesh(inward_cube(), DAffine3::IDENTITY, matte(rho), 1.0)
+        .emissive_mesh(inward_cube(), DAffine3::IDENTITY, matte(rho), 1.0)
         .seen_by(camera(DVec3::new(0.3, -0.2, 0.4), DVec3::NEG_Z, [80.0, 80.0]));
     let estimators = ESTIMATORS.into_iter().filter(|&d| d != DirectLight::Light);
     for direct in estimators {

@@ -25,11 +25,11 @@ fn lit_by(count: u32) -> Scene {
         let angle = f64::from(i) * 2.4;
         let at = DVec3::new(1.2 * angle.cos(), 1.5 + 0.1 * f64::from(i % 3), 1.2 * angle.sin());
         builder = match i % 2 {
-            0 => builder.glowing_quad(facing(at, -at.normalize(), 0.3), 3.0),
-            _ => builder.glowing_sphere(at, 0.15, 4.0),
+            0 => builder.emissive_quad(facing(at, -at.normalize(), 0.3), 3.0),
+            _ => builder.emissive_sphere(at, 0.15, 4.0),
         };
         if i % 4 > 1 {
-            builder = builder.glowing_by(Arc::clone(&texture));
+            builder = builder.emitting(Arc::clone(&texture));
         }
     }
     builder.seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::new(0.0, 0.1, 0.0), [30.0, 24.0]))
@@ -37,8 +37,8 @@ fn lit_by(count: u32) -> Scene {
 
 /// Makes the lights of a scene invisible.
 pub(crate) fn hidden(mut scene: Scene) -> Scene {
-    let glows = |color: &Color| *color != [0.0; 3].into();
-    for material in scene.materials.iter_mut().filter(|material| glows(&material.emission)) {
+    let emits = |color: &Color| *color != [0.0; 3].into();
+    for material in scene.materials.iter_mut().filter(|material| emits(&material.emission)) {
         material.hidden_emission = true;
     }
     scene
@@ -108,7 +108,7 @@ fn nothing_is_seen_of_hidden_lights() {
     let lamp = facing(DVec3::Y * 2.0, DVec3::NEG_Y, 1.0);
     let room = || {
         let floor = Builder::default().quad(facing(DVec3::ZERO, DVec3::Y, 3.0), mirror());
-        floor.glowing_quad(lamp, 5.0)
+        floor.emissive_quad(lamp, 5.0)
     };
     let down = camera(DVec3::new(0.0, 1.0, 0.3), DVec3::ZERO, [20.0, 16.0]);
     let up = camera(DVec3::new(0.0, 1.0, 0.3), DVec3::Y * 2.0, [20.0, 16.0]);

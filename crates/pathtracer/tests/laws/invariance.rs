@@ -54,7 +54,7 @@ fn mirrored_meshes_keep_their_front() {
             * DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0));
         Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.5; 3]))
-            .glowing_mesh(mesh, place, Black.into(), 3.0)
+            .emissive_mesh(mesh, place, Black.into(), 3.0)
             .seen_by(camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [50.0, 40.0]))
     };
     let plain = film(&scene(shapes::rectangle(), 1.0), 0);
@@ -71,7 +71,7 @@ fn light_is_not_counted_twice() {
     let scene = || {
         Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.5; 3]))
-            .glowing_quad(facing(middle, DVec3::NEG_Y, 0.5), 3.0)
+            .emissive_quad(facing(middle, DVec3::NEG_Y, 0.5), 3.0)
     };
     let view = || camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [50.0, 40.0]);
     let once = film(&scene().seen_by(view()), 0);
@@ -92,7 +92,7 @@ fn a_hardly_stretched_sphere_is_a_sphere() {
         let mut scene = Builder::default()
             .quad(facing(DVec3::NEG_Y, DVec3::Y, 4.0), matte([0.5; 3]))
             .sphere(DVec3::ZERO, 0.8, matte([0.7; 3]))
-            .glowing_sphere(DVec3::new(-1.5, 0.5, 0.0), 0.4, 4.0)
+            .emissive_sphere(DVec3::new(-1.5, 0.5, 0.0), 0.4, 4.0)
             .seen_by(camera(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, [40.0, 32.0]));
         for object in &mut scene.objects {
             if let Geometry::Sphere { .. } = object.geometry {

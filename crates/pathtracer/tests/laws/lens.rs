@@ -25,7 +25,7 @@ fn image(distance: f64, half: f64) -> Film {
     let view = camera(DVec3::ZERO, DVec3::NEG_Z, [fov, fov]);
     let view = Camera { lens_radius: LENS, focal_distance: FOCUS, ..view };
     let sphere = DVec3::new(0.0, 0.0, -distance);
-    let scene = Builder::default().glowing_sphere(sphere, SPHERE, 1.0).seen_by(view);
+    let scene = Builder::default().emissive_sphere(sphere, SPHERE, 1.0).seen_by(view);
     render(&scene, size([RESOLUTION; 2]), settings(1024)).film().clone()
 }
 

@@ -243,18 +243,18 @@ fn colored() -> Scene {
     for (i, intensity) in COLORS.into_iter().enumerate() {
         let spot = LightKind::Spot { intensity, falloff_angle: 90.0, falloff_exponent: 0.5 };
         builder = builder
-            .glowing_sphere(place(i), 0.05, 1.0)
-            .glowing_mesh(shapes::cube(), down(i + 3) * scale * scale, grey(), 1.0)
+            .emissive_sphere(place(i), 0.05, 1.0)
+            .emissive_mesh(shapes::cube(), down(i + 3) * scale * scale, grey(), 1.0)
             .light(square(i), down(i + 6) * scale)
             .light(LightKind::Point { intensity }, down(i + 1))
             .light(spot, aside * down(i + 4))
             .light(LightKind::Directional { irradiance: intensity }, down(i));
     }
     let mut scene = builder.seen_by(camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [40.0; 2]));
-    let mut glowing = scene.materials.iter_mut().skip(2);
+    let mut emissive = scene.materials.iter_mut().skip(2);
     for color in COLORS {
-        glowing.next().expect("a sphere").emission = color.into();
-        glowing.next().expect("a cube").emission = color.into();
+        emissive.next().expect("a sphere").emission = color.into();
+        emissive.next().expect("a cube").emission = color.into();
     }
     scene
 }
@@ -268,8 +268,8 @@ fn many(count: u32) -> Scene {
         let place = DVec3::new(f64::from(i % 10) * 0.3 - 1.4, 1.5, f64::from(i / 10) * 0.3 - 1.4);
         let intensity = COLORS[i as usize % 3].map(|x| 0.02 * x);
         builder = builder
-            .glowing_quad(facing(place, DVec3::NEG_Y, 0.02), 1.0)
-            .glowing_sphere(place + DVec3::Y * 0.2, 0.02, 1.0)
+            .emissive_quad(facing(place, DVec3::NEG_Y, 0.02), 1.0)
+            .emissive_sphere(place + DVec3::Y * 0.2, 0.02, 1.0)
             .light(LightKind::Point { intensity }, looking(place + 0.1, place));
     }
     let mut scene = builder.seen_by(camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [40.0; 2]));
@@ -391,7 +391,7 @@ fn a_group_is_what_its_lights_would_give_alone() {
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), grey())
         .sphere(DVec3::new(0.3, 0.4, 0.0), 0.4, grey())
-        .glowing_sphere(DVec3::new(-0.7, 0.8, 0.0), 0.2, 3.0)
+        .emissive_sphere(DVec3::new(-0.7, 0.8, 0.0), 0.2, 3.0)
         .light(LightKind::Point { intensity: [1.0; 3] }, down(0.6))
         .sky(0.3)
         .light(sun, looking(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.4)))

@@ -59,8 +59,8 @@ fn scene(kind: Kind) -> Scene {
                 let kind = LightKind::Spot { intensity: [0.4; 3], falloff_angle, falloff_exponent };
                 builder.light(kind, looking(at, towards))
             }
-            2 => builder.glowing_sphere(at, 0.05, 4.0),
-            _ => builder.glowing_quad(facing(at, (towards - at).normalize(), 0.08), 5.0),
+            2 => builder.emissive_sphere(at, 0.05, 4.0),
+            _ => builder.emissive_quad(facing(at, (towards - at).normalize(), 0.08), 5.0),
         };
     }
     let mut eye = camera(DVec3::new(0.0, 1.0, 5.0), DVec3::new(0.0, -0.5, 0.0), [40.0, 32.0]);

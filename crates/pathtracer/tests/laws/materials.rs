@@ -194,7 +194,7 @@ fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
         Builder::default()
             .mesh(square.clone(), facing(DVec3::ZERO, DVec3::Y, 1.0), painted.into())
             .mesh(square, facing(DVec3::Y * 1.5, DVec3::NEG_Y, 0.5), Black.into())
-            .glowing_by(texture)
+            .emitting(texture)
             .seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, [40.0, 30.0]))
     };
     let [values, transformed] = [true, false].map(|is_value| film(&scene(is_value), 64, 3));
@@ -214,7 +214,7 @@ fn film(scene: &Scene, spp: u32, seed: u32) -> Film {
 fn ball(surface: Surface) -> Scene {
     Builder::default()
         .sphere(DVec3::ZERO, 1.0, surface)
-        .glowing_quad(facing(DVec3::new(2.0, 2.0, 2.0), DVec3::new(-1.0, -1.0, -1.0), 1.0), 5.0)
+        .emissive_quad(facing(DVec3::new(2.0, 2.0, 2.0), DVec3::new(-1.0, -1.0, -1.0), 1.0), 5.0)
         .sky(0.3)
         .seen_by(camera(FAR, DVec3::ZERO, [40.0, 32.0]))
 }

@@ -339,13 +339,13 @@ fn noise(extinction: [f32; 3], albedo: [f32; 3]) -> Medium {
 }
 
 /// Sets the emission of a medium to 1, the radiance of an opaque absorber.
-fn glowing(mut medium: Medium) -> Medium {
+fn emissive(mut medium: Medium) -> Medium {
     match &mut medium.matter {
         MediumProperties::Homogeneous { emission, .. } => *emission = [1.0; 3],
         MediumProperties::Heterogeneous(matter) => {
             matter.emission = MediumEmission::Constant([1.0; 3]);
         }
-        MediumProperties::Cloud(_) => panic!("clouds do not glow"),
+        MediumProperties::Cloud(_) => panic!("clouds do not emit"),
     }
     medium
 }
@@ -357,12 +357,12 @@ fn media_as_bright_as_the_sky_are_invisible() {
     let grey = [0.6; 3];
     let place = DAffine3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.7);
     let media = [
-        ("homogeneous", glowing(homogeneous([1.5; 3], grey, FORWARDS))),
-        ("black", glowing(homogeneous([1.5; 3], [0.0; 3], Phase::Isotropic))),
-        ("coloured", glowing(homogeneous([0.5, 1.0, 3.0], [0.9, 0.5, 0.1], BACKWARDS))),
-        ("cloud", glowing(cloud(3.0, grey, FORWARDS))),
-        ("black cloud", glowing(cloud(3.0, [0.0; 3], FORWARDS))),
-        ("coloured cloud", glowing(colored_cloud(3.0, [0.9, 0.5, 0.1], FORWARDS))),
+        ("homogeneous", emissive(homogeneous([1.5; 3], grey, FORWARDS))),
+        ("black", emissive(homogeneous([1.5; 3], [0.0; 3], Phase::Isotropic))),
+        ("coloured", emissive(homogeneous([0.5, 1.0, 3.0], [0.9, 0.5, 0.1], BACKWARDS))),
+        ("cloud", emissive(cloud(3.0, grey, FORWARDS))),
+        ("black cloud", emissive(cloud(3.0, [0.0; 3], FORWARDS))),
+        ("coloured cloud", emissive(colored_cloud(3.0, [0.9, 0.5, 0.1], FORWARDS))),
         ("noise that absorbs nothing", noise([4.0, 2.0, 1.0], [1.0; 3])),
     ];
     for (name, medium) in &media {
@@ -374,9 +374,9 @@ fn media_as_bright_as_the_sky_are_invisible() {
     // Camera in the medium, a pane of glass, and a wall of the same radiance.
     let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
     let mut scene = Builder::default()
-        .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
+        .emissive_sphere(DVec3::ZERO, -2.0, 1.0)
         .seen_by(pathtracer::Camera { medium: Some(0), ..view });
-    scene.media.push(glowing(homogeneous([0.6, 0.8, 1.0], [0.5; 3], FORWARDS)));
+    scene.media.push(emissive(homogeneous([0.6, 0.8, 1.0], [0.5; 3], FORWARDS)));
     let film = render(&scene, size([7, 7]), with_depth(1024, 5000));
     assert_uniform(film.film(), 1.0, 1e-4, "a camera within");
 }
@@ -388,7 +388,7 @@ fn a_camera_may_be_in_a_medium() {
     let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
     for phase in [Phase::Isotropic, FORWARDS] {
         let mut scene = Builder::default()
-            .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
+            .emissive_sphere(DVec3::ZERO, -2.0, 1.0)
             .seen_by(pathtracer::Camera { medium: Some(0), ..view.clone() });
         scene.media.push(homogeneous([0.6, 0.8, 1.0], [1.0; 3], phase.clone()));
         for direct in [DirectLight::Mis, DirectLight::Light] {

@@ -50,7 +50,7 @@ fn a_disk_has_the_irradiance_of_its_cone() {
     let (r, h, radiance) = (0.8, 1.1, 3.0);
     let disk = facing(DVec3::new(0.0, h, 0.0), DVec3::NEG_Y, r);
     let mut scene = Builder::default()
-        .glowing_mesh(shapes::disk(), disk, Black.into(), radiance)
+        .emissive_mesh(shapes::disk(), disk, Black.into(), radiance)
         .seen_by(meter(Quantity::Irradiance, quad(), facing(DVec3::ZERO, DVec3::Y, 1e-3)));
     for metres in [1.0, 0.01] {
         scene.metres_per_unit = metres;
@@ -71,7 +71,7 @@ fn parallel_rays_measure_the_mean_over_their_target() {
         // The rays of all points of a sphere meet it.
         (sphere, DAffine3::from_translation(at), 2.0),
     ] {
-        let scene = Builder::default().glowing_sphere(at, 0.5, 2.0).seen_by(meter(
+        let scene = Builder::default().emissive_sphere(at, 0.5, 2.0).seen_by(meter(
             Quantity::Radiance,
             geometry,
             to_world,

@@ -39,7 +39,7 @@ fn scene(moves: &Motion) -> Scene {
     let view = camera(DVec3::new(0.4, 2.2, 4.0), DVec3::new(0.0, 0.2, 0.0), [46.0, 40.0]);
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6, 0.5, 0.4]))
-        .glowing_quad(facing(DVec3::new(0.5, 2.5, 0.5), DVec3::NEG_Y, 0.4), 12.0)
+        .emissive_quad(facing(DVec3::new(0.5, 2.5, 0.5), DVec3::NEG_Y, 0.4), 12.0)
         .sphere(DVec3::new(1.0, 0.3, 0.4), 0.3, gloss())
         .sphere(DVec3::new(0.5, 0.5, 0.1), 0.3, metal())
         .mesh(shapes::cube(), block, matte([0.2, 0.6, 0.3]))
@@ -143,10 +143,10 @@ pub(crate) fn under_flying_lamps() -> Scene {
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6, 0.5, 0.4]))
         .sphere(DVec3::new(1.0, 0.3, 0.4), 0.3, gloss())
-        .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.5), 3.0)
+        .emissive_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.5), 3.0)
         .quad(facing(DVec3::new(-0.9, 1.2, 0.3), DVec3::NEG_Y, 0.3), Black.into())
-        .glowing_by(Arc::new(Pattern::Bitmap(bitmap).into()))
-        .glowing_sphere(DVec3::new(0.5, 0.7, 0.6), 0.3, 2.0)
+        .emitting(Arc::new(Pattern::Bitmap(bitmap).into()))
+        .emissive_sphere(DVec3::new(0.5, 0.7, 0.6), 0.3, 2.0)
         .sky(0.3)
         .seen_by(Camera { shutter: SHUTTER, ..scene(&moving(1.0)).cameras[0].clone() });
     for object in scene.objects.iter_mut().skip(2) {
@@ -257,7 +257,7 @@ fn a_tumbling_room_is_closed() {
     let keys = [key(0.0, turn(0.0, 1.0)), key(1.0, turn(2.0, 1.5)), key(2.0, turn(-1.0, 0.5))];
     let view = camera(DVec3::new(0.1, 0.2, 0.1), DVec3::NEG_Z, [120.0, 100.0]);
     let mut scene = Builder::default()
-        .glowing_mesh(inward_cube(), DAffine3::IDENTITY, Black.into(), 1.0)
+        .emissive_mesh(inward_cube(), DAffine3::IDENTITY, Black.into(), 1.0)
         .seen_by(Camera { shutter: [0.0, 2.0], ..view });
     scene.objects[0].motion = Some(Arc::new(motion(&keys)));
     let film = film(&scene, 1024, 0);

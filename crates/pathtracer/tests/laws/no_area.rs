@@ -33,12 +33,12 @@ fn scene(needles: u32, emission: f32) -> Builder {
     let place = DAffine3::from_translation(DVec3::Y);
     let lamps = (0..12).fold(Builder::default(), |scene, i| {
         let at = DVec3::new(f64::from(i % 4) - 1.5, 3.0, f64::from(i / 4) - 1.0);
-        scene.glowing_mesh(lamp.clone(), facing(at, DVec3::NEG_Y, 0.2), matte([0.5; 3]), emission)
+        scene.emissive_mesh(lamp.clone(), facing(at, DVec3::NEG_Y, 0.2), matte([0.5; 3]), emission)
     });
     lamps
         .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), matte([0.5; 3]))
         .mesh(ball.clone(), place * DAffine3::from_scale(DVec3::splat(0.7)), matte([0.6; 3]))
-        .glowing_mesh(ball, DAffine3::from_scale(DVec3::splat(0.3)), matte([0.1; 3]), emission)
+        .emissive_mesh(ball, DAffine3::from_scale(DVec3::splat(0.3)), matte([0.1; 3]), emission)
 }
 
 fn rendered(needles: u32) -> Session {

@@ -49,7 +49,7 @@ fn scene() -> Scene {
     let Builder(mut scene) = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.5; 3]))
         .sphere(DVec3::new(-0.4, 0.3, 1.0), 0.3, gloss())
-        .glowing_quad(facing(DVec3::new(0.5, 2.6, 0.5), DVec3::NEG_Y, 0.4), 9.0)
+        .emissive_quad(facing(DVec3::new(0.5, 2.6, 0.5), DVec3::NEG_Y, 0.4), 9.0)
         .sky(0.3);
     let texture: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
     let surface =

@@ -183,7 +183,7 @@ fn points_that_emit_show_their_colours() {
         DAffine3::from_scale(DVec3::splat(4.0)),
         pt_scene::material::Black.into(),
     );
-    let Builder(scene) = Builder(black).glowing_by(Arc::new(Pattern::VertexColors.into()));
+    let Builder(scene) = Builder(black).emitting(Arc::new(Pattern::VertexColors.into()));
     let film = film(&seen(scene), 4);
     let mut context = 0;
     for pixel in film.pixels() {

@@ -68,7 +68,7 @@ pub(crate) fn everything() -> Scene {
         }
     });
     let mut scene = balls
-        .glowing_quad(facing(DVec3::new(1.0, 3.0, 1.0), DVec3::NEG_Y, 0.7), 8.0)
+        .emissive_quad(facing(DVec3::new(1.0, 3.0, 1.0), DVec3::NEG_Y, 0.7), 8.0)
         .sky(0.3)
         .seen_by(camera(DVec3::new(0.0, 2.5, 5.0), DVec3::ZERO, [55.0, 45.0]));
     for material in scene.materials.iter_mut().step_by(4) {

@@ -120,7 +120,7 @@ impl Builder {
         self.object(Geometry::Sphere { radius }, to_world, surface, [0.0; 3])
     }
 
-    pub(crate) fn glowing_mesh(
+    pub(crate) fn emissive_mesh(
         self,
         mesh: Mesh,
         to_world: DAffine3,
@@ -131,7 +131,7 @@ impl Builder {
     }
 
     /// Sets the emission of the last object to a texture.
-    pub(crate) fn glowing_by(mut self, texture: Arc<Texture>) -> Self {
+    pub(crate) fn emitting(mut self, texture: Arc<Texture>) -> Self {
         if let Some(material) = self.0.materials.last_mut() {
             material.emission = Color::Texture(texture);
         }
@@ -139,12 +139,12 @@ impl Builder {
     }
 
     /// Adds a black emissive quad.
-    pub(crate) fn glowing_quad(self, to_world: DAffine3, emission: f32) -> Self {
-        self.glowing_mesh(shapes::rectangle(), to_world, Black.into(), emission)
+    pub(crate) fn emissive_quad(self, to_world: DAffine3, emission: f32) -> Self {
+        self.emissive_mesh(shapes::rectangle(), to_world, Black.into(), emission)
     }
 
     /// Adds a black emissive sphere.
-    pub(crate) fn glowing_sphere(self, center: DVec3, radius: f64, emission: f32) -> Self {
+    pub(crate) fn emissive_sphere(self, center: DVec3, radius: f64, emission: f32) -> Self {
         let to_world = DAffine3::from_translation(center);
         self.object(Geometry::Sphere { radius }, to_world, Black.into(), [emission; 3])
     }
@@ -200,8 +200,8 @@ pub(crate) fn cornell() -> Scene {
     room.mesh(shapes::cube(), block(-0.4, -0.3, 0.4, 0.5), metal())
         .mesh(shapes::cube(), block(0.45, 0.1, -0.3, 0.3), gloss())
         .sphere(DVec3::new(0.4, -0.1, -0.4), 0.25, white())
-        .glowing_sphere(DVec3::new(-0.6, 0.4, 0.3), 0.15, 3.0)
-        .glowing_quad(area, 5.0)
+        .emissive_sphere(DVec3::new(-0.6, 0.4, 0.3), 0.15, 3.0)
+        .emissive_quad(area, 5.0)
         .sky(0.4)
         .seen_by(camera(DVec3::new(0.0, 0.0, 3.6), DVec3::ZERO, [40.0, 40.0]))
 }

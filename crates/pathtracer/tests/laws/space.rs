@@ -196,7 +196,7 @@ fn what_faces_a_direction_shows_its_cosine() {
 }
 
 /// A panel and a ball that emit textures of noise and cubes, and of their normals.
-fn glowing_by_noise() -> Scene {
+fn emitting_noise() -> Scene {
     let noise = Pattern::Fbm(Noise { octaves: 3, roughness: 0.5 });
     let noise = in_space(noise, DAffine3::from_scale(DVec3::splat(2.3)));
     let facing_up: Arc<Texture> = Arc::new(Pattern::AbsNormalDot([0.5, 1.0, -0.3]).into());
@@ -217,9 +217,9 @@ fn glowing_by_noise() -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
         .quad(facing(DVec3::new(0.0, 2.0, 0.0), DVec3::NEG_Y, 0.9), Black.into())
-        .glowing_by(Arc::new(bright.into()))
+        .emitting(Arc::new(bright.into()))
         .sphere(DVec3::new(1.0, 0.4, 0.3), 0.4, Black.into())
-        .glowing_by(Arc::new(Pattern::Blend(Box::new(turning)).into()))
+        .emitting(Arc::new(Pattern::Blend(Box::new(turning)).into()))
         .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
 }
 
@@ -230,7 +230,7 @@ fn estimators_agree_where_light_lies_in_space() {
         let settings = Settings { direct, seed, max_depth: 3, ..settings(4096) };
         let options = CompileOptions { most_single_lights, ..size([10, 8]) };
         let name = format!("{direct:?} {most_single_lights:?}");
-        (name, render(&glowing_by_noise(), options, settings).film().clone())
+        (name, render(&emitting_noise(), options, settings).film().clone())
     };
     let mut films: Vec<_> = ESTIMATORS.into_iter().zip(0..).map(|(d, s)| of(d, None, s)).collect();
     films.push(of(ESTIMATORS[0], Some(0), 17));
@@ -245,7 +245,7 @@ fn light_that_could_not_be_sampled_is_refused() {
         let message = session.err().expect("it is refused").to_string();
         assert!(message.contains(want), "{message}");
     };
-    let mut moving = glowing_by_noise();
+    let mut moving = emitting_noise();
     let place = |time: f64| Key { time, to_world: DAffine3::from_translation(DVec3::X * time) };
     let motion = Motion::new(vec![place(0.0), place(1.0)]).expect("it makes sense");
     moving.objects[1].motion = Some(Arc::new(motion));

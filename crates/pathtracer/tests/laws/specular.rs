@@ -17,7 +17,7 @@ const RADIANCE: f32 = 2.5;
 fn wall_in_a(mirror: Surface) -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 1.0), mirror)
-        .glowing_quad(facing(DVec3::new(0.0, 1.5, -3.0), DVec3::Z, 1.0), RADIANCE)
+        .emissive_quad(facing(DVec3::new(0.0, 1.5, -3.0), DVec3::Z, 1.0), RADIANCE)
         .seen_by(camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, [1.0, 1.0]))
 }
 
@@ -83,7 +83,7 @@ fn a_light_behind_a_pane_is_dimmed_by_both_surfaces() {
         let pane = DAffine3::from_scale(DVec3::new(5.0, 5.0, 0.1));
         let scene = Builder::default()
             .mesh(shapes::cube(), pane, glass.into())
-            .glowing_quad(facing(DVec3::new(0.0, 0.0, -2.0), DVec3::Z, 4.0), RADIANCE)
+            .emissive_quad(facing(DVec3::new(0.0, 0.0, -2.0), DVec3::Z, 4.0), RADIANCE)
             .seen_by(camera(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, [1.0, 1.0]));
         let r = ((f64::from(ior) - 1.0) / (f64::from(ior) + 1.0)).powi(2);
         let want = f64::from(RADIANCE) * (1.0 - r) / (1.0 + r);

@@ -69,7 +69,7 @@ fn panels_behind_panes_count_once() {
     let scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), matte([0.6; 3]))
         .quad(facing(DVec3::Z * 0.5, DVec3::new(0.2, 0.0, 1.0), 1.5), pane())
-        .glowing_quad(facing(DVec3::Z * 1.2, DVec3::NEG_Z, 0.6), 2.0)
+        .emissive_quad(facing(DVec3::Z * 1.2, DVec3::NEG_Z, 0.6), 2.0)
         .seen_by(camera(DVec3::new(0.0, -1.5, 0.4), DVec3::ZERO, [40.0, 32.0]));
     let films: Vec<_> =
         [(DirectLight::Mis, true), (DirectLight::Light, true), (DirectLight::Mis, false)]

@@ -86,7 +86,7 @@ fn text(inventory: &SceneStats) -> String {
             line("", &format!("{} {kind}: {}", names.len(), listed(&names)));
         }
     }
-    line("glowing materials", &c.glowing_materials.to_string());
+    line("emissive materials", &c.emissive_materials.to_string());
     for Item { name, kind } in &inventory.settings {
         line(name, kind);
     }

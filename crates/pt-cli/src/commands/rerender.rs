@@ -90,12 +90,12 @@ fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
         .map_err(|message| anyhow!("{shown}: {message}"))?;
     let Some(receipt) = found else {
         bail!(
-            "{shown}: has no receipt; images of pathtracer have one, unless --metadata none left it out"
+            "{shown}: has no provenance metadata; images of pathtracer have them, except with --metadata none"
         );
     };
     let Some(run) = receipt.run.clone() else {
         bail!(
-            "{shown}: its receipt does not say by which command it was made; --metadata full does"
+            "{shown}: its provenance metadata lack the command of the render, which --metadata full writes"
         );
     };
     ensure!(

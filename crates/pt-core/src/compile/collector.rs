@@ -89,15 +89,15 @@ impl Collector<'_> {
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
         let look = material.map_or(&self.default, |m| &self.looks[m as usize]).clone();
-        let glows = !look.emission.is_black();
+        let emits = !look.emission.is_black();
         let plain = material.map_or(known, |m| m as usize);
-        let is_shared = !glows && object.media.is_none();
+        let is_shared = !emits && object.media.is_none();
         if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
             return (surface, None);
         }
         let number = material;
         let CompiledSurface { lobe, two_sided, material, opacity, cull_backfaces, .. } = look;
-        let emission = glows.then_some(SurfaceEmission {
+        let emission = emits.then_some(SurfaceEmission {
             radiance: look.emission,
             texture: look.emission_texture,
             is_invisible: look.hidden_emission,

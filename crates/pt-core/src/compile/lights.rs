@@ -79,9 +79,9 @@ impl Lights {
                     Ok(None) => {}
                     Err(note) => notes.push(format!("light \"{}\": {note}", node.name)),
                 }
-            } else if stands_for_glowing_shape(node, to_world, shapes) {
+            } else if represents_emissive_shape(node, to_world, shapes) {
                 notes.push(format!(
-                    "light \"{}\" stands for the glowing surface around it, which lights the \
+                    "light \"{}\" represents the emissive surface around it, which lights the \
                      scene in its place",
                     node.name
                 ));
@@ -176,7 +176,7 @@ impl Lights {
                 // e2 × e1 faces −z unless the node mirrors.
                 let flip = to_world.matrix3.determinant() < 0.0;
                 let (e1, e2) = if flip { (e1, e2) } else { (e2, e1) };
-                shapes.add_glowing(origin, e1, e2, radiance.into());
+                shapes.add_emissive_square(origin, e1, e2, radiance.into());
             }
         }
         Ok(())
@@ -348,8 +348,8 @@ impl Lights {
 
     /// Returns true if the scene has no light.
     pub(super) fn are_out(&self, shapes: &Shapes) -> bool {
-        let glows = !shapes.emitters.is_empty() || shapes.placed.emits();
-        self.table.as_slice().is_empty() && !glows
+        let emits = !shapes.emitters.is_empty() || shapes.placed.emits();
+        self.table.as_slice().is_empty() && !emits
     }
 }
 
@@ -383,7 +383,7 @@ fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
 /// only the visible mesh lights the scene.
 ///
 /// "On" is within a thousandth of the size of the mesh.
-fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
+fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
     let local = matches!(
         node.kind,
         LightKind::Area { .. }

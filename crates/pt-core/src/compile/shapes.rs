@@ -139,7 +139,13 @@ impl Shapes {
     }
 
     /// Adds a black parallelogram that emits light on the side of e1 × e2.
-    pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
+    pub(super) fn add_emissive_square(
+        &mut self,
+        origin: Vec3,
+        e1: Vec3,
+        e2: Vec3,
+        emission: Spectrum,
+    ) {
         let black = Diffuse { rho: Spectrum::ZERO };
         let lobe = self.lobes.push(black.into());
         let record = SurfaceRecord {

@@ -114,7 +114,7 @@ mod tests {
 
     /// Interpolated radiance agrees with Planck's law, and low temperatures emit nothing visible.
     #[test]
-    fn heat_glows_by_plancks_law() {
+    fn heat_emits_by_plancks_law() {
         for kelvin in [700.0, 1000.0, 2856.0, 6504.0, 30_000.0, 1e6_f32] {
             let (got, want) = (heat(kelvin, 3.0).to_array(), black_body(f64::from(kelvin)));
             for (got, want) in got.into_iter().zip(want) {

@@ -108,7 +108,7 @@ impl GridMedium {
     }
 
     /// Returns true if the medium emits light.
-    pub(super) fn glows(&self) -> bool {
+    pub(super) fn emits(&self) -> bool {
         self.emission.is_some()
     }
 
@@ -145,7 +145,7 @@ impl GridMedium {
         stream: &mut RngStream,
     ) -> Spectrum {
         let Some(emission) = &self.emission else { return Spectrum::ZERO };
-        let glow = |t: f32| {
+        let emission = |t: f32| {
             let p = ray.at(t);
             (Spectrum::ONE - self.albedo.at(p)) * emission.at(p)
         };
@@ -153,12 +153,14 @@ impl GridMedium {
         if self.is_grey() {
             self.collide((ray, phase), stream, |p, t, majorant, choice| {
                 let share = self.share(p, majorant);
-                sum += glow(t) * share;
+                sum += emission(t) * share;
                 choice < share
             });
             return sum;
         }
-        self.collide_colored((ray, phase), beta, stream, |t, weighted| sum += weighted * glow(t));
+        self.collide_colored((ray, phase), beta, stream, |t, weighted| {
+            sum += weighted * emission(t);
+        });
         sum
     }
 

@@ -241,7 +241,7 @@ fn matter_emits_as_it_absorbs() {
 /// Emission that varies in space: twice as strong at the end of a grid as at its start, in a part
 /// of the medium; and 0 outside of its box.
 #[test]
-fn grids_may_glow_in_places() {
+fn grids_may_emit_in_places() {
     const STEPS: u32 = 20_000;
     let of = |values: Vec<f32>, resolution| {
         let grid = Arc::new(Grid { resolution, channels: 1, values });
@@ -249,7 +249,7 @@ fn grids_may_glow_in_places() {
         Field { grid, corner, to_unit, filter: GridFilter::Nearest }
     };
     let density = of(vec![1.0; 8], [2; 3]);
-    let glow = of(vec![1.0, 2.0], [2, 1, 1]);
+    let emission = of(vec![1.0, 2.0], [2, 1, 1]);
     let medium = |emission| {
         let density = Density::Field(Field {
             to_unit: Mat3::from_diagonal(Vec3::splat(0.5)),
@@ -281,8 +281,8 @@ fn grids_may_glow_in_places() {
         let depth = 1.5 * length * f64::from(t - ray.t_min);
         want += step * 1.5 * libm::exp(-depth) * radiance(ray.at(t));
     }
-    let medium = medium(MediumEmission::Field(glow));
-    check("a grid that glows", [want; 3], 1, |_, s| medium.le(&ray, Spectrum::ONE, s));
+    let medium = medium(MediumEmission::Field(emission));
+    check("an emissive grid", [want; 3], 1, |_, s| medium.le(&ray, Spectrum::ONE, s));
 }
 
 /// The transmittance of homogeneous media has no variance.

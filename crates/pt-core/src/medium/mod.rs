@@ -104,7 +104,7 @@ impl MediumRecord {
     pub fn is_emissive(&self) -> bool {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => !medium.emission.is_black(),
-            MediumProperties::Grid(medium) => medium.glows(),
+            MediumProperties::Grid(medium) => medium.emits(),
         }
     }
 

@@ -29,7 +29,7 @@ json_enum! {
 json_struct! {
     Heterogeneous {
         extinction: Plain, scale: FROM_0 => 1.0, albedo: Albedo => Volume::Constant([0.0; 3]),
-        emission: Glow => MediumEmission::Constant([0.0; 3]),
+        emission: EmissionCodec => MediumEmission::Constant([0.0; 3]),
     }
 }
 json_struct! {
@@ -78,9 +78,9 @@ impl FieldCodec<Volume> for Albedo {
 }
 
 /// Codec of a colour, a grid, or temperatures.
-struct Glow;
+struct EmissionCodec;
 
-impl FieldCodec<MediumEmission> for Glow {
+impl FieldCodec<MediumEmission> for EmissionCodec {
     fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<MediumEmission, LoadError> {
         match node.value().as_object() {
             Some(keys) if keys.get("temperature").is_some() => {

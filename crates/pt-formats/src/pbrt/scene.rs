@@ -209,13 +209,13 @@ impl World {
         for light in &mut self.scene.lights {
             expose(&mut light.kind, exposure as f32);
         }
-        let mut some_glow = false;
+        let mut some_emit = false;
         for medium in &mut self.media.made {
             medium_emission::expose(&mut medium.matter, exposure as f32);
-            some_glow |= medium.matter.glows();
+            some_emit |= medium.matter.emits();
         }
         let illuminant = Illuminant::of_scene(&self.scene.lights, &self.scene.materials);
-        if let Some(illuminant) = illuminant.filter(|_| !some_glow) {
+        if let Some(illuminant) = illuminant.filter(|_| !some_emit) {
             self.scene
                 .materials
                 .iter_mut()

@@ -128,8 +128,8 @@ impl Illuminant {
     /// white.
     pub(super) fn of_scene(lights: &[Light], materials: &[Material]) -> Option<Self> {
         let mut found: Option<[f64; 3]> = None;
-        let glow = materials.iter().map(|material| color_of_glow(&material.emission));
-        for color in lights.iter().map(|light| color_of(&light.kind)).chain(glow) {
+        let emission = materials.iter().map(|material| color_of_emission(&material.emission));
+        for color in lights.iter().map(|light| color_of(&light.kind)).chain(emission) {
             let color = color?.map(f64::from);
             let most = color.iter().fold(0.0, |a: f64, b| a.max(*b));
             if most <= 0.0 {
@@ -209,7 +209,7 @@ impl Illuminant {
 
 /// Returns the colour of an emission, if it is constant. It may be multiplied by a texture, such as
 /// an opacity.
-fn color_of_glow(emission: &Color) -> Option<[f32; 3]> {
+fn color_of_emission(emission: &Color) -> Option<[f32; 3]> {
     match emission {
         Input::Value(value) => Some(*value),
         Input::Texture(texture) => match &texture.pattern {

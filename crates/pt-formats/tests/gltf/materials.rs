@@ -163,16 +163,16 @@ fn without_a_thickness_light_goes_through_a_sheet() {
 }
 
 #[test]
-fn glow_has_its_strength() {
-    let glow = |fields: Value| made(&fields).emission;
+fn emission_has_its_strength() {
+    let emission = |fields: Value| made(&fields).emission;
     let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 8}});
-    let plain = glow(json!({"emissiveFactor": [1, 0.5, 0], "extensions": strength}));
+    let plain = emission(json!({"emissiveFactor": [1, 0.5, 0], "extensions": strength}));
     assert_eq!(plain, Color::Value([8.0, 4.0, 0.0]));
-    let textured = glow(json!({
+    let textured = emission(json!({
         "emissiveFactor": [1, 0.5, 0], "emissiveTexture": {"index": 0}, "extensions": strength
     }));
     assert_eq!(factors(&textured)[1], Color::Value([8.0, 4.0, 0.0]));
-    assert_eq!(glow(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
+    assert_eq!(emission(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
 }
 
 /// The opacity of a surface multiplies its emission, by numbers, images and masks. [glTF 2.0,
@@ -543,7 +543,7 @@ fn images_are_made_once() {
 
 /// An unlit surface emits its base colour.
 #[test]
-fn unlit_surfaces_glow_in_their_base_colour() {
+fn unlit_surfaces_emit_in_their_base_colour() {
     let unlit = |base: Value| json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_unlit": {}}});
     let read = scene(&unlit(json!({"baseColorFactor": [0.5, 0.25, 1, 1]})));
     let Material { surface, emission, .. } = &read.materials[0];

@@ -273,7 +273,7 @@ fn scenes_of_all_formats_can_be_written() {
         };
         let squares =
             scene.lights.iter().filter(|light| matches!(light.kind, LightKind::Area { .. }));
-        if !told("the sphere becomes triangles") && !told("it stands for the glowing surface") {
+        if !told("the sphere becomes triangles") && !told("it represents the emissive surface") {
             assert_eq!(
                 triangles(&read),
                 triangles(&scene) + 2 * squares.count(),
@@ -288,7 +288,7 @@ fn scenes_of_all_formats_can_be_written() {
 /// In Blender files of the course, a square light and the emissive surface are the same lamp, which
 /// is written once.
 #[test]
-fn a_light_on_what_glows_is_not_written_beside_it() {
+fn a_light_on_an_emissive_surface_is_not_written_beside_it() {
     let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     let lamp = Material { emission: [3.0; 3].into(), ..material("lamp", matte) };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
@@ -307,7 +307,7 @@ fn a_light_on_what_glows_is_not_written_beside_it() {
     let (read, _, notes) = written(&scene(vec![square(0.001)]));
     assert_eq!(read.objects.len(), 1);
     assert!(
-        notes.iter().any(|note| note.contains("it stands for the glowing surface")),
+        notes.iter().any(|note| note.contains("it represents the emissive surface")),
         "{notes:?}"
     );
     let (read, _, notes) = written(&scene(vec![square(0.5)]));

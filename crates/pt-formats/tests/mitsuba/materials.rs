@@ -541,7 +541,7 @@ fn meshes_show_values_by_their_names() {
 }
 
 #[test]
-fn shapes_may_glow_by_a_texture() {
+fn shapes_may_have_an_emission_texture() {
     let texture = bitmap("radiance", "");
     let lamp = material(&format!("<emitter type=\"area\">{texture}</emitter>"));
     let Color::Texture(texture) = lamp.emission else { panic!("{:?}", lamp.emission) };

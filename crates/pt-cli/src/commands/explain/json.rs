@@ -155,7 +155,7 @@ fn source_value(names: Names, source: &LightSource) -> Value {
             "weight": weight,
         }),
         LightSource::Medium { medium, direction, radiance } => json!({
-            "kind": "glow",
+            "kind": "medium_emission",
             "medium": names.medium(*medium),
             "direction": direction.to_array(),
             "radiance": radiance.to_array(),

@@ -71,8 +71,8 @@ pub(super) fn source(names: Names, source: &LightSource) -> String {
         LightSource::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
         LightSource::Sky { .. } => "the sky".into(),
         LightSource::Medium { medium, .. } => match names.medium(*medium) {
-            "" => "a medium that glows".into(),
-            name => format!("\"{name}\" (medium that glows)"),
+            "" => "an emissive medium".into(),
+            name => format!("\"{name}\" (emissive medium)"),
         },
         LightSource::Light(light) => {
             let SceneItem { kind, object, .. } = names.light(light);

@@ -147,8 +147,8 @@ impl Writer<'_> {
                 );
                 ("spot", *intensity, to_world)
             }
-            LightKind::Area { .. } if stands_for_glowing_mesh(light, self.scene) => {
-                tell("it is left out, as it stands for the glowing surface around it");
+            LightKind::Area { .. } if represents_emissive_mesh(light, self.scene) => {
+                tell("it is left out, as it represents the emissive surface around it");
                 return Ok(());
             }
             LightKind::Area { radiance } => return self.square(light, *radiance),
@@ -240,8 +240,8 @@ impl Writer<'_> {
 
 /// Returns true if an area light is on an emissive mesh, which represents it in the file. (Readers
 /// omit other lights for which this holds.)
-fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
-    let glows = |object: &Object, slot: u32| {
+fn represents_emissive_mesh(light: &Light, scene: &Scene) -> bool {
+    let emits = |object: &Object, slot: u32| {
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.and_then(|index| scene.materials.get(index as usize));
         material.is_some_and(|material| material.emission != [0.0; 3].into())
@@ -249,7 +249,7 @@ fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
     let p = light.to_world.translation.as_vec3();
     scene.objects.iter().any(|object| {
         let Geometry::Mesh(mesh) = &object.geometry else { return false };
-        let parts = mesh.submeshes.iter().filter(|part| glows(object, part.slot));
+        let parts = mesh.submeshes.iter().filter(|part| emits(object, part.slot));
         let numbers = parts.flat_map(|part| part.triangles.clone());
         let corner = |v: u32| {
             let position = DVec3::from(mesh.positions[v as usize].map(f64::from));

@@ -259,7 +259,7 @@ impl Writer<'_> {
         if *albedo != [0.0; 3] {
             self.notes.tell(&medium.at, "it absorbs what it would scatter or absorb");
         }
-        if medium.matter.glows() {
+        if medium.matter.emits() {
             self.notes.tell(&medium.at, "it emits no light, as media of glTF do not");
         }
         let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
@@ -303,30 +303,30 @@ impl Writer<'_> {
         cx: &mut Writing,
     ) -> Result<bool, String> {
         let (whole, is_certain) = emitted_by_the_whole(&material.emission, opacity);
-        let glow = Parameter::of(&whole);
-        if glow.factor == [0.0; 3] {
+        let emission = Parameter::of(&whole);
+        if emission.factor == [0.0; 3] {
             return Ok(false);
         }
         if !is_certain {
             self.notes.tell(&cx.place, "what it emits is multiplied by its opacity");
         }
-        if !glow.factor.iter().all(|c| c.is_finite()) {
-            return Err(format!("{}: its glow is not finite", cx.place));
+        if !emission.factor.iter().all(|c| c.is_finite()) {
+            return Err(format!("{}: its emission is not finite", cx.place));
         }
         if material.hidden_emission {
-            self.notes.tell(&cx.place, "its glow, which is hidden, is seen there");
+            self.notes.tell(&cx.place, "its emission is hidden, but visible there");
         }
-        if glow.colors.is_some() || glow.lost {
-            self.notes.tell(&cx.place, "of what its glow is made of, one image is written");
+        if emission.colors.is_some() || emission.lost {
+            self.notes.tell(&cx.place, "of its emission, one image is written");
         }
-        let strength = power_of_two(glow.factor.into_iter().fold(0.0, f32::max));
-        let factor = glow.factor.map(|c| c.max(0.0) / strength);
+        let strength = power_of_two(emission.factor.into_iter().fold(0.0, f32::max));
+        let factor = emission.factor.map(|c| c.max(0.0) / strength);
         cx.fields.insert("emissiveFactor".to_owned(), factor.to_vec().into());
         if strength != 1.0 {
             let extension = json!({"emissiveStrength": strength});
             cx.extensions.push(("KHR_materials_emissive_strength", extension));
         }
-        let image = glow.layer.as_ref().map(|layer| (Content::Colors, layer));
+        let image = emission.layer.as_ref().map(|layer| (Content::Colors, layer));
         let mut fields = std::mem::take(&mut cx.fields);
         let done = self.put_texture(&mut fields, "emissiveTexture", image.as_slice(), cx);
         cx.fields = fields;

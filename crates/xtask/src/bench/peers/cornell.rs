@@ -27,7 +27,7 @@ pub(super) fn scene() -> Scene {
         diffuse("red_wall", RED).quad([-1.0, -1.0, 1.0], -z, y),
         diffuse("tall_box", WHITE).cuboid([-0.33, -0.4, -0.28], [0.3, 0.61, 0.3], 18.25),
         diffuse("blob", STONE).with(positions, &triangles),
-        Mesh::new("lamp", Surface::Glow(LAMP)).quad(
+        Mesh::new("lamp", Surface::Emission(LAMP)).quad(
             [-0.23, 0.99, -0.18],
             [0.46, 0.0, 0.0],
             [0.0, 0.0, 0.38],

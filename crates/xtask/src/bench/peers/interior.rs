@@ -28,12 +28,12 @@ pub(super) fn scene() -> Scene {
     meshes.extend(furniture());
     meshes.extend([
         // Outside, so that the sill and the lintel cast shadows.
-        Mesh::new("daylight", Surface::Glow([9.0, 10.0, 12.0])).quad(
+        Mesh::new("daylight", Surface::Emission([9.0, 10.0, 12.0])).quad(
             [-ROOM.x - 0.6, SILL - 0.2, JAMB + 0.3],
             [0.0, 0.0, -2.0 * JAMB - 0.6],
             [0.0, LINTEL - SILL + 0.8, 0.0],
         ),
-        Mesh::new("lamp", Surface::Glow([24.0, 17.0, 10.0])).quad(
+        Mesh::new("lamp", Surface::Emission([24.0, 17.0, 10.0])).quad(
             [1.6, 2.1, -1.9],
             [0.3, 0.0, 0.0],
             [0.0, 0.0, 0.3],

@@ -60,7 +60,7 @@ fn lights(number: usize, random: &mut Random) -> Mesh {
     let bright = 40.0 * (1.0 + (number % 4) as f32);
     let colour = [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|shift| bright * channel(shift));
     let cluster = place(random);
-    let mesh = Mesh::new(format!("lights_{number}"), Surface::Glow(colour));
+    let mesh = Mesh::new(format!("lights_{number}"), Surface::Emission(colour));
     (0..LIGHTS).fold(mesh, |mesh, i| {
         let at = if i % 5 < 2 { place(random) } else { cluster + random.in_cube() };
         let (u, v) = sides(random);

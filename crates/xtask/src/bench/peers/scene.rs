@@ -44,7 +44,7 @@ pub(super) enum Surface {
     /// Conductor with GGX microfacets.
     Metal { alpha: f32, eta: [f32; 3], k: [f32; 3] },
     /// Black, and emitting this radiance on the outside.
-    Glow([f32; 3]),
+    Emission([f32; 3]),
 }
 
 impl Mesh {
@@ -114,7 +114,7 @@ impl Scene {
                 Surface::Metal { alpha, eta, k } => {
                     json!({"metal": {"alpha": alpha, "eta": eta, "k": k}})
                 }
-                Surface::Glow(radiance) => json!({"glow": radiance}),
+                Surface::Emission(radiance) => json!({"emission": radiance}),
             };
             json!({"name": m.name, "ply": m.file(), "surface": surface})
         };
@@ -190,7 +190,7 @@ impl Mesh {
                 ),
                 String::new(),
             ),
-            Surface::Glow(radiance) => (
+            Surface::Emission(radiance) => (
                 diffuse([0.0; 3]),
                 format!(
                     "    <emitter type=\"area\"><rgb name=\"radiance\" value=\"{}\"/></emitter>\n",

@@ -15,7 +15,7 @@ fn emission(text: &str) -> MediumEmission {
     match matter(text) {
         MediumProperties::Homogeneous { emission, .. } => MediumEmission::Constant(emission),
         MediumProperties::Heterogeneous(matter) => matter.emission,
-        MediumProperties::Cloud(_) => panic!("clouds do not glow"),
+        MediumProperties::Cloud(_) => panic!("clouds do not emit"),
     }
 }
 
@@ -97,7 +97,7 @@ fn clouds_have_their_numbers() {
 }
 
 #[test]
-fn what_cannot_glow_is_refused() {
+fn emission_of_media_without_it_is_refused() {
     let cases = [
         (
             "\"uniformgrid\" \"float density\" 1 \"rgb Le\" [1 1 1] \"float temperature\" 900",

@@ -34,10 +34,10 @@ fn under_a_panel(textured: bool) -> Scene {
         .quad(facing(DVec3::NEG_Z * 1.5, DVec3::Z, 3.0), matte([0.5, 0.4, 0.7]));
     let panel = |b: Builder, x, half| b.quad(to_world(x, half), Black.into());
     let context = if textured {
-        panel(room, 0.0, 1.0).glowing_by(image(2, &[bright, dim]))
+        panel(room, 0.0, 1.0).emitting(image(2, &[bright, dim]))
     } else {
-        let left = panel(room, -0.5, 0.5).glowing_by(image(1, &[dim]));
-        panel(left, 0.5, 0.5).glowing_by(image(1, &[bright]))
+        let left = panel(room, -0.5, 0.5).emitting(image(1, &[dim]));
+        panel(left, 0.5, 0.5).emitting(image(1, &[bright]))
     };
     context.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.7, 0.0), [40.0, 32.0]))
 }
@@ -82,11 +82,11 @@ fn shop_window() -> Scene {
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
         .quad(facing(DVec3::NEG_Z * 1.5, DVec3::Z, 3.0), matte([0.5, 0.4, 0.7]))
         .quad(facing(DVec3::new(0.0, 2.0, 0.0), DVec3::NEG_Y, 0.7), Black.into())
-        .glowing_by(Arc::clone(&picture))
+        .emitting(Arc::clone(&picture))
         .sphere(DVec3::new(1.0, 0.4, 0.3), 0.4, Black.into())
-        .glowing_by(picture)
+        .emitting(picture)
         .mesh(square, facing(DVec3::new(-1.4, 0.6, -0.3), DVec3::X, 0.4), matte([0.3; 3]))
-        .glowing_by(Arc::new(Pattern::VertexColors.into()))
+        .emitting(Arc::new(Pattern::VertexColors.into()))
         .light(slide, looking(from, DVec3::ZERO))
         .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
 }
@@ -110,7 +110,7 @@ fn estimators_agree_where_lights_have_textures() {
 fn black_textures_give_no_light() {
     let scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 1.0), Black.into())
-        .glowing_by(image(1, &[[0.0; 3]]))
+        .emitting(image(1, &[[0.0; 3]]))
         .sphere(DVec3::Y, 0.2, matte([0.5; 3]))
         .seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, [30.0, 24.0]));
     let dark = film(&scene, resolution(), 16, 0);
@@ -122,7 +122,7 @@ fn black_textures_give_no_light() {
 fn negative_emission_is_none_and_has_a_note() {
     let scene = Builder::default()
         .quad(DAffine3::IDENTITY, Black.into())
-        .glowing_by(image(2, &[[1.0; 3], [-1.0, 0.5, -0.25]]))
+        .emitting(image(2, &[[1.0; 3], [-1.0, 0.5, -0.25]]))
         .seen_by(camera(DVec3::Z * 4.0, DVec3::ZERO, [2.0, 2.0]));
     let session = render(&scene, size([8, 8]), settings(16));
     let least = session.image().pixels.into_iter().flatten().fold(f32::INFINITY, f32::min);
@@ -137,8 +137,8 @@ fn textures_that_are_no_light_are_refused() {
     let compiled = |scene: &Scene| {
         Session::new(scene, CompileOptions::default(), settings(1)).err().map(|e| e.to_string())
     };
-    let glowing =
-        |texture| Builder::default().quad(DAffine3::IDENTITY, Black.into()).glowing_by(texture).0;
+    let emissive =
+        |texture| Builder::default().quad(DAffine3::IDENTITY, Black.into()).emitting(texture).0;
     let spot = |cutoff_angle, texture: Arc<Texture>, turn: DMat3| {
         let kind = LightKind::LinearSpot {
             intensity: [1.0; 3],
@@ -152,8 +152,8 @@ fn textures_that_are_no_light_are_refused() {
     let colors: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
     let skewed = DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z);
     let cases = [
-        (glowing(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
-        (glowing(Arc::clone(&colors)), "the mesh has none"),
+        (emissive(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
+        (emissive(Arc::clone(&colors)), "the mesh has none"),
         (
             spot(30.0, image(1, &[[f32::NAN; 3]]), DMat3::IDENTITY),
             "the texture of the light: pixel",
@@ -181,13 +181,13 @@ fn coated(clearcoat: f32) -> pt_scene::Surface {
 /// Emission below a coat c: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0,
 /// KHR_materials_clearcoat]
 #[test]
-fn coats_weaken_what_glows_below_them() {
+fn coats_attenuate_emission_below_them() {
     for clearcoat in [0.0f32, 0.5, 1.0] {
         for degrees in [0.0f64, 50.0, 80.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let eye = DVec3::new(3.0 * sin, 0.0, 3.0 * cos);
             let scene = Builder::default()
-                .glowing_mesh(shapes::rectangle(), DAffine3::IDENTITY, coated(clearcoat), 2.0)
+                .emissive_mesh(shapes::rectangle(), DAffine3::IDENTITY, coated(clearcoat), 2.0)
                 .seen_by(camera(eye, DVec3::ZERO, [0.1, 0.1]));
             let session = render(&scene, size([2, 2]), settings(4));
             let fresnel = 0.04 + 0.96 * (1.0 - cos).powi(5);
@@ -206,13 +206,13 @@ fn lamps_under_a_coat_light_as_they_are_seen() {
     let square = facing(DVec3::new(-0.8, 0.6, 0.0), DVec3::new(0.8, -0.6, 0.0), 0.5);
     let ball = DAffine3::from_translation(DVec3::new(0.7, 0.5, 0.0));
     let lamps = |scene: Builder, texture: Option<Arc<Texture>>| {
-        let scene = scene.glowing_mesh(shapes::rectangle(), square, coated(1.0), 2.0);
+        let scene = scene.emissive_mesh(shapes::rectangle(), square, coated(1.0), 2.0);
         let scene = match &texture {
-            Some(texture) => scene.glowing_by(Arc::clone(texture)),
+            Some(texture) => scene.emitting(Arc::clone(texture)),
             None => scene,
         };
         let scene = scene.object(Geometry::Sphere { radius: 0.3 }, ball, coated(1.0), [3.0; 3]);
-        texture.into_iter().fold(scene, Builder::glowing_by)
+        texture.into_iter().fold(scene, Builder::emitting)
     };
     let texture = image(2, &[[1.0, 3.0, 2.0], [2.0, 0.5, 1.0]]);
     for texture in [None, Some(texture)] {
