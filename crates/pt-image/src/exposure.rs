@@ -1,5 +1,6 @@
 //! Automatic exposure, and detection of images that are nearly black or white.
 
+use pt_math::color;
 use pt_scene::image::Image;
 
 /// Target of the logarithmic mean of the luminance. [Reinhard, Stark, Shirley & Ferwerda 2002,
@@ -58,9 +59,7 @@ pub fn extreme(image: &Image, stops: f32) -> Option<Extreme> {
 
 /// Returns the finite luminances of all pixels. [ITU-R BT.709]
 fn luminances(image: &Image) -> Vec<f64> {
-    let luminance = |[r, g, b]: &[f32; 3]| {
-        0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
-    };
+    let luminance = |pixel: &[f32; 3]| color::luminance(pixel.map(f64::from));
     image.pixels.iter().map(luminance).filter(|y| y.is_finite()).collect()
 }
 

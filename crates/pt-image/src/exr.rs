@@ -15,6 +15,7 @@ use exr::prelude::{
     LayerAttributes, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, f16,
     read as exr_read,
 };
+use pt_math::color::LUMINANCE;
 use pt_scene::image::{Channel, Image, Samples};
 
 use super::{Compression, Decoded, Frame, PixelEncoding, Precision, Room, SaveOptions, check_size};
@@ -26,9 +27,6 @@ const REC709: Chromaticities = Chromaticities {
     blue: Vec2(0.15, 0.06),
     white: Vec2(0.3127, 0.3290),
 };
-
-/// Weights of red, green and blue in the luminance of Rec. 709. [ITU-R BT.709]
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// See [`super::Writer`]. Writes one part in scan lines, with the channels B, G, R, A if there is
 /// an alpha, and those of the options.
@@ -305,7 +303,7 @@ impl Colors {
 /// Converts RY = (R − Y) / Y, Y and BY = (B − Y) / Y to red, green and blue. [Kainz & Bogart,
 /// "Technical Introduction to OpenEXR", section on luminance/chroma images]
 fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
-    let [weight_r, weight_g, weight_b] = LUMINANCE;
+    let [weight_r, weight_g, weight_b] = LUMINANCE.map(|weight| weight as f32);
     let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
     [r, (y - r * weight_r - b * weight_b) / weight_g, b]
 }

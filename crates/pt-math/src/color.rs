@@ -44,6 +44,16 @@ pub fn encode_srgb16(l: f32) -> u16 {
     (65_535.0 * srgb_from_linear(l) + 0.5) as u16
 }
 
+/// Weights of red, green and blue in the relative luminance of linear Rec. 709. [ITU-R BT.709]
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Relative luminance of a colour in linear Rec. 709; in single precision,
+/// [`Spectrum::luminance`](crate::Spectrum::luminance).
+#[inline]
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b
+}
+
 /// Converts linear light to a signal with exposure √2 and gamma 2.2: v = (√2·L)^(1/2.2), clamped
 /// to [0, 1].
 #[inline]

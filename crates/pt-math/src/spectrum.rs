@@ -5,6 +5,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
 use glam::Vec3;
 
+use crate::color::LUMINANCE;
+
 /// A quantity that depends on wavelength (radiance, reflectance, …), as linear Rec. 709 RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
@@ -28,10 +30,11 @@ impl Spectrum {
         Self(Vec3::splat(v))
     }
 
-    /// Relative luminance Y = 0.2126 R + 0.7152 G + 0.0722 B. [ITU-R BT.709]
+    /// Relative luminance, by the weights [`LUMINANCE`].
     #[inline]
     pub fn luminance(self) -> f32 {
-        0.2126 * self.0.x + 0.7152 * self.0.y + 0.0722 * self.0.z
+        const WEIGHTS: [f32; 3] = [LUMINANCE[0] as f32, LUMINANCE[1] as f32, LUMINANCE[2] as f32];
+        WEIGHTS[0] * self.0.x + WEIGHTS[1] * self.0.y + WEIGHTS[2] * self.0.z
     }
 
     /// Maximum over the channels.

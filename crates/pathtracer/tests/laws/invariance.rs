@@ -80,7 +80,11 @@ fn light_is_not_counted_twice() {
         let twice = scene().light(kind, node).seen_by(view());
         let session =
             render(&twice, size([10, 8]), Settings { max_depth: 4, seed: 1, ..settings(4096) });
-        assert!(session.notes().iter().any(|n| n.contains("stands for")), "{:?}", session.notes());
+        assert!(
+            session.notes().iter().any(|n| n.contains("represents the emissive surface")),
+            "{:?}",
+            session.notes()
+        );
         assert_agree(&once, session.film(), 1e-4, "with a node");
     }
 }

@@ -1,5 +1,7 @@
 //! Sums of a single pixel.
 
+use pt_math::color::luminance;
+
 use super::Sums;
 
 /// Sums of samples and their number.
@@ -19,8 +21,7 @@ impl Moments {
     /// Returns the mean luminance and the variance of a sample, with Bessel's correction:
     /// (Σy² − (Σy)²/n)/(n − 1). The variance is infinite for fewer than two samples.
     pub(super) fn luminance(&self) -> (f64, f64) {
-        let [r, g, b] = self.mean();
-        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let mean = luminance(self.mean());
         if self.count < 2 {
             return (mean, f64::INFINITY);
         }

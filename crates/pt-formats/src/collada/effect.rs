@@ -1,5 +1,6 @@
 //! Conversion of effects of the common profile to the nearest physical material.
 
+use pt_math::Spectrum;
 use pt_scene::material::{Black, Diffuse, Glass, Mirror};
 use pt_scene::texture::Wrap;
 use pt_scene::{Color, Surface};
@@ -7,7 +8,7 @@ use pt_scene::{Color, Surface};
 use super::reader::{Reader, child, children, elements};
 use super::texture;
 use crate::LoadError;
-use crate::shared::legacy_specular::{amount, luminance};
+use crate::shared::legacy_specular::amount;
 use crate::shared::names::quote;
 use crate::shared::xml::Node;
 use crate::shared::{legacy_specular, placeholder};
@@ -98,7 +99,7 @@ fn opaque<'a>(
     let is_diffuse = amount(&diffuse) > legacy_specular::MIN;
     let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
     let reflective = plain_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
-    if luminance(reflective) > legacy_specular::MIN {
+    if Spectrum::from(reflective).luminance() > legacy_specular::MIN {
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
@@ -134,7 +135,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
         }
         None => return Ok(None),
     };
-    let is_glass = luminance(transmitted) >= 0.5;
+    let is_glass = Spectrum::from(transmitted).luminance() >= 0.5;
     // A tinted glass transmits at least one channel.
     let largest = transmitted.into_iter().fold(0.0, f32::max);
     if largest > TOLERANCE && largest < 1.0 - TOLERANCE {

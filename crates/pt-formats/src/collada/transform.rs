@@ -4,6 +4,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::reader::{Reader, elements};
 use crate::LoadError;
+use crate::shared::transform::rotation;
 use crate::shared::xml::Node;
 
 /// Returns the transform from a node to its parent: the product of its transform elements, the
@@ -58,19 +59,12 @@ pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3,
 fn rotate<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
     let [x, y, z, degrees] = reader.vector(element)?;
     if let Some(axis) = DVec3::new(x, y, z).try_normalize() {
-        return Ok(DAffine3::from_mat3(rotation(axis, degrees)));
+        return Ok(DAffine3::from_mat3(rotation(axis, sin_cos_degrees(degrees))));
     }
     if degrees != 0.0 {
         reader.warn(element, "the axis has no length; it is not rotated");
     }
     Ok(DAffine3::IDENTITY)
-}
-
-/// `R = cos θ · 1 + sin θ · [a]ₓ + (1 − cos θ) · a aᵀ` (Rodrigues).
-fn rotation(a: DVec3, degrees: f64) -> DMat3 {
-    let (sin, cos) = sin_cos_degrees(degrees);
-    let column = |e: DVec3| e * cos + a.cross(e) * sin + a * (a.dot(e) * (1.0 - cos));
-    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
 }
 
 /// Returns sine and cosine, exact at multiples of a right angle.

@@ -11,6 +11,7 @@ use pt_scene::Span;
 use super::former_names::former_key;
 use crate::LoadError;
 use crate::shared::names::{quote, suggestions};
+use crate::shared::source_map::SourceMap;
 
 /// Maximum nesting of values.
 const MAX_DEPTH: u32 = 100;
@@ -54,28 +55,17 @@ pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadErr
 pub(super) struct Document<'a> {
     text: &'a str,
     file: &'a Path,
-    /// Offset of each line.
-    lines: Vec<usize>,
+    map: SourceMap,
 }
 
 impl<'a> Document<'a> {
     pub(super) fn new(text: &'a str, file: &'a Path) -> Self {
-        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
-        Self { text, file, lines: lines.collect() }
-    }
-
-    /// Returns the line of an offset. Columns are computed for errors only, since lines may be
-    /// long.
-    fn line(&self, byte: usize) -> usize {
-        self.lines.partition_point(|start| *start <= byte)
+        Self { text, file, map: SourceMap::new(text) }
     }
 
     fn error(&self, range: Range, path: &str, message: String) -> LoadError {
-        let line = self.line(range.start);
-        let start = self.lines[line.saturating_sub(1)];
-        let column = 1 + self.text.get(start..range.start).unwrap_or_default().chars().count();
+        let (line, column) = self.map.line_and_column(self.text, range.start);
         let file = self.file.to_owned();
-        let [line, column] = [line, column].map(|n| n as u32);
         LoadError::Content { at: Span { file, line, column, element: path.to_owned() }, message }
     }
 }
@@ -96,7 +86,8 @@ impl<'a> Node<'a> {
 
     /// Returns the location, without a column.
     pub(super) fn span(&self) -> Span {
-        let line = self.document.line(self.value.range().start) as u32;
+        let Document { text, map, .. } = self.document;
+        let (line, _) = map.line_and_column(text, self.value.range().start);
         Span { file: self.document.file.to_owned(), line, column: 0, element: self.path.clone() }
     }
 

@@ -18,6 +18,7 @@ use crate::LoadError;
 use crate::mitsuba::nesting::MAX_DEPTH;
 use crate::shared::context::Context;
 use crate::shared::names::{did_you_mean, quote};
+use crate::shared::number::number;
 use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
 use crate::shared::spectra::Spectrum;
 use crate::shared::xml::{Document, Node};
@@ -172,7 +173,7 @@ impl Attributes<'_> {
             }
             return Ok(DVec3::from_array(value));
         }
-        let axis = |name| Ok(self.parse(name, value::number)?.unwrap_or(default));
+        let axis = |name| Ok(self.parse(name, number)?.unwrap_or(default));
         Ok(DVec3::new(axis("x")?, axis("y")?, axis("z")?))
     }
 
@@ -279,7 +280,7 @@ impl Reader {
     ) -> Result<Option<(String, Value)>, LoadError> {
         type Parse = fn(&str) -> Result<Value, String>;
         let parse: Parse = match node.tag_name().name() {
-            "float" => |text| value::number(text).map(Value::Float),
+            "float" => |text| number(text).map(Value::Float),
             "integer" => |text| value::integer(text).map(Value::Integer),
             "boolean" => |text| value::boolean(text).map(Value::Boolean),
             "string" => |text| Ok(Value::Text(text.to_owned())),

@@ -7,6 +7,7 @@ use super::value::{self, Value};
 use crate::LoadError;
 use crate::shared::context::Context;
 use crate::shared::names::quote;
+use crate::shared::number::number;
 use crate::shared::spectra::Spectrum;
 use crate::shared::text;
 
@@ -16,11 +17,11 @@ impl Spectrum {
     /// Parses a number, or a list of `WAVELENGTH:VALUE`.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         if !text.contains(':') {
-            return value::number(text).map(Self::constant);
+            return number(text).map(Self::constant);
         }
         let words = text.split(|c: char| c.is_ascii_whitespace() || c == ',');
         let pair = |word: &str| match word.split_once(':') {
-            Some((nanometres, value)) => Ok((value::number(nanometres)?, value::number(value)?)),
+            Some((nanometres, value)) => Ok((number(nanometres)?, number(value)?)),
             None => Err(format!("{} is no pair; expected WAVELENGTH:VALUE", quote(word))),
         };
         let samples: Result<Vec<_>, _> = words.filter(|w| !w.is_empty()).map(pair).collect();

@@ -1,10 +1,8 @@
 //! Values of parameters, parsed from the text of attributes.
 
 use crate::shared::names::quote;
+use crate::shared::number::number;
 use crate::shared::spectra::Spectrum;
-
-/// Largest magnitude of a number; larger ones would be infinite in single precision.
-const LARGEST: f64 = f32::MAX as f64;
 
 /// Value of a parameter, with the type specified by the author.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,16 +16,6 @@ pub(super) enum Value {
     Spectrum(Spectrum),
     Transform(pt_math::DAffine3),
     Animation(pt_scene::Motion),
-}
-
-/// Parses a finite number.
-pub(super) fn number(text: &str) -> Result<f64, String> {
-    let parsed: Result<f64, _> = text.trim().parse();
-    match parsed {
-        Ok(x) if x.abs() <= LARGEST => Ok(x),
-        Ok(_) => Err(format!("{} is no finite number within ±3.4e38", quote(text))),
-        Err(_) => Err(format!("{} is no number; expected one such as 0.5 or 1e-3", quote(text))),
-    }
 }
 
 /// Parses numbers separated by white space or commas.

@@ -11,6 +11,7 @@
 
 use std::sync::Arc;
 
+use pt_math::Spectrum;
 use pt_scene::image::Image;
 use pt_scene::material::{Glass, MetallicRoughness, Mirror, SurfaceDetail, ThinGlass};
 use pt_scene::texture::{Color, Input, NormalOrBump, Pattern, Scalar, Texture};
@@ -216,7 +217,8 @@ impl Made<'_, '_, '_, '_> {
         let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
         // The rotation is a fraction of a turn.
         let (anisotropy, rotation) = (number("aniso"), number("anisor") * std::f32::consts::TAU);
-        let through = self.values.color("Tf").map_or(1.0, legacy_specular::luminance);
+        let through =
+            self.values.color("Tf").map_or(1.0, |color| Spectrum::from(color).luminance());
         // The exponent gives the α of Beckmann, whose square root is the roughness.
         let roughness = if self.values.has("Pr") || self.values.has("map_Pr") {
             1.0

@@ -1,9 +1,9 @@
 //! Arguments of directives without a parameter list: texts and numbers, optionally in brackets.
 
-use super::entity::number;
 use super::position::TokenPosition;
 use super::token::{Kind, Token, Tokens};
 use crate::LoadError;
+use crate::shared::number::number;
 
 /// Reads a text in quotes.
 pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String, LoadError> {

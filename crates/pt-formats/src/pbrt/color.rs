@@ -1,5 +1,7 @@
 //! Colours: `rgb`, `blackbody` and `spectrum`, by their use.
 
+use pt_math::color::luminance;
+
 use super::color_space::light_of;
 use super::entity::Entity;
 use super::named_spectra::{self, Named};
@@ -84,9 +86,10 @@ pub(super) fn index(
         };
         match entity.spectrum(name)?.and_then(glass) {
             Some(index) => index as f32,
-            None => luminance(
-                color(entity, name, Role::Unbounded, folder)?.unwrap_or([default as f32; 3]),
-            ),
+            None => {
+                let color = color(entity, name, Role::Unbounded, folder)?;
+                pt_math::Spectrum::from(color.unwrap_or([default as f32; 3])).luminance()
+            }
         }
     };
     if index > 0.0 {
@@ -131,11 +134,6 @@ fn named_or_file(text: &str, role: Role, folder: &Folder) -> Result<[f64; 3], St
 
 /// Scales a colour to luminance 1; black if the luminance is not positive.
 fn normalized(color: [f64; 3]) -> [f64; 3] {
-    let luminance = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+    let luminance = luminance(color);
     if luminance > 0.0 { color.map(|c| c / luminance) } else { [0.0; 3] }
-}
-
-/// Luminance of a colour in linear Rec. 709.
-pub(super) fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use pt_image::{PixelEncoding, Transfer};
-use pt_math::{DAffine3, DVec3};
+use pt_math::{DAffine3, DVec3, Spectrum};
 use pt_scene::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 use pt_scene::{Geometry, Mesh};
 
-use super::color::{Role, color, luminance};
+use super::color::{Role, color};
 use super::entity::Entity;
 use super::texture::product;
 use crate::LoadError;
@@ -73,7 +73,8 @@ pub(super) fn area_light(
             if let Some(message) = image.make_radiance() {
                 folder.context.note(entity.place("filename").span(""), message);
             }
-            let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
+            let sum: f64 =
+                image.pixels.iter().map(|p| f64::from(Spectrum::from(*p).luminance())).sum();
             mean = sum / image.pixels.len() as f64;
             let bitmap =
                 Bitmap { image: Arc::new(image), wrap: Wrap::CLAMP, filter: Filter::Bilinear };

@@ -11,9 +11,7 @@ use super::token::{Kind, Tokens};
 use crate::LoadError;
 use crate::pbrt::parameter::{Parameter, Values};
 use crate::shared::names::{did_you_mean, quote};
-
-/// Largest magnitude of a number; larger ones would be infinite in single precision.
-const LARGEST: f64 = f32::MAX as f64;
+use crate::shared::number::number;
 
 /// Maximum number of parameters of a directive, which are compared pairwise.
 pub(super) const MAX_PARAMETERS: usize = 100;
@@ -191,16 +189,6 @@ impl Values {
 
 fn is_boolean(word: &str) -> bool {
     matches!(word, "true" | "false")
-}
-
-/// Parses a finite number.
-pub(super) fn number(word: &str) -> Result<f64, String> {
-    let parsed: Result<f64, _> = word.parse();
-    match parsed {
-        Ok(x) if x.abs() <= LARGEST => Ok(x),
-        Ok(_) => Err(format!("{} is no finite number within ±3.4e38", quote(word))),
-        Err(_) => Err(format!("{} is no number; expected one such as 0.5 or 1e-3", quote(word))),
-    }
 }
 
 impl Entity {

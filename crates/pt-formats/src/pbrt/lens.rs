@@ -10,9 +10,10 @@ use std::path::Path;
 
 use pt_scene::Projection;
 
-use super::entity::{Entity, number};
+use super::entity::Entity;
 use crate::LoadError;
 use crate::shared::context::Folder;
+use crate::shared::number::number;
 use crate::shared::text;
 
 /// Maximum number of surfaces of a lens.

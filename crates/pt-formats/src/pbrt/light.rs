@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use pt_image::{PixelEncoding, Transfer};
-use pt_math::{DAffine3, DMat3, DVec2, DVec3};
+use pt_math::{DAffine3, DMat3, DVec2, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::light::Portal;
 use pt_scene::sky_layout::{latitude_longitude, square_of};
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use pt_scene::{IesProfile, Light, LightKind, Rows};
 
-use super::color::{Role, color, luminance};
+use super::color::{Role, color};
 use super::entity::Entity;
 use super::state::State;
 use super::world::World;
@@ -127,8 +127,9 @@ impl World {
         const DEGREES: u16 = 1;
         let image = self.square_map(entity)?;
         let Some(image) = image else { return Err(no_file(entity)) };
-        let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
-            / image.pixels.len() as f64;
+        let mean =
+            image.pixels.iter().map(|p| f64::from(Spectrum::from(*p).luminance())).sum::<f64>()
+                / image.pixels.len() as f64;
         let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
         // The nadir of the table is −z, which is +z of the light: half a turn about x. The light
         // exchanges y and z of the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
@@ -140,7 +141,7 @@ impl World {
                 let (sin, cos) = libm::sincos(f64::from(angle).to_radians());
                 let (across, along) = libm::sincos(f64::from(turn).to_radians());
                 let [u, v] = square_of(DVec3::new(sin * along, cos, -sin * across));
-                candela.push(luminance(bilinear(&image, u, v)));
+                candela.push(Spectrum::from(bilinear(&image, u, v)).luminance());
             }
         }
         let profile = Arc::new(IesProfile::of_table(vertical, horizontal, candela));
@@ -311,7 +312,7 @@ fn flux(image: &Image, half: DVec2) -> f64 {
         let (row, column) = (i / image.width as usize, i % image.width as usize);
         let at = (DVec2::new(column as f64, row as f64) + 0.5) / size * 2.0 - 1.0;
         let squared = 1.0 + (at * half).length_squared();
-        f64::from(luminance(*pixel)) / (squared * squared.sqrt())
+        f64::from(Spectrum::from(*pixel).luminance()) / (squared * squared.sqrt())
     };
     let sum: f64 = image.pixels.iter().enumerate().map(texel).sum();
     sum * 4.0 * half.element_product() / size.element_product()

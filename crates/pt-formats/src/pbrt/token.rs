@@ -10,6 +10,7 @@ use super::parameter::Parameter;
 use crate::LoadError;
 use crate::pbrt::position::TokenPosition;
 use crate::shared::names::quote;
+use crate::shared::source_map;
 
 /// Kind of a token.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,9 +90,7 @@ impl<'a> Tokens<'a> {
     }
 
     fn place_of(&self, offset: usize, line: u32) -> TokenPosition {
-        let before = &self.text[..offset];
-        let start = before.rfind('\n').map_or(0, |i| i + 1);
-        let column = before[start..].chars().count() as u32 + 1;
+        let column = source_map::column(self.text, offset);
         TokenPosition { file: Arc::clone(&self.file), line, column }
     }
 

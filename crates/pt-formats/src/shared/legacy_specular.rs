@@ -1,5 +1,6 @@
 //! Conversion of Phong exponents and gloss values to roughness.
 
+use pt_math::Spectrum;
 use pt_scene::material::{Diffuse, Plastic};
 use pt_scene::{Color, Surface};
 
@@ -34,14 +35,9 @@ pub(crate) fn roughness_of_coat(gloss: f32) -> f32 {
 /// Returns the luminance of a colour; for a texture, that of a medium grey.
 pub(crate) fn amount(color: &Color) -> f32 {
     match color {
-        Color::Value(color) => luminance(*color),
+        Color::Value(color) => Spectrum::from(*color).luminance(),
         Color::Texture(_) => 0.5,
     }
-}
-
-/// Returns the luminance of linear Rec. 709.
-pub(crate) fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use pt_scene::Span;
 use super::decimal::leading_f32;
 use super::mesh_file;
 use super::names::quote;
+use super::source_map;
 use crate::LoadError;
 
 /// A line of a file.
@@ -50,7 +51,7 @@ impl<'a> Line<'a> {
     /// Returns the location of a piece of the line.
     pub(crate) fn at(&self, piece: &str) -> Span {
         let bytes = piece.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
-        let column = self.text.get(..bytes).unwrap_or_default().chars().count() as u32 + 1;
+        let column = source_map::column(self.text, bytes);
         Span { column, ..mesh_file::place(self.path, self.number) }
     }
 

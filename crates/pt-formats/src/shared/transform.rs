@@ -3,13 +3,17 @@
 use pt_math::{DAffine3, DMat3, DVec3};
 
 /// Returns a rotation about an axis, counter-clockwise as seen from the tip of the axis.
-///
-/// v ↦ v cos θ + (a × v) sin θ + a (a·v)(1 − cos θ) for a unit axis a. [Rodrigues 1840]
 pub(crate) fn rotate(axis: DVec3, degrees: f64) -> DAffine3 {
-    let a = axis.normalize_or_zero();
-    let (sin, cos) = libm::sincos(degrees.to_radians());
+    let turn = rotation(axis.normalize_or_zero(), libm::sincos(degrees.to_radians()));
+    DAffine3::from_mat3(turn)
+}
+
+/// Returns a rotation about a unit vector by the angle with this sine and cosine.
+///
+/// v ↦ v cos θ + (a × v) sin θ + a (a·v)(1 − cos θ). [Rodrigues 1840]
+pub(crate) fn rotation(a: DVec3, (sin, cos): (f64, f64)) -> DMat3 {
     let turn = |v: DVec3| v * cos + a.cross(v) * sin + a * (a.dot(v) * (1.0 - cos));
-    DAffine3::from_mat3(DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z)))
+    DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z))
 }
 
 /// Returns a node at `origin` with its +z towards `target` and its +y in the half plane of `up`; +x

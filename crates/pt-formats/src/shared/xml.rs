@@ -14,6 +14,7 @@ use pt_scene::{Span, Warning};
 
 use super::limits::Limits;
 use super::names::quote;
+use super::source_map::SourceMap;
 use super::text::{unmarked, with_line_feeds};
 use crate::LoadError;
 
@@ -28,13 +29,11 @@ const MAX_ATTRIBUTES: usize = 1000;
 const MAX_NAMESPACES: usize = 10_000;
 /// Maximum number of elements, texts and comments of a file; each takes about 100 bytes.
 const MAX_NODES: usize = 20_000_000;
-/// Distance in bytes of offsets whose line and column are stored.
-const MARK_DISTANCE: usize = 1024;
 /// A parsed file with the locations of its elements.
 pub(crate) struct Document<'a> {
     path: &'a Path,
     tree: roxmltree::Document<'a>,
-    marks: Marks,
+    map: SourceMap,
     first_comma: RefCell<Option<Span>>,
 }
 
@@ -45,15 +44,15 @@ impl<'a> Document<'a> {
     /// Returns an error if the XML is not well-formed, has a document type definition, or exceeds a
     /// limit.
     pub(crate) fn parse(text: &'a str, path: &'a Path, limits: &Limits) -> Result<Self, LoadError> {
-        let marks = Marks::new(text);
-        let at = |offset| place(path, marks.line_and_column(text, offset), String::new());
+        let map = SourceMap::new(text);
+        let at = |offset| place(path, map.line_and_column(text, offset), String::new());
         if let Err((offset, message)) = check_limits(text, limits.depth(MAX_DEPTH)) {
             return Err(LoadError::Content { at: at(offset), message });
         }
         let most_nodes = u32::try_from(limits.elements(MAX_NODES)).unwrap_or(u32::MAX);
         let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };
         match roxmltree::Document::parse_with_options(text, options) {
-            Ok(tree) => Ok(Self { path, tree, marks, first_comma: RefCell::default() }),
+            Ok(tree) => Ok(Self { path, tree, map, first_comma: RefCell::default() }),
             Err(error) => {
                 let (offset, message) = explain(&error, text, most_nodes);
                 let at = match offset {
@@ -140,7 +139,7 @@ impl<'a> Document<'a> {
 
     /// Returns the location of an offset into the text, with the description of an element.
     fn span_at(&self, node: Node<'_>, offset: usize) -> Span {
-        let place_in_text = self.marks.line_and_column(self.tree.input_text(), offset);
+        let place_in_text = self.map.line_and_column(self.tree.input_text(), offset);
         place(self.path, place_in_text, describe(node))
     }
 
@@ -203,7 +202,7 @@ fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
     std::str::from_utf8(bytes).map_err(|error| {
         let good = error.valid_up_to();
         let before = String::from_utf8_lossy(&bytes[..good]);
-        let line_and_column = Marks::new(&before).line_and_column(&before, good);
+        let line_and_column = SourceMap::new(&before).line_and_column(&before, good);
         LoadError::Content {
             at: place(path, line_and_column, String::new()),
             message: format!(
@@ -213,39 +212,6 @@ fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
             ),
         }
     })
-}
-
-/// Line and column of regularly spaced offsets, so that locations are found without counting from
-/// the start, even if the file is one long line with many elements.
-struct Marks(Vec<(u32, u32)>);
-
-impl Marks {
-    fn new(text: &str) -> Self {
-        let mut mark = (1, 1);
-        let mut marks = vec![mark];
-        for chunk in text.as_bytes().chunks_exact(MARK_DISTANCE) {
-            mark = advance(mark, chunk);
-            marks.push(mark);
-        }
-        Self(marks)
-    }
-
-    /// Returns the line and the column in characters, from 1, of an offset into the same text.
-    fn line_and_column(&self, text: &str, offset: usize) -> (u32, u32) {
-        let offset = offset.min(text.len());
-        let mark = offset / MARK_DISTANCE;
-        advance(self.0[mark], &text.as_bytes()[mark * MARK_DISTANCE..offset])
-    }
-}
-
-/// Returns the line and column after some bytes of UTF-8.
-fn advance((line, column): (u32, u32), bytes: &[u8]) -> (u32, u32) {
-    let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xC0 != 0x80).count() as u32;
-    let newlines = bytes.split(|b| *b == b'\n').count() as u32 - 1;
-    match bytes.iter().rposition(|b| *b == b'\n') {
-        Some(last) => (line + newlines, 1 + characters(&bytes[last + 1..])),
-        None => (line, column + characters(bytes)),
-    }
 }
 
 fn place(path: &Path, (line, column): (u32, u32), element: String) -> Span {
@@ -378,19 +344,6 @@ fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usi
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn places_are_those_that_counting_from_the_start_gives() {
-        let text = "ab\né😀\r\n\n".repeat(1000) + &"é".repeat(5000) + "\n" + &"x".repeat(5000);
-        let marks = Marks::new(&text);
-        for (offset, _) in text.char_indices().step_by(7) {
-            let before = &text[..offset];
-            let line = 1 + before.matches('\n').count();
-            let column = 1 + before.rsplit('\n').next().map_or(0, |last| last.chars().count());
-            let found = marks.line_and_column(&text, offset);
-            assert_eq!(found, (line as u32, column as u32), "at {offset}");
-        }
-    }
 
     #[test]
     fn limits_count_tags_and_nothing_else() {

@@ -312,7 +312,7 @@ fn a_light_on_an_emissive_surface_is_not_written_beside_it() {
     );
     let (read, _, notes) = written(&scene(vec![square(0.5)]));
     assert_eq!(read.objects.len(), 2);
-    assert!(!notes.iter().any(|note| note.contains("it stands for")), "{notes:?}");
+    assert!(!notes.iter().any(|note| note.contains("it represents")), "{notes:?}");
 }
 
 fn object(geometry: Geometry, to_world: DAffine3, material: u32) -> Object {

@@ -3,14 +3,12 @@
 
 use std::sync::Arc;
 
-use pt_math::{DMat3, DVec3};
+use pt_math::{DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::texture::{
     Bitmap, Blend, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
 use serde_json::{Map, Value, json};
-
-use crate::shared::legacy_specular;
 
 /// Colours of a mesh that a material uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -318,7 +316,7 @@ pub(super) fn power_of_two(number: f32) -> f32 {
 
 /// Returns the luminance of a colour; exact for greys.
 fn grey([r, g, b]: [f32; 3]) -> f32 {
-    if r == g && g == b { r } else { legacy_specular::luminance([r, g, b]) }
+    if r == g && g == b { r } else { Spectrum::from([r, g, b]).luminance() }
 }
 
 fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

@@ -5,6 +5,7 @@ use pt_scene::{Key, Motion};
 
 use super::{Document, Node, Reader, value};
 use crate::LoadError;
+use crate::shared::number::number;
 use crate::shared::transform::{look_at, matrix, perpendicular, rotate};
 
 impl Reader {
@@ -74,7 +75,7 @@ impl Reader {
         const UNIT_TOLERANCE: f64 = 1e-4; // axes are written with a few digits
         let attributes = self.attributes(document, node, &["angle"], &["value", "x", "y", "z"])?;
         let axis = attributes.vector(0.0)?;
-        let angle = attributes.parse("angle", value::number)?.unwrap_or_default();
+        let angle = attributes.parse("angle", number)?.unwrap_or_default();
         if axis == DVec3::ZERO {
             return Err(document.error(node, "the axis of the rotation is zero"));
         }
@@ -99,7 +100,7 @@ impl Reader {
                 return Err(document.error(child, message));
             }
             let attributes = self.attributes(document, child, &["time"], &["name"])?;
-            let time = attributes.parse("time", value::number)?.unwrap_or_default();
+            let time = attributes.parse("time", number)?.unwrap_or_default();
             keys.push(Key { time, to_world: self.transform(document, child)? });
             nodes.push(child);
         }
