@@ -19,7 +19,7 @@ impl Rectangle {
 }
 
 /// Minimum depth of subdivision, so that a narrow peak is not overlooked.
-const MIN_DEPTH: u32 = 1;
+const MIN_DEPTH: u32 = 2;
 /// Maximum depth of subdivision, at an edge of the integrand.
 const MAX_DEPTH: u32 = 11;
 
