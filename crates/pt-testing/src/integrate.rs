@@ -18,14 +18,18 @@ impl Rectangle {
     }
 }
 
-/// Minimum depth of subdivision, so that a narrow peak is not overlooked.
-const MIN_DEPTH: u32 = 2;
 /// Maximum depth of subdivision, at an edge of the integrand.
 const MAX_DEPTH: u32 = 11;
 
-/// ∫f over the rectangle, to about `tolerance` if `f` is smooth or has edges along lines.
-pub(crate) fn integrate(f: &impl Fn(f64, f64) -> f64, rectangle: Rectangle, tolerance: f64) -> f64 {
-    refine(f, rectangle, gauss(f, rectangle), tolerance, 0)
+/// ∫f over the rectangle, to about `tolerance` if `f` is smooth or has edges along lines. A peak
+/// that is narrower than the parts after `min_depth` subdivisions may be overlooked.
+pub(crate) fn integrate(
+    f: &impl Fn(f64, f64) -> f64,
+    rectangle: Rectangle,
+    tolerance: f64,
+    min_depth: u32,
+) -> f64 {
+    refine(f, rectangle, gauss(f, rectangle), tolerance, [0, min_depth])
 }
 
 /// Subdivides the rectangle until the sum changes little; `whole` is the estimate for all of it.
@@ -34,16 +38,17 @@ fn refine(
     rectangle: Rectangle,
     whole: f64,
     tolerance: f64,
-    depth: u32,
+    [depth, min_depth]: [u32; 2],
 ) -> f64 {
     let quarters = rectangle.quarters().map(|quarter| (quarter, gauss(f, quarter)));
     let sum: f64 = quarters.iter().map(|q| q.1).sum();
     let settled = (sum - whole).abs() <= tolerance || !sum.is_finite();
-    if depth >= MAX_DEPTH || (settled && depth >= MIN_DEPTH) {
+    if depth >= MAX_DEPTH || (settled && depth >= min_depth) {
         return sum;
     }
     // An edge runs through two of the four quarters, so each may have half of the error.
-    quarters.into_iter().map(|(r, value)| refine(f, r, value, 0.5 * tolerance, depth + 1)).sum()
+    let depths = [depth + 1, min_depth];
+    quarters.into_iter().map(|(r, value)| refine(f, r, value, 0.5 * tolerance, depths)).sum()
 }
 
 /// Gauss–Legendre rule with 3 × 3 points: exact for polynomials of degree 5 in each variable.
@@ -71,7 +76,7 @@ mod tests {
     #[test]
     fn polynomials_are_exact() {
         let f = |x: f64, y: f64| x.powi(5) * y.powi(4);
-        assert!((integrate(&f, UNIT, 1.0) - 1.0 / 30.0).abs() < 1e-14);
+        assert!((integrate(&f, UNIT, 1.0, 2) - 1.0 / 30.0).abs() < 1e-14);
     }
 
     #[test]
@@ -80,9 +85,9 @@ mod tests {
         let k = 200.0;
         let bell = |x: f64, y: f64| (-k * k * ((x - 0.5).powi(2) + (y - 0.5).powi(2))).exp();
         let exact = std::f64::consts::PI / (k * k);
-        assert!((integrate(&bell, UNIT, 1e-10) / exact - 1.0).abs() < 1e-5);
+        assert!((integrate(&bell, UNIT, 1e-10, 2) / exact - 1.0).abs() < 1e-5);
         let disk = |x: f64, y: f64| if x * x + y * y < 0.5 { 1.0 } else { 0.0 };
         let exact = std::f64::consts::PI / 8.0;
-        assert!((integrate(&disk, UNIT, 1e-6) - exact).abs() < 1e-4);
+        assert!((integrate(&disk, UNIT, 1e-6, 2) - exact).abs() < 1e-4);
     }
 }

@@ -84,12 +84,11 @@ pub(super) fn index(
             Values::Texts(texts) => texts.first().and_then(|text| named_spectra::glass(text)),
             _ => None,
         };
-        match entity.spectrum(name)?.and_then(glass) {
-            Some(index) => index as f32,
-            None => {
-                let color = color(entity, name, Role::Unbounded, folder)?;
-                pt_math::Spectrum::from(color.unwrap_or([default as f32; 3])).luminance()
-            }
+        if let Some(index) = entity.spectrum(name)?.and_then(glass) {
+            index as f32
+        } else {
+            let color = color(entity, name, Role::Unbounded, folder)?;
+            pt_math::Spectrum::from(color.unwrap_or([default as f32; 3])).luminance()
         }
     };
     if index > 0.0 {
