@@ -140,11 +140,11 @@ fn validate(bytes: &[u8]) {
     check_nodes(list("nodes"), &root["scenes"][0]["nodes"]);
     let mut used = HashSet::new();
     find_extensions(&root, &mut used);
-    let told: HashSet<_> = list("extensionsUsed")
+    let listed: HashSet<_> = list("extensionsUsed")
         .iter()
         .map(|name| name.as_str().expect("a name").to_owned())
         .collect();
-    assert_eq!(used, told);
+    assert_eq!(used, listed);
     for material in list("materials") {
         let factors =
             [&material["emissiveFactor"], &material["pbrMetallicRoughness"]["baseColorFactor"]];
@@ -177,10 +177,10 @@ fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
     let numbers: Vec<f32> = bytes.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect();
     assert!(numbers.iter().all(|x| x.is_finite()));
     for (bound, pick) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
-        let Some(told) = accessor[bound].as_array() else { continue };
-        for (c, told) in told.iter().enumerate() {
+        let Some(stated) = accessor[bound].as_array() else { continue };
+        for (c, stated) in stated.iter().enumerate() {
             let found = numbers.iter().skip(c).step_by(width).copied().reduce(pick);
-            assert_eq!(told.as_f64(), found.map(f64::from));
+            assert_eq!(stated.as_f64(), found.map(f64::from));
         }
     }
 }
@@ -263,7 +263,7 @@ fn scenes_of_all_formats_can_be_written() {
         let options = LoadOptions::default();
         let scene = load_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
         let (read, _, notes) = written(&scene);
-        let told = |what: &str| notes.iter().any(|note| note.contains(what));
+        let is_noted = |text: &str| notes.iter().any(|note| note.contains(text));
         let triangles = |scene: &Scene| {
             let count = |object: &Object| match &object.geometry {
                 Geometry::Mesh(mesh) => mesh.triangles.len(),
@@ -273,7 +273,9 @@ fn scenes_of_all_formats_can_be_written() {
         };
         let squares =
             scene.lights.iter().filter(|light| matches!(light.kind, LightKind::Area { .. }));
-        if !told("the sphere becomes triangles") && !told("it represents the emissive surface") {
+        if !is_noted("the sphere becomes triangles")
+            && !is_noted("it represents the emissive surface")
+        {
             assert_eq!(
                 triangles(&read),
                 triangles(&scene) + 2 * squares.count(),
@@ -281,7 +283,7 @@ fn scenes_of_all_formats_can_be_written() {
                 path.display()
             );
         }
-        assert!(told("panoramas") || read.cameras.len() == scene.cameras.len());
+        assert!(is_noted("panoramas") || read.cameras.len() == scene.cameras.len());
     }
 }
 
@@ -338,7 +340,7 @@ fn material(name: &str, surface: impl Into<Surface>) -> Material {
 }
 
 #[test]
-fn what_gltf_cannot_say_is_told_once() {
+fn features_that_gltf_lacks_are_noted_once() {
     let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: false };
     let light = |kind| Light {
         name: "lamp".to_owned(),
