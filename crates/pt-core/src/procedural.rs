@@ -1,7 +1,7 @@
 //! Procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed.,
 //! §10.5–10.6]
 
-use pt_math::noise::{Noise, Octaves, ValueAndGradient};
+use pt_math::noise::{NoiseValue, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};
 
 /// A pattern; see the variants of the same names of [`pt_scene::texture::Pattern`].
@@ -91,7 +91,7 @@ impl Procedural {
 /// by noise, which also displaces the dot. The three noise values are taken at unrelated points.
 fn is_in_dot(at: Vec2) -> bool {
     let cell = (at + 0.5).floor();
-    let noise = |x: f32, y: f32| <f32 as Noise>::at((cell + Vec2::new(x, y)).extend(0.5));
+    let noise = |x: f32, y: f32| <f32 as NoiseValue>::at((cell + Vec2::new(x, y)).extend(0.5));
     if noise(0.5, 0.5) <= 0.0 {
         return false;
     }
@@ -100,7 +100,7 @@ fn is_in_dot(at: Vec2) -> bool {
 }
 
 /// Returns the waves, and their height.
-fn windy<T: Noise>(p: Vec3, width: f32) -> [T; 2] {
+fn windy<T: NoiseValue>(p: Vec3, width: f32) -> [T; 2] {
     let [waves, wind] = WAVES.map(|count| Octaves::new(count, 0.5));
     let wind: T = wind.seen_within(width * CALM).fbm(p * CALM);
     [waves.seen_within(width).fbm(p), wind.abs().stretched(CALM)]

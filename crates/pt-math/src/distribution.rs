@@ -4,12 +4,12 @@
 /// construction: Vose 1991]
 #[derive(Clone, Debug, PartialEq)]
 pub struct AliasTable {
-    slots: Vec<Slot>,
+    slots: Vec<AliasSlot>,
 }
 
 /// One of n equal parts of [0, 1), divided between its own index and one other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Slot {
+struct AliasSlot {
     /// Fraction of the slot that belongs to its own index.
     own: f32,
     /// Index to which the rest belongs.
@@ -39,7 +39,11 @@ impl AliasTable {
         let probability = |w: f32| (usable(w) / total) as f32;
         let mut slots: Vec<_> = weights
             .iter()
-            .map(|&w| Slot { own: 0.0, alias: likeliest.0 as u32, probability: probability(w) })
+            .map(|&w| AliasSlot {
+                own: 0.0,
+                alias: likeliest.0 as u32,
+                probability: probability(w),
+            })
             .collect();
         share_slots(&mut slots);
         Some(Self { slots })
@@ -87,7 +91,7 @@ fn usable(w: f32) -> f64 {
 ///
 /// Slots left over by rounding belong wholly to their own index, or to their alias if their own
 /// index has no probability.
-fn share_slots(slots: &mut [Slot]) {
+fn share_slots(slots: &mut [AliasSlot]) {
     let n = slots.len() as f64;
     let mut left: Vec<f64> = slots.iter().map(|s| f64::from(s.probability) * n).collect();
     let (mut small, mut large): (Vec<_>, Vec<_>) = (0..slots.len()).partition(|&i| left[i] < 1.0);

@@ -93,7 +93,7 @@ pub fn perlin_sloped(p: Vec3) -> ValueAndGradient {
 }
 
 /// Summand of octaves: a value, or a value with its gradient.
-pub trait Noise: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> {
+pub trait NoiseValue: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> {
     /// [`perlin`] at `p`, or 0 if `p` is not finite; gradients are with respect to `p`.
     fn at(p: Vec3) -> Self;
     /// Constant function of this value.
@@ -106,7 +106,7 @@ pub trait Noise: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> {
     fn stretched(self, factor: f32) -> Self;
 }
 
-impl Noise for f32 {
+impl NoiseValue for f32 {
     #[inline]
     fn at(p: Vec3) -> Self {
         if p.is_finite() { perlin(p) } else { 0.0 }
@@ -125,7 +125,7 @@ impl Noise for f32 {
     }
 }
 
-impl Noise for ValueAndGradient {
+impl NoiseValue for ValueAndGradient {
     #[inline]
     fn at(p: Vec3) -> Self {
         if p.is_finite() { perlin_sloped(p) } else { Self::default() }
@@ -195,7 +195,7 @@ impl Octaves {
     }
 
     /// Fractional Brownian motion, Σ rⁱ noise(1.99ⁱ p) for the roughness r.
-    pub fn fbm<T: Noise>(self, p: Vec3) -> T {
+    pub fn fbm<T: NoiseValue>(self, p: Vec3) -> T {
         let seen = self.each().take_while(|(.., share)| *share > 0.0);
         seen.fold(T::default(), |sum, (frequency, worth, share)| {
             sum + T::at(p * frequency).stretched(frequency) * (worth * share)
@@ -203,7 +203,7 @@ impl Octaves {
     }
 
     /// Turbulence, Σ rⁱ |noise(1.99ⁱ p)|; omitted octaves are replaced by [`MEAN_MAGNITUDE`].
-    pub fn turbulence<T: Noise>(self, p: Vec3) -> T {
+    pub fn turbulence<T: NoiseValue>(self, p: Vec3) -> T {
         self.each().fold(T::default(), |sum, (frequency, worth, share)| {
             let unseen = sum + T::even(MEAN_MAGNITUDE * worth * (1.0 - share));
             if share == 0.0 {
