@@ -13,8 +13,8 @@ use pt_math::{Bounds3, Ray};
 
 use crate::geometry::in_range;
 use crate::node::Bvh2;
-use crate::ray::{BOX_TEST, PAD, Prepared};
-use crate::traverse::{STACK, Stack, Walk};
+use crate::ray::{BOX_TEST, PAD, PreparedRay};
+use crate::traverse::{BinaryStack, STACK, Walk};
 use crate::{BuildError, build};
 
 /// Largest accepted error bound; primitives with a larger one are left out.
@@ -58,7 +58,7 @@ impl AabbTree {
     ) -> Option<H> {
         let mut stack = STACK;
         let mut walk = self.walk(ray, &mut stack)?;
-        let mut nearest = Nearest::new(ray);
+        let mut nearest = NearestUserHit::new(ray);
         while let Some(id) = self.next(&mut walk, nearest.ray.t_max) {
             if let Some(hit) = test(id, &nearest.ray) {
                 nearest.offer(t(&hit), id, hit);
@@ -84,8 +84,8 @@ impl AabbTree {
 
     /// Starts a traversal, or `None` for a ray that cannot hit anything.
     #[inline]
-    fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut Stack) -> Option<Walk<'a, 'b>> {
-        Some(Walk::new(&self.tree, Prepared::new(ray, &self.tree.bounds())?, stack))
+    fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut BinaryStack) -> Option<Walk<'a, 'b>> {
+        Some(Walk::new(&self.tree, PreparedRay::new(ray, &self.tree.bounds())?, stack))
     }
 
     /// Returns the next primitive that may be hit with parameter up to `t`.
@@ -113,12 +113,12 @@ fn from_zero(ray: &Ray) -> Ray {
 }
 
 /// Nearest hit so far with the number of its primitive, and the ray up to just beyond it.
-struct Nearest<H> {
+struct NearestUserHit<H> {
     ray: Ray,
     hit: Option<(u32, H)>,
 }
 
-impl<H> Nearest<H> {
+impl<H> NearestUserHit<H> {
     fn new(ray: &Ray) -> Self {
         Self { ray: from_zero(ray), hit: None }
     }

@@ -38,7 +38,7 @@ pub fn bytes(data: &[u8]) {
 pub fn mutated(data: &[u8]) -> bool {
     let Some((&first, edits)) = data.split_first() else { return false };
     let (builder, quality) = WAYS[usize::from(first) % WAYS.len()];
-    let soup = Soup::new(usize::from(first) / WAYS.len());
+    let soup = FuzzGeometry::new(usize::from(first) / WAYS.len());
     let options = BuildOptions { builder, quality, ..BuildOptions::default() };
     let bvh = Bvh::build(soup.geometry(), &options).expect("indices are in range");
     let mut bytes = bvh.to_bytes();
@@ -54,13 +54,13 @@ pub fn mutated(data: &[u8]) -> bool {
 }
 
 /// Strip of triangles, and spheres.
-struct Soup {
+struct FuzzGeometry {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     spheres: Vec<Sphere>,
 }
 
-impl Soup {
+impl FuzzGeometry {
     /// A strip with `n` vertices, and half as many spheres.
     fn new(n: usize) -> Self {
         let at = |i: usize| {

@@ -122,7 +122,7 @@ pub enum BuildError {
 
 /// Statistics of a tree. Without one ([`Builder::None`]) all but `bytes` and `skipped` are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
+pub struct BvhStatistics {
     /// Nodes of the binary tree, leaves included.
     pub nodes: usize,
     /// Leaves of the binary tree.
@@ -158,13 +158,13 @@ impl Kernel {
 
 /// Numbers of primitives and options from which a tree was built.
 #[derive(Clone, Copy, Debug)]
-struct Source {
+struct BuildSource {
     triangles: u32,
     spheres: u32,
     options: BuildOptions,
 }
 
-impl Source {
+impl BuildSource {
     fn new(geometry: &Geometry<'_>, options: BuildOptions) -> Self {
         let [triangles, spheres] =
             [geometry.triangles.len(), geometry.spheres.len()].map(|n| n as u32);
@@ -181,8 +181,8 @@ impl Source {
 pub struct Bvh {
     kernel: Kernel,
     bounds: Bounds3,
-    statistics: Statistics,
-    source: Source,
+    statistics: BvhStatistics,
+    source: BuildSource,
 }
 
 impl Bvh {
@@ -200,7 +200,7 @@ impl Bvh {
 
     /// Converts the binary tree over `geometry`.
     fn of(hub: &Bvh2, geometry: &Geometry<'_>, options: BuildOptions) -> Self {
-        let count = || Statistics {
+        let count = || BvhStatistics {
             nodes: hub.nodes.len(),
             leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
             references: hub.order.len(),
@@ -211,16 +211,16 @@ impl Bvh {
             skipped: hub.skipped,
         };
         let (wide, statistics) = rayon::join(|| WideBvh::new(hub, geometry), count);
-        let statistics = Statistics { bytes: wide.bytes(), ..statistics };
-        let source = Source::new(geometry, options);
+        let statistics = BvhStatistics { bytes: wide.bytes(), ..statistics };
+        let source = BuildSource::new(geometry, options);
         Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source }
     }
 
     fn without_tree(geometry: &Geometry<'_>, options: BuildOptions) -> Result<Self, BuildError> {
         build::check(geometry)?;
         let (list, skipped) = List::new(geometry);
-        let statistics = Statistics { bytes: list.bytes(), skipped, ..Statistics::default() };
-        let source = Source::new(geometry, options);
+        let statistics = BvhStatistics { bytes: list.bytes(), skipped, ..BvhStatistics::default() };
+        let source = BuildSource::new(geometry, options);
         Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics, source })
     }
 
@@ -365,7 +365,7 @@ impl Bvh {
     }
 
     /// Statistics of the tree.
-    pub fn statistics(&self) -> Statistics {
+    pub fn statistics(&self) -> BvhStatistics {
         self.statistics
     }
 

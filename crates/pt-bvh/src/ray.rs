@@ -51,20 +51,20 @@ pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Extent of the scene, from which the error bounds of rays follow.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Scene {
+pub(crate) struct SceneExtent {
     pub(crate) center: Vec3A,
     /// Maximum distance of geometry from the center, per axis.
     pub(crate) half: Vec3A,
     /// Pad by which boxes of the tree are widened on every side when they are stored.
     pub(crate) padded: f32,
     /// Maximum distance of the origins of ordinary rays from the center, per axis; see
-    /// [`Prepared::ordinary`].
+    /// [`PreparedRay::ordinary`].
     room: Vec3A,
     /// Maximum magnitude of a component of an ordinary ray's direction.
     longest: f32,
 }
 
-impl Scene {
+impl SceneExtent {
     /// Extent of the scene in a box that is not empty.
     pub(crate) fn new(bounds: &Bounds3) -> Self {
         Self::around(bounds.center(), bounds)
@@ -86,7 +86,7 @@ impl Scene {
         }
     }
 
-    /// Makes [`Prepared::ordinary`] reject all rays.
+    /// Makes [`PreparedRay::ordinary`] reject all rays.
     pub(crate) fn make_no_ray_ordinary(&mut self) {
         self.room = Vec3A::NEG_INFINITY;
     }
@@ -100,7 +100,7 @@ impl Scene {
 
 /// A ray with all precomputed values that do not depend on the box or primitive.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Prepared {
+pub(crate) struct PreparedRay {
     pub(crate) origin: Vec3,
     pub(crate) direction: Vec3,
     /// Axes in cyclic order; the last is the one along which the direction is largest.
@@ -123,22 +123,23 @@ pub(crate) struct Prepared {
     pub(crate) t_max: f32,
 }
 
-impl Prepared {
+impl PreparedRay {
     /// Prepares a ray for queries in a scene with these bounds; `None` if it cannot hit anything: a
     /// zero direction, an origin or direction that is not finite, or an empty scene.
     pub(crate) fn new(ray: &Ray, bounds: &Bounds3) -> Option<Self> {
-        if bounds.is_empty() { None } else { Self::in_scene(ray, &Scene::new(bounds)) }
+        if bounds.is_empty() { None } else { Self::in_scene(ray, &SceneExtent::new(bounds)) }
     }
 
-    /// Prepares an ordinary ray for a tree whose boxes are widened by [`Scene::padded`]: one that
-    /// begins so near, in a direction so ordinary, that its depth in boxes can be t, and boxes need
-    /// no further pad. `None` for other rays. The test is short, since all queries wait for it.
+    /// Prepares an ordinary ray for a tree whose boxes are widened by [`SceneExtent::padded`]: one
+    /// that begins so near, in a direction so ordinary, that its depth in boxes can be t, and boxes
+    /// need no further pad. `None` for other rays. The test is short, since all queries wait for
+    /// it.
     ///
     /// Distances to planes are below 2⁶⁶ and inverses at most 2⁶⁰, so depths are finite. Boxes that
     /// contain the origin are left at t ≥ padded / longest ≥ 2⁻¹⁰⁰, which is positive in single
     /// precision.
     #[inline(always)]
-    pub(crate) fn ordinary(ray: &Ray, scene: &Scene) -> Option<Self> {
+    pub(crate) fn ordinary(ray: &Ray, scene: &SceneExtent) -> Option<Self> {
         let [o, d] = origin_and_direction(ray);
         let size = d.abs();
         let is_near = (scene.center - o).abs().cmple(scene.room);
@@ -150,7 +151,7 @@ impl Prepared {
 
     /// Prepares any ray for a scene that is not empty; `None` if it cannot hit anything.
     #[inline(always)]
-    pub(crate) fn in_scene(ray: &Ray, scene: &Scene) -> Option<Self> {
+    pub(crate) fn in_scene(ray: &Ray, scene: &SceneExtent) -> Option<Self> {
         let [o, d] = origin_and_direction(ray);
         let size = d.abs();
         let scale = greatest(size.extend(0.0));
@@ -225,14 +226,14 @@ fn origin_and_direction(ray: &Ray) -> [Vec3A; 2] {
     [&numbers[..4], &numbers[3..7]].map(|four| Vec3A::from_vec4(Vec4::from_slice(four)))
 }
 
-/// [`Prepared::depth_limit`] in units of `scale`. The added terms matter only for subnormal
+/// [`PreparedRay::depth_limit`] in units of `scale`. The added terms matter only for subnormal
 /// numbers.
 #[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
     ((t + MIN) * ((scale + MIN) * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
 }
 
-/// [`Prepared::depth_start`] in units of `scale`.
+/// [`PreparedRay::depth_start`] in units of `scale`.
 #[inline(always)]
 pub(crate) fn depth_start(t_min: f32, scale: f32) -> f32 {
     (t_min * scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)

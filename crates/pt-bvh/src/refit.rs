@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::geometry::Geometry;
-use crate::{BuildError, Bvh, Kernel, Source, build};
+use crate::{BuildError, BuildSource, Bvh, Kernel, build};
 
 /// Reason for which a tree was not refitted; it is then unchanged.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Bvh {
     /// # Errors
     /// Other numbers of primitives than before, or an index out of range.
     pub fn refit(&mut self, geometry: Geometry<'_>) -> Result<(), RefitError> {
-        let source = Source::new(&geometry, self.source.options);
+        let source = BuildSource::new(&geometry, self.source.options);
         let (triangles, spheres) = (geometry.triangles.len(), geometry.spheres.len());
         build::check(&geometry)?;
         if (source.triangles, source.spheres) != (self.source.triangles, self.source.spheres) {

@@ -6,20 +6,20 @@ use pt_math::{Bounds3, Ray};
 use crate::counter::Counter;
 use crate::geometry::{Geometry, Hit, Primitive};
 use crate::node::{Bvh2, MAX_DEPTH};
-use crate::ray::Prepared;
+use crate::ray::PreparedRay;
 use crate::{sphere, triangle};
 
 /// Nearest hit so far: the least t, and of equal ones the least primitive number.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Nearest {
+pub(crate) struct NearestHit {
     hit: Hit,
     found: bool,
     t_min: f32,
 }
 
-impl Nearest {
+impl NearestHit {
     #[inline]
-    pub(crate) fn new(ray: &Prepared) -> Self {
+    pub(crate) fn new(ray: &PreparedRay) -> Self {
         // No primitive has a number below 0, so a hit at t_max itself never wins.
         let hit = Hit { t: ray.t_max, b1: 0.0, b2: 0.0, primitive: 0 };
         Self { hit, found: false, t_min: ray.t_min }
@@ -52,7 +52,11 @@ impl Nearest {
 
 /// Intersection of a ray with one primitive, without regard to `t_max`.
 #[inline]
-pub(crate) fn intersect_primitive(ray: &Prepared, primitive: &Primitive, id: u32) -> Option<Hit> {
+pub(crate) fn intersect_primitive(
+    ray: &PreparedRay,
+    primitive: &Primitive,
+    id: u32,
+) -> Option<Hit> {
     match primitive {
         Primitive::Triangle(p) => {
             triangle::intersect(ray, *p).map(|h| Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id })
@@ -99,8 +103,8 @@ impl List {
 
     /// Returns the nearest hit.
     pub(crate) fn intersect(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
-        let ray = Prepared::new(ray, &self.bounds)?;
-        let mut nearest = Nearest::new(&ray);
+        let ray = PreparedRay::new(ray, &self.bounds)?;
+        let mut nearest = NearestHit::new(&ray);
         for (primitive, id) in &self.primitives {
             counter.add(|| 1);
             if let Some(hit) = intersect_primitive(&ray, primitive, *id) {
@@ -112,8 +116,8 @@ impl List {
 
     /// Returns true if there is a hit.
     pub(crate) fn occluded(&self, ray: &Ray, counter: &mut impl Counter) -> bool {
-        let Some(ray) = Prepared::new(ray, &self.bounds) else { return false };
-        let mut nearest = Nearest::new(&ray);
+        let Some(ray) = PreparedRay::new(ray, &self.bounds) else { return false };
+        let mut nearest = NearestHit::new(&ray);
         self.primitives.iter().any(|(primitive, id)| {
             counter.add(|| 1);
             intersect_primitive(&ray, primitive, *id).is_some_and(|hit| nearest.offer(hit))
@@ -123,16 +127,16 @@ impl List {
 
 /// Nodes to visit, with the depths at which the ray enters them: the root, or the children of one
 /// node per level.
-pub(crate) type Stack = [(u32, f32); MAX_DEPTH + 2];
-pub(crate) const STACK: Stack = [(0, 0.0); MAX_DEPTH + 2];
+pub(crate) type BinaryStack = [(u32, f32); MAX_DEPTH + 2];
+pub(crate) const STACK: BinaryStack = [(0, 0.0); MAX_DEPTH + 2];
 
 /// Traversal of a binary tree by a ray.
 #[derive(Debug)]
 pub(crate) struct Walk<'a, 'b> {
     tree: &'a Bvh2,
-    ray: Prepared,
+    ray: PreparedRay,
     start: f32,
-    stack: &'b mut Stack,
+    stack: &'b mut BinaryStack,
     /// Number of entries on the stack.
     size: usize,
 }
@@ -141,7 +145,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// Starts at the root of `tree`, which must not be empty; the contents of the stack are
     /// overwritten.
     #[inline]
-    pub(crate) fn new(tree: &'a Bvh2, ray: Prepared, stack: &'b mut Stack) -> Self {
+    pub(crate) fn new(tree: &'a Bvh2, ray: PreparedRay, stack: &'b mut BinaryStack) -> Self {
         let start = ray.depth_start();
         stack[0] = (0, start);
         Self { tree, ray, start, stack, size: 1 }
@@ -186,8 +190,8 @@ impl Bvh2 {
     /// Returns the nearest hit, by scalar code: a slow reference for the fast kernels. `geometry`
     /// must be the one over which the tree was built.
     pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
-        let ray = Prepared::new(ray, &self.bounds())?;
-        let mut nearest = Nearest::new(&ray);
+        let ray = PreparedRay::new(ray, &self.bounds())?;
+        let mut nearest = NearestHit::new(&ray);
         let mut stack = STACK;
         let mut walk = Walk::new(self, ray, &mut stack);
         while let Some(leaf) = walk.next(nearest.t(), |_| 1.0) {

@@ -24,7 +24,7 @@
 use pt_math::float_error::gamma;
 use pt_math::{DVec3, Vec3};
 
-use crate::ray::Prepared;
+use crate::ray::PreparedRay;
 
 /// Hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub(crate) struct TriangleHit {
 pub(crate) const MIN_DET: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// Result of the test in single precision.
-pub(crate) enum Verdict {
+pub(crate) enum FilterVerdict {
     Miss,
     Hit(TriangleHit),
     Unclear,
@@ -46,12 +46,12 @@ pub(crate) enum Verdict {
 
 /// Intersection with one triangle, without regard to `t_min` and `t_max`.
 #[inline]
-pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
+pub(crate) fn intersect(ray: &PreparedRay, p: [Vec3; 3]) -> Option<TriangleHit> {
     let sheared = p.map(|v| shear(ray, v));
     match judge(ray, sheared) {
-        Verdict::Miss => None,
-        Verdict::Hit(hit) => Some(hit),
-        Verdict::Unclear => {
+        FilterVerdict::Miss => None,
+        FilterVerdict::Hit(hit) => Some(hit),
+        FilterVerdict::Unclear => {
             let (origin, direction) = (ray.origin, ray.direction);
             confirm([origin, direction], ray.scale, sheared, p)
         }
@@ -64,12 +64,12 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 /// weights: δ = (3·δe + γ₁₄|det|)·Z / |det| + δz with δe = 2(δx·Y + δy·X), and as |det| is at most
 /// 4XY, δ is at most γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
 #[inline]
-pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
+pub(crate) fn judge(ray: &PreparedRay, [a, b, c]: [[f32; 3]; 3]) -> FilterVerdict {
     let edge = |p: [f32; 3], q: [f32; 3]| difference_of_products(q[0], p[1], q[1], p[0]);
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     let same_signs = u.min(v).min(w) * u.max(v).max(w);
     if same_signs < 0.0 {
-        return Verdict::Miss;
+        return FilterVerdict::Miss;
     }
     let x = a[0].abs().max(b[0].abs()).max(c[0].abs());
     let y = a[1].abs().max(b[1].abs()).max(c[1].abs());
@@ -82,16 +82,16 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let t = depth * (1.0 / ray.scale);
     let is_plain = same_signs > 0.0 && det.abs() >= MIN_DET && t.abs() < f32::INFINITY;
     if !is_plain {
-        return Verdict::Unclear;
+        return FilterVerdict::Unclear;
     }
     let across = x + y;
     let origin_size = ray.origin.abs().max_element();
     let is_distant = nearest > (origin_size + across + (z + z)) * gamma(32);
     let error = mul_add(z, across, x * y * 4.0) * z * inverse.abs() * gamma(32);
     if (is_distant || depth > error) && total.abs() >= MIN_DET {
-        return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
+        return FilterVerdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
     }
-    if depth < -error { Verdict::Miss } else { Verdict::Unclear }
+    if depth < -error { FilterVerdict::Miss } else { FilterVerdict::Unclear }
 }
 
 /// True if the vectors of the platform have fused multiply-add.
@@ -209,7 +209,7 @@ const MIN_SLOPE: f64 = 1e-4;
 
 /// Vector from the vertex to the ray, across it along two axes; and the vertex's depth.
 #[inline]
-pub(crate) fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
+pub(crate) fn shear(ray: &PreparedRay, p: Vec3) -> [f32; 3] {
     let q = (ray.origin - p).to_array();
     let [kx, ky, kz] = ray.axes;
     let slopes = ray.slopes.to_array();
@@ -251,7 +251,7 @@ fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
 /// Position of a ray relative to the edges of a triangle, independent of the depth.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Side {
+pub(crate) enum EdgeSide {
     Outside,
     /// An edge function is 0, and the others do not rule out a hit.
     Edge,
@@ -263,15 +263,15 @@ pub(crate) enum Side {
 
 /// Side by the signs of the edge functions.
 #[cfg(test)]
-pub(crate) fn side(ray: &Prepared, p: [Vec3; 3]) -> Side {
+pub(crate) fn side(ray: &PreparedRay, p: [Vec3; 3]) -> EdgeSide {
     let [a, b, c] = p.map(|v| shear(ray, v));
     let edges = [edge(b, c), edge(c, a), edge(a, b)];
     let (negative, positive) = (edges.iter().any(|&e| e < 0.0), edges.iter().any(|&e| e > 0.0));
     match (negative, positive) {
-        (true, true) => Side::Outside,
-        _ if edges.contains(&0.0) => Side::Edge,
-        (true, false) => Side::Negative,
-        _ => Side::Positive,
+        (true, true) => EdgeSide::Outside,
+        _ if edges.contains(&0.0) => EdgeSide::Edge,
+        (true, false) => EdgeSide::Negative,
+        _ => EdgeSide::Positive,
     }
 }
 
@@ -281,9 +281,9 @@ mod tests {
 
     use super::*;
 
-    fn prepared(o: Vec3, d: Vec3, p: &[Vec3]) -> Prepared {
+    fn prepared(o: Vec3, d: Vec3, p: &[Vec3]) -> PreparedRay {
         let scene: Bounds3 = p.iter().copied().collect();
-        Prepared::new(&Ray::new(o, d), &scene).expect("a usable ray")
+        PreparedRay::new(&Ray::new(o, d), &scene).expect("a usable ray")
     }
 
     #[test]

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use wide::{f32x4, f32x8, i32x4};
 
 use super::cost::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
-use super::{Boxes, CHUNK, Extent, Halves, Item, partition};
+use super::{Boxes, CHUNK, Halves, Item, SimdBounds, partition};
 
 /// Number of items whose bins are computed together.
 const GROUP: usize = 32;
@@ -14,22 +14,22 @@ const GROUP: usize = 32;
 pub(super) struct Binned<const BINS: usize>;
 
 impl<const BINS: usize> Search for Binned<BINS> {
-    type Split = Split;
+    type Split = BinSplit;
 
     /// `None` when all centroids coincide.
-    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
+    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, BinSplit)> {
         let bins = Bins::new(boxes.centroids, BINS);
         let histogram = if items.len() <= CHUNK {
-            Histogram::<BINS>::of(items, bins)
+            BinHistogram::<BINS>::of(items, bins)
         } else {
-            let partial = items.par_chunks(CHUNK).map(|c| Histogram::of(c, bins));
-            partial.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
+            let partial = items.par_chunks(CHUNK).map(|c| BinHistogram::of(c, bins));
+            partial.reduce(|| BinHistogram::EMPTY, |a, b| a.merge(&b))
         };
         let (cost, axis, bin) = histogram.cheapest(RelativeArea::of(boxes.items))?;
-        Some((cost, Split { bins, axis, bin, sides: histogram.sides(axis, bin) }))
+        Some((cost, BinSplit { bins, axis, bin, sides: histogram.sides(axis, bin) }))
     }
 
-    fn part(items: &mut [Item], split: Split) -> Halves {
+    fn part(items: &mut [Item], split: BinSplit) -> Halves {
         let parted = if items.len() <= CHUNK {
             Parted::of(items, &split)
         } else {
@@ -50,31 +50,31 @@ impl<const BINS: usize> Search for Binned<BINS> {
 struct Parted {
     left: usize,
     /// Boxes of the (doubled) centroids of both sides.
-    centroids: [Extent; 2],
+    centroids: [SimdBounds; 2],
 }
 
 impl Parted {
-    const NOTHING: Self = Self { left: 0, centroids: [Extent::EMPTY; 2] };
+    const NOTHING: Self = Self { left: 0, centroids: [SimdBounds::EMPTY; 2] };
 
     /// Partitions items by the plane of `split`.
-    fn of(items: &mut [Item], split: &Split) -> Self {
-        let Split { bins: Bins { base, scale, .. }, axis, bin, .. } = *split;
+    fn of(items: &mut [Item], split: &BinSplit) -> Self {
+        let BinSplit { bins: Bins { base, scale, .. }, axis, bin, .. } = *split;
         // Along the other axes, no value is less than −∞.
         let mut end = [f32::NEG_INFINITY; 4];
         end[axis] = bin as f32;
         let end = f32x4::new(end);
-        let [mut below, mut above] = [Extent::EMPTY.0; 2];
+        let [mut below, mut above] = [SimdBounds::EMPTY.0; 2];
         let left = partition(items, |item| {
             let centroid = item.centroid();
             let is_left = ((centroid - base) * scale).simd_lt(end).any();
             // The minimum of this and a point is the point, or empty.
             let keep = f32x8::splat([f32::NEG_INFINITY, f32::INFINITY][usize::from(is_left)]);
-            let point = Extent::point(centroid).0;
+            let point = SimdBounds::point(centroid).0;
             below = below.fast_max(point.fast_min(keep));
             above = above.fast_max(point.fast_min(-keep));
             is_left
         });
-        Self { left, centroids: [Extent(below), Extent(above)] }
+        Self { left, centroids: [SimdBounds(below), SimdBounds(above)] }
     }
 
     fn union(self, other: Self) -> Self {
@@ -102,13 +102,13 @@ fn bring_together(items: &mut [Item], chunks: &[Parted]) {
 
 /// Plane between two bins.
 #[derive(Clone, Copy)]
-pub(super) struct Split {
+pub(super) struct BinSplit {
     bins: Bins,
     axis: usize,
     /// Items in lower bins go left.
     bin: usize,
     /// Boxes around the items of both sides.
-    sides: [Extent; 2],
+    sides: [SimdBounds; 2],
 }
 
 /// Mapping from centroids to bins.
@@ -121,7 +121,7 @@ struct Bins {
 }
 
 impl Bins {
-    fn new(centroids: Extent, number: usize) -> Self {
+    fn new(centroids: SimdBounds, number: usize) -> Self {
         let low = centroids.bounds().min;
         let scale = centroids.diagonal().map(|d| {
             let scale = number as f32 * (1.0 - 1e-5) / d;
@@ -142,17 +142,17 @@ impl Bins {
 }
 
 /// Bins along the three axes.
-struct Histogram<const BINS: usize>([Bin; BINS]);
+struct BinHistogram<const BINS: usize>([Bin; BINS]);
 
 /// Item counts and boxes of one bin, or of several consecutive bins, along each axis.
 #[derive(Clone, Copy)]
 struct Bin {
-    extents: [Extent; 3],
+    extents: [SimdBounds; 3],
     counts: [i32; 4],
 }
 
 impl Bin {
-    const EMPTY: Self = Self { extents: [Extent::EMPTY; 3], counts: [0; 4] };
+    const EMPTY: Self = Self { extents: [SimdBounds::EMPTY; 3], counts: [0; 4] };
 
     #[inline]
     fn union(&self, other: &Self) -> Self {
@@ -170,7 +170,7 @@ impl Bin {
     }
 }
 
-impl<const BINS: usize> Histogram<BINS> {
+impl<const BINS: usize> BinHistogram<BINS> {
     const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
     /// Bins the items in groups. The bin indices of a group are computed before any item is added,
@@ -231,9 +231,10 @@ impl<const BINS: usize> Histogram<BINS> {
     }
 
     /// Boxes on both sides of a plane.
-    fn sides(&self, axis: usize, bin: usize) -> [Extent; 2] {
+    fn sides(&self, axis: usize, bin: usize) -> [SimdBounds; 2] {
         let (left, right) = self.0.split_at(bin);
-        [left, right].map(|bins| bins.iter().fold(Extent::EMPTY, |e, b| e.union(b.extents[axis])))
+        [left, right]
+            .map(|bins| bins.iter().fold(SimdBounds::EMPTY, |e, b| e.union(b.extents[axis])))
     }
 }
 
@@ -255,15 +256,15 @@ mod tests {
             let mut items: Vec<Item> = (0..n as u32).map(item).collect();
             let boxes = Boxes::of(&items);
             let (_, split) = Binned::<16>::best(&mut items, &boxes).expect("it splits");
-            let Split { bins, axis, bin, .. } = split;
+            let BinSplit { bins, axis, bin, .. } = split;
             let Halves { left, boxes } = Binned::<16>::part(&mut items, split);
             let is_left = |item: &Item| bins.index(item.centroid())[axis] < bin as i32;
             let (lower, upper) = items.split_at(left);
             assert!(lower.iter().all(is_left) && !upper.iter().any(is_left), "{n}");
             for (side, boxes) in [lower, upper].into_iter().zip(boxes) {
-                let bits = |e: Extent| (e.bounds().min, e.bounds().max);
-                assert_eq!(bits(boxes.items), bits(Extent::of(side)), "{n}");
-                assert_eq!(bits(boxes.centroids), bits(Extent::of_centroids(side)), "{n}");
+                let bits = |e: SimdBounds| (e.bounds().min, e.bounds().max);
+                assert_eq!(bits(boxes.items), bits(SimdBounds::of(side)), "{n}");
+                assert_eq!(bits(boxes.centroids), bits(SimdBounds::of_centroids(side)), "{n}");
             }
             let mut ids: Vec<u32> = items.iter().map(Item::id).collect();
             ids.sort_unstable();

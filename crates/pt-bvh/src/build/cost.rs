@@ -2,7 +2,7 @@
 
 use wide::f32x4;
 
-use crate::build::{Boxes, Extent, Halves, Item};
+use crate::build::{Boxes, Halves, Item, SimdBounds};
 use crate::node::Node;
 
 /// Cost of visiting a node, relative to [`BLOCK_COST`].
@@ -55,7 +55,7 @@ pub(super) struct RelativeArea {
 }
 
 impl RelativeArea {
-    pub(super) fn of(extent: Extent) -> Self {
+    pub(super) fn of(extent: SimdBounds) -> Self {
         let longest = extent.diagonal().into_iter().fold(0.0, f32::max);
         let unit = if longest > 0.0 { (1.0 / longest).min(f32::MAX) } else { 0.0 };
         let whole = Self { unit, inverse: 1.0 }.get(extent);
@@ -63,15 +63,15 @@ impl RelativeArea {
     }
 
     #[inline]
-    pub(super) fn get(self, extent: Extent) -> f32 {
+    pub(super) fn get(self, extent: SimdBounds) -> f32 {
         let [x, y, z] = extent.diagonal().map(|d| d * self.unit);
         (x * y + y * z + z * x) * self.inverse
     }
 
     /// Relative areas of three boxes, in the first three lanes.
     #[inline]
-    pub(super) fn of_three(self, extents: [Extent; 3]) -> f32x4 {
-        let [a, b, c] = extents.map(Extent::lanes_of_diagonal);
+    pub(super) fn of_three(self, extents: [SimdBounds; 3]) -> f32x4 {
+        let [a, b, c] = extents.map(SimdBounds::lanes_of_diagonal);
         let [x, y, z, _] = f32x4::transpose([a, b, c, f32x4::ZERO]);
         let unit = f32x4::splat(self.unit);
         let (x, y, z) = (x * unit, y * unit, z * unit);

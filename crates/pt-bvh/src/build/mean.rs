@@ -1,6 +1,6 @@
 //! Simple builder that splits at the mean of the centroids.
 
-use super::{Extent, Item, halvings, longest_axis, partition, push_leaf, split_at_median};
+use super::{Item, SimdBounds, halvings, longest_axis, partition, push_leaf, split_at_median};
 use crate::node::{MAX_DEPTH, Node};
 
 /// Range of items whose node is still to be built.
@@ -23,7 +23,7 @@ pub(super) fn build(items: &mut [Item], largest_leaf: usize, nodes: &mut Vec<Nod
             nodes[parent].offset = (here - parent) as u32;
         }
         let range = &mut items[start..end];
-        let extent = Extent::of(range);
+        let extent = SimdBounds::of(range);
         if range.len() <= largest_leaf {
             push_leaf(range, extent, start as u32, nodes);
             continue;
@@ -40,7 +40,7 @@ fn split(items: &mut [Item], depth: usize) -> usize {
     if depth + 2 + halvings(items.len()) > MAX_DEPTH {
         return split_at_median(items);
     }
-    let axis = longest_axis(Extent::of_centroids(items).diagonal());
+    let axis = longest_axis(SimdBounds::of_centroids(items).diagonal());
     let sum: f64 = items.iter().map(|i| f64::from(i.centroid_along(axis))).sum();
     let mean = sum / items.len() as f64;
     let split = partition(items, |i| f64::from(i.centroid_along(axis)) < mean);

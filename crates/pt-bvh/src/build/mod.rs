@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 pub(crate) use cost::tree_cost;
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
-pub(crate) use split::Effort;
+pub(crate) use split::SplitLimits;
 use wide::{f32x4, f32x8};
 
 use self::cost::RelativeArea;
@@ -86,8 +86,8 @@ impl Item {
 
     /// Box of the item; lanes 3 and 7 are undefined.
     #[inline]
-    fn extent(&self) -> Extent {
-        Extent(bytemuck::cast(*self))
+    fn extent(&self) -> SimdBounds {
+        SimdBounds(bytemuck::cast(*self))
     }
 
     /// Area of the box.
@@ -111,9 +111,9 @@ impl Item {
 
 /// A box as (−min, ·, max, ·); lanes 3 and 7 are undefined.
 #[derive(Clone, Copy, Debug)]
-struct Extent(f32x8);
+struct SimdBounds(f32x8);
 
-impl Extent {
+impl SimdBounds {
     const EMPTY: Self = Self(f32x8::new([f32::NEG_INFINITY; 8]));
 
     #[inline]
@@ -163,12 +163,12 @@ impl Extent {
 /// Boxes around some items and around their (doubled) centroids.
 #[derive(Clone, Copy, Debug)]
 struct Boxes {
-    items: Extent,
-    centroids: Extent,
+    items: SimdBounds,
+    centroids: SimdBounds,
 }
 
 impl Boxes {
-    const EMPTY: Self = Self { items: Extent::EMPTY, centroids: Extent::EMPTY };
+    const EMPTY: Self = Self { items: SimdBounds::EMPTY, centroids: SimdBounds::EMPTY };
 
     fn of(items: &[Item]) -> Self {
         if items.len() <= CHUNK {
@@ -180,7 +180,7 @@ impl Boxes {
 
     #[inline]
     fn with(self, item: &Item) -> Self {
-        let centroids = self.centroids.union(Extent::point(item.centroid()));
+        let centroids = self.centroids.union(SimdBounds::point(item.centroid()));
         Self { items: self.items.union(item.extent()), centroids }
     }
 
@@ -228,7 +228,7 @@ fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usiz
 
 /// Splits at the median of the centroids along the longest axis.
 fn split_at_median(items: &mut [Item]) -> usize {
-    let axis = longest_axis(Extent::of_centroids(items).diagonal());
+    let axis = longest_axis(SimdBounds::of_centroids(items).diagonal());
     let key = |i: &Item| i.centroid_along(axis);
     let middle = items.len() / 2;
     items.select_nth_unstable_by(middle, |a, b| {
@@ -239,9 +239,9 @@ fn split_at_median(items: &mut [Item]) -> usize {
 
 /// Appends a leaf with this box, or two leaves if the items contain both triangles and spheres.
 /// `first` is the index of the first item in the order of the tree.
-fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Node>) {
+fn push_leaf(items: &mut [Item], extent: SimdBounds, first: u32, nodes: &mut Vec<Node>) {
     let triangles = partition(items, |i| i.sphere == 0.0);
-    let leaf = |items: &[Item], extent: Extent, offset: u32| {
+    let leaf = |items: &[Item], extent: SimdBounds, offset: u32| {
         let Bounds3 { min, max } = extent.bounds();
         Node { min, offset, max, count: items.len() as u32 }
     };
@@ -249,8 +249,8 @@ fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Nod
         let Bounds3 { min, max } = extent.bounds();
         let (triangles, spheres) = items.split_at(triangles);
         nodes.push(Node { min, offset: 2, max, count: 0 });
-        nodes.push(leaf(triangles, Extent::of(triangles), first));
-        nodes.push(leaf(spheres, Extent::of(spheres), first + triangles.len() as u32));
+        nodes.push(leaf(triangles, SimdBounds::of(triangles), first));
+        nodes.push(leaf(spheres, SimdBounds::of(spheres), first + triangles.len() as u32));
     } else {
         nodes.push(leaf(items, extent, first));
     }
@@ -304,14 +304,14 @@ impl Bvh2 {
     /// # Errors
     /// An index out of range, or too many primitives.
     pub fn build(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
-        Self::with_effort(geometry, *options, Effort::of(options.quality))
+        Self::with_effort(geometry, *options, SplitLimits::of(options.quality))
     }
 
     /// [`Self::build`] with a given effort for cutting triangles.
     pub(crate) fn with_effort(
         geometry: &Geometry<'_>,
         options: BuildOptions,
-        effort: Option<Effort>,
+        effort: Option<SplitLimits>,
     ) -> Result<Self, BuildError> {
         check(geometry)?;
         let is_sah = options.builder == Builder::Sah;
@@ -341,7 +341,7 @@ impl Bvh2 {
             }
             Self { nodes, order: order(&items), skipped }
         };
-        let effort = reinsert::Effort::of(options.quality);
+        let effort = reinsert::ReinsertionEffort::of(options.quality);
         Ok(match effort.filter(|_| is_sah && bvh.nodes.len() > 1) {
             Some(effort) => reinsert::reinsert(bvh, effort),
             None => bvh,

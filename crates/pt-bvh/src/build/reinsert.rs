@@ -32,7 +32,7 @@ const ROOT: usize = 0;
 
 /// Extent of the optimization.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
+pub(super) struct ReinsertionEffort {
     /// Number of nodes per large node: one node in `large` is optimized.
     large: usize,
     /// Maximum number of passes.
@@ -41,7 +41,7 @@ pub(super) struct Effort {
     least_gain: f64,
 }
 
-impl Effort {
+impl ReinsertionEffort {
     /// Returns the effort for a quality. Measured on a building, where the first planes of the
     /// builder cut through walls and floors: with one node of 32 trees cost 0.70 times as much.
     /// With all nodes they cost 0.65 times as much, but that takes longer than the rest of the
@@ -57,8 +57,8 @@ impl Effort {
 
 /// Moves subtrees that are cheaper elsewhere. If the tree would become deeper than [`MAX_DEPTH`],
 /// it is returned unchanged.
-pub(super) fn reinsert(bvh: Bvh2, effort: Effort) -> Bvh2 {
-    let mut tree = Tree::of(&bvh, bvh.nodes.len() / effort.large);
+pub(super) fn reinsert(bvh: Bvh2, effort: ReinsertionEffort) -> Bvh2 {
+    let mut tree = LargeNodeTree::of(&bvh, bvh.nodes.len() / effort.large);
     let mut before = tree.area_of_inner_nodes();
     let mut is_changed = false;
     for _ in 0..effort.passes {
@@ -92,7 +92,7 @@ struct Link {
 }
 
 /// Large nodes of a tree and their children; the root first.
-struct Tree(Vec<Link>);
+struct LargeNodeTree(Vec<Link>);
 
 /// Move of a node to a better position: as the sibling of `beside`.
 #[derive(Clone, Copy)]
@@ -109,7 +109,7 @@ fn area(bounds: Bounds3) -> f64 {
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-impl Tree {
+impl LargeNodeTree {
     /// Extracts the `large` inner nodes with the largest areas.
     fn of(bvh: &Bvh2, large: usize) -> Self {
         let link = |parent, places: [usize; 2]| Link {
@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn the_move_found_saves_most_of_all_and_what_was_foretold() {
         with_tree(60, |bvh, _| {
-            let tree = Tree::of(&bvh, bvh.nodes.len());
+            let tree = LargeNodeTree::of(&bvh, bvh.nodes.len());
             let before = tree.area_of_inner_nodes();
             let (mut moves, mut stack) = (0, Vec::new());
             for node in 0..tree.0.len() {
@@ -346,7 +346,7 @@ mod tests {
                     continue;
                 }
                 let saved = |beside: usize| {
-                    let mut moved = Tree(tree.0.clone());
+                    let mut moved = LargeNodeTree(tree.0.clone());
                     moved.put_beside(node, beside);
                     moved.refit();
                     before - moved.area_of_inner_nodes()
@@ -372,7 +372,7 @@ mod tests {
     fn trees_are_sound_and_cost_less_the_more_of_them_is_large() {
         with_tree(5000, |bvh, geometry| {
             let cost = |large| {
-                let effort = Effort { large, passes: 16, least_gain: 0.001 };
+                let effort = ReinsertionEffort { large, passes: 16, least_gain: 0.001 };
                 let new = reinsert(bvh.clone(), effort);
                 assert_eq!(check::verify(&new, geometry), Ok(()), "{large}");
                 assert_eq!(new.nodes.len(), bvh.nodes.len());

@@ -20,7 +20,7 @@ pub(super) fn build(
     quality: Quality,
     largest_leaf: usize,
 ) -> Vec<Vec<Node>> {
-    let part = Part { items, boxes, first: 0, depth: 0 };
+    let part = SubtreeItems { items, boxes, first: 0, depth: 0 };
     match quality {
         Quality::Fast => grow_apart::<Binned<8>>(part, largest_leaf),
         Quality::Balanced => grow_apart::<Binned<16>>(part, largest_leaf),
@@ -38,7 +38,7 @@ pub(super) fn joined(pieces: Vec<Vec<Node>>) -> Vec<Node> {
 }
 
 /// Items of a subtree.
-struct Part<'a> {
+struct SubtreeItems<'a> {
     items: &'a mut [Item],
     boxes: Boxes,
     /// Index of the first item in the order of the tree.
@@ -47,7 +47,7 @@ struct Part<'a> {
 }
 
 /// Builds a subtree in parallel; returns its nodes in consecutive pieces.
-fn grow_apart<S: Search>(mut part: Part<'_>, largest: usize) -> Vec<Vec<Node>> {
+fn grow_apart<S: Search>(mut part: SubtreeItems<'_>, largest: usize) -> Vec<Vec<Node>> {
     let halves = (part.items.len() >= PARALLEL_SUBTREE).then(|| choose::<S>(&mut part, largest));
     let Some(Some(halves)) = halves else {
         let mut nodes = Vec::new();
@@ -66,7 +66,7 @@ fn grow_apart<S: Search>(mut part: Part<'_>, largest: usize) -> Vec<Vec<Node>> {
 }
 
 /// Appends a subtree. The recursion is at most [`MAX_DEPTH`] deep.
-fn grow<S: Search>(mut part: Part<'_>, largest: usize, nodes: &mut Vec<Node>) {
+fn grow<S: Search>(mut part: SubtreeItems<'_>, largest: usize, nodes: &mut Vec<Node>) {
     let Some(halves) = choose::<S>(&mut part, largest) else {
         push_leaf(part.items, part.boxes.items, part.first, nodes);
         return;
@@ -79,29 +79,29 @@ fn grow<S: Search>(mut part: Part<'_>, largest: usize, nodes: &mut Vec<Node>) {
     grow::<S>(right, largest, nodes);
 }
 
-impl<'a> Part<'a> {
+impl<'a> SubtreeItems<'a> {
     /// Inner node of this part; the offset of its right child is still to be set.
     fn inner_node(&self) -> Node {
         let Bounds3 { min, max } = self.boxes.items.bounds();
         Node { min, offset: 0, max, count: 0 }
     }
 
-    fn halves(self, halves: &Halves) -> [Part<'a>; 2] {
+    fn halves(self, halves: &Halves) -> [SubtreeItems<'a>; 2] {
         let Self { items, first, depth, .. } = self;
         let (left, right) = items.split_at_mut(halves.left);
         let middle = first + left.len() as u32;
         let [l, r] = halves.boxes;
         let depth = depth + 1;
         [
-            Part { items: left, boxes: l, first, depth },
-            Part { items: right, boxes: r, first: middle, depth },
+            SubtreeItems { items: left, boxes: l, first, depth },
+            SubtreeItems { items: right, boxes: r, first: middle, depth },
         ]
     }
 }
 
 /// Partitions the items in two; `None` for a leaf.
-fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
-    let Part { items, boxes, depth, .. } = part;
+fn choose<S: Search>(part: &mut SubtreeItems<'_>, largest: usize) -> Option<Halves> {
+    let SubtreeItems { items, boxes, depth, .. } = part;
     let n = items.len();
     let leaf_allowed = n <= largest;
     let costs = leaf_cost(n as u32);

@@ -20,7 +20,7 @@ use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 
 use super::cost::RelativeArea;
-use super::{Extent, Item, longest_axis};
+use super::{Item, SimdBounds, longest_axis};
 use crate::Quality;
 use crate::geometry::{Geometry, Primitive, outward};
 
@@ -29,7 +29,7 @@ const CUT_CHUNK: usize = 128;
 
 /// Limits of the cuts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+pub(crate) struct SplitLimits {
     /// References that may be added, as a fraction of the number of primitives.
     share: f32,
     /// Number of references that may be added to any scene, however small.
@@ -46,7 +46,7 @@ pub(crate) struct Effort {
     least_spared: f32,
 }
 
-impl Effort {
+impl SplitLimits {
     /// Returns the effort for a quality. Measured on a hall with and without ropes, and bumpy
     /// spheres: more cuts than with [`Quality::High`] make the tree larger, but queries no faster.
     pub(super) fn of(quality: Quality) -> Option<Self> {
@@ -118,9 +118,9 @@ impl Ord for Candidate {
 /// changed.
 pub(super) fn split(
     items: &mut Vec<Item>,
-    whole: Extent,
+    whole: SimdBounds,
     geometry: &Geometry<'_>,
-    effort: &Effort,
+    effort: &SplitLimits,
 ) -> bool {
     let areas = RelativeArea::of(whole);
     let budget = effort.budget(items.len());
@@ -145,7 +145,7 @@ struct Clipper<'a> {
     areas: RelativeArea,
     /// Minimum area saved by a cut, as a fraction of that of the scene box.
     least: f32,
-    /// [`Effort::least_part`].
+    /// [`SplitLimits::least_part`].
     least_part: f32,
 }
 
@@ -168,7 +168,7 @@ impl Clipper<'_> {
         let plane = bounds.min[axis] + 0.5 * (bounds.max[axis] - bounds.min[axis]);
         let halves = halves(p, bounds, axis, plane);
         let area =
-            |b: &Bounds3| if b.is_empty() { 0.0 } else { self.areas.get(Extent::around(*b)) };
+            |b: &Bounds3| if b.is_empty() { 0.0 } else { self.areas.get(SimdBounds::around(*b)) };
         let whole = item.area(self.areas);
         let gain = whole - area(&halves[0]) - area(&halves[1]);
         (gain > 0.0 && gain >= self.least_part * whole).then_some(Candidate { gain, index, halves })

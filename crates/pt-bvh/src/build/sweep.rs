@@ -4,7 +4,7 @@
 
 use super::bins::{self, Binned};
 use super::cost::{NODE_COST, RelativeArea, Search, leaf_cost};
-use super::{Boxes, Extent, Halves, Item};
+use super::{Boxes, Halves, Item, SimdBounds};
 
 /// Above this number of items, planes between bins are as good, and the items are binned.
 const MAX: usize = 128;
@@ -16,38 +16,38 @@ type Coarse = Binned<32>;
 pub(super) struct Sweep;
 
 #[derive(Clone, Copy)]
-pub(super) enum Split {
+pub(super) enum SweepSplit {
     /// At a plane between bins.
-    Plane(bins::Split),
+    Plane(bins::BinSplit),
     /// The first `left` items in the order along `axis` go left.
     Order { axis: usize, left: usize },
 }
 
 impl Search for Sweep {
-    type Split = Split;
+    type Split = SweepSplit;
 
-    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
+    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, SweepSplit)> {
         if items.len() > MAX {
             let best = Coarse::best(items, boxes);
-            return best.map(|(cost, split)| (cost, Split::Plane(split)));
+            return best.map(|(cost, split)| (cost, SweepSplit::Plane(split)));
         }
         let areas = RelativeArea::of(boxes.items);
         let mut costs = vec![0.0; items.len()];
-        let mut best: Option<(f32, Split)> = None;
+        let mut best: Option<(f32, SweepSplit)> = None;
         for axis in 0..3 {
             sort(items, axis);
             let (cost, left) = cheapest(items, areas, &mut costs)?;
             if best.is_none_or(|(least, _)| cost < least) {
-                best = Some((cost, Split::Order { axis, left }));
+                best = Some((cost, SweepSplit::Order { axis, left }));
             }
         }
         best
     }
 
-    fn part(items: &mut [Item], split: Split) -> Halves {
+    fn part(items: &mut [Item], split: SweepSplit) -> Halves {
         match split {
-            Split::Plane(split) => Coarse::part(items, split),
-            Split::Order { axis, left } => {
+            SweepSplit::Plane(split) => Coarse::part(items, split),
+            SweepSplit::Order { axis, left } => {
                 sort(items, axis);
                 Halves::at(items, left)
             }
@@ -68,12 +68,12 @@ fn sort(items: &mut [Item], axis: usize) {
 /// Returns the least cost of a partition of the items in their order, and the number in the first
 /// part. `costs` has room for a number for each item.
 fn cheapest(items: &[Item], areas: RelativeArea, costs: &mut [f32]) -> Option<(f32, usize)> {
-    let mut extent = Extent::EMPTY;
+    let mut extent = SimdBounds::EMPTY;
     for ((item, cost), count) in items.iter().zip(&mut *costs).rev().zip(1..) {
         extent = extent.union(item.extent());
         *cost = areas.get(extent) * leaf_cost(count);
     }
-    extent = Extent::EMPTY;
+    extent = SimdBounds::EMPTY;
     let mut best: Option<(f32, usize)> = None;
     for ((item, right), count) in items.iter().zip(&costs[1..]).zip(1..) {
         extent = extent.union(item.extent());

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 use pt_math::Vec3;
 
-use crate::build::Effort;
+use crate::build::SplitLimits;
 use crate::{BuildOptions, Bvh, Bvh2, Geometry, Sphere};
 
 /// Scene that owns its arrays.
@@ -41,7 +41,7 @@ impl Soup {
 /// Builds trees with triangles cut wherever possible.
 fn in_pieces(soup: &Soup, options: BuildOptions) -> (Bvh2, Bvh) {
     let geometry = soup.geometry();
-    let hub = Bvh2::with_effort(&geometry, options, Some(Effort::EVERYTHING));
+    let hub = Bvh2::with_effort(&geometry, options, Some(SplitLimits::EVERYTHING));
     let hub = hub.expect("indices are in range");
     let bvh = Bvh::of(&hub, &geometry, options);
     (hub, bvh)

@@ -4,8 +4,8 @@ use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Ray, Vec3, Vec3A};
 use pt_testing::Random;
 
-use crate::ray::{Prepared, Scene};
-use crate::triangle::{Verdict, intersect, judge, shear};
+use crate::ray::{PreparedRay, SceneExtent};
+use crate::triangle::{FilterVerdict, intersect, judge, shear};
 
 /// Weights and depth of a sheared triangle in double precision.
 fn exact([a, b, c]: [[f32; 3]; 3]) -> ([f64; 3], f64) {
@@ -19,9 +19,9 @@ fn exact([a, b, c]: [[f32; 3]; 3]) -> ([f64; 3], f64) {
     (weights, weights.iter().zip(depths).map(|(w, z)| w * z).sum())
 }
 
-fn prepared(ray: &Ray, triangle: [Vec3; 3]) -> Prepared {
+fn prepared(ray: &Ray, triangle: [Vec3; 3]) -> PreparedRay {
     let scene: Bounds3 = triangle.into_iter().collect();
-    Prepared::new(ray, &scene).expect("a usable ray")
+    PreparedRay::new(ray, &scene).expect("a usable ray")
 }
 
 /// Tests the error bounds of single precision in the module documentation, and that the verdict
@@ -56,12 +56,12 @@ fn single_precision_errs_as_little_as_it_says() {
         let farthest = at.iter().map(|v| f64::from(v[2].abs())).fold(0.0, f64::max);
         let depth_error = 14.0 * epsilon * farthest;
         match judge(&ray, at) {
-            Verdict::Unclear => unclear += 1,
-            Verdict::Miss => {
+            FilterVerdict::Unclear => unclear += 1,
+            FilterVerdict::Miss => {
                 misses += 1;
                 assert!(!inside || depth <= depth_error, "{ray:?} {p:?}");
             }
-            Verdict::Hit(hit) => {
+            FilterVerdict::Hit(hit) => {
                 hits += 1;
                 assert!(inside, "{ray:?} {p:?}");
                 let error = (f64::from(hit.t) * f64::from(ray.scale) - depth).abs();
@@ -146,7 +146,7 @@ fn hits_are_near_their_triangles() {
         let origin = target - direction * 10f64.powi(random.below(10) as i32);
         let (origin, direction) = (origin.as_vec3(), direction.as_vec3());
         let bounds: Bounds3 = p.into_iter().collect();
-        let Some(ray) = Prepared::new(&Ray::new(origin, direction), &bounds) else { continue };
+        let Some(ray) = PreparedRay::new(&Ray::new(origin, direction), &bounds) else { continue };
         let Some(hit) = intersect(&ray, p) else { continue };
         hits += 1;
         let reach = (bounds.min - origin).abs().max((bounds.max - origin).abs()).max_element();
@@ -205,11 +205,11 @@ fn ordinary_rays_need_no_pad_of_their_own() {
         let bounds: Bounds3 = corners.into_iter().collect();
         let origin = bounds.center() + random.in_cube() * (size * away);
         let ray = Ray::new(origin, random.in_cube() * random.in_cube() * length);
-        let scene = Scene::new(&bounds);
-        let ordinary = Prepared::ordinary(&ray, &scene);
+        let scene = SceneExtent::new(&bounds);
+        let ordinary = PreparedRay::ordinary(&ray, &scene);
         count[usize::from(ordinary.is_some())] += 1;
         let Some(ordinary) = ordinary else { continue };
-        let any = Prepared::in_scene(&ray, &scene).expect("a usable ray");
+        let any = PreparedRay::in_scene(&ray, &scene).expect("a usable ray");
         assert!(any.pad <= scene.padded * (1.0 + 2.0 * EPSILON), "{ray:?} {bounds:?}");
         assert_eq!(
             (any.axes, any.scale, any.slopes, any.falls, any.unit, any.inverse),

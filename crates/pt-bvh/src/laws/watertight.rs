@@ -5,8 +5,8 @@ use pt_testing::Random;
 use rayon::prelude::*;
 
 use super::{Soup, ball, bumpy_ball, in_pieces};
-use crate::ray::Prepared;
-use crate::triangle::{Side, side};
+use crate::ray::PreparedRay;
+use crate::triangle::{EdgeSide, side};
 use crate::{BuildOptions, Bvh};
 
 /// Number of single rays and of rays in batches per mesh, for ten meshes. Fewer if their triangles
@@ -153,18 +153,18 @@ fn rays_from_outside_leave_as_often_as_they_enter() {
                 let across = r.direction().cross(away).normalize();
                 let aim = offset + across * scale * (0.6 + 0.6 * r.unit());
                 let ray = Ray::new(origin, aim - origin);
-                let ray = Prepared::new(&ray, &bounds).expect("a usable ray");
+                let ray = PreparedRay::new(&ray, &bounds).expect("a usable ray");
                 let mut sum = 0;
                 let sides: Vec<_> =
                     (0..soup.triangles.len()).map(|i| side(&ray, soup.corners(i))).collect();
-                if sides.contains(&Side::Edge) {
+                if sides.contains(&EdgeSide::Edge) {
                     continue;
                 }
                 for s in sides {
                     sum += match s {
-                        Side::Positive => 1,
-                        Side::Negative => -1,
-                        Side::Edge | Side::Outside => 0,
+                        EdgeSide::Positive => 1,
+                        EdgeSide::Negative => -1,
+                        EdgeSide::Edge | EdgeSide::Outside => 0,
                     };
                 }
                 assert_eq!(sum, 0, "{ray:?}");

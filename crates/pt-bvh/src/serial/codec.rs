@@ -20,9 +20,9 @@ pub(crate) fn checksum(bytes: &[u8]) -> u64 {
 
 /// Buffer to which numbers are appended.
 #[derive(Default)]
-pub(crate) struct Writer(pub(super) Vec<u8>);
+pub(crate) struct ByteWriter(pub(super) Vec<u8>);
 
-impl Writer {
+impl ByteWriter {
     pub(crate) fn u32(&mut self, x: u32) {
         self.0.extend(x.to_le_bytes());
     }
@@ -58,9 +58,9 @@ impl Writer {
 }
 
 /// Input from which numbers are read in order.
-pub(crate) struct Reader<'a>(pub(super) &'a [u8]);
+pub(crate) struct ByteReader<'a>(pub(super) &'a [u8]);
 
-impl Reader<'_> {
+impl ByteReader<'_> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
         let (first, rest) = self.0.split_first_chunk().ok_or(ReadError::Truncated)?;
         self.0 = rest;

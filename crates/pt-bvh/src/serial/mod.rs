@@ -10,11 +10,11 @@ pub(crate) mod codec;
 use pt_math::Bounds3;
 use thiserror::Error;
 
-use self::codec::{Reader, Writer, checksum};
+use self::codec::{ByteReader, ByteWriter, checksum};
 use crate::geometry::{Primitive, Sphere, in_range};
 use crate::traverse::List;
 use crate::wide::WideBvh;
-use crate::{BuildOptions, Builder, Bvh, Kernel, Quality, Source, Statistics};
+use crate::{BuildOptions, BuildSource, Builder, Bvh, BvhStatistics, Kernel, Quality};
 
 pub(crate) const MARK: [u8; 8] = *b"pt-bvh\r\n";
 /// Version of the format, to be incremented with every change.
@@ -67,7 +67,7 @@ const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Balanced, Quality::High
 impl Bvh {
     /// Serializes the tree for [`Self::from_bytes`]; the bytes are the same on every machine.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut w = Writer::default();
+        let mut w = ByteWriter::default();
         w.0.reserve(self.statistics.bytes + 256);
         w.0.extend(MARK);
         w.u32(VERSION);
@@ -93,7 +93,7 @@ impl Bvh {
     /// checksum are also rejected if they are not safe for queries.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
         let body = bytes.strip_prefix(&MARK).ok_or(ReadError::Mark)?;
-        let found = Reader(body).u32()?;
+        let found = ByteReader(body).u32()?;
         if found != VERSION {
             return Err(ReadError::Version { found });
         }
@@ -103,9 +103,9 @@ impl Bvh {
             return Err(ReadError::Checksum);
         }
         let start = MARK.len() + size_of_val(&VERSION);
-        let mut r = Reader(content.get(start..).ok_or(ReadError::Truncated)?);
-        let source = Source::read(&mut r)?;
-        let mut statistics = Statistics::read(&mut r)?;
+        let mut r = ByteReader(content.get(start..).ok_or(ReadError::Truncated)?);
+        let source = BuildSource::read(&mut r)?;
+        let mut statistics = BvhStatistics::read(&mut r)?;
         ensure(
             u64::from(statistics.skipped) <= source.primitives(),
             "more skipped than there are",
@@ -124,15 +124,15 @@ impl Bvh {
     }
 }
 
-impl Source {
-    fn write(&self, w: &mut Writer) {
+impl BuildSource {
+    fn write(&self, w: &mut ByteWriter) {
         let BuildOptions { builder, quality, max_leaf_size } = self.options;
         let options = [place(&BUILDERS, &builder), place(&QUALITIES, &quality), max_leaf_size];
         w.u32s(&[self.triangles, self.spheres]);
         w.u32s(&options);
     }
 
-    fn read(r: &mut Reader<'_>) -> Result<Self, ReadError> {
+    fn read(r: &mut ByteReader<'_>) -> Result<Self, ReadError> {
         let [triangles, spheres, builder, quality, max_leaf_size] = r.u32s()?;
         let builder = at_place(&BUILDERS, builder, "no such builder")?;
         let quality = at_place(&QUALITIES, quality, "no such quality")?;
@@ -152,9 +152,9 @@ impl Source {
     }
 }
 
-impl Statistics {
+impl BvhStatistics {
     /// Writes all fields but `bytes`, which depends on the machine.
-    fn write(&self, w: &mut Writer) {
+    fn write(&self, w: &mut ByteWriter) {
         for x in [self.nodes, self.leaves, self.references] {
             w.u64(x as u64);
         }
@@ -162,7 +162,7 @@ impl Statistics {
         w.u32s(&[self.depth, self.skipped]);
     }
 
-    fn read(r: &mut Reader<'_>) -> Result<Self, ReadError> {
+    fn read(r: &mut ByteReader<'_>) -> Result<Self, ReadError> {
         let mut number = || r.u64().map(|x| x as usize);
         let (nodes, leaves, references) = (number()?, number()?, number()?);
         let sah_cost = r.f32()?;
@@ -172,7 +172,7 @@ impl Statistics {
 }
 
 impl List {
-    fn write(&self, w: &mut Writer) {
+    fn write(&self, w: &mut ByteWriter) {
         w.u64(self.primitives().len() as u64);
         for (primitive, id) in self.primitives() {
             w.u32(*id);
@@ -186,7 +186,7 @@ impl List {
         }
     }
 
-    fn read(r: &mut Reader<'_>, source: &Source) -> Result<Self, ReadError> {
+    fn read(r: &mut ByteReader<'_>, source: &BuildSource) -> Result<Self, ReadError> {
         // An id, and at least four more numbers for a sphere.
         let count = r.count(20)?;
         let mut primitives = Vec::with_capacity(count);

@@ -6,13 +6,14 @@ use wide::f32x8;
 use super::batch::avx512::Avx512;
 use super::collapse::stack_size;
 use super::{
-    BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+    BLOCK, BlockLanes, ChildRef, NO_PRIMITIVE, SizeClass, SphereBlock, TriangleBlock, WIDTH,
+    WideBvh, WideNode,
 };
-use crate::Source;
+use crate::BuildSource;
 use crate::geometry::{Primitive, Sphere, in_range};
 use crate::node::MAX_DEPTH;
-use crate::ray::Scene;
-use crate::serial::codec::{Reader, Writer};
+use crate::ray::SceneExtent;
+use crate::serial::codec::{ByteReader, ByteWriter};
 use crate::serial::{ReadError, ensure, ensure_scene};
 
 /// Bytes of a node: six planes and a child for each slot.
@@ -25,7 +26,7 @@ const SPHERES_BYTES: usize = 4 * 5 * BLOCK;
 const MAX_LEVELS: usize = MAX_DEPTH + 6;
 
 impl WideBvh {
-    pub(crate) fn write(&self, w: &mut Writer) {
+    pub(crate) fn write(&self, w: &mut ByteWriter) {
         w.vector(self.scene.center.into());
         w.u64(self.nodes.len() as u64);
         for node in &self.nodes {
@@ -52,18 +53,25 @@ impl WideBvh {
     /// # Errors
     /// A tree that is cut off, or that is unsafe for queries.
     pub(crate) fn read(
-        r: &mut Reader<'_>,
-        source: &Source,
+        r: &mut ByteReader<'_>,
+        source: &BuildSource,
         bounds: &Bounds3,
     ) -> Result<Self, ReadError> {
         let center = r.vector()?;
         let nodes = many(r, NODE_BYTES, WideNode::read)?;
         let triangles = many(r, TRIANGLES_BYTES, |r| TriangleBlock::read(r, source))?;
         let spheres = many(r, SPHERES_BYTES, |r| SphereBlock::read(r, source))?;
-        let scene = Scene::around(center, bounds);
+        let scene = SceneExtent::around(center, bounds);
         let avx512 = Avx512::detect();
-        let mut bvh =
-            Self { nodes, triangles, spheres, scene, stack_size: 0, avx512, size: Size::Empty };
+        let mut bvh = Self {
+            nodes,
+            triangles,
+            spheres,
+            scene,
+            stack_size: 0,
+            avx512,
+            size: SizeClass::Empty,
+        };
         bvh.set_size();
         if bvh.nodes.is_empty() {
             ensure(*bounds == Bounds3::EMPTY, "a scene without nodes")?;
@@ -89,12 +97,12 @@ impl WideBvh {
             ensure(level[i] != 0, "a node without a parent")?;
             ensure(level[i] <= MAX_LEVELS, "a tree that is too deep")?;
             for (slot, child) in node.children.iter().enumerate() {
-                if *child == Child::VACANT {
+                if *child == ChildRef::VACANT {
                     ensure(node.is_vacant(slot), "a way back to the root")?;
                     continue;
                 }
-                let index = Child::index(child.0);
-                let is_new = match child.0 & (Child::TRIANGLES | Child::SPHERES) {
+                let index = ChildRef::index(child.0);
+                let is_new = match child.0 & (ChildRef::TRIANGLES | ChildRef::SPHERES) {
                     0 => {
                         let is_new = index > i && level.get(index) == Some(&0);
                         if is_new {
@@ -102,8 +110,8 @@ impl WideBvh {
                         }
                         is_new
                     }
-                    Child::TRIANGLES => take(&mut has_parent[0], index),
-                    Child::SPHERES => take(&mut has_parent[1], index),
+                    ChildRef::TRIANGLES => take(&mut has_parent[0], index),
+                    ChildRef::SPHERES => take(&mut has_parent[1], index),
                     _ => false,
                 };
                 ensure(is_new, "a child that does not exist, or has two parents")?;
@@ -122,15 +130,15 @@ fn take(marks: &mut [bool], index: usize) -> bool {
 
 /// Reads a count and that many entries, which have `size` bytes each.
 fn many<T>(
-    r: &mut Reader<'_>,
+    r: &mut ByteReader<'_>,
     size: usize,
-    mut read: impl FnMut(&mut Reader<'_>) -> Result<T, ReadError>,
+    mut read: impl FnMut(&mut ByteReader<'_>) -> Result<T, ReadError>,
 ) -> Result<Vec<T>, ReadError> {
     let count = r.count(size)?;
     (0..count).map(|_| read(r)).collect()
 }
 
-fn rows<const N: usize>(r: &mut Reader<'_>) -> Result<[f32x8; N], ReadError> {
+fn rows<const N: usize>(r: &mut ByteReader<'_>) -> Result<[f32x8; N], ReadError> {
     let mut rows = [f32x8::ZERO; N];
     for row in &mut rows {
         *row = f32x8::new(r.f32s()?);
@@ -139,12 +147,12 @@ fn rows<const N: usize>(r: &mut Reader<'_>) -> Result<[f32x8; N], ReadError> {
 }
 
 impl WideNode {
-    fn read(r: &mut Reader<'_>) -> Result<Self, ReadError> {
+    fn read(r: &mut ByteReader<'_>) -> Result<Self, ReadError> {
         let [a, b, c, d, e, f] = rows(r)?;
         let planes = [[a, b], [c, d], [e, f]];
         let is_number = |row: &f32x8| row.as_array().iter().all(|x| !x.is_nan());
         ensure(planes.as_flattened().iter().all(is_number), "a plane that is nowhere")?;
-        Ok(Self { planes, children: r.u32s()?.map(Child) })
+        Ok(Self { planes, children: r.u32s()?.map(ChildRef) })
     }
 
     /// Returns true if no ray hits the box of the slot.
@@ -156,8 +164,8 @@ impl WideNode {
 }
 
 impl TriangleBlock {
-    fn read(r: &mut Reader<'_>, source: &Source) -> Result<Self, ReadError> {
-        let [a, b, c, d, e, f, g, h, i]: [Lanes; 9] = rows(r)?;
+    fn read(r: &mut ByteReader<'_>, source: &BuildSource) -> Result<Self, ReadError> {
+        let [a, b, c, d, e, f, g, h, i]: [BlockLanes; 9] = rows(r)?;
         let block = Self { coordinates: [[a, b, c], [d, e, f], [g, h, i]], ids: r.u32s()? };
         for (lane, &id) in block.ids.iter().enumerate() {
             let corners = block.triangle(lane);
@@ -169,7 +177,7 @@ impl TriangleBlock {
 }
 
 impl SphereBlock {
-    fn read(r: &mut Reader<'_>, source: &Source) -> Result<Self, ReadError> {
+    fn read(r: &mut ByteReader<'_>, source: &BuildSource) -> Result<Self, ReadError> {
         let mut spheres = [Sphere { center: Vec3::ZERO, radius: f32::NAN }; BLOCK];
         for sphere in &mut spheres {
             *sphere = Sphere { center: r.vector()?, radius: r.f32()? };
@@ -188,7 +196,7 @@ fn ensure_lane(
     primitive: &Primitive,
     id: u32,
     is_empty: bool,
-    source: &Source,
+    source: &BuildSource,
 ) -> Result<(), ReadError> {
     ensure(is_empty || primitive.bounds().is_some(), "an unusable primitive")?;
     let exists = source.has(primitive, id) || (is_empty && id == NO_PRIMITIVE);

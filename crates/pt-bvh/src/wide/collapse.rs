@@ -9,22 +9,23 @@ use super::batch::STACK_MARGIN;
 use super::batch::avx512::Avx512;
 use super::collapse_cost::CollapseCosts;
 use super::{
-    BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+    BLOCK, BlockLanes, ChildRef, NO_PRIMITIVE, SizeClass, SphereBlock, TriangleBlock, WIDTH,
+    WideBvh, WideNode,
 };
 use crate::build::tidy;
 use crate::geometry::{Geometry, Primitive, Sphere};
 use crate::node::Bvh2;
-use crate::ray::Scene;
+use crate::ray::SceneExtent;
 
 /// Part of the binary tree.
 #[derive(Clone, Copy)]
-struct Part {
+struct TreePart {
     bounds: Bounds3,
-    content: Content,
+    content: PartContent,
 }
 
 #[derive(Clone, Copy)]
-enum Content {
+enum PartContent {
     /// Subtree of an inner node.
     Subtree(usize),
     /// Consecutive primitives, of one kind, in the order of the tree.
@@ -37,18 +38,18 @@ pub(super) fn stack_size(levels: usize) -> usize {
 }
 
 /// Partition of a part into up to eight others.
-struct Parts {
-    parts: [Part; WIDTH],
+struct TreePartition {
+    parts: [TreePart; WIDTH],
     count: usize,
 }
 
-impl Parts {
+impl TreePartition {
     const NONE: Self = {
-        let content = Content::Run { first: 0, count: 0 };
-        Self { parts: [Part { bounds: Bounds3::EMPTY, content }; WIDTH], count: 0 }
+        let content = PartContent::Run { first: 0, count: 0 };
+        Self { parts: [TreePart { bounds: Bounds3::EMPTY, content }; WIDTH], count: 0 }
     };
 
-    fn push(&mut self, part: Part) {
+    fn push(&mut self, part: TreePart) {
         self.parts[self.count] = part;
         self.count += 1;
     }
@@ -59,13 +60,13 @@ struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
     forests: CollapseCosts<'a>,
-    scene: Scene,
+    scene: SceneExtent,
 }
 
 /// Consecutive nodes, the first of which is the root of the others, and their blocks. Nodes refer
 /// to nodes and blocks by index within the piece.
 #[derive(Default)]
-struct Piece {
+struct SubtreePiece {
     nodes: Vec<WideNode>,
     /// First index in the order of the binary tree, and number of primitives, of each block.
     triangles: Vec<(usize, usize)>,
@@ -85,7 +86,7 @@ impl WideBvh {
             return Self::default();
         }
         let forests = CollapseCosts::new(bvh, geometry);
-        let collapse = Collapse { bvh, geometry, forests, scene: Scene::new(&bvh.bounds()) };
+        let collapse = Collapse { bvh, geometry, forests, scene: SceneExtent::new(&bvh.bounds()) };
         let whole = joined(&collapse.pieces(collapse.part(0), 1));
         let Collapse { forests, scene, .. } = collapse;
         // Frees memory for the blocks, the largest part of the tree.
@@ -103,7 +104,7 @@ impl WideBvh {
             scene,
             stack_size: stack_size(whole.levels),
             avx512: Avx512::detect(),
-            size: Size::Empty,
+            size: SizeClass::Empty,
         };
         wide.set_size();
         wide.sort_children();
@@ -112,10 +113,10 @@ impl WideBvh {
 }
 
 /// Concatenates all pieces.
-fn joined(pieces: &[Piece]) -> Piece {
-    let mut whole = Piece {
+fn joined(pieces: &[SubtreePiece]) -> SubtreePiece {
+    let mut whole = SubtreePiece {
         nodes: pt_memory::with_capacity(pieces.iter().map(|piece| piece.nodes.len()).sum()),
-        ..Piece::default()
+        ..SubtreePiece::default()
     };
     for piece in pieces {
         let before = [whole.nodes.len(), whole.triangles.len(), whole.spheres.len()];
@@ -127,20 +128,20 @@ fn joined(pieces: &[Piece]) -> Piece {
     whole
 }
 
-impl Piece {
-    fn push_block(&mut self, collapse: &Collapse<'_>, first: usize, count: usize) -> Child {
+impl SubtreePiece {
+    fn push_block(&mut self, collapse: &Collapse<'_>, first: usize, count: usize) -> ChildRef {
         if collapse.geometry.is_sphere(collapse.bvh.order[first]) {
             self.spheres.push((first, count));
-            Child::spheres(self.spheres.len() - 1)
+            ChildRef::spheres(self.spheres.len() - 1)
         } else {
             self.triangles.push((first, count));
-            Child::triangles(self.triangles.len() - 1)
+            ChildRef::triangles(self.triangles.len() - 1)
         }
     }
 
     /// Appends the node of a part, and everything below it; returns its index. The recursion is no
     /// deeper than the binary tree, plus the few halvings of a large leaf.
-    fn push_node(&mut self, collapse: &Collapse<'_>, part: Part, level: usize) -> usize {
+    fn push_node(&mut self, collapse: &Collapse<'_>, part: TreePart, level: usize) -> usize {
         self.levels = self.levels.max(level);
         let parts = collapse.open(part);
         let index = self.nodes.len();
@@ -148,7 +149,7 @@ impl Piece {
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
             let child = match part.block() {
                 Some((first, count)) => self.push_block(collapse, first, count),
-                None => Child::node(self.push_node(collapse, *part, level + 1)),
+                None => ChildRef::node(self.push_node(collapse, *part, level + 1)),
             };
             self.nodes[index].children[slot] = child;
         }
@@ -156,11 +157,11 @@ impl Piece {
     }
 }
 
-impl Part {
+impl TreePart {
     /// Primitives of the part, if they fit a block.
     fn block(&self) -> Option<(usize, usize)> {
         match self.content {
-            Content::Run { first, count } if count <= BLOCK => Some((first, count)),
+            PartContent::Run { first, count } if count <= BLOCK => Some((first, count)),
             _ => None,
         }
     }
@@ -168,10 +169,10 @@ impl Part {
 
 impl Collapse<'_> {
     /// Builds the nodes of a part, and everything below it.
-    fn pieces(&self, part: Part, level: usize) -> Vec<Piece> {
+    fn pieces(&self, part: TreePart, level: usize) -> Vec<SubtreePiece> {
         let is_large =
-            matches!(part.content, Content::Subtree(i) if self.forests.count(i) >= LARGE_PART);
-        let mut top = Piece { levels: level, ..Piece::default() };
+            matches!(part.content, PartContent::Subtree(i) if self.forests.count(i) >= LARGE_PART);
+        let mut top = SubtreePiece { levels: level, ..SubtreePiece::default() };
         if !is_large {
             top.push_node(self, part, level);
             return vec![top];
@@ -179,16 +180,16 @@ impl Collapse<'_> {
         let parts = self.open(part);
         let mut node = self.node(&parts);
         let parts = &parts.parts[..parts.count];
-        let below = |part: &Part| match part.block() {
+        let below = |part: &TreePart| match part.block() {
             Some(_) => Vec::new(),
             None => self.pieces(*part, level + 1),
         };
-        let below: Vec<Vec<Piece>> = parts.par_iter().map(below).collect();
+        let below: Vec<Vec<SubtreePiece>> = parts.par_iter().map(below).collect();
         let mut nodes = 1;
         for (slot, (part, below)) in parts.iter().zip(&below).enumerate() {
             node.children[slot] = match part.block() {
                 Some((first, count)) => top.push_block(self, first, count),
-                None => Child::node(nodes),
+                None => ChildRef::node(nodes),
             };
             nodes += below.iter().map(|piece| piece.nodes.len()).sum::<usize>();
         }
@@ -197,7 +198,7 @@ impl Collapse<'_> {
     }
 
     /// Node of some parts, without its children.
-    fn node(&self, parts: &Parts) -> WideNode {
+    fn node(&self, parts: &TreePartition) -> WideNode {
         let mut node = empty_node();
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
             node.set_box(slot, relative_bounds(&part.bounds, &self.scene));
@@ -205,44 +206,48 @@ impl Collapse<'_> {
         node
     }
 
-    fn part(&self, i: usize) -> Part {
+    fn part(&self, i: usize) -> TreePart {
         let node = &self.bvh.nodes[i];
         let is_run = node.is_leaf() || self.forests.is_small(i);
-        let content = if is_run { self.all_below(i) } else { Content::Subtree(i) };
-        Part { bounds: node.bounds(), content }
+        let content = if is_run { self.all_below(i) } else { PartContent::Subtree(i) };
+        TreePart { bounds: node.bounds(), content }
     }
 
     /// Primitives below node `i`.
-    fn all_below(&self, i: usize) -> Content {
+    fn all_below(&self, i: usize) -> PartContent {
         let mut leftmost = i;
         while !self.bvh.nodes[leftmost].is_leaf() {
             leftmost = self.bvh.children(leftmost)[0];
         }
         let first = self.bvh.nodes[leftmost].offset as usize;
-        Content::Run { first, count: self.forests.count(i) }
+        PartContent::Run { first, count: self.forests.count(i) }
     }
 
     /// Some of the primitives of a leaf with this box, which may contain only pieces of them.
-    fn run(&self, first: usize, count: usize, within: Bounds3) -> Part {
+    fn run(&self, first: usize, count: usize, within: Bounds3) -> TreePart {
         let ids = &self.bvh.order[first..first + count];
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
         let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
         let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
-        Part { bounds, content: Content::Run { first, count } }
+        TreePart { bounds, content: PartContent::Run { first, count } }
     }
 
     /// Partitions a part into up to eight.
-    fn open(&self, part: Part) -> Parts {
-        let mut parts = Parts::NONE;
+    fn open(&self, part: TreePart) -> TreePartition {
+        let mut parts = TreePartition::NONE;
         match part.content {
-            Content::Subtree(i) => self.forests.each_root(i, |root| parts.push(self.part(root))),
-            Content::Run { first, count } => self.eighths(first, count, part.bounds, &mut parts),
+            PartContent::Subtree(i) => {
+                self.forests.each_root(i, |root| parts.push(self.part(root)))
+            }
+            PartContent::Run { first, count } => {
+                self.eighths(first, count, part.bounds, &mut parts)
+            }
         }
         parts
     }
 
     /// Halves a run repeatedly until the parts fit blocks, or there are eight.
-    fn eighths(&self, first: usize, count: usize, within: Bounds3, parts: &mut Parts) {
+    fn eighths(&self, first: usize, count: usize, within: Bounds3, parts: &mut TreePartition) {
         let mut runs = vec![(first, count)];
         while runs.len() < WIDTH && runs.iter().any(|&(_, count)| count > BLOCK) {
             let halves = |(first, count): (usize, usize)| {
@@ -274,7 +279,7 @@ fn lanes(ids: &[u32]) -> [u32; BLOCK] {
 }
 
 /// Box relative to the centre of the scene, widened and rounded outward; an empty box stays empty.
-pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f32; 3]) {
+pub(super) fn relative_bounds(bounds: &Bounds3, scene: &SceneExtent) -> ([f32; 3], [f32; 3]) {
     if bounds.is_empty() {
         return ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     }
@@ -289,11 +294,11 @@ impl WideNode {
     /// The same node after `nodes` other nodes and these numbers of blocks.
     fn moved(&self, [nodes, triangles, spheres]: [usize; 3]) -> Self {
         let children =
-            self.children.map(|child| match child.0 & (Child::TRIANGLES | Child::SPHERES) {
-                _ if child == Child::VACANT => child,
-                Child::TRIANGLES => Child(child.0 + triangles as u32),
-                Child::SPHERES => Child(child.0 + spheres as u32),
-                _ => Child(child.0 + nodes as u32),
+            self.children.map(|child| match child.0 & (ChildRef::TRIANGLES | ChildRef::SPHERES) {
+                _ if child == ChildRef::VACANT => child,
+                ChildRef::TRIANGLES => ChildRef(child.0 + triangles as u32),
+                ChildRef::SPHERES => ChildRef(child.0 + spheres as u32),
+                _ => ChildRef(child.0 + nodes as u32),
             });
         Self { children, ..*self }
     }
@@ -309,7 +314,7 @@ impl WideNode {
 
 fn empty_node() -> WideNode {
     let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
-    WideNode { planes: [row; 3], children: [Child::VACANT; WIDTH] }
+    WideNode { planes: [row; 3], children: [ChildRef::VACANT; WIDTH] }
 }
 
 /// Block of the triangles with these numbers.
@@ -324,7 +329,7 @@ pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> Tria
             }
         }
     }
-    TriangleBlock { coordinates: coordinates.map(|rows| rows.map(Lanes::new)), ids }
+    TriangleBlock { coordinates: coordinates.map(|rows| rows.map(BlockLanes::new)), ids }
 }
 
 /// Block of the spheres with these numbers.

@@ -22,14 +22,14 @@ use wide::f32x8;
 
 use self::batch::avx512::Avx512;
 use crate::geometry::Sphere;
-use crate::ray::Scene;
+use crate::ray::SceneExtent;
 
 /// Children per node.
 pub(crate) const WIDTH: usize = 8;
 /// Primitives per leaf block.
 pub(crate) const BLOCK: usize = 8;
 /// One number for each triangle of a block.
-pub(crate) type Lanes = f32x8;
+pub(crate) type BlockLanes = f32x8;
 
 /// `id` of a lane without a primitive.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
@@ -37,9 +37,9 @@ pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 /// Reference in a slot of a node: two bits of kind, and an index into the array of that kind.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
-pub(crate) struct Child(u32);
+pub(crate) struct ChildRef(u32);
 
-impl Child {
+impl ChildRef {
     const TRIANGLES: u32 = 1 << 31;
     const SPHERES: u32 = 1 << 30;
     /// Sentinel: the end of a query.
@@ -80,7 +80,7 @@ pub(crate) struct WideNode {
     /// Per axis: least and greatest coordinate of each child's box, relative to the centre of the
     /// scene and rounded outward.
     planes: [[f32x8; 2]; 3],
-    children: [Child; WIDTH],
+    children: [ChildRef; WIDTH],
 }
 
 /// Triangles of one leaf. Lanes without a triangle contain NaN, which fails every comparison.
@@ -88,7 +88,7 @@ pub(crate) struct WideNode {
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
     /// Axis, vertex.
-    coordinates: [[Lanes; 3]; 3],
+    coordinates: [[BlockLanes; 3]; 3],
     ids: [u32; BLOCK],
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct SphereBlock {
 
 /// Size class of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Size {
+enum SizeClass {
     /// Without nodes.
     #[default]
     Empty,
@@ -118,13 +118,13 @@ pub(crate) struct WideBvh {
     spheres: Vec<SphereBlock>,
     /// Boxes are stored relative to the centre of the scene, so that their rounding depends on the
     /// size of the scene and not on its position.
-    scene: Scene,
+    scene: SceneExtent,
     /// Stack size for all children that a ray of a batch can defer.
     stack_size: usize,
     /// If the processor supports it: used by batches for tests at the root and nodes next to it,
     /// and by their packets for tests of triangles.
     avx512: Option<Avx512>,
-    size: Size,
+    size: SizeClass,
 }
 
 impl WideBvh {

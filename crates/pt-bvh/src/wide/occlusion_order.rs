@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use wide::{f32x8, u32x8};
 
 use super::collapse_cost::{BLOCK_COST, NODE_COST};
-use super::{BLOCK, Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
+use super::{BLOCK, ChildRef, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 
 /// Added to the cost of visiting a subtree; otherwise rays would first visit all small ones. With 9
 /// rays are as fast; with 3, bounces in a hall 0.9 times as fast.
@@ -74,12 +74,14 @@ impl WideNode {
         let areas = self.half_areas().to_array();
         std::array::from_fn(|slot| {
             let child = self.children[slot].0;
-            let index = Child::index(child);
-            match child & (Child::TRIANGLES | Child::SPHERES) {
-                Child::TRIANGLES => {
+            let index = ChildRef::index(child);
+            match child & (ChildRef::TRIANGLES | ChildRef::SPHERES) {
+                ChildRef::TRIANGLES => {
                     OcclusionEstimate::of_block(surfaces.triangles[index], areas[slot])
                 }
-                Child::SPHERES => OcclusionEstimate::of_block(surfaces.spheres[index], areas[slot]),
+                ChildRef::SPHERES => {
+                    OcclusionEstimate::of_block(surfaces.spheres[index], areas[slot])
+                }
                 _ => nodes[index],
             }
         })
@@ -116,7 +118,7 @@ impl WideNode {
     /// The same node with its children sorted by their priorities; vacant slots come last.
     fn sorted(mut self, mut urgencies: [f32; WIDTH]) -> Self {
         for (slot, child) in self.children.iter().enumerate() {
-            if *child == Child::VACANT {
+            if *child == ChildRef::VACANT {
                 urgencies[slot] = f32::INFINITY;
             }
         }

@@ -4,7 +4,7 @@
 //! are known long before they are visited, so they can be fetched in the meantime. In a tree that
 //! fits, prefetching is only a cost.
 
-use super::{Child, Size, WIDTH, WideBvh, WideNode, lanes};
+use super::{ChildRef, SizeClass, WIDTH, WideBvh, WideNode, lanes};
 
 /// Trees of more bytes are large: some shared caches are not larger.
 const LARGE: usize = 24 << 20;
@@ -20,14 +20,14 @@ impl WideBvh {
         if self.bytes() > LARGE {
             self.make_large();
         } else if !self.nodes.is_empty() {
-            self.size = Size::Usual;
+            self.size = SizeClass::Usual;
         }
     }
 
     /// Marks a nonempty tree as large.
     pub(crate) fn make_large(&mut self) {
         if !self.nodes.is_empty() {
-            self.size = Size::Large;
+            self.size = SizeClass::Large;
             self.scene.make_no_ray_ordinary();
         }
     }
@@ -40,12 +40,12 @@ impl WideBvh {
 
     /// Prefetches the node or block of a child.
     #[inline(always)]
-    pub(super) fn prefetch(&self, child: Child) {
-        if child.0 < Child::SPHERES {
+    pub(super) fn prefetch(&self, child: ChildRef) {
+        if child.0 < ChildRef::SPHERES {
             prefetch(&self.nodes, child.0 as usize);
         } else {
             // Blocks of spheres are not prefetched: they are rare and small.
-            prefetch(&self.triangles, Child::index(child.0));
+            prefetch(&self.triangles, ChildRef::index(child.0));
         }
     }
 }

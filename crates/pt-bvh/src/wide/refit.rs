@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use wide::f32x8;
 
 use super::collapse::{relative_bounds, sphere_block, triangle_block};
-use super::{BLOCK, Child, NO_PRIMITIVE, WIDTH, WideBvh};
+use super::{BLOCK, ChildRef, NO_PRIMITIVE, WIDTH, WideBvh};
 use crate::geometry::Geometry;
-use crate::ray::Scene;
+use crate::ray::SceneExtent;
 
 impl WideBvh {
     /// Flags of the primitives, of which there are `primitives`, that are in the tree.
@@ -35,7 +35,7 @@ impl WideBvh {
         let boxes = triangles.iter().chain(&spheres).copied();
         let scene = boxes.fold(Bounds3::EMPTY, Bounds3::union);
         if !scene.is_empty() {
-            self.scene = Scene::new(&scene);
+            self.scene = SceneExtent::new(&scene);
             self.refit_nodes(&triangles, &spheres);
             self.sort_children();
         }
@@ -48,13 +48,13 @@ impl WideBvh {
         for (i, node) in self.nodes.iter_mut().enumerate().rev() {
             let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
             for (slot, child) in node.children.iter().enumerate() {
-                if *child == Child::VACANT {
+                if *child == ChildRef::VACANT {
                     continue;
                 }
-                let index = Child::index(child.0);
-                let bounds = match child.0 & (Child::TRIANGLES | Child::SPHERES) {
-                    Child::TRIANGLES => triangles[index],
-                    Child::SPHERES => spheres[index],
+                let index = ChildRef::index(child.0);
+                let bounds = match child.0 & (ChildRef::TRIANGLES | ChildRef::SPHERES) {
+                    ChildRef::TRIANGLES => triangles[index],
+                    ChildRef::SPHERES => spheres[index],
                     _ => all[index],
                 };
                 all[i] = all[i].union(bounds);

@@ -4,7 +4,7 @@
 use pt_math::{Bounds3, DVec3, Vec3};
 use wide::f32x8;
 
-use super::{Child, TriangleBlock, WideBvh};
+use super::{ChildRef, TriangleBlock, WideBvh};
 use crate::geometry::{Primitive, outward};
 use crate::traverse::List;
 use crate::{Bvh, Kernel};
@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 1e-9;
 
 /// Segment to be tested.
 #[derive(Clone, Copy, Debug)]
-struct Segment {
+struct ShadowSegment {
     from: DVec3,
     along: DVec3,
     /// Normal of the plane on which the segment begins, of any length.
@@ -26,7 +26,7 @@ struct Segment {
     except: u32,
 }
 
-impl Segment {
+impl ShadowSegment {
     fn bounds(&self, center: DVec3) -> Bounds3 {
         let [a, b] = [self.from - center, self.from + self.along - center];
         outward(a.min(b), a.max(b))
@@ -60,7 +60,7 @@ impl Bvh {
     /// The segment begins on that triangle, whose `normal` may have any length. Triangles that are
     /// parallel to it, by an angle of less than 0.06°, do not count, and neither do spheres.
     pub fn is_crossed(&self, [from, to]: [DVec3; 2], normal: DVec3, except: u32) -> bool {
-        let segment = Segment { from, along: to - from, normal, except };
+        let segment = ShadowSegment { from, along: to - from, normal, except };
         match &self.kernel {
             Kernel::Wide(wide) => wide.is_crossed(&segment),
             Kernel::List(list) => list.is_crossed(&segment),
@@ -69,7 +69,7 @@ impl Bvh {
 }
 
 impl List {
-    fn is_crossed(&self, segment: &Segment) -> bool {
+    fn is_crossed(&self, segment: &ShadowSegment) -> bool {
         self.primitives().iter().any(|(primitive, id)| match primitive {
             Primitive::Triangle(corners) => *id != segment.except && segment.meets(*corners),
             Primitive::Sphere(_) => false,
@@ -78,14 +78,14 @@ impl List {
 }
 
 impl WideBvh {
-    fn is_crossed(&self, segment: &Segment) -> bool {
+    fn is_crossed(&self, segment: &ShadowSegment) -> bool {
         let center = Vec3::from(self.scene.center).as_dvec3();
         !self.nodes.is_empty() && self.is_crossed_below(0, segment, &segment.bounds(center))
     }
 
     /// Returns true if a triangle below a node meets the segment, which has the box `around` in the
     /// coordinates of the tree.
-    fn is_crossed_below(&self, node: usize, segment: &Segment, around: &Bounds3) -> bool {
+    fn is_crossed_below(&self, node: usize, segment: &ShadowSegment, around: &Bounds3) -> bool {
         let node = &self.nodes[node];
         let apart = |k: usize| {
             let [least, greatest] = node.planes[k];
@@ -95,19 +95,20 @@ impl WideBvh {
         let apart = (apart(0) | apart(1) | apart(2)).to_bitmask();
         let met = (0..node.children.len()).filter(|lane| apart >> lane & 1 == 0);
         { met }.map(|lane| node.children[lane].0).any(|child| match child {
-            child if child & Child::TRIANGLES != 0 => {
-                self.triangles[Child::index(child)].is_crossed(segment)
+            child if child & ChildRef::TRIANGLES != 0 => {
+                self.triangles[ChildRef::index(child)].is_crossed(segment)
             }
-            child if child & Child::SPHERES != 0 => false,
+            child if child & ChildRef::SPHERES != 0 => false,
             child => {
-                child != Child::VACANT.0 && self.is_crossed_below(child as usize, segment, around)
+                child != ChildRef::VACANT.0
+                    && self.is_crossed_below(child as usize, segment, around)
             }
         })
     }
 }
 
 impl TriangleBlock {
-    fn is_crossed(&self, segment: &Segment) -> bool {
+    fn is_crossed(&self, segment: &ShadowSegment) -> bool {
         // Lanes without a triangle are never met.
         let other = self.ids.iter().enumerate().filter(|(_, id)| **id != segment.except);
         { other }.any(|(lane, _)| segment.meets(self.triangle(lane)))

@@ -8,13 +8,15 @@ use wide::{f32x8, u32x8};
 
 use super::batch::lane_permute::members;
 use super::depths::{after, earlier, later};
-use super::triangles::{Shear, Tested};
-use super::{BLOCK, Child, Lanes, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
+use super::triangles::{BlockTest, Shear};
+use super::{
+    BLOCK, BlockLanes, ChildRef, SizeClass, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+};
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::node::MAX_DEPTH;
-use crate::ray::{Prepared, Scene};
-use crate::traverse::Nearest;
+use crate::ray::{PreparedRay, SceneExtent};
+use crate::traverse::NearestHit;
 use crate::wide::lanes;
 use crate::{ray, sphere, triangle};
 
@@ -34,17 +36,17 @@ thread_local! {
 
 /// Children to visit, with the depths at which the ray enters their boxes. Entries compare as
 /// integers in the order of depth, which is positive.
-struct Stack<'a> {
+struct WideStack<'a> {
     entries: &'a [Cell<u64>; STACK_SIZE],
     len: usize,
 }
 
 #[inline]
-fn entry(depth: f32, child: Child) -> u64 {
+fn entry(depth: f32, child: ChildRef) -> u64 {
     u64::from(depth.to_bits()) << 32 | u64::from(child.0)
 }
 
-impl Stack<'_> {
+impl WideStack<'_> {
     /// Entry `i`, with an index in range by construction.
     #[inline]
     fn slot(&self, i: usize) -> &Cell<u64> {
@@ -72,13 +74,13 @@ impl Stack<'_> {
 
     /// Pops the next child that is entered no later than `limit`.
     #[inline]
-    fn pop(&mut self, limit: f32) -> Option<Child> {
-        let last = entry(limit, Child(u32::MAX));
+    fn pop(&mut self, limit: f32) -> Option<ChildRef> {
+        let last = entry(limit, ChildRef(u32::MAX));
         while self.len > 0 {
             self.len -= 1;
             let top = self.slot(self.len).get();
             if top <= last {
-                return Some(Child(top as u32));
+                return Some(ChildRef(top as u32));
             }
         }
         None
@@ -86,7 +88,7 @@ impl Stack<'_> {
 }
 
 /// Slabs of a ray for eight boxes: depth = plane · inverse + offset.
-pub(super) struct Slabs {
+pub(super) struct RaySlabs {
     pub(super) inverse: [f32x8; 3],
     pub(super) near: [f32x8; 3],
     pub(super) far: [f32x8; 3],
@@ -95,10 +97,10 @@ pub(super) struct Slabs {
     pub(super) start: f32x8,
 }
 
-impl Slabs {
+impl RaySlabs {
     /// Computes the slabs of a ray; `PADS` is true if it has a pad of its own.
     #[inline(always)]
-    fn new<const PADS: bool>(ray: &Prepared, scene: &Scene) -> Self {
+    fn new<const PADS: bool>(ray: &PreparedRay, scene: &SceneExtent) -> Self {
         let pad = if PADS {
             Vec3A::splat((ray.pad - scene.padded).max(0.0)).copysign(ray.inverse)
         } else {
@@ -146,42 +148,42 @@ struct OfRay {
 
 impl OfRay {
     #[inline(always)]
-    fn new(ray: &Prepared) -> Self {
+    fn new(ray: &PreparedRay) -> Self {
         let start = ray::depth_start(ray.t_min, ray.scale);
         Self { slopes: ray.slopes, scale: ray.scale, start }
     }
 }
 
 /// State of a query: its input, and the nearest hit so far.
-struct Query<'a, C> {
+struct QueryState<'a, C> {
     asked: &'a Ray,
-    scene: &'a Scene,
+    scene: &'a SceneExtent,
     axes: [usize; 3],
     of_ray: &'a OfRay,
-    nearest: Nearest,
+    nearest: NearestHit,
     counter: &'a mut C,
 }
 
-impl<'a, C: Counter> Query<'a, C> {
+impl<'a, C: Counter> QueryState<'a, C> {
     #[inline(always)]
     fn new(
         asked: &'a Ray,
-        scene: &'a Scene,
-        ray: &Prepared,
+        scene: &'a SceneExtent,
+        ray: &PreparedRay,
         of_ray: &'a OfRay,
         counter: &'a mut C,
     ) -> Self {
-        let (axes, nearest) = (ray.axes, Nearest::new(ray));
+        let (axes, nearest) = (ray.axes, NearestHit::new(ray));
         Self { asked, scene, axes, of_ray, nearest, counter }
     }
 
     /// Returns true if a primitive of a leaf is hit nearer than the nearest hit so far.
     #[inline(always)]
-    fn test(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
-        if leaf.0 & Child::TRIANGLES != 0 {
-            self.test_triangles(&bvh.triangles[Child::index(leaf.0)])
+    fn test(&mut self, bvh: &WideBvh, leaf: ChildRef) -> bool {
+        if leaf.0 & ChildRef::TRIANGLES != 0 {
+            self.test_triangles(&bvh.triangles[ChildRef::index(leaf.0)])
         } else {
-            self.test_spheres(&bvh.spheres[Child::index(leaf.0)])
+            self.test_spheres(&bvh.spheres[ChildRef::index(leaf.0)])
         }
     }
 
@@ -198,11 +200,11 @@ impl<'a, C: Counter> Query<'a, C> {
 
     /// Returns true if any primitive of a leaf is hit, for a query that has no hit yet.
     #[inline(always)]
-    fn test_any(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
-        if leaf.0 & Child::TRIANGLES == 0 {
-            return self.test_spheres(&bvh.spheres[Child::index(leaf.0)]);
+    fn test_any(&mut self, bvh: &WideBvh, leaf: ChildRef) -> bool {
+        if leaf.0 & ChildRef::TRIANGLES == 0 {
+            return self.test_spheres(&bvh.spheres[ChildRef::index(leaf.0)]);
         }
-        let block = &bvh.triangles[Child::index(leaf.0)];
+        let block = &bvh.triangles[ChildRef::index(leaf.0)];
         let Some((set, tested)) = self.filter(block) else { return false };
         let Ray { t_min, t_max, .. } = *self.asked;
         tested.any(set, t_min.max(0.0), t_max) || self.confirm(block, set, &tested)
@@ -210,27 +212,27 @@ impl<'a, C: Counter> Query<'a, C> {
 
     /// Tests the triangles of a block that pass the filter in single precision; `None` if none do.
     #[inline(always)]
-    fn filter(&mut self, block: &TriangleBlock) -> Option<(u32, Tested)> {
+    fn filter(&mut self, block: &TriangleBlock) -> Option<(u32, BlockTest)> {
         self.counter.add(|| block.len());
         // Without this, the compiler would build vectors of eight before the first node, which is
         // slower.
         let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
-        let start = Lanes::splat(of_ray.start);
-        let limit = Lanes::splat(ray::depth_limit(self.nearest.t(), of_ray.scale));
+        let start = BlockLanes::splat(of_ray.start);
+        let limit = BlockLanes::splat(ray::depth_limit(self.nearest.t(), of_ray.scale));
         let shear = Shear::new(*origin, of_ray.slopes, self.axes, start);
         let (set, sheared) = shear.filter_block(block, limit);
         if set == 0 {
             return None;
         }
-        let origin_size = Lanes::splat(origin.abs().max_element());
-        let inverse_scale = Lanes::splat(1.0 / of_ray.scale);
+        let origin_size = BlockLanes::splat(origin.abs().max_element());
+        let inverse_scale = BlockLanes::splat(1.0 / of_ray.scale);
         Some((set, sheared.test(inverse_scale, origin_size)))
     }
 
     /// Decides about the unclear triangles of a set in double precision; returns true if one of
     /// them is hit nearer than the nearest hit so far.
     #[inline(always)]
-    fn confirm(&mut self, block: &TriangleBlock, set: u32, tested: &Tested) -> bool {
+    fn confirm(&mut self, block: &TriangleBlock, set: u32, tested: &BlockTest) -> bool {
         let unclear = tested.unclear.to_bitmask() & set;
         if unclear == 0 {
             return false;
@@ -257,13 +259,13 @@ impl<'a, C: Counter> Query<'a, C> {
 #[inline(never)]
 fn confirm(
     ray: &Ray,
-    scene: &Scene,
+    scene: &SceneExtent,
     block: &TriangleBlock,
     set: u32,
-    mut nearest: Nearest,
-) -> (Nearest, bool) {
+    mut nearest: NearestHit,
+) -> (NearestHit, bool) {
     let mut better = false;
-    let Some(ray) = Prepared::in_scene(ray, scene) else { return (nearest, false) };
+    let Some(ray) = PreparedRay::in_scene(ray, scene) else { return (nearest, false) };
     for lane in lanes(set) {
         let corners = block.triangle(lane);
         let sheared = corners.map(|corner| triangle::shear(&ray, corner));
@@ -278,7 +280,7 @@ fn confirm(
 
 /// Nearest hit among a block's spheres and `nearest`; the flag is true if a sphere is nearer.
 #[inline(never)]
-fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Nearest, bool) {
+fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: NearestHit) -> (NearestHit, bool) {
     let mut better = false;
     for (s, &primitive) in block.iter() {
         if let Some(t) = sphere::intersect(ray.origin, ray.direction, ray.t_min.max(0.0), s) {
@@ -291,7 +293,7 @@ fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Near
 impl WideBvh {
     /// Returns the nearest hit.
     pub(crate) fn intersect<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
-        match Prepared::ordinary(asked, &self.scene) {
+        match PreparedRay::ordinary(asked, &self.scene) {
             Some(ray) => self.nearest::<false, false, C>(asked, &ray, counter),
             None => self.intersect_padded(asked, counter),
         }
@@ -301,20 +303,20 @@ impl WideBvh {
     /// outside of the scene.
     #[inline(always)]
     fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
-        if self.size != Size::Usual {
+        if self.size != SizeClass::Usual {
             return self.intersect_unusual(asked, counter);
         }
-        let ray = Prepared::in_scene(asked, &self.scene)?;
+        let ray = PreparedRay::in_scene(asked, &self.scene)?;
         self.nearest::<true, false, C>(asked, &ray, counter)
     }
 
     /// [`Self::intersect`] for any ray in a tree of any size.
     #[inline(never)]
     fn intersect_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
-        if self.size == Size::Empty {
+        if self.size == SizeClass::Empty {
             return None;
         }
-        let ray = Prepared::in_scene(asked, &self.scene)?;
+        let ray = PreparedRay::in_scene(asked, &self.scene)?;
         self.nearest::<true, true, C>(asked, &ray, counter)
     }
 
@@ -322,25 +324,25 @@ impl WideBvh {
     fn nearest<const PADS: bool, const LARGE: bool, C: Counter>(
         &self,
         asked: &Ray,
-        ray: &Prepared,
+        ray: &PreparedRay,
         counter: &mut C,
     ) -> Option<Hit> {
-        let slabs = Slabs::new::<PADS>(ray, &self.scene);
+        let slabs = RaySlabs::new::<PADS>(ray, &self.scene);
         let of_ray = OfRay::new(ray);
-        let mut query = Query::new(asked, &self.scene, ray, &of_ray, counter);
+        let mut query = QueryState::new(asked, &self.scene, ray, &of_ray, counter);
         let mut limit = ray.depth_limit(ray.t_max);
         STACK.with(|entries| {
-            let mut stack = Stack { entries, len: 0 };
-            let mut child = Child::node(0);
+            let mut stack = WideStack { entries, len: 0 };
+            let mut child = ChildRef::node(0);
             loop {
-                if child.0 < Child::SPHERES {
+                if child.0 < ChildRef::SPHERES {
                     let node = &self.nodes[child.0 as usize];
                     let (near, hit) = slabs.test(node, f32x8::splat(limit));
                     let below = stack.len;
                     if let Some(next) = descend(&mut stack, node, near, hit.to_bitmask()) {
                         if LARGE {
                             (below..stack.len)
-                                .for_each(|i| self.prefetch(Child(stack.slot(i).get() as u32)));
+                                .for_each(|i| self.prefetch(ChildRef(stack.slot(i).get() as u32)));
                         }
                         child = next;
                         continue;
@@ -357,7 +359,7 @@ impl WideBvh {
 
     /// Returns true if there is a hit.
     pub(crate) fn occluded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
-        match Prepared::ordinary(asked, &self.scene) {
+        match PreparedRay::ordinary(asked, &self.scene) {
             Some(ray) => self.any::<false, false, C>(asked, &ray, counter),
             None => self.occluded_padded(asked, counter),
         }
@@ -366,20 +368,20 @@ impl WideBvh {
     /// [`Self::occluded`] for any ray.
     #[inline(always)]
     fn occluded_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
-        if self.size != Size::Usual {
+        if self.size != SizeClass::Usual {
             return self.occluded_unusual(asked, counter);
         }
-        let ray = Prepared::in_scene(asked, &self.scene);
+        let ray = PreparedRay::in_scene(asked, &self.scene);
         ray.is_some_and(|ray| self.any::<true, false, C>(asked, &ray, counter))
     }
 
     /// [`Self::occluded`] for any ray in a tree of any size.
     #[inline(never)]
     fn occluded_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
-        if self.size == Size::Empty {
+        if self.size == SizeClass::Empty {
             return false;
         }
-        let ray = Prepared::in_scene(asked, &self.scene);
+        let ray = PreparedRay::in_scene(asked, &self.scene);
         ray.is_some_and(|ray| self.any::<true, true, C>(asked, &ray, counter))
     }
 
@@ -387,18 +389,18 @@ impl WideBvh {
     fn any<const PADS: bool, const LARGE: bool, C: Counter>(
         &self,
         asked: &Ray,
-        ray: &Prepared,
+        ray: &PreparedRay,
         counter: &mut C,
     ) -> bool {
-        let slabs = Slabs::new::<PADS>(ray, &self.scene);
+        let slabs = RaySlabs::new::<PADS>(ray, &self.scene);
         let of_ray = OfRay::new(ray);
-        let mut query = Query::new(asked, &self.scene, ray, &of_ray, counter);
+        let mut query = QueryState::new(asked, &self.scene, ray, &of_ray, counter);
         let limit = ray.depth_limit(ray.t_max);
         CHILDREN.with(|stack| {
             let mut len = 0;
-            let mut child = Child::node(0);
+            let mut child = ChildRef::node(0);
             loop {
-                if child.0 < Child::SPHERES {
+                if child.0 < ChildRef::SPHERES {
                     let node = &self.nodes[child.0 as usize];
                     let hits = slabs.test(node, f32x8::splat(limit)).1.to_bitmask();
                     if hits != 0 {
@@ -418,7 +420,7 @@ impl WideBvh {
                     return false;
                 }
                 len -= 1;
-                child = Child(stack[len % STACK_SIZE].get());
+                child = ChildRef(stack[len % STACK_SIZE].get());
             }
         })
     }
@@ -439,7 +441,12 @@ fn put_off(stack: &[Cell<u32>; STACK_SIZE], len: usize, node: &WideNode, set: u3
 /// Pushes all children that are hit except the nearest, which it returns. Up to three are sorted
 /// without branches.
 #[inline(always)]
-fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -> Option<Child> {
+fn descend(
+    stack: &mut WideStack<'_>,
+    node: &WideNode,
+    near: f32x8,
+    mut hits: u32,
+) -> Option<ChildRef> {
     if hits == 0 {
         return None;
     }
@@ -457,7 +464,7 @@ fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -
     let (a, b) = ordered(a, b);
     if !more {
         stack.push(a);
-        return Some(Child(b as u32));
+        return Some(ChildRef(b as u32));
     }
     let (c, more) = next();
     let (b, c) = ordered(b, c);
@@ -465,7 +472,7 @@ fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -
     if !more {
         stack.push(a);
         stack.push(b);
-        return Some(Child(c as u32));
+        return Some(ChildRef(c as u32));
     }
     let base = stack.len;
     stack.push(a);
@@ -479,7 +486,7 @@ fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -
         }
     }
     stack.len -= 1;
-    Some(Child(stack.slot(stack.len).get() as u32))
+    Some(ChildRef(stack.slot(stack.len).get() as u32))
 }
 
 /// Orders two entries, the greater first.

@@ -1,7 +1,7 @@
 //! AVX-512 kernels, if the processor supports them: detection, loads and stores of sixteen numbers,
 //! and the triangle test of packets, one triangle against sixteen rays. The operations are those of
-//! [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the same
-//! bits.
+//! [`ShearedTriangles`](crate::wide::triangles::ShearedTriangles) and [`RayGroup::test`], so the
+//! hits have the same bits.
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
@@ -17,8 +17,8 @@ use pt_math::Vec3;
 use pt_math::float_error::gamma;
 
 use super::frustum_cull::Met;
-use super::group::{Column, Group};
-use super::packet::Packet;
+use super::group::{GroupColumn, RayGroup};
+use super::packet::RayPacket;
 use super::ray_slots::SECTION;
 use super::{Queues, Stacks};
 use crate::ray::CONVERSION;
@@ -49,8 +49,8 @@ impl Avx512 {
     #[inline(always)]
     pub(super) fn test_fan<const ANY: bool>(
         self,
-        group: &mut Group,
-        packet: Packet<'_>,
+        group: &mut RayGroup,
+        packet: RayPacket<'_>,
         met: &Met,
     ) -> bool {
         // SAFETY: `self` exists only if the processor supports the features of the function.
@@ -64,8 +64,8 @@ impl Avx512 {
     #[inline(always)]
     pub(super) fn test_triangles<const ANY: bool>(
         self,
-        group: &mut Group,
-        packet: Packet<'_>,
+        group: &mut RayGroup,
+        packet: RayPacket<'_>,
         triangles: u32,
     ) -> bool {
         // SAFETY: `self` exists only if the processor supports the features of the function.
@@ -80,7 +80,7 @@ impl Avx512 {
     #[inline(always)]
     pub(super) fn enter<const ANY: bool>(
         self,
-        group: &mut Group,
+        group: &mut RayGroup,
         stacks: &mut Stacks,
         queues: &mut Queues,
         nodes: &[WideNode],
@@ -98,7 +98,7 @@ impl Avx512 {
 /// Loads sixteen numbers of a column.
 #[inline]
 #[target_feature(enable = "avx512f")]
-pub(super) fn load(column: &Column, first: usize) -> __m512 {
+pub(super) fn load(column: &GroupColumn, first: usize) -> __m512 {
     let numbers = &column[first..first + SIXTEEN];
     // SAFETY: sixteen numbers are in the slice, and they need not be aligned.
     #[expect(unsafe_code, reason = "loads of vectors take pointers")]
@@ -134,7 +134,7 @@ fn store(numbers: &mut [f32], set: __mmask16, x: __m512) {
 /// Replaces those of sixteen numbers of a column that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
+fn store_column(column: &mut GroupColumn, first: usize, set: __mmask16, x: __m512) {
     store(&mut column[first..], set, x);
 }
 
@@ -169,9 +169,9 @@ fn same_signs(x: [__m512; 3]) -> __m512 {
 }
 
 /// Sheared vertices of a triangle, as seen by sixteen rays: vertex, axis.
-struct Sheared([[__m512; 3]; 3]);
+struct ShearedTriangle([[__m512; 3]; 3]);
 
-impl Sheared {
+impl ShearedTriangle {
     /// Vertices in a lane.
     #[inline]
     #[target_feature(enable = "avx512f")]
@@ -234,18 +234,18 @@ fn difference(a: __m512, b: __m512, c: __m512, d: __m512) -> __m512 {
 }
 
 /// Results of the test of sixteen rays against a triangle in single precision.
-struct Tested {
+struct PacketTest {
     hit: __mmask16,
     unclear: __mmask16,
     t: __m512,
     barycentric: [__m512; 2],
 }
 
-impl Sheared {
+impl ShearedTriangle {
     /// Tests with the operations of [`triangle::judge`].
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn test(&self, inverse_scale: __m512, origin_size: __m512) -> Tested {
+    fn test(&self, inverse_scale: __m512, origin_size: __m512) -> PacketTest {
         let splat = |x: f32| _mm512_set1_ps(x);
         let [a, b, c] = self.0;
         let edges @ [u, v, w] = self.exact_edges();
@@ -277,11 +277,11 @@ impl Sheared {
         let behind = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(plain, depth, minus(error));
         let outside = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(sides, splat(0.0));
         let barycentric = [_mm512_mul_ps(v, inverse), _mm512_mul_ps(w, inverse)];
-        Tested { hit, unclear: !(hit | behind | outside), t, barycentric }
+        PacketTest { hit, unclear: !(hit | behind | outside), t, barycentric }
     }
 }
 
-impl Packet<'_> {
+impl RayPacket<'_> {
     /// Positions of each sixteen rays of which some are active.
     #[inline]
     fn sixteens(&self) -> impl Iterator<Item = usize> + use<> {
@@ -291,20 +291,20 @@ impl Packet<'_> {
     }
 }
 
-impl Group {
-    /// [`Group::test`] of sixteen rays.
+impl RayGroup {
+    /// [`RayGroup::test`] of sixteen rays.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn test_sixteen<const ANY: bool>(
         &mut self,
         first: usize,
         set: __mmask16,
-        sheared: &Sheared,
+        sheared: &ShearedTriangle,
         id: u32,
     ) -> __mmask16 {
         let (inverse_scale, origin_size) =
             (load(&self.inverse_scale, first), load(&self.origin_size, first));
-        let Tested { hit, unclear, t, barycentric } = sheared.test(inverse_scale, origin_size);
+        let PacketTest { hit, unclear, t, barycentric } = sheared.test(inverse_scale, origin_size);
         let (old_t, old) = (load(&self.t, first), load_bits(&self.primitive, first));
         let new = _mm512_set1_epi32(id.cast_signed());
         let any = _mm512_cmpneq_epi32_mask(old, _mm512_set1_epi32(NO_PRIMITIVE.cast_signed()));
@@ -328,8 +328,8 @@ impl Group {
 
     /// See [`Avx512::test_fan`].
     #[target_feature(enable = "avx512f")]
-    fn test_fan_by_sixteen<const ANY: bool>(&mut self, packet: Packet<'_>, met: &Met) -> bool {
-        let Packet { sections, block, .. } = packet;
+    fn test_fan_by_sixteen<const ANY: bool>(&mut self, packet: RayPacket<'_>, met: &Met) -> bool {
+        let RayPacket { sections, block, .. } = packet;
         let back = _mm512_set1_ps(self.back[packet.first]);
         let mut any = false;
         for lane in lanes(met.triangles) {
@@ -344,7 +344,7 @@ impl Group {
                         _mm512_mul_ps(z, back),
                     ]
                 };
-                let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
+                let sheared = ShearedTriangle([vertex(a), vertex(b), vertex(c)]);
                 let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
                 if set == 0 {
                     continue;
@@ -363,10 +363,10 @@ impl Group {
     #[target_feature(enable = "avx512f")]
     fn test_triangles_by_sixteen<const ANY: bool>(
         &mut self,
-        packet: Packet<'_>,
+        packet: RayPacket<'_>,
         triangles: u32,
     ) -> bool {
-        let Packet { sections, block, .. } = packet;
+        let RayPacket { sections, block, .. } = packet;
         let [kx, ky, kz] = ray::AXES[self.axis[packet.first] as usize % ray::AXES.len()];
         let mut any = false;
         for first in packet.sixteens() {
@@ -388,7 +388,7 @@ impl Group {
                     ]
                 };
                 let [a, b, c] = corners;
-                let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
+                let sheared = ShearedTriangle([vertex(a), vertex(b), vertex(c)]);
                 let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
                 if set == 0 {
                     continue;

@@ -2,12 +2,12 @@
 
 use wide::{f32x8, u32x8};
 
-use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
+use super::group::{GROUP, GroupColumn, RayGroup, bits, depth_limit, from_bits};
 use super::lane_permute::members;
 use super::ray_slots::RaySlotChunks;
 use crate::geometry::Hit;
-use crate::wide::triangles::Sheared;
-use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH, lanes};
+use crate::wide::triangles::ShearedTriangles;
+use crate::wide::{BLOCK, ChildRef, TriangleBlock, WIDTH, lanes};
 
 /// Number of blocks that are filtered before the remaining triangles are tested.
 pub(super) const BLOCKS: usize = 32;
@@ -34,7 +34,7 @@ impl Candidates {
 
     /// Adds those of eight pairs of a ray and a triangle that are in the set.
     #[inline(always)]
-    pub(super) fn add(&mut self, ray: u32, primitives: u32x8, set: u32, at: &Sheared) {
+    pub(super) fn add(&mut self, ray: u32, primitives: u32x8, set: u32, at: &ShearedTriangles) {
         let lanes = members(set);
         let to = self.len..self.len + WIDTH;
         for (columns, vertex) in self.vertices.iter_mut().zip(&at.0) {
@@ -53,17 +53,17 @@ impl Candidates {
     #[inline]
     pub(super) fn test<const ANY: bool>(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         sections: &RaySlotChunks<'_>,
         blocks: &[TriangleBlock],
     ) {
         for first in (0..self.len).step_by(WIDTH) {
             let rays = eight(&self.rays, first).map(|i| i as usize % GROUP);
             let primitives = eight(&self.primitives, first);
-            let sheared = Sheared(
+            let sheared = ShearedTriangles(
                 self.vertices.each_ref().map(|v| v.each_ref().map(|x| f32x8::new(eight(x, first)))),
             );
-            let gather = |column: &Column| f32x8::new(rays.map(|i| column[i]));
+            let gather = |column: &GroupColumn| f32x8::new(rays.map(|i| column[i]));
             let tested = sheared.test(gather(&group.inverse_scale), gather(&group.origin_size));
             let n = WIDTH.min(self.len - first);
             if ANY {
@@ -86,7 +86,7 @@ impl Candidates {
             }
             for k in lanes(tested.unclear.to_bitmask()).take_while(|&k| k < n) {
                 let (i, id) = (rays[k], primitives[k]);
-                let block = &blocks[Child::index(group.child[i])];
+                let block = &blocks[ChildRef::index(group.child[i])];
                 let lane = block.ids.iter().position(|&other| other == id).unwrap_or(0);
                 let vertices = block.triangle(lane);
                 group.confirm(i, &sections.ray(i), sheared.triangle(k), vertices, id);

@@ -18,31 +18,36 @@
 
 use pt_math::float_error::EPSILON;
 
-use super::group::Group;
+use super::group::RayGroup;
 use crate::ray::AXES;
 use crate::triangle;
-use crate::wide::triangles::Sheared;
-use crate::wide::{BLOCK, Lanes, TriangleBlock};
+use crate::wide::triangles::ShearedTriangles;
+use crate::wide::{BLOCK, BlockLanes, TriangleBlock};
 
 /// Rays of one origin and axis, with slopes in an interval.
 pub(super) struct FrustumCull {
     axes: [usize; 3],
-    origin: [Lanes; 3],
+    origin: [BlockLanes; 3],
     /// Slopes of the middle ray.
-    slopes: [Lanes; 2],
+    slopes: [BlockLanes; 2],
     /// Maximum difference of slopes from the middle.
-    spread: [Lanes; 2],
+    spread: [BlockLanes; 2],
     /// −1 if the rays rise along the last axis, else 1.
-    back: Lanes,
-    start: Lanes,
+    back: BlockLanes,
+    start: BlockLanes,
 }
 
 impl FrustumCull {
     /// Creates the frustum of a group's rays from position `first` on. The extremes are those of
     /// their origins, slopes and starts.
     #[inline(always)]
-    pub(super) fn new(group: &Group, first: usize, least: &[f32; 8], greatest: &[f32; 8]) -> Self {
-        let splat = Lanes::splat;
+    pub(super) fn new(
+        group: &RayGroup,
+        first: usize,
+        least: &[f32; 8],
+        greatest: &[f32; 8],
+    ) -> Self {
+        let splat = BlockLanes::splat;
         let middle = |k: usize| 0.5 * (least[k] + greatest[k]);
         let spread = |k: usize| {
             let off = (greatest[k] - middle(k)).max(middle(k) - least[k]);
@@ -66,11 +71,11 @@ impl FrustumCull {
         let to_origin =
             |v: usize| [self.origin[0] - xs[v], self.origin[1] - ys[v], self.origin[2] - zs[v]];
         let corners = [to_origin(0), to_origin(1), to_origin(2)];
-        let vertex = |[x, y, z]: [Lanes; 3]| {
+        let vertex = |[x, y, z]: [BlockLanes; 3]| {
             [self.slopes[0].mul_neg_add(z, x), self.slopes[1].mul_neg_add(z, y), z]
         };
         let vertices @ [a, b, c] = [vertex(corners[0]), vertex(corners[1]), vertex(corners[2])];
-        let splat = Lanes::splat;
+        let splat = BlockLanes::splat;
         let greatest = |k: usize| {
             let [a, b, c] = vertices;
             a[k].abs().fast_max(b[k].abs()).fast_max(c[k].abs())
@@ -78,7 +83,7 @@ impl FrustumCull {
         let (depth, [sx, sy]) = (greatest(2), self.spread);
         let off = greatest(0).fast_max(greatest(1)) + sx.fast_max(sy) * depth;
         let margin = (off * (off + depth)).mul_add(splat(64.0 * EPSILON), splat(triangle::MIN_DET));
-        let edge = |p: [Lanes; 3], q: [Lanes; 3]| {
+        let edge = |p: [BlockLanes; 3], q: [BlockLanes; 3]| {
             let middle = q[0] * p[1] - q[1] * p[0];
             let by_x = (p[2] * q[1] - q[2] * p[1]).abs();
             let by_y = (q[2] * p[0] - p[2] * q[0]).abs();
@@ -86,8 +91,8 @@ impl FrustumCull {
             (middle - range, middle + range)
         };
         let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-        let passed = u.1.fast_min(v.1).fast_min(w.1).simd_lt(Lanes::ZERO)
-            & u.0.fast_max(v.0).fast_max(w.0).simd_gt(Lanes::ZERO);
+        let passed = u.1.fast_min(v.1).fast_min(w.1).simd_lt(BlockLanes::ZERO)
+            & u.0.fast_max(v.0).fast_max(w.0).simd_gt(BlockLanes::ZERO);
         let [za, zb, zc] = [a[2] * self.back, b[2] * self.back, c[2] * self.back];
         let within = za.fast_min(zb).fast_min(zc).simd_le(splat(limit))
             & za.fast_max(zb).fast_max(zc).simd_ge(self.start);
@@ -100,14 +105,14 @@ pub(super) struct Met {
     /// Bit mask of the triangles.
     pub(super) triangles: u32,
     /// Vectors from the vertices to the origin, along the axes of the rays: vertex, axis.
-    corners: [[Lanes; 3]; 3],
-    back: Lanes,
+    corners: [[BlockLanes; 3]; 3],
+    back: BlockLanes,
 }
 
 /// A triangle, replicated eight times, in coordinates common to all rays of a fan.
-pub(super) struct Corners {
-    corners: [[Lanes; 3]; 3],
-    depths: [Lanes; 3],
+pub(super) struct TriangleCorners {
+    corners: [[BlockLanes; 3]; 3],
+    depths: [BlockLanes; 3],
 }
 
 impl Met {
@@ -119,22 +124,22 @@ impl Met {
 
     /// Triangle in a lane.
     #[inline(always)]
-    pub(super) fn corners(&self, lane: usize) -> Corners {
-        let corners @ [a, b, c] = self.to_origin(lane).map(|corner| corner.map(Lanes::splat));
-        Corners { corners, depths: [a[2] * self.back, b[2] * self.back, c[2] * self.back] }
+    pub(super) fn corners(&self, lane: usize) -> TriangleCorners {
+        let corners @ [a, b, c] = self.to_origin(lane).map(|corner| corner.map(BlockLanes::splat));
+        TriangleCorners { corners, depths: [a[2] * self.back, b[2] * self.back, c[2] * self.back] }
     }
 }
 
-impl Corners {
+impl TriangleCorners {
     /// Shears the triangle for eight rays with these slopes: the operations of
     /// [`Shear::filter`](crate::wide::triangles::Shear::filter).
     #[inline(always)]
-    pub(super) fn shear(&self, slopes: [Lanes; 2]) -> Sheared {
+    pub(super) fn shear(&self, slopes: [BlockLanes; 2]) -> ShearedTriangles {
         let vertex = |v: usize| {
             let [x, y, z] = self.corners[v];
             [slopes[0].mul_neg_add(z, x), slopes[1].mul_neg_add(z, y), self.depths[v]]
         };
-        Sheared([vertex(0), vertex(1), vertex(2)])
+        ShearedTriangles([vertex(0), vertex(1), vertex(2)])
     }
 }
 
@@ -147,7 +152,7 @@ mod tests {
     use super::super::packet::{PACKET, PacketBounds};
     use super::*;
     use crate::Geometry;
-    use crate::ray::Scene;
+    use crate::ray::SceneExtent;
     use crate::wide::WIDTH;
     use crate::wide::collapse::triangle_block;
 
@@ -173,13 +178,13 @@ mod tests {
     #[test]
     fn no_triangle_is_left_out_that_a_ray_may_hit() {
         let mut random = Random::new(12);
-        let mut group = Box::new(Group::zeroed());
+        let mut group = Box::new(RayGroup::zeroed());
         let (mut fans, mut kept, mut left_out) = (0, 0, 0);
         for i in 0..400_000 {
             let (positions, rays) = scene(&mut random, i);
             let triangles: Vec<_> = (0..8).map(|k| [k, k + 1, k + 2]).collect();
             let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
-            let scene = Scene::new(&positions.iter().copied().collect());
+            let scene = SceneExtent::new(&positions.iter().copied().collect());
             for first in (0..PACKET).step_by(WIDTH) {
                 group.take(first, Rays::Rows(&rays), first, &scene);
             }
@@ -191,7 +196,8 @@ mod tests {
             let block = triangle_block(&geometry, std::array::from_fn(|k| k as u32));
             let met = fan.test(&block, f32::INFINITY).triangles;
             for (place, ray) in rays.iter().enumerate() {
-                let (set, _) = group.shear(place).filter_block(&block, Lanes::splat(f32::INFINITY));
+                let (set, _) =
+                    group.shear(place).filter_block(&block, BlockLanes::splat(f32::INFINITY));
                 assert_eq!(set & !met, 0, "{i}: {ray:?} {positions:?}");
             }
             kept += met.count_ones();

@@ -5,9 +5,9 @@ use wide::{f32x8, u32x8};
 
 use super::lane_permute::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
-use crate::ray::{AXES, CONVERSION, MIN_SLOPE, PAD, Scene};
-use crate::wide::traverse::Slabs;
-use crate::wide::triangles::{Shear, Sheared};
+use crate::ray::{AXES, CONVERSION, MIN_SLOPE, PAD, SceneExtent};
+use crate::wide::traverse::RaySlabs;
+use crate::wide::triangles::{Shear, ShearedTriangles};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
 use crate::{ray, triangle};
 
@@ -16,49 +16,49 @@ use crate::{ray, triangle};
 pub(super) const GROUP: usize = 256;
 
 /// One value for each ray of a group.
-pub(super) type Column<T = f32> = [T; GROUP];
+pub(super) type GroupColumn<T = f32> = [T; GROUP];
 
-/// Structure of arrays for the rays of a group: the fields of [`Prepared`](crate::ray::Prepared),
-/// the traversal state, and the nearest hit.
+/// Structure of arrays for the rays of a group: the fields of
+/// [`PreparedRay`](crate::ray::PreparedRay), the traversal state, and the nearest hit.
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(align(64))]
-pub(super) struct Group {
-    pub(super) inverse: [Column; 3],
+pub(super) struct RayGroup {
+    pub(super) inverse: [GroupColumn; 3],
     /// Offsets of the slabs, for the near planes and the far ones.
-    pub(super) near: [Column; 3],
-    pub(super) far: [Column; 3],
+    pub(super) near: [GroupColumn; 3],
+    pub(super) far: [GroupColumn; 3],
     /// Depths between which hits count.
-    pub(super) start: Column,
-    pub(super) limit: Column,
+    pub(super) start: GroupColumn,
+    pub(super) limit: GroupColumn,
     /// Bit mask of the axes along which the direction is negative.
-    pub(super) octant: Column<u32>,
+    pub(super) octant: GroupColumn<u32>,
     /// Axis along which the direction is largest.
-    pub(super) axis: Column<u32>,
+    pub(super) axis: GroupColumn<u32>,
     /// Origin in the cyclic order of axes that ends with that axis.
-    pub(super) origin: [Column; 3],
-    pub(super) slopes: [Column; 2],
+    pub(super) origin: [GroupColumn; 3],
+    pub(super) slopes: [GroupColumn; 2],
     /// −1 if the ray rises along the last axis, else 1.
-    pub(super) back: Column,
-    pub(super) scale: Column,
-    pub(super) inverse_scale: Column,
-    pub(super) origin_size: Column,
-    pub(super) t_min: Column,
+    pub(super) back: GroupColumn,
+    pub(super) scale: GroupColumn,
+    pub(super) inverse_scale: GroupColumn,
+    pub(super) origin_size: GroupColumn,
+    pub(super) t_min: GroupColumn,
     /// Nearest hit: initially t is `t_max`, and the primitive [`NO_PRIMITIVE`].
-    pub(super) t: Column,
-    pub(super) barycentric: [Column; 2],
-    pub(super) primitive: Column<u32>,
+    pub(super) t: GroupColumn,
+    pub(super) barycentric: [GroupColumn; 2],
+    pub(super) primitive: GroupColumn<u32>,
     /// Node that the ray visits next.
-    pub(super) child: Column<u32>,
+    pub(super) child: GroupColumn<u32>,
     /// First free entry above the stack of the ray.
-    pub(super) top: Column<u32>,
+    pub(super) top: GroupColumn<u32>,
 }
 
-/// Result of [`Group::take`] for eight rays.
-pub(super) struct Taken {
+/// Result of [`RayGroup::take`] for eight rays.
+pub(super) struct GroupIntake {
     /// Bit mask of the rays that can hit anything.
     pub(super) usable: u32,
     /// True if the slabs of the rays are set. Rays that may be coherent get them later, in
-    /// [`Group::take_slabs`], since packets do not need them.
+    /// [`RayGroup::take_slabs`], since packets do not need them.
     pub(super) has_slabs: bool,
 }
 
@@ -124,7 +124,7 @@ fn of_columns(rays: &Ray8) -> [f32x8; 8] {
 
 /// Loads eight numbers of a column.
 #[inline(always)]
-pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
+pub(super) fn eight(column: &GroupColumn, first: usize) -> f32x8 {
     let mut numbers = [0.0; WIDTH];
     numbers.copy_from_slice(&column[first..first + WIDTH]);
     f32x8::new(numbers)
@@ -132,7 +132,7 @@ pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
 
 /// Loads eight integers of a column.
 #[inline(always)]
-pub(super) fn of_eight(column: &Column<u32>, first: usize) -> u32x8 {
+pub(super) fn of_eight(column: &GroupColumn<u32>, first: usize) -> u32x8 {
     let mut numbers = [0; WIDTH];
     numbers.copy_from_slice(&column[first..first + WIDTH]);
     u32x8::new(numbers)
@@ -162,18 +162,18 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
     ((t + ray::MIN) * scale).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
 }
 
-impl Group {
+impl RayGroup {
     /// Loads up to eight of `rays`, from number `from` on, into positions `first` and following,
     /// and sets the root as their next node. The operations are those of
-    /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
+    /// [`PreparedRay::new`](crate::ray::PreparedRay::new), and give the same bits.
     #[inline]
     pub(super) fn take(
         &mut self,
         first: usize,
         rays: Rays<'_>,
         from: usize,
-        scene: &Scene,
-    ) -> Taken {
+        scene: &SceneExtent,
+    ) -> GroupIntake {
         let splat = f32x8::splat;
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = match rays {
             Rays::Rows(rays) => of_rows(&rays[from..]),
@@ -223,12 +223,12 @@ impl Group {
         set_bits(&mut self.child, first, u32x8::ZERO);
         let there = (1 << WIDTH.min(rays.len() - from)) - 1;
         let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask() & there;
-        Taken { usable, has_slabs }
+        GroupIntake { usable, has_slabs }
     }
 
     /// Computes the slabs of the eight rays from `first` on, which [`Self::take`] has loaded.
     #[inline]
-    pub(super) fn take_slabs(&mut self, first: usize, scene: &Scene) {
+    pub(super) fn take_slabs(&mut self, first: usize, scene: &SceneExtent) {
         let axis = of_eight(&self.axis, first);
         let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
         let axes = Axes { is_y, is_z };
@@ -238,9 +238,15 @@ impl Group {
         self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), scene);
     }
 
-    /// Computes the fields of `Slabs::new`, except for rounding.
+    /// Computes the fields of `RaySlabs::new`, except for rounding.
     #[inline(always)]
-    fn set_slabs(&mut self, first: usize, origin: [f32x8; 3], slope: [f32x8; 3], scene: &Scene) {
+    fn set_slabs(
+        &mut self,
+        first: usize,
+        origin: [f32x8; 3],
+        slope: [f32x8; 3],
+        scene: &SceneExtent,
+    ) {
         let splat = f32x8::splat;
         let steep = slope.map(|x| copysign(x.abs().fast_max(splat(MIN_SLOPE)), x));
         let inverse = steep.map(|x| splat(1.0) / x);
@@ -267,10 +273,10 @@ impl Group {
 
     /// Slabs of a ray, for the box test.
     #[inline(always)]
-    pub(super) fn slabs(&self, i: usize) -> Slabs {
-        let splat = |column: &Column| f32x8::splat(column[i]);
+    pub(super) fn slabs(&self, i: usize) -> RaySlabs {
+        let splat = |column: &GroupColumn| f32x8::splat(column[i]);
         let octant = self.octant[i] as usize;
-        Slabs {
+        RaySlabs {
             inverse: self.inverse.each_ref().map(splat),
             near: self.near.each_ref().map(splat),
             far: self.far.each_ref().map(splat),
@@ -292,7 +298,7 @@ impl Group {
     }
 
     #[inline(always)]
-    fn shear_of(&self, first: usize, lanes: impl Fn(&Column) -> f32x8) -> Shear {
+    fn shear_of(&self, first: usize, lanes: impl Fn(&GroupColumn) -> f32x8) -> Shear {
         Shear {
             axes: AXES[self.axis[first] as usize % AXES.len()],
             origin: self.origin.each_ref().map(&lanes),
@@ -309,7 +315,7 @@ impl Group {
         &mut self,
         first: usize,
         set: u32,
-        sheared: &Sheared,
+        sheared: &ShearedTriangles,
         id: u32,
     ) -> u32 {
         let tested =
@@ -360,8 +366,8 @@ impl Group {
         self.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
     }
 
-    /// [`Nearest::offer`](crate::traverse::Nearest::offer) together with the depth limit of the
-    /// hit, if `counts`; without branches.
+    /// [`NearestHit::offer`](crate::traverse::NearestHit::offer) together with the depth limit of
+    /// the hit, if `counts`; without branches.
     #[expect(clippy::needless_bitwise_bool, reason = "lazy operators would branch")]
     #[inline(always)]
     pub(super) fn offer(&mut self, i: usize, hit: Hit, limit: f32, counts: bool) {
@@ -418,11 +424,11 @@ fn bit(k: usize) -> u32x8 {
 }
 
 #[inline(always)]
-fn set_column(column: &mut Column, first: usize, x: f32x8) {
+fn set_column(column: &mut GroupColumn, first: usize, x: f32x8) {
     column[first..first + WIDTH].copy_from_slice(x.as_array());
 }
 
 #[inline(always)]
-fn set_bits(column: &mut Column<u32>, first: usize, x: u32x8) {
+fn set_bits(column: &mut GroupColumn<u32>, first: usize, x: u32x8) {
     column[first..first + WIDTH].copy_from_slice(x.as_array());
 }

@@ -32,12 +32,12 @@ use pt_math::{Ray, Rays};
 use wide::{f32x8, u32x8};
 
 use self::candidates::{BLOCKS, Candidates};
-use self::group::{Column, GROUP, Group, bits};
+use self::group::{GROUP, GroupColumn, RayGroup, bits};
 use self::lane_permute::{LANES, members, sort_descending};
 use self::occlusion_order_stats::OcclusionOrders;
 use self::packet::{MAX, PACKET, PAUSE, PacketBounds};
 use self::ray_slots::{RaySlotChunks, SECTION, SECTIONS};
-use super::{Child, Size, WIDTH, WideBvh, WideNode};
+use super::{ChildRef, SizeClass, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::sphere;
@@ -48,23 +48,23 @@ pub(super) const STACK_MARGIN: usize = WIDTH;
 /// Bits of the depth that contain the lane of a child during sorting.
 const LANE_BITS: u32 = WIDTH as u32 - 1;
 
-/// Rays by the kind of their next child: the two bits of kind of [`Child`].
+/// Rays by the kind of their next child: the two bits of kind of [`ChildRef`].
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
-    rays: [Column<u32>; 4],
+    rays: [GroupColumn<u32>; 4],
     /// Counts of each kind, in sixteen bits each of one register.
     len: u64,
 }
 
 impl Queues {
     const NODES: usize = 0;
-    const SPHERES: usize = Child::kind(Child::SPHERES);
-    const TRIANGLES: usize = Child::kind(Child::TRIANGLES);
-    const DONE: usize = Child::kind(Child::DONE);
+    const SPHERES: usize = ChildRef::kind(ChildRef::SPHERES);
+    const TRIANGLES: usize = ChildRef::kind(ChildRef::TRIANGLES);
+    const DONE: usize = ChildRef::kind(ChildRef::DONE);
 
     #[inline(always)]
     fn add(&mut self, ray: usize, child: u32) {
-        let kind = Child::kind(child);
+        let kind = ChildRef::kind(child);
         self.rays[kind][self.len(kind) % GROUP] = ray as u32;
         self.grow(kind, 1);
     }
@@ -106,7 +106,7 @@ impl Stacks {
         if self.size != stack_size {
             self.size = stack_size;
             self.depths = vec![0; GROUP * stack_size];
-            self.children = vec![Child::DONE; GROUP * stack_size];
+            self.children = vec![ChildRef::DONE; GROUP * stack_size];
         }
     }
 
@@ -154,7 +154,7 @@ impl Stacks {
 
 /// Buffers of a thread for batches, reused between them.
 struct Scratch {
-    group: Box<Group>,
+    group: Box<RayGroup>,
     candidates: Box<Candidates>,
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
@@ -163,8 +163,8 @@ struct Scratch {
 }
 
 /// Buffers used to start rays.
-struct Parts<'a> {
-    group: &'a mut Group,
+struct StartBuffers<'a> {
+    group: &'a mut RayGroup,
     stacks: &'a mut Stacks,
     pause: &'a mut u32,
     orders: &'a mut OcclusionOrders,
@@ -173,7 +173,7 @@ struct Parts<'a> {
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
-        group: Box::new(Group::zeroed()),
+        group: Box::new(RayGroup::zeroed()),
         candidates: Box::new(Candidates::zeroed()),
         queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
@@ -222,7 +222,7 @@ impl WideBvh {
         &self,
         rays: Rays<'_>,
         counter: &mut impl Counter,
-        mut done: impl FnMut(&Group, usize, Range<usize>),
+        mut done: impl FnMut(&RayGroup, usize, Range<usize>),
     ) {
         SCRATCH.with_borrow_mut(|Scratch { group, candidates, queues, stacks, pause, orders }| {
             stacks.set_size(self.stack_size);
@@ -235,7 +235,7 @@ impl WideBvh {
                     while let Some(finished) = sections.finished(section) {
                         done(group, section * SECTION, finished);
                         sections.refill(section);
-                        let parts = Parts { group, stacks, pause, orders, queues: now };
+                        let parts = StartBuffers { group, stacks, pause, orders, queues: now };
                         let active = self.start::<ANY>(parts, &sections, section, counter);
                         sections.set_active(section, active);
                     }
@@ -244,7 +244,7 @@ impl WideBvh {
                     return;
                 }
                 next.len = 0;
-                if self.size == Size::Large {
+                if self.size == SizeClass::Large {
                     self.visit_nodes::<ANY, true>(group, stacks, now, next);
                 } else {
                     self.visit_nodes::<ANY, false>(group, stacks, now, next);
@@ -265,12 +265,12 @@ impl WideBvh {
     #[inline(never)]
     fn start<const ANY: bool>(
         &self,
-        parts: Parts<'_>,
+        parts: StartBuffers<'_>,
         sections: &RaySlotChunks<'_>,
         section: usize,
         counter: &mut impl Counter,
     ) -> usize {
-        let Parts { group, stacks, pause, orders, queues } = parts;
+        let StartBuffers { group, stacks, pause, orders, queues } = parts;
         let rays = sections.rays(section);
         let place = section * SECTION;
         let mut usable = 0u64;
@@ -328,7 +328,7 @@ impl WideBvh {
     #[inline(never)]
     fn visit_nodes<const ANY: bool, const LARGE: bool>(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         stacks: &mut Stacks,
         now: &Queues,
         next: &mut Queues,
@@ -346,7 +346,7 @@ impl WideBvh {
             }
             let child = stacks.pop::<ANY>(&mut top, limit);
             if LARGE {
-                self.prefetch(Child(child));
+                self.prefetch(ChildRef(child));
             }
             group.child[i] = child;
             group.top[i] = top as u32;
@@ -358,7 +358,7 @@ impl WideBvh {
     #[inline(never)]
     fn visit_triangles<const ANY: bool>(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         sections: &RaySlotChunks<'_>,
         candidates: &mut Candidates,
         now: &Queues,
@@ -368,7 +368,7 @@ impl WideBvh {
             candidates.clear();
             for &i in places {
                 let i = i as usize % GROUP;
-                let block = &self.triangles[Child::index(group.child[i])];
+                let block = &self.triangles[ChildRef::index(group.child[i])];
                 counter.add(|| block.len());
                 let (set, sheared) =
                     group.shear(i).filter_block(block, f32x8::splat(group.limit[i]));
@@ -382,7 +382,7 @@ impl WideBvh {
     #[inline(never)]
     fn visit_spheres(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         sections: &RaySlotChunks<'_>,
         now: &Queues,
         counter: &mut impl Counter,
@@ -396,13 +396,13 @@ impl WideBvh {
     /// Tests a ray against a block of spheres.
     fn visit_sphere(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         sections: &RaySlotChunks<'_>,
         i: usize,
         child: u32,
         counter: &mut impl Counter,
     ) {
-        let block = &self.spheres[Child::index(child)];
+        let block = &self.spheres[ChildRef::index(child)];
         counter.add(|| block.len());
         let Ray { origin, direction, .. } = sections.ray(i);
         for (s, &primitive) in block.iter() {
@@ -416,7 +416,7 @@ impl WideBvh {
 /// Advances rays that have tested a leaf to their deferred children.
 #[inline(always)]
 fn leave_leaves<const ANY: bool>(
-    group: &mut Group,
+    group: &mut RayGroup,
     stacks: &Stacks,
     rays: &[u32],
     next: &mut Queues,
@@ -425,7 +425,7 @@ fn leave_leaves<const ANY: bool>(
         let i = i as usize % GROUP;
         let mut top = group.top[i] as usize;
         let child = stacks.pop::<ANY>(&mut top, group.limit[i]);
-        let child = if ANY && group.has_hit(i) { Child::DONE } else { child };
+        let child = if ANY && group.has_hit(i) { ChildRef::DONE } else { child };
         group.child[i] = child;
         group.top[i] = top as u32;
         next.add(i, child);

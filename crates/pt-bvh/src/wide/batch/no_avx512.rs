@@ -1,8 +1,8 @@
 //! Replacement for `avx512.rs` on other processors.
 
 use super::frustum_cull::Met;
-use super::group::Group;
-use super::packet::Packet;
+use super::group::RayGroup;
+use super::packet::RayPacket;
 use super::{Queues, Stacks};
 use crate::wide::WideNode;
 
@@ -15,14 +15,19 @@ impl Avx512 {
         None
     }
 
-    pub(super) fn test_fan<const ANY: bool>(self, _: &mut Group, _: Packet<'_>, _: &Met) -> bool {
+    pub(super) fn test_fan<const ANY: bool>(
+        self,
+        _: &mut RayGroup,
+        _: RayPacket<'_>,
+        _: &Met,
+    ) -> bool {
         match self {}
     }
 
     pub(super) fn test_triangles<const ANY: bool>(
         self,
-        _: &mut Group,
-        _: Packet<'_>,
+        _: &mut RayGroup,
+        _: RayPacket<'_>,
         _: u32,
     ) -> bool {
         match self {}
@@ -30,7 +35,7 @@ impl Avx512 {
 
     pub(super) fn enter<const ANY: bool>(
         self,
-        _: &mut Group,
+        _: &mut RayGroup,
         _: &mut Stacks,
         _: &mut Queues,
         _: &[WideNode],

@@ -13,15 +13,15 @@ use pt_math::Vec3;
 use wide::{f32x8, u32x8};
 
 use super::frustum_cull::{FrustumCull, Met};
-use super::group::{Column, Group, bits, eight, of_eight};
+use super::group::{GroupColumn, RayGroup, bits, eight, of_eight};
 use super::occlusion_order_stats::Work;
 use super::ray_slots::RaySlotChunks;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
-use crate::ray::{AXES, MIN_SLOPE, PAD, Scene};
+use crate::ray::{AXES, MIN_SLOPE, PAD, SceneExtent};
 use crate::wide::depths::{after, earlier, later};
-use crate::wide::triangles::Sheared;
-use crate::wide::{Child, Size, TriangleBlock, WIDTH, WideBvh, lanes};
+use crate::wide::triangles::ShearedTriangles;
+use crate::wide::{ChildRef, SizeClass, TriangleBlock, WIDTH, WideBvh, lanes};
 
 /// Rays per packet.
 pub(super) const PACKET: usize = 16;
@@ -56,21 +56,25 @@ pub(super) struct PacketBounds {
 
 /// Reduces the numbers of `N` rays in a column to eight.
 #[inline(always)]
-fn fold<const N: usize>(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
+fn fold<const N: usize>(
+    column: &GroupColumn,
+    first: usize,
+    of: fn(f32x8, f32x8) -> f32x8,
+) -> f32x8 {
     let eights = (first + WIDTH..first + N).step_by(WIDTH);
     eights.fold(eight(column, first), |x, first| of(x, eight(column, first)))
 }
 
 /// Maximum over `N` rays of a column of positive numbers.
 #[inline(always)]
-fn greatest<const N: usize>(column: &Column, first: usize) -> f32 {
+fn greatest<const N: usize>(column: &GroupColumn, first: usize) -> f32 {
     let greatest = bits(fold::<N>(column, first, later)).to_array();
     f32::from_bits(greatest.into_iter().fold(0, u32::max))
 }
 
 /// Returns true if `N` rays have the same entry.
 #[inline(always)]
-fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
+fn is_uniform<const N: usize>(column: &GroupColumn<u32>, first: usize) -> bool {
     let value = u32x8::splat(column[first]);
     let differ = |differ, first| differ | (of_eight(column, first) ^ value);
     (first..first + N).step_by(WIDTH).fold(u32x8::ZERO, differ) == u32x8::ZERO
@@ -79,7 +83,11 @@ fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
 impl PacketBounds {
     /// Bounds of the `N` rays from position `first` on, if they are coherent.
     #[inline(always)]
-    pub(super) fn new<const N: usize>(group: &Group, first: usize, scene: &Scene) -> Option<Self> {
+    pub(super) fn new<const N: usize>(
+        group: &RayGroup,
+        first: usize,
+        scene: &SceneExtent,
+    ) -> Option<Self> {
         if !is_uniform::<N>(&group.octant, first) || !is_uniform::<N>(&group.axis, first) {
             return None;
         }
@@ -160,7 +168,7 @@ impl WideBvh {
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
-        group: &mut Group,
+        group: &mut RayGroup,
         stacks: &mut Stacks,
         beam: &PacketBounds,
         first: usize,
@@ -173,8 +181,8 @@ impl WideBvh {
         let mut work = Work::default();
         // Bit mask of the groups of eight rays that are still active.
         let mut looking = (1u32 << (N / WIDTH)) - 1;
-        while child != Child::DONE {
-            let tested = match Child::kind(child) {
+        while child != ChildRef::DONE {
+            let tested = match ChildRef::kind(child) {
                 Queues::NODES => {
                     let node = &self.nodes[child as usize];
                     let (near, hit) = beam.test(&node.planes, limit);
@@ -184,14 +192,14 @@ impl WideBvh {
                     } else {
                         stacks.push_sorted(&mut top, near, hit, node);
                     }
-                    if self.size == Size::Large && N == PACKET {
+                    if self.size == SizeClass::Large && N == PACKET {
                         self.prefetch_those(node, hit.to_bitmask());
                     }
                     false
                 }
                 Queues::TRIANGLES => {
-                    let block = &self.triangles[Child::index(child)];
-                    let packet = Packet { first, looking, sections, block };
+                    let block = &self.triangles[ChildRef::index(child)];
+                    let packet = RayPacket { first, looking, sections, block };
                     let (met, any) = if let Some(fan) = &beam.fan {
                         let met = fan.test(block, limit);
                         let any = match self.avx512 {
@@ -249,7 +257,7 @@ impl WideBvh {
 
 /// Rays of a packet that are tested against a block of triangles.
 #[derive(Clone, Copy)]
-pub(super) struct Packet<'a> {
+pub(super) struct RayPacket<'a> {
     /// Position of the first ray.
     pub(super) first: usize,
     /// Bit mask of the active groups of eight rays.
@@ -258,7 +266,7 @@ pub(super) struct Packet<'a> {
     pub(super) block: &'a TriangleBlock,
 }
 
-impl Packet<'_> {
+impl RayPacket<'_> {
     /// Positions of the active groups of eight rays.
     #[inline(always)]
     fn eights(&self) -> impl Iterator<Item = usize> + use<> {
@@ -267,11 +275,11 @@ impl Packet<'_> {
     }
 }
 
-impl Group {
+impl RayGroup {
     /// Tests the rays of a packet, which have the same axis, against some of the block's triangles;
     /// returns true if any passed the filter.
     #[inline(always)]
-    fn test_triangles<const ANY: bool>(&mut self, packet: Packet<'_>, triangles: u32) -> bool {
+    fn test_triangles<const ANY: bool>(&mut self, packet: RayPacket<'_>, triangles: u32) -> bool {
         let mut any = false;
         for first in packet.eights() {
             let shear = self.shear_of_eight(first);
@@ -290,7 +298,7 @@ impl Group {
 
     /// [`Self::test_triangles`] for rays of one origin, and the triangles that they may hit.
     #[inline(always)]
-    fn test_fan<const ANY: bool>(&mut self, packet: Packet<'_>, met: &Met) -> bool {
+    fn test_fan<const ANY: bool>(&mut self, packet: RayPacket<'_>, met: &Met) -> bool {
         let mut any = false;
         for lane in lanes(met.triangles) {
             let corners = met.corners(lane);
@@ -311,16 +319,16 @@ impl Group {
     #[inline(always)]
     fn test_lane<const ANY: bool>(
         &mut self,
-        packet: Packet<'_>,
+        packet: RayPacket<'_>,
         first: usize,
         lane: usize,
         set: u32,
-        sheared: &Sheared,
+        sheared: &ShearedTriangles,
     ) {
         if set == 0 {
             return;
         }
-        let Packet { sections, block, .. } = packet;
+        let RayPacket { sections, block, .. } = packet;
         let id = block.ids[lane % WIDTH];
         for k in lanes(self.test::<ANY>(first, set, sheared, id)) {
             let i = first + k % WIDTH;

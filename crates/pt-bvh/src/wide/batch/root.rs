@@ -18,10 +18,10 @@ use std::arch::x86_64::{
 use wide::{f32x8, u32x8};
 
 use super::avx512::{SIXTEEN, load, load_bits, store_bits};
-use super::group::Group;
+use super::group::RayGroup;
 use super::lane_permute::members;
 use super::{LANE_BITS, Queues, Stacks};
-use crate::wide::{Child, WIDTH, WideNode, lanes};
+use crate::wide::{ChildRef, WIDTH, WideNode, lanes};
 
 /// Truth table of `a & b | c`, for bits 0, 0, 0 to 1, 1, 1 from the lowest on.
 const A_AND_B_OR_C: i32 = 0b1110_1010;
@@ -33,7 +33,7 @@ const FEWEST: u32 = 9;
 type Integers = [u32; SIXTEEN];
 
 /// Slabs of some of sixteen rays at a node.
-struct Slabs<'a> {
+struct PacketSlabs<'a> {
     node: &'a WideNode,
     /// Position of the first ray.
     first: usize,
@@ -48,10 +48,10 @@ struct Slabs<'a> {
     falls: [__mmask16; 3],
 }
 
-impl<'a> Slabs<'a> {
+impl<'a> PacketSlabs<'a> {
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn new(group: &Group, node: &'a WideNode, first: usize, rays: __mmask16) -> Self {
+    fn new(group: &RayGroup, node: &'a WideNode, first: usize, rays: __mmask16) -> Self {
         let [inverse, near, far] = [&group.inverse, &group.near, &group.far]
             .map(|columns| columns.each_ref().map(|column| load(column, first)));
         let zero = _mm512_setzero_ps();
@@ -156,14 +156,14 @@ fn rows(keys: &[__m512i; WIDTH]) -> [u32x8; SIXTEEN] {
 }
 
 /// Result of sixteen rays at a node.
-struct Found {
+struct RootHits {
     /// Number of children that each ray hits.
     count: __m512i,
     /// Child that each ray visits next.
     next: __m512i,
 }
 
-impl Found {
+impl RootHits {
     /// Mask of the rays that hit more than `count` children.
     #[inline]
     #[target_feature(enable = "avx512f")]
@@ -176,7 +176,7 @@ impl Found {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn queue(queues: &mut Queues, first: usize, rays: __mmask16, children: __m512i) -> u32 {
-    let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(children);
+    let kinds = _mm512_srli_epi32::<{ ChildRef::KIND_SHIFT }>(children);
     let places = _mm512_add_epi32(splat(first as u32), numbers());
     let mut active = 0;
     for kind in [Queues::NODES, Queues::SPHERES, Queues::TRIANGLES] {
@@ -190,7 +190,7 @@ fn queue(queues: &mut Queues, first: usize, rays: __mmask16, children: __m512i) 
     active
 }
 
-impl Group {
+impl RayGroup {
     /// See [`Avx512::enter`](super::avx512::Avx512::enter).
     #[target_feature(enable = "avx512f")]
     pub(super) fn enter_by_sixteen<const ANY: bool>(
@@ -203,7 +203,7 @@ impl Group {
     ) -> u32 {
         let usable = usable as __mmask16;
         // Rays that hit nothing at the root are done.
-        let mut children = splat(Child::DONE);
+        let mut children = splat(ChildRef::DONE);
         let mut at_nodes =
             self.visit_together::<ANY>(stacks, &nodes[0], first, usable, &mut children);
         while at_nodes.count_ones() >= FEWEST {
@@ -233,7 +233,7 @@ impl Group {
         rays: __mmask16,
         children: &mut __m512i,
     ) -> __mmask16 {
-        let slabs = Slabs::new(self, node, first, rays);
+        let slabs = PacketSlabs::new(self, node, first, rays);
         let found =
             if ANY { self.find_any(stacks, &slabs) } else { self.find_nearest(stacks, &slabs) };
         let is_hit = found.more_than(0);
@@ -245,7 +245,7 @@ impl Group {
         let before = *children;
         *children = _mm512_mask_mov_epi32(*children, is_hit, found.next);
         let missed =
-            rays & !is_hit & _mm512_mask_cmpneq_epi32_mask(rays, before, splat(Child::DONE));
+            rays & !is_hit & _mm512_mask_cmpneq_epi32_mask(rays, before, splat(ChildRef::DONE));
         if missed != 0 {
             let mut popped = to_array(*children);
             for i in lanes(u32::from(missed)) {
@@ -255,15 +255,15 @@ impl Group {
             }
             *children = load_bits(&popped, 0);
         }
-        let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(*children);
+        let kinds = _mm512_srli_epi32::<{ ChildRef::KIND_SHIFT }>(*children);
         _mm512_mask_cmpeq_epi32_mask(rays, kinds, splat(Queues::NODES as u32))
     }
 
     /// Finds the next child for occlusion rays, and defers the others.
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn find_any(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
-        let mut found = Found { count: splat(0), next: splat(Child::DONE) };
+    fn find_any(&self, stacks: &mut Stacks, slabs: &PacketSlabs<'_>) -> RootHits {
+        let mut found = RootHits { count: splat(0), next: splat(ChildRef::DONE) };
         let mut sets = splat(0);
         for child in 0..WIDTH {
             let (_, hit) = slabs.test(child);
@@ -283,7 +283,7 @@ impl Group {
     /// Finds the next child for nearest hits, and defers the others.
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn find_nearest(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
+    fn find_nearest(&self, stacks: &mut Stacks, slabs: &PacketSlabs<'_>) -> RootHits {
         let mut count = splat(0);
         let mut least = splat(u32::MAX);
         let mut keys = [splat(0); WIDTH];
@@ -299,7 +299,7 @@ impl Group {
         // Replicated, since the permutation uses four bits of the key.
         let children: Integers = bytemuck::cast([slabs.node.children; SIXTEEN / WIDTH]);
         let next = _mm512_permutexvar_epi32(least, load_bits(&children, 0));
-        let found = Found { count, next };
+        let found = RootHits { count, next };
         let several = found.more_than(1);
         if several != 0 {
             let rows = rows(&sort_descending(keys));
