@@ -11,7 +11,7 @@ use std::sync::{Once, OnceLock};
 use pt_core::film::Aov;
 use pt_core::{CompileOptions, Film, Region, compile};
 use pt_formats::{Limits, LoadError, LoadOptions, camera_file, ies};
-use pt_image::{PixelEncoding, Room, Transfer};
+use pt_image::{ImageMemory, PixelEncoding, Transfer};
 use pt_scene::{Geometry, Scene};
 pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
@@ -100,7 +100,7 @@ pub fn image(bytes: &[u8], ending: &str) {
     }
     let path = Path::new("image").with_extension(ending);
     for numbers in [PixelEncoding::Light(Transfer::Srgb), PixelEncoding::Stored] {
-        match pt_image::decode_in(bytes, &path, numbers, &Room::new(&little)) {
+        match pt_image::decode_in(bytes, &path, numbers, &ImageMemory::new(&little)) {
             Ok(decoded) => {
                 let image = decoded.image;
                 assert_eq!(

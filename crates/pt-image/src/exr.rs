@@ -18,7 +18,10 @@ use exr::prelude::{
 use pt_math::color::LUMINANCE;
 use pt_scene::image::{Channel, Image, Samples};
 
-use super::{Compression, Decoded, Frame, PixelEncoding, Precision, Room, SaveOptions, check_size};
+use super::{
+    Compression, Decoded, DisplayWindow, ImageMemory, PixelEncoding, Precision, SaveOptions,
+    check_size,
+};
 
 /// Primaries and white point of Rec. 709. [ITU-R BT.709]
 const REC709: Chromaticities = Chromaticities {
@@ -28,8 +31,8 @@ const REC709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// See [`super::Writer`]. Writes one part in scan lines, with the channels B, G, R, A if there is
-/// an alpha, and those of the options.
+/// See [`super::PixelEncoder`]. Writes one part in scan lines, with the channels B, G, R, A if
+/// there is an alpha, and those of the options.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
     let plane = |c: usize| real(image.pixels.iter().map(|p| p[c]), options.exr_type);
@@ -164,10 +167,10 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::Reader`]. Reads the half, float and integer channels R, G, B, or Y alone or with RY
-/// and BY, and A beside them, of the unnamed part or otherwise of the first part that has them;
-/// other channels are ignored. The values are linear light.
-pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. Reads the half, float and integer channels R, G, B, or Y alone or
+/// with RY and BY, and A beside them, of the unnamed part or otherwise of the first part that has
+/// them; other channels are ignored. The values are linear light.
+pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     if subsampled::is_of_this_kind(&meta) {
@@ -275,7 +278,7 @@ fn picture(
     if offset != [0; 2] || data.size != display.size {
         let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
         let size = [side(display.size.0)?, side(display.size.1)?];
-        decoded.frame = Some(Frame { offset, size });
+        decoded.frame = Some(DisplayWindow { offset, size });
     }
     Ok(decoded)
 }

@@ -3,7 +3,7 @@
 
 use pt_scene::image::Image;
 
-use super::{Decoded, PixelEncoding, Room};
+use super::{Decoded, ImageMemory, PixelEncoding};
 
 /// Image widths for which rows may be run-length encoded channel by channel.
 const PACKED_WIDTHS: std::ops::Range<usize> = 8..0x8000;
@@ -13,13 +13,17 @@ const PRIMARIES_TOLERANCE: f64 = 0.025;
 /// Chromaticities x, y of red, green, blue and white. [ITU-R BT.709]
 const REC709: [f64; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
-/// See [`super::Reader`]. A mantissa m and an exponent e decode to m · 2^(e − 136), without the
-/// half that Radiance itself adds to m. Light is divided by the factors in the header (`EXPOSURE`,
-/// `COLORCORR`); stored values are not.
-pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. A mantissa m and an exponent e decode to m · 2^(e − 136), without
+/// the half that Radiance itself adds to m. Light is divided by the factors in the header
+/// (`EXPOSURE`, `COLORCORR`); stored values are not.
+pub(super) fn read(
+    bytes: &[u8],
+    numbers: PixelEncoding,
+    room: &ImageMemory,
+) -> Result<Decoded, String> {
     let mut data = Data { rest: bytes };
-    let header = Header::read(&mut data)?;
-    let Header { width, height, .. } = header;
+    let header = HdrHeader::read(&mut data)?;
+    let HdrHeader { width, height, .. } = header;
     let _grant = room.ask((width as u64 * height as u64).checked_mul(12))?;
     let divisors = match numbers {
         PixelEncoding::Light(_) => header.divisors,
@@ -53,14 +57,14 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
 }
 
 /// Header of a file.
-struct Header {
+struct HdrHeader {
     width: usize,
     height: usize,
     /// Factors with which red, green and blue were multiplied.
     divisors: [f64; 3],
 }
 
-impl Header {
+impl HdrHeader {
     /// Reads lines of text up to an empty one, then the size.
     fn read(data: &mut Data<'_>) -> Result<Self, String> {
         if !data.line()?.starts_with("#?") {

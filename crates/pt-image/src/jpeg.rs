@@ -3,11 +3,15 @@
 use jpeg_decoder::{Decoder, PixelFormat};
 use pt_scene::image::Image;
 
-use super::{Decoded, PixelEncoding, Room, Transfer, check_size};
+use super::{Decoded, ImageMemory, PixelEncoding, Transfer, check_size};
 
-/// See [`super::Reader`]. Reads sequential and progressive files in grey or colour with 8 bits.
-/// Grey becomes three equal channels, and subsampled chroma is interpolated.
-pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. Reads sequential and progressive files in grey or colour with 8
+/// bits. Grey becomes three equal channels, and subsampled chroma is interpolated.
+pub(super) fn read(
+    bytes: &[u8],
+    numbers: PixelEncoding,
+    room: &ImageMemory,
+) -> Result<Decoded, String> {
     let failed = |e: jpeg_decoder::Error| format!("is no valid JPEG file: {e}");
     let mut decoder = Decoder::new(bytes);
     decoder.read_info().map_err(failed)?;

@@ -22,7 +22,7 @@ pub use exposure::{Extreme, auto_exposure, extreme};
 use pt_io::{file, guarded, write_atomically};
 use pt_math::color;
 pub use pt_scene::image::{Channel, Image, Samples};
-pub use room::Room;
+pub use room::ImageMemory;
 use room::check_size;
 pub use tone::{Tone, ToneCurve};
 
@@ -130,12 +130,12 @@ pub struct Decoded {
     pub alpha: Option<Vec<f32>>,
     /// Position of the pixels in the display window of OpenEXR, if it differs from that of the
     /// data.
-    pub frame: Option<Frame>,
+    pub frame: Option<DisplayWindow>,
 }
 
 /// A display window that differs from the data window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame {
+pub struct DisplayWindow {
     /// Position of the first pixel relative to the upper left corner of the display window, to the
     /// right and down.
     pub offset: [i64; 2],
@@ -150,9 +150,12 @@ impl Decoded {
     /// # Errors
     /// Returns a message if it has more than a gibibyte of pixels.
     pub fn framed(self) -> Result<Self, String> {
-        let Some(Frame { offset, size: [width, height] }) = self.frame else { return Ok(self) };
+        let Some(DisplayWindow { offset, size: [width, height] }) = self.frame else {
+            return Ok(self);
+        };
         let count = u64::from(width) * u64::from(height);
-        let _grant = Room::OF_PROCESS.ask(count.checked_mul(size_of::<[f32; 4]>() as u64))?;
+        let _grant =
+            ImageMemory::OF_PROCESS.ask(count.checked_mul(size_of::<[f32; 4]>() as u64))?;
         let count = count as usize;
         let mut picture = Self {
             image: Image { width, height, pixels: vec![[0.0; 3]; count] },
@@ -182,14 +185,14 @@ impl Decoded {
 }
 
 /// Decodes the bytes of a file. The error describes the problem of the content.
-pub type Reader = fn(&[u8], PixelEncoding, &Room) -> Result<Decoded, String>;
+pub type PixelDecoder = fn(&[u8], PixelEncoding, &ImageMemory) -> Result<Decoded, String>;
 
 /// Reads the keys and values of the texts in a file, without the pixels. The error describes the
 /// problem of the content.
 pub type MetadataReader = fn(BufReader<File>) -> Result<Vec<(String, String)>, String>;
 
 /// Encodes pixels as the bytes of a file. The error describes what cannot be represented.
-pub type Writer = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
+pub type PixelEncoder = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
 
 /// An image file format.
 #[derive(Debug)]
@@ -199,9 +202,9 @@ pub struct Codec {
     /// File name extensions, lower case, without the dot.
     pub extensions: &'static [&'static str],
     /// Decoder; `None` if the format cannot be read.
-    pub read: Option<Reader>,
+    pub read: Option<PixelDecoder>,
     /// Encoder; `None` if the format cannot be written.
-    pub write: Option<Writer>,
+    pub write: Option<PixelEncoder>,
     /// Reader of the texts written from [`SaveOptions::metadata`]; `None` if there are none.
     pub metadata: Option<MetadataReader>,
 }
@@ -393,7 +396,7 @@ fn decode_framed(bytes: &[u8], path: &Path, numbers: PixelEncoding) -> Result<De
 /// # Errors
 /// Returns the errors of [`decode`].
 pub fn decode_as(bytes: &[u8], path: &Path, numbers: PixelEncoding) -> Result<Decoded, ImageError> {
-    decode_in(bytes, path, numbers, &Room::OF_PROCESS)
+    decode_in(bytes, path, numbers, &ImageMemory::OF_PROCESS)
 }
 
 /// Decodes a file as [`decode_as`] does, with another source of memory reservations.
@@ -404,7 +407,7 @@ pub fn decode_in(
     bytes: &[u8],
     path: &Path,
     numbers: PixelEncoding,
-    room: &Room,
+    room: &ImageMemory,
 ) -> Result<Decoded, ImageError> {
     let (name, read) = codec_with(path, |codec| Some((codec.name, codec.read?)))?;
     guarded(name, || read(bytes, numbers, room)).flatten().map_err(content_error(path))

@@ -7,7 +7,7 @@ use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformation
 use pt_math::trig::powf;
 use pt_scene::image::Image;
 
-use super::{BitDepth, Decoded, PixelEncoding, Room, SaveOptions, Transfer, check_size};
+use super::{BitDepth, Decoded, ImageMemory, PixelEncoding, SaveOptions, Transfer, check_size};
 
 /// Maximum number of bytes of all texts of a file.
 const TEXT_LIMIT: usize = 1 << 26;
@@ -15,7 +15,7 @@ const TEXT_LIMIT: usize = 1 << 26;
 /// Maximum number of bytes that the decoder may allocate.
 const DECODER_LIMIT: usize = 1 << 30;
 
-/// See [`super::Writer`]. Files in sRGB are tagged as such; other files have no tag.
+/// See [`super::PixelEncoder`]. Files in sRGB are tagged as such; other files have no tag.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     if let Some(channel) = options.channels.first() {
         return Err(format!("a PNG file has no place for the channel {}", channel.name));
@@ -123,8 +123,12 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
     added.map_err(|e| e.to_string())
 }
 
-/// See [`super::Reader`]. Grey becomes three equal channels.
-pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. Grey becomes three equal channels.
+pub(super) fn read(
+    bytes: &[u8],
+    numbers: PixelEncoding,
+    room: &ImageMemory,
+) -> Result<Decoded, String> {
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
@@ -133,7 +137,7 @@ pub(super) fn read(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<
     decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(failed)?;
     let info = reader.info();
-    let (width, height, curve) = (info.width, info.height, Curve::of(info, numbers));
+    let (width, height, curve) = (info.width, info.height, LevelCurve::of(info, numbers));
     let packed = (u64::from(width) * info.bits_per_pixel() as u64).div_ceil(8);
     check_size(packed.checked_mul(u64::from(height)), bytes.len())?;
     let in_memory = match reader.output_color_type().0 {
@@ -165,7 +169,7 @@ pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, S
 
 /// Mapping from levels to values.
 #[derive(Clone, Copy)]
-enum Curve {
+enum LevelCurve {
     /// A named transfer function.
     Named(Transfer),
     /// L = vᵞ.
@@ -174,7 +178,7 @@ enum Curve {
     Share,
 }
 
-impl Curve {
+impl LevelCurve {
     /// Returns the mapping for an encoding; for light, that of the `sRGB` and `gAMA` chunks, if
     /// there are any.
     fn of(info: &png::Info<'_>, numbers: PixelEncoding) -> Self {
@@ -203,7 +207,7 @@ fn decode(
     data: &[u8],
     color: ColorType,
     depth: Depth,
-    curve: Curve,
+    curve: LevelCurve,
 ) -> Result<Vec<[f32; 3]>, String> {
     let rgb = match color {
         ColorType::Grayscale | ColorType::GrayscaleAlpha => [0, 0, 0],

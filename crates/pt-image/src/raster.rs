@@ -5,10 +5,14 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use pt_scene::image::Image;
 
-use super::{Codec, Decoded, PixelEncoding, Reader, Room, Transfer};
+use super::{Codec, Decoded, ImageMemory, PixelDecoder, PixelEncoding, Transfer};
 
 /// Creates a codec that reads only.
-const fn readable(name: &'static str, extensions: &'static [&'static str], read: Reader) -> Codec {
+const fn readable(
+    name: &'static str,
+    extensions: &'static [&'static str],
+    read: PixelDecoder,
+) -> Codec {
     Codec { name, extensions, read: Some(read), write: None, metadata: None }
 }
 
@@ -32,13 +36,13 @@ pub(super) const WEBP: Codec = readable("WebP", &["webp"], |bytes, numbers, room
     read(bytes, numbers, room, ImageFormat::WebP)
 });
 
-/// See [`Reader`]. Grey becomes three equal channels. The files do not specify the transfer
+/// See [`PixelDecoder`]. Grey becomes three equal channels. The files do not specify the transfer
 /// function of integers; it is assumed to be sRGB, independent of the caller's default.
 /// Floating-point values of TIFF are linear. Of animations, the first picture is read.
 fn read(
     bytes: &[u8],
     numbers: PixelEncoding,
-    room: &Room,
+    room: &ImageMemory,
     format: ImageFormat,
 ) -> Result<Decoded, String> {
     let failed = |error: image::ImageError| format!("is no valid file of this kind: {error}");

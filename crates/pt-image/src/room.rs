@@ -3,11 +3,11 @@
 use pt_memory::Grant;
 
 /// Source of memory reservations for decoded images.
-pub struct Room<'r>(&'r (dyn Fn(u64) -> Result<Grant, String> + Sync));
+pub struct ImageMemory<'r>(&'r (dyn Fn(u64) -> Result<Grant, String> + Sync));
 
-impl<'r> Room<'r> {
+impl<'r> ImageMemory<'r> {
     /// Reservations from the limit of the process.
-    pub const OF_PROCESS: Self = Room(&pt_memory::ask);
+    pub const OF_PROCESS: Self = ImageMemory(&pt_memory::ask);
 
     /// Creates a source of reservations by `grant`, which is passed the number of bytes.
     pub fn new(grant: &'r (dyn Fn(u64) -> Result<Grant, String> + Sync)) -> Self {

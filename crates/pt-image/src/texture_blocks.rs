@@ -13,7 +13,7 @@ use pt_math::color::linear_from_srgb;
 use pt_memory::Grant;
 use pt_scene::image::Image;
 
-use super::{Codec, Decoded, PixelEncoding, Room, check_size};
+use super::{Codec, Decoded, ImageMemory, PixelEncoding, check_size};
 
 pub(super) const DDS: Codec =
     Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
@@ -36,21 +36,27 @@ pub(super) const BASIS: Codec = Codec {
 
 /// Transfer function of integers.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Curve {
+enum IntegerTransfer {
     Srgb,
     Linear,
 }
 
-/// See [`super::Reader`]. Integers are decoded as sRGB even if the file has the linear variant of
-/// the format, since most programs write that for colours.
-fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. Integers are decoded as sRGB even if the file has the linear
+/// variant of the format, since most programs write that for colours.
+fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     let dds =
         Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
     let size = [dds.header.width, dds.header.height];
     check_pixels(size)?;
     if dds.header10.is_none() && dds.header.spf.fourcc.is_none() {
         let pixels = by_masks(&dds.header.spf, size, &dds.data)?;
-        return decoded(size, ImageFormat::Rgba8Unorm, &pixels, (Curve::Srgb, numbers), room);
+        return decoded(
+            size,
+            ImageFormat::Rgba8Unorm,
+            &pixels,
+            (IntegerTransfer::Srgb, numbers),
+            room,
+        );
     }
     let format = match dds.get_dxgi_format().and_then(of_no_type) {
         Some(format) => format,
@@ -60,7 +66,7 @@ fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded
             )
         })?,
     };
-    decoded(size, format, &dds.data, (Curve::Srgb, numbers), room)
+    decoded(size, format, &dds.data, (IntegerTransfer::Srgb, numbers), room)
 }
 
 /// Returns the format of a typeless block format.
@@ -110,8 +116,8 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
     Ok(data.chunks_exact(size).take(count).flat_map(pixel).collect())
 }
 
-/// See [`super::Reader`]. The transfer function is that of the file.
-fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. The transfer function is that of the file.
+fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
     check_texel_block(bytes).map_err(invalid)?;
     let reader = ktx2::Reader::new(bytes).map_err(|error| invalid(error.to_string()))?;
@@ -119,8 +125,8 @@ fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decode
     let size = [header.pixel_width, header.pixel_height.max(1)];
     let most = check_pixels(size)?;
     let curve = match reader.transfer_function() {
-        Some(TransferFunction::Linear) => Curve::Linear,
-        _ => Curve::Srgb,
+        Some(TransferFunction::Linear) => IntegerTransfer::Linear,
+        _ => IntegerTransfer::Srgb,
     };
     let level = reader.levels().next().ok_or_else(|| invalid("it has no picture".to_owned()))?;
     if level.uncompressed_byte_length > most {
@@ -170,15 +176,16 @@ fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
     Ok(data)
 }
 
-/// See [`super::Reader`]. The files do not specify a transfer function; it is assumed to be sRGB.
-fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &Room) -> Result<Decoded, String> {
+/// See [`super::PixelDecoder`]. The files do not specify a transfer function; it is assumed to be
+/// sRGB.
+fn read_basis(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     if has_wrong_slices(bytes) {
         return Err(
             "has a slice whose number of blocks does not match its size: the file is damaged"
                 .to_owned(),
         );
     }
-    transcoded(bytes, (Curve::Srgb, numbers), room)
+    transcoded(bytes, (IntegerTransfer::Srgb, numbers), room)
 }
 
 /// Returns true if a slice of a Basis Universal file has no blocks, by which basisu 0.1 divides, or
@@ -208,8 +215,8 @@ fn has_wrong_slices(bytes: &[u8]) -> bool {
 /// Decodes an image in Basis Universal or ASTC, in either container.
 fn transcoded(
     bytes: &[u8],
-    (curve, numbers): (Curve, PixelEncoding),
-    room: &Room,
+    (curve, numbers): (IntegerTransfer, PixelEncoding),
+    room: &ImageMemory,
 ) -> Result<Decoded, String> {
     let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
     let transcode = || -> Result<_, String> {
@@ -240,7 +247,7 @@ fn check_pixels([width, height]: [u32; 2]) -> Result<u64, String> {
 }
 
 /// Reserves the memory of an image.
-fn ask_for(size: [u32; 2], room: &Room) -> Result<Grant, String> {
+fn ask_for(size: [u32; 2], room: &ImageMemory) -> Result<Grant, String> {
     room.ask(Some(check_pixels(size)?))
 }
 
@@ -249,17 +256,19 @@ fn decoded(
     size: [u32; 2],
     format: ImageFormat,
     data: &[u8],
-    (curve, numbers): (Curve, PixelEncoding),
-    room: &Room,
+    (curve, numbers): (IntegerTransfer, PixelEncoding),
+    room: &ImageMemory,
 ) -> Result<Decoded, String> {
     let _grant = ask_for(size, room)?;
     let [width, height] = size;
     let surface =
         Surface { width, height, depth: 1, layers: 1, mipmaps: 1, image_format: format, data };
     let pixels = surface.decode_rgbaf32().map_err(|error| format!("is damaged: {error}"))?.data;
-    let kind = Kind::of(format);
+    let kind = BlockValues::of(format);
     let light = |share: f32| match (numbers, curve) {
-        (PixelEncoding::Light(_), Curve::Srgb) if !kind.is_real => linear_from_srgb(share),
+        (PixelEncoding::Light(_), IntegerTransfer::Srgb) if !kind.is_real => {
+            linear_from_srgb(share)
+        }
         _ => share,
     };
     let color = |[r, g, b, _]: [f32; 4]| {
@@ -287,14 +296,14 @@ fn third(r: f32, g: f32) -> f32 {
 }
 
 /// Properties of the values of a format.
-struct Kind {
+struct BlockValues {
     channels: usize,
     is_real: bool,
     /// True if integers represent −1 to 1.
     is_signed: bool,
 }
 
-impl Kind {
+impl BlockValues {
     fn of(format: ImageFormat) -> Self {
         use ImageFormat as F;
         let channels = match format {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_image::{Decoded, ImageError, PixelEncoding, Room};
+use pt_image::{Decoded, ImageError, ImageMemory, PixelEncoding};
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 use pt_scene::image::Image;
@@ -79,7 +79,7 @@ impl Picture {
             _ => return Err("it is neither PNG, JPEG, WebP, KTX 2.0 nor DDS".to_owned()),
         };
         let grant = |bytes| context.grant_picture(bytes);
-        let room = Room::new(&grant);
+        let room = ImageMemory::new(&grant);
         let decoded = pt_image::decode_in(bytes, Path::new(name), PixelEncoding::Stored, &room);
         Ok(Self { name, bytes: bytes.len(), decoded })
     }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pt_image::{Decoded, ImageError, PixelEncoding, Room};
+use pt_image::{Decoded, ImageError, ImageMemory, PixelEncoding};
 use pt_io::file::resolved;
 use pt_memory::Grant;
 use pt_scene::image::Image;
@@ -229,7 +229,7 @@ impl Context {
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         let grant = |bytes| self.grant_picture(bytes);
-        let decoded = pt_image::decode_in(&bytes, path, *numbers, &Room::new(&grant));
+        let decoded = pt_image::decode_in(&bytes, path, *numbers, &ImageMemory::new(&grant));
         Ok(Picture { source, decoded })
     }
 

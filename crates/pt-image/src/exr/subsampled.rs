@@ -9,7 +9,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{Compression as Method, IntegerBounds, Vec2, f16};
 
-use super::super::{Decoded, Room, check_size};
+use super::super::{Decoded, ImageMemory, check_size};
 use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 
 /// Message for files with subsampling that is not supported.
@@ -21,7 +21,7 @@ pub(super) fn is_of_this_kind(meta: &MetaData) -> bool {
 }
 
 /// See [`super::read`].
-pub(super) fn read(bytes: &[u8], meta: MetaData, room: &Room) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], meta: MetaData, room: &ImageMemory) -> Result<Decoded, String> {
     let [mut header] = <[Header; 1]>::try_from(meta.headers.into_vec()).map_err(|_| ADVICE)?;
     let (size, position) = (header.layer_size, header.own_attributes.layer_position);
     let divides = |n: usize, size: usize, position: i32| {

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::*;
-use pt_image::{Frame, PixelEncoding, Transfer, decode, decode_as};
+use pt_image::{DisplayWindow, PixelEncoding, Transfer, decode, decode_as};
 use pt_scene::image::Image;
 
 /// Creates an EXR file of 16 × 8 pixels with a data window, with a distinct value in each pixel of
@@ -57,7 +57,7 @@ fn the_display_window_is_the_picture() {
         let pixels = decode_as(&bytes, path, PixelEncoding::Stored).expect("pixels");
         assert_eq!([pixels.image.width, pixels.image.height], [size.0 as u32, size.1 as u32]);
         let offset = [position.0, position.1].map(i64::from);
-        let frame = Frame { offset, size: [16, 8] };
+        let frame = DisplayWindow { offset, size: [16, 8] };
         assert_eq!(pixels.frame, (size != (16, 8)).then_some(frame));
     }
 }
