@@ -1,7 +1,7 @@
 //! Denoising of films by Intel Open Image Denoise.
 
 use pt_core::film::{Aov, Film, aov};
-pub use pt_denoise::{DenoiseError, Denoiser, Planes, VARIABLE};
+pub use pt_denoise::{DenoiseError, Denoiser, DenoiserInput, VARIABLE};
 use pt_scene::image::Image;
 
 /// AOVs that a film must contain to be denoised.
@@ -23,6 +23,6 @@ pub fn denoised(denoiser: &Denoiser, film: &Film) -> Result<Image, DenoiseError>
     let [albedo, normal] = planes;
     let color = pt_core::develop::radiance(film);
     let (width, height) = (film.region().width, film.region().height);
-    let planes = Planes { width, color: &color, albedo: &albedo, normal: &normal };
+    let planes = DenoiserInput { width, color: &color, albedo: &albedo, normal: &normal };
     Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::DenoiseError;
-use crate::library::Functions;
+use crate::library::OidnFunctions;
 
 /// Environment variable with the path of the library, or of a folder that contains it.
 pub const VARIABLE: &str = "PATHTRACER_OIDN";
@@ -27,19 +27,19 @@ const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
 ///
 /// # Errors
 /// If it is not found.
-pub(crate) fn open() -> Result<(Functions, PathBuf), DenoiseError> {
+pub(crate) fn open() -> Result<(OidnFunctions, PathBuf), DenoiseError> {
     match env::var_os(VARIABLE).filter(|place| !place.is_empty()) {
         Some(place) => open_given(place.into()),
         None => open_usual(),
     }
 }
 
-fn open_given(place: PathBuf) -> Result<(Functions, PathBuf), DenoiseError> {
+fn open_given(place: PathBuf) -> Result<(OidnFunctions, PathBuf), DenoiseError> {
     let files = if place.is_dir() { in_folder(&place) } else { vec![place.clone()] };
     first(&files).map_err(|tried| DenoiseError::NotThere { place, tried })
 }
 
-fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
+fn open_usual() -> Result<(OidnFunctions, PathBuf), DenoiseError> {
     let program = env::current_exe().ok();
     let above = |levels| Some(program.as_deref()?.ancestors().nth(levels)?.to_owned());
     // The tests of the project install it two folders above a program that was built there.
@@ -74,10 +74,10 @@ pub(crate) fn install_command() -> String {
 }
 
 /// Opens the first library that can be opened; the error lists the problem of each.
-fn first(files: &[PathBuf]) -> Result<(Functions, PathBuf), Vec<String>> {
+fn first(files: &[PathBuf]) -> Result<(OidnFunctions, PathBuf), Vec<String>> {
     let mut tried = Vec::new();
     for file in files {
-        match Functions::load(file) {
+        match OidnFunctions::load(file) {
             Ok(functions) => return Ok((functions, file.clone())),
             Err(message) => tried.push(format!("{}: {message}", file.display())),
         }

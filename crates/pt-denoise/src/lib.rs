@@ -10,7 +10,7 @@ mod library;
 use std::path::PathBuf;
 
 pub use find::VARIABLE;
-use library::{Device, Image};
+use library::{Device, OidnImage};
 
 /// Reason for which there is no denoised image.
 #[derive(Debug, thiserror::Error)]
@@ -83,7 +83,7 @@ fn list(tried: &[String]) -> String {
 
 /// Input images of the network: rows of pixels from the top.
 #[derive(Clone, Copy, Debug)]
-pub struct Planes<'a> {
+pub struct DenoiserInput<'a> {
     /// Number of pixels per row.
     pub width: u32,
     /// Noisy linear radiance, unbounded.
@@ -129,7 +129,7 @@ impl Denoiser {
     ///
     /// # Errors
     /// If the planes differ in size, or the library fails.
-    pub fn denoise(&self, planes: Planes<'_>) -> Result<Vec<[f32; 3]>, DenoiseError> {
+    pub fn denoise(&self, planes: DenoiserInput<'_>) -> Result<Vec<[f32; 3]>, DenoiseError> {
         let expected = planes.color.len();
         for (what, plane) in [("albedo", planes.albedo), ("normal", planes.normal)] {
             if plane.len() != expected {
@@ -140,14 +140,14 @@ impl Denoiser {
         if width == 0 || !expected.is_multiple_of(width) {
             return Err(DenoiseError::Shape { what: "the last row", found: 0, expected: width });
         }
-        let image = |pixels: &[[f32; 3]]| Image::new(width, pixels.to_vec());
+        let image = |pixels: &[[f32; 3]]| OidnImage::new(width, pixels.to_vec());
         let cleaned = |name, pixels| self.device.filter(&[(name, &image(pixels))], &[]);
         let albedo = cleaned(c"albedo", planes.albedo).map_err(DenoiseError::Failed)?;
         let normal = cleaned(c"normal", planes.normal).map_err(DenoiseError::Failed)?;
         let color = image(planes.color);
         let inputs = [(c"color", &color), (c"albedo", &albedo), (c"normal", &normal)];
         let denoised = self.device.filter(&inputs, &[c"hdr", c"cleanAux"]);
-        denoised.map(Image::into_pixels).map_err(DenoiseError::Failed)
+        denoised.map(OidnImage::into_pixels).map_err(DenoiseError::Failed)
     }
 }
 

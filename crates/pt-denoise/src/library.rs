@@ -9,7 +9,7 @@ use std::ptr;
 
 use libloading::Library;
 
-type Handle = *mut c_void;
+type OidnHandle = *mut c_void;
 
 /// `OIDN_DEVICE_TYPE_CPU`.
 const CPU: c_int = 1;
@@ -20,14 +20,14 @@ const FLOAT3: c_int = 3;
 macro_rules! functions {
     ($($name:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
         /// Library and its functions.
-        pub(crate) struct Functions {
+        pub(crate) struct OidnFunctions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
             /// Keeps the functions loaded until the program ends, since threads of the library may
             /// outlive its devices.
             _library: ManuallyDrop<Library>,
         }
 
-        impl Functions {
+        impl OidnFunctions {
             /// Opens the library; a name without a folder is searched for on the system's library
             /// path.
             ///
@@ -49,29 +49,29 @@ macro_rules! functions {
 }
 
 functions! {
-    new_device = b"oidnNewDevice": fn(c_int) -> Handle;
-    set_device_int = b"oidnSetDeviceInt": fn(Handle, *const c_char, c_int);
-    set_device_bool = b"oidnSetDeviceBool": fn(Handle, *const c_char, bool);
-    get_device_int = b"oidnGetDeviceInt": fn(Handle, *const c_char) -> c_int;
-    commit_device = b"oidnCommitDevice": fn(Handle);
-    device_error = b"oidnGetDeviceError": fn(Handle, *mut *const c_char) -> c_int;
-    release_device = b"oidnReleaseDevice": fn(Handle);
-    new_filter = b"oidnNewFilter": fn(Handle, *const c_char) -> Handle;
+    new_device = b"oidnNewDevice": fn(c_int) -> OidnHandle;
+    set_device_int = b"oidnSetDeviceInt": fn(OidnHandle, *const c_char, c_int);
+    set_device_bool = b"oidnSetDeviceBool": fn(OidnHandle, *const c_char, bool);
+    get_device_int = b"oidnGetDeviceInt": fn(OidnHandle, *const c_char) -> c_int;
+    commit_device = b"oidnCommitDevice": fn(OidnHandle);
+    device_error = b"oidnGetDeviceError": fn(OidnHandle, *mut *const c_char) -> c_int;
+    release_device = b"oidnReleaseDevice": fn(OidnHandle);
+    new_filter = b"oidnNewFilter": fn(OidnHandle, *const c_char) -> OidnHandle;
     set_image = b"oidnSetSharedFilterImage":
-        fn(Handle, *const c_char, *mut c_void, c_int, usize, usize, usize, usize, usize);
-    set_filter_bool = b"oidnSetFilterBool": fn(Handle, *const c_char, bool);
-    commit_filter = b"oidnCommitFilter": fn(Handle);
-    execute_filter = b"oidnExecuteFilter": fn(Handle);
-    release_filter = b"oidnReleaseFilter": fn(Handle);
+        fn(OidnHandle, *const c_char, *mut c_void, c_int, usize, usize, usize, usize, usize);
+    set_filter_bool = b"oidnSetFilterBool": fn(OidnHandle, *const c_char, bool);
+    commit_filter = b"oidnCommitFilter": fn(OidnHandle);
+    execute_filter = b"oidnExecuteFilter": fn(OidnHandle);
+    release_filter = b"oidnReleaseFilter": fn(OidnHandle);
 }
 
 /// Image as rows of pixels from the top.
-pub(crate) struct Image {
+pub(crate) struct OidnImage {
     width: usize,
     pixels: Vec<[f32; 3]>,
 }
 
-impl Image {
+impl OidnImage {
     /// The number of pixels must be a multiple of the width, which must not be 0.
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
         Self { width, pixels }
@@ -84,8 +84,8 @@ impl Image {
 
 /// Compute device.
 pub(crate) struct Device {
-    functions: Functions,
-    handle: Handle,
+    functions: OidnFunctions,
+    handle: OidnHandle,
 }
 
 impl Device {
@@ -93,7 +93,7 @@ impl Device {
     ///
     /// # Errors
     /// Message of the library, if it creates no device.
-    pub(crate) fn new(functions: Functions, threads: usize) -> Result<Self, String> {
+    pub(crate) fn new(functions: OidnFunctions, threads: usize) -> Result<Self, String> {
         // SAFETY: the constant is one of the header's.
         let handle = unsafe { (functions.new_device)(CPU) };
         // With a null device, the library returns the error of a device that could not be created.
@@ -124,13 +124,14 @@ impl Device {
     /// Message of the library.
     pub(crate) fn filter(
         &self,
-        inputs: &[(&CStr, &Image)],
+        inputs: &[(&CStr, &OidnImage)],
         switches: &[&CStr],
-    ) -> Result<Image, String> {
+    ) -> Result<OidnImage, String> {
         let Some((_, like)) = inputs.first() else { return Err("nothing to filter".into()) };
-        let mut output = Image::new(like.width, vec![[0.0; 3]; like.pixels.len()]);
-        let is_like =
-            |image: &Image| image.pixels.len() == like.pixels.len() && image.width == like.width;
+        let mut output = OidnImage::new(like.width, vec![[0.0; 3]; like.pixels.len()]);
+        let is_like = |image: &OidnImage| {
+            image.pixels.len() == like.pixels.len() && image.width == like.width
+        };
         assert!(inputs.iter().all(|(_, image)| is_like(image)), "images of one size");
         let f = &self.functions;
         // SAFETY: the device is alive, and the name ends with a NUL.
@@ -155,7 +156,7 @@ impl Device {
     }
 
     /// Binds the pixels of an image, at `pixels`, to an input or output of a filter.
-    fn bind(&self, filter: Handle, name: &CStr, image: &Image, pixels: *mut c_void) {
+    fn bind(&self, filter: OidnHandle, name: &CStr, image: &OidnImage, pixels: *mut c_void) {
         let (width, height) = (image.width, image.pixels.len() / image.width);
         let pixel = size_of::<[f32; 3]>();
         // SAFETY: the filter is alive, the name ends with a NUL, and the pixels are contiguous and

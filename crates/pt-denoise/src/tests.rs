@@ -37,8 +37,12 @@ fn noisy() -> Vec<[f32; 3]> {
     (0..SIZE * SIZE).map(pixel).collect()
 }
 
-fn planes<'a>(color: &'a [[f32; 3]], albedo: &'a [[f32; 3]], normal: &'a [[f32; 3]]) -> Planes<'a> {
-    Planes { width: SIZE as u32, color, albedo, normal }
+fn planes<'a>(
+    color: &'a [[f32; 3]],
+    albedo: &'a [[f32; 3]],
+    normal: &'a [[f32; 3]],
+) -> DenoiserInput<'a> {
+    DenoiserInput { width: SIZE as u32, color, albedo, normal }
 }
 
 fn squared_error(image: &[[f32; 3]]) -> f64 {
@@ -79,6 +83,6 @@ fn planes_of_other_sizes_are_refused() {
     let (color, short) = (noisy(), vec![[0.5; 3]; 7]);
     let error = denoiser.denoise(planes(&color, &short, &color)).unwrap_err();
     assert_eq!(error.to_string(), "albedo has 7 pixels, and the image 9216");
-    let odd = Planes { width: 97, ..planes(&color, &color, &color) };
+    let odd = DenoiserInput { width: 97, ..planes(&color, &color, &color) };
     assert!(denoiser.denoise(odd).is_err());
 }
