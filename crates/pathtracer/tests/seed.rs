@@ -16,7 +16,7 @@ use pathtracer::{
 };
 use pt_math::DVec3;
 use pt_testing::Random;
-use pt_testing::course::{Content, Eye, Light, Map, Plan, Room, World, unit};
+use pt_testing::course::{BoxContent, CourseLight, Eye, Map, Plan, Room, World, unit};
 
 const SIZE: [u32; 2] = [480, 360];
 const BLOCK: u32 = 120;
@@ -45,7 +45,7 @@ struct Both {
 }
 
 impl Both {
-    fn new(content: Content) -> Self {
+    fn new(content: BoxContent) -> Self {
         Self::of(&Room::new(content))
     }
 
@@ -64,7 +64,7 @@ impl Both {
 
     /// Adds the environment map of `-e`.
     fn with_sky(self, map: Map) -> Self {
-        let world = self.world.with_light(Light::Environment(map.clone()));
+        let world = self.world.with_light(CourseLight::Environment(map.clone()));
         Self { world, sky: Some(map), ..self }
     }
 
@@ -190,7 +190,7 @@ fn options(light_samples: u32, depth: u32, hemisphere: bool, spp: u32) -> (Setti
 /// Figures 3 and 4: normals as colours.
 #[test]
 fn normals() {
-    for content in [Content::MatteBalls, Content::Ring] {
+    for content in [BoxContent::MatteBalls, BoxContent::Ring] {
         let both = Both::new(content);
         let (settings, _) = options(1, 0, false, 4);
         let settings = Settings { integrator: "normals".into(), ..settings };
@@ -202,7 +202,7 @@ fn normals() {
 /// Figure 5: direct light on a mesh by 1, 4 … directions of the hemisphere, and by light samples.
 #[test]
 fn direct_light_of_a_mesh() {
-    let both = Both::new(Content::Ring);
+    let both = Both::new(BoxContent::Ring);
     for hemisphere in [true, false] {
         for light_samples in [1, 4] {
             let (settings, plan) = options(light_samples, 1, hemisphere, 1);
@@ -214,7 +214,7 @@ fn direct_light_of_a_mesh() {
 /// Figure 7: direct, indirect and all light of matte balls.
 #[test]
 fn parts_of_light() {
-    let both = Both::new(Content::MatteBalls);
+    let both = Both::new(BoxContent::MatteBalls);
     let (settings, plan) = options(1, 5, false, 2);
     both.check("all light", &settings, plan, 6000);
     for depth in 0..=3 {
@@ -233,7 +233,7 @@ fn parts_of_light() {
 /// Figure 8: depths.
 #[test]
 fn depths_of_a_mesh() {
-    let both = Both::new(Content::Ring);
+    let both = Both::new(BoxContent::Ring);
     for depth in [0, 1, 2, 3, 100] {
         let (settings, plan) = options(1, depth, true, 1);
         both.check(&format!("-m {depth} -H"), &settings, plan, 6000);
@@ -243,7 +243,7 @@ fn depths_of_a_mesh() {
 /// Assignment 3-2: mirror and glass, at the depths at which light through them appears.
 #[test]
 fn mirror_and_glass() {
-    let both = Both::new(Content::MirrorAndGlass);
+    let both = Both::new(BoxContent::MirrorAndGlass);
     for depth in [0, 1, 2, 3, 4, 5, 100] {
         let (settings, plan) = options(1, depth, false, 4);
         both.check(&format!("-m {depth}"), &settings, plan, 12_000);
@@ -253,7 +253,7 @@ fn mirror_and_glass() {
 /// Assignment 3-2: glass without reflection, which is black where it reflects totally.
 #[test]
 fn mirror_and_refraction() {
-    let both = Both::new(Content::MirrorAndRefraction);
+    let both = Both::new(BoxContent::MirrorAndRefraction);
     for depth in [1, 2, 3, 5] {
         let (settings, plan) = options(1, depth, false, 4);
         both.check(&format!("refraction -m {depth}"), &settings, plan, 12_000);
@@ -263,23 +263,23 @@ fn mirror_and_refraction() {
 /// Assignment 3-2: microfacet metals, with light samples and with hemisphere sampling.
 #[test]
 fn metals() {
-    let both = Both::new(Content::Metals);
+    let both = Both::new(BoxContent::Metals);
     for (depth, hemisphere) in [(1, false), (1, true), (2, false), (5, false)] {
         let (settings, plan) = options(1, depth, hemisphere, 4);
         both.check(&format!("metals -m {depth} -H {hemisphere}"), &settings, plan, 12_000);
     }
 }
 
-fn sunlight() -> Light {
-    Light::Directional(DVec3::new(0.5, 1.0, 2.5), DVec3::new(2.0, 1.5, 1.0))
+fn sunlight() -> CourseLight {
+    CourseLight::Directional(DVec3::new(0.5, 1.0, 2.5), DVec3::new(2.0, 1.5, 1.0))
 }
 
 /// Other lights than squares, one by one and all at once: the course's files have point lights and
 /// ambient light.
 #[test]
 fn other_lights() {
-    let point = Light::Point(DVec3::new(0.3, 1.0, 0.5), DVec3::new(0.5, 1.0, 2.0));
-    let ambient = Light::Ambient(DVec3::new(0.5, 0.75, 1.0));
+    let point = CourseLight::Point(DVec3::new(0.3, 1.0, 0.5), DVec3::new(0.5, 1.0, 2.0));
+    let ambient = CourseLight::Ambient(DVec3::new(0.5, 0.75, 1.0));
     let all = vec![point.clone(), sunlight(), ambient.clone()];
     for (what, lights) in [
         ("point", vec![point]),
@@ -287,7 +287,7 @@ fn other_lights() {
         ("ambient", vec![ambient]),
         ("all", all),
     ] {
-        let both = Both::of(&Room::lit(Content::MatteBalls, lights));
+        let both = Both::of(&Room::lit(BoxContent::MatteBalls, lights));
         for depth in [1, 3] {
             let (settings, plan) = options(2, depth, false, 2);
             both.check(&format!("{what} -m {depth}"), &settings, plan, 6000);
@@ -301,7 +301,7 @@ fn other_lights() {
 fn environment_map() {
     let texel = |i: u8| [f32::from(i % 5), f32::from(i % 3), f32::from(i % 7)];
     let map = Map(8, 4, (0..32).map(texel).collect());
-    for content in [Content::MatteBalls, Content::MirrorAndGlass] {
+    for content in [BoxContent::MatteBalls, BoxContent::MirrorAndGlass] {
         let both = Both::of(&Room::lit(content, vec![sunlight()])).with_sky(map.clone());
         for depth in [0, 1, 3] {
             let (settings, plan) = options(2, depth, false, 4);
@@ -314,7 +314,7 @@ fn environment_map() {
 #[test]
 fn lens() {
     for lens in [[0.2, 3.8], [0.1, 5.0]] {
-        let both = Both::new(Content::MatteBalls).with_lens(lens);
+        let both = Both::new(BoxContent::MatteBalls).with_lens(lens);
         let (settings, plan) = options(1, 2, false, 4);
         both.check(&format!("-b {} -d {}", lens[0], lens[1]), &settings, plan, 12_000);
     }
@@ -324,7 +324,7 @@ fn lens() {
 /// samples, and so is the mean squared difference of two renders.
 #[test]
 fn samples_per_pixel() {
-    let both = Both::new(Content::MatteBalls);
+    let both = Both::new(BoxContent::MatteBalls);
     let noise = |spp: u32| {
         let (settings, _) = options(1, 5, false, spp);
         let [a, b] = [0, 1].map(|seed| {
@@ -348,7 +348,7 @@ fn samples_per_pixel() {
 fn adaptive_sampling() {
     const MAX: u32 = 128;
     const PIXELS: u32 = 250;
-    let both = Both::new(Content::Ring);
+    let both = Both::new(BoxContent::Ring);
     let (settings, plan) = options(1, 5, false, MAX);
     let region = Region { x: 180, y: 120, width: BLOCK, height: BLOCK };
     for (batch, tolerance) in [(16, 0.1), (32, 0.2)] {
@@ -386,7 +386,7 @@ fn adaptive_sampling() {
 fn the_files_are_those_of_the_rooms() {
     let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/course"));
     for (name, content) in
-        [("matte_balls", Content::MatteBalls), ("mirror_and_glass", Content::MirrorAndGlass)]
+        [("matte_balls", BoxContent::MatteBalls), ("mirror_and_glass", BoxContent::MirrorAndGlass)]
     {
         let (path, text) = (folder.join(name).with_extension("dae"), Room::new(content).collada());
         if std::env::var_os("PT_WRITE_EXPECTED").is_some() {

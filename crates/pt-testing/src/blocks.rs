@@ -74,7 +74,7 @@ pub fn compare_blocks(
     let count = width as usize * height as usize;
     assert!([a, b, var_a, var_b].iter().all(|s| s.len() == count), "images of other sizes");
     let compare = |[x0, y0]: [u32; 2], [x1, y1]: [u32; 2]| {
-        let mut sums = Sums::default();
+        let mut sums = BlockSums::default();
         for y in y0..y1.min(height) {
             let row = y as usize * width as usize;
             for i in row + x0 as usize..row + x1.min(width) as usize {
@@ -92,14 +92,14 @@ pub fn compare_blocks(
 
 /// Sums over the pixels of a block.
 #[derive(Default)]
-struct Sums {
+struct BlockSums {
     count: f64,
     a: [f64; 3],
     b: [f64; 3],
     variance: [f64; 3],
 }
 
-impl Sums {
+impl BlockSums {
     fn add(&mut self, a: [f32; 3], b: [f32; 3], var_a: [f32; 3], var_b: [f32; 3]) {
         self.count += 1.0;
         for c in 0..3 {

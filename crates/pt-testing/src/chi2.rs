@@ -204,7 +204,7 @@ pub fn chi2_square(
 }
 
 /// Position of a sample in the unit square and its density, or `None` for an invalid sample.
-type Placed = Result<Option<([f64; 2], f64)>, Reason>;
+type SquareSample = Result<Option<([f64; 2], f64)>, Reason>;
 
 /// Observed and expected histogram of a routine.
 struct Histogram {
@@ -217,7 +217,7 @@ struct Histogram {
 
 /// Runs both tests on the unit square.
 fn test(
-    place: impl Fn([f32; 2]) -> Placed,
+    place: impl Fn([f32; 2]) -> SquareSample,
     density: impl Fn(f64, f64) -> f64,
     config: &Chi2<'_>,
 ) -> Result<(), Chi2Failure> {
@@ -237,7 +237,10 @@ fn test(
 }
 
 /// Counts samples per bin.
-fn observe(place: impl Fn([f32; 2]) -> Placed, config: &Chi2<'_>) -> Result<Vec<u32>, Reason> {
+fn observe(
+    place: impl Fn([f32; 2]) -> SquareSample,
+    config: &Chi2<'_>,
+) -> Result<Vec<u32>, Reason> {
     let [nx, ny] = config.bins;
     let mut counts = vec![0; nx * ny + 1];
     let mut random = Random::new(config.seed);

@@ -9,7 +9,7 @@ use crate::Random;
 
 /// Light that is sampled at surfaces.
 #[derive(Clone, Debug)]
-pub enum Light {
+pub enum CourseLight {
     /// Parallelogram that emits towards −`along`.
     Area {
         /// Center.
@@ -59,7 +59,7 @@ fn above(least: f64, random: &mut Random) -> (DVec3, f64) {
     (DVec3::new(r * libm::cos(phi), y, r * libm::sin(phi)), 2.0 * PI * (1.0 - least))
 }
 
-impl Light {
+impl CourseLight {
     /// Returns true if one sample suffices.
     pub(super) fn is_delta(&self) -> bool {
         matches!(self, Self::Point(..) | Self::Directional(..))

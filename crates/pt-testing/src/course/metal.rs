@@ -9,7 +9,7 @@ use crate::Random;
 
 /// Metal with Beckmann's microfacet distribution.
 #[derive(Clone, Copy, Debug)]
-pub struct Metal {
+pub struct BeckmannMetal {
     /// Roughness.
     pub alpha: f64,
     /// Real part of the index of refraction, by channel.
@@ -18,7 +18,7 @@ pub struct Metal {
     pub k: DVec3,
 }
 
-impl Metal {
+impl BeckmannMetal {
     fn d(&self, cos: f64) -> f64 {
         let (a2, c2) = (self.alpha * self.alpha, cos * cos);
         libm::exp(-(1.0 / c2 - 1.0) / a2) / (PI * a2 * c2 * c2)

@@ -14,10 +14,10 @@ mod tree;
 
 use std::f64::consts::PI;
 
-pub use lights::{Light, Map};
-pub use metal::Metal;
+pub use lights::{CourseLight, Map};
+pub use metal::BeckmannMetal;
 use pt_math::DVec3;
-pub use scene::{Content, Room};
+pub use scene::{BoxContent, Room};
 use tree::Tree;
 
 use crate::Random;
@@ -42,7 +42,7 @@ pub enum Material {
     /// refraction.
     Refraction(f64),
     /// Microfacet metal.
-    Microfacet(Metal),
+    Microfacet(BeckmannMetal),
 }
 
 /// Geometric shape.
@@ -57,12 +57,12 @@ pub enum Shape {
 /// Scene of the reference tracer.
 pub struct World {
     shapes: Vec<(Shape, Material)>,
-    lights: Vec<Light>,
+    lights: Vec<CourseLight>,
     tree: Tree,
 }
 
 /// Point on a surface.
-struct Hit {
+struct CourseHit {
     p: DVec3,
     normal: DVec3,
     material: Material,
@@ -139,21 +139,21 @@ impl Eye {
 }
 
 impl World {
-    fn new(shapes: Vec<(Shape, Material)>, lights: Vec<Light>) -> Self {
+    fn new(shapes: Vec<(Shape, Material)>, lights: Vec<CourseLight>) -> Self {
         let tree = Tree::new(&shapes);
         Self { shapes, lights, tree }
     }
 
     /// The same scene with another light.
-    pub fn with_light(mut self, light: Light) -> Self {
+    pub fn with_light(mut self, light: CourseLight) -> Self {
         self.lights.push(light);
         self
     }
 
     /// Nearest surface along a ray.
-    fn hit(&self, origin: DVec3, d: DVec3, most: f64) -> Option<Hit> {
+    fn hit(&self, origin: DVec3, d: DVec3, most: f64) -> Option<CourseHit> {
         let (index, t, normal) = self.tree.nearest(&self.shapes, origin, d, EPSILON, most)?;
-        Some(Hit { p: origin + t * d, normal, material: self.shapes[index].1 })
+        Some(CourseHit { p: origin + t * d, normal, material: self.shapes[index].1 })
     }
 
     /// (n + 1) / 2 at the first surface; black without one.
@@ -175,7 +175,14 @@ impl World {
     }
 
     /// Samples light that is scattered at least once, with `depth` interactions left.
-    fn bounced(&self, hit: &Hit, wo: DVec3, depth: u32, plan: &Plan, r: &mut Random) -> DVec3 {
+    fn bounced(
+        &self,
+        hit: &CourseHit,
+        wo: DVec3,
+        depth: u32,
+        plan: &Plan,
+        r: &mut Random,
+    ) -> DVec3 {
         let counts = plan.accumulate || depth == 1;
         if let Some((wi, weight)) = scattered_sharply(hit, wo, r) {
             let Some(next) = self.hit(hit.p, wi, f64::INFINITY) else { return DVec3::ZERO };
@@ -212,7 +219,7 @@ impl World {
 
     /// Direct light by light sampling, with the same number of samples for each light that is not a
     /// delta light.
-    fn by_lights(&self, hit: &Hit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
+    fn by_lights(&self, hit: &CourseHit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for light in &self.lights {
             let n = if light.is_delta() { 1 } else { plan.light_samples };
@@ -228,7 +235,7 @@ impl World {
     }
 
     /// Direct light by uniform directions.
-    fn by_hemisphere(&self, hit: &Hit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
+    fn by_hemisphere(&self, hit: &CourseHit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
         let n = plan.light_samples * self.lights.len() as u32;
         let sum: DVec3 = (0..n)
             .map(|_| {
@@ -271,12 +278,12 @@ impl World {
 }
 
 /// Emitted radiance of a surface.
-fn emission(hit: &Hit) -> DVec3 {
+fn emission(hit: &CourseHit) -> DVec3 {
     if let Material::Emission(radiance) = hit.material { radiance } else { DVec3::ZERO }
 }
 
 /// f cos θ of a surface without delta scattering, for two directions.
-fn f_cos(hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
+fn f_cos(hit: &CourseHit, wo: DVec3, wi: DVec3) -> DVec3 {
     let n = hit.normal.normalize();
     let cos = wi.dot(n);
     match hit.material {
@@ -288,7 +295,7 @@ fn f_cos(hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
 
 /// Samples a direction at a surface without delta scattering; returns it and its weight f cos θ /
 /// pdf.
-fn scattered(hit: &Hit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
+fn scattered(hit: &CourseHit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
     match hit.material {
         // Cosine-weighted.
         Material::Diffuse(albedo) => {
@@ -304,7 +311,7 @@ fn scattered(hit: &Hit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
 }
 
 /// Samples the direction of a mirror or glass; returns it and its weight.
-fn scattered_sharply(hit: &Hit, wo: DVec3, random: &mut Random) -> Option<(DVec3, f64)> {
+fn scattered_sharply(hit: &CourseHit, wo: DVec3, random: &mut Random) -> Option<(DVec3, f64)> {
     let n = hit.normal.normalize();
     let reflected = 2.0 * wo.dot(n) * n - wo;
     let ior = match hit.material {

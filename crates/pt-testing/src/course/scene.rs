@@ -6,11 +6,11 @@ use std::fmt::Write;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::{Light, Material, Metal, Shape, World};
+use super::{BeckmannMetal, CourseLight, Material, Shape, World};
 
 /// Content of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Content {
+pub enum BoxContent {
     /// Two diffuse balls.
     MatteBalls,
     /// A mirror ball, and a glass ball.
@@ -26,8 +26,8 @@ pub enum Content {
 /// A box, 2 wide and deep and 1.6 high, without a front; y is up, and its front is at +z. A lamp is
 /// below the ceiling. The camera is at the height of the floor.
 pub struct Room {
-    content: Content,
-    lights: Vec<Light>,
+    content: BoxContent,
+    lights: Vec<CourseLight>,
 }
 
 const RADIANCE: f64 = 10.0;
@@ -37,12 +37,12 @@ const BALLS: [(DVec3, f64); 2] =
     [(DVec3::new(-0.45, 0.3, -0.25), 0.3), (DVec3::new(0.45, 0.35, 0.2), 0.35)];
 const WHITE: DVec3 = DVec3::splat(0.6);
 /// Indices of refraction of metals at the wavelengths of the course's files.
-const ALUMINIUM: Metal = Metal {
+const ALUMINIUM: BeckmannMetal = BeckmannMetal {
     alpha: 0.2,
     eta: DVec3::new(1.3352, 1.0109, 0.68955),
     k: DVec3::new(7.3398, 6.6157, 5.6471),
 };
-const COPPER: Metal = Metal {
+const COPPER: BeckmannMetal = BeckmannMetal {
     alpha: 0.5,
     eta: DVec3::new(0.33228, 1.0162, 1.2474),
     k: DVec3::new(3.1646, 2.5785, 2.4603),
@@ -107,15 +107,15 @@ fn ring() -> (Vec<DVec3>, Vec<[usize; 3]>) {
 
 impl Room {
     /// Creates a box with this content, lit by the lamp.
-    pub fn new(content: Content) -> Self {
+    pub fn new(content: BoxContent) -> Self {
         let (middle, [a, b]) = LAMP;
         let edges = [a * DVec3::X, b * DVec3::Z];
         let radiance = DVec3::splat(RADIANCE);
-        Self::lit(content, vec![Light::Area { middle, edges, along: DVec3::Y, radiance }])
+        Self::lit(content, vec![CourseLight::Area { middle, edges, along: DVec3::Y, radiance }])
     }
 
     /// Creates a box with this content, lit by `lights`; the lamp is visible but not sampled.
-    pub fn lit(content: Content, lights: Vec<Light>) -> Self {
+    pub fn lit(content: BoxContent, lights: Vec<CourseLight>) -> Self {
         Self { content, lights }
     }
 
@@ -127,11 +127,11 @@ impl Room {
 
     fn balls(&self) -> Vec<(DVec3, f64, Material)> {
         let [one, two] = match self.content {
-            Content::MatteBalls => [Material::Diffuse(DVec3::splat(0.8)); 2],
-            Content::MirrorAndGlass => [Material::Mirror, Material::Glass(1.45)],
-            Content::MirrorAndRefraction => [Material::Mirror, Material::Refraction(1.45)],
-            Content::Metals => [ALUMINIUM, COPPER].map(Material::Microfacet),
-            Content::Ring => return Vec::new(),
+            BoxContent::MatteBalls => [Material::Diffuse(DVec3::splat(0.8)); 2],
+            BoxContent::MirrorAndGlass => [Material::Mirror, Material::Glass(1.45)],
+            BoxContent::MirrorAndRefraction => [Material::Mirror, Material::Refraction(1.45)],
+            BoxContent::Metals => [ALUMINIUM, COPPER].map(Material::Microfacet),
+            BoxContent::Ring => return Vec::new(),
         };
         let [(p, r), (q, s)] = BALLS;
         vec![(p, r, one), (q, s, two)]
@@ -149,7 +149,7 @@ impl Room {
         }
         let balls = self.balls();
         shapes.extend(balls.into_iter().map(|(p, r, material)| (Shape::Ball(p, r), material)));
-        if self.content == Content::Ring {
+        if self.content == BoxContent::Ring {
             let (vertices, triangles) = ring();
             let mut normals = vec![DVec3::ZERO; vertices.len()];
             for t in &triangles {
@@ -170,7 +170,7 @@ impl Room {
 
     /// COLLADA file: z is up there, and all nodes have matrices.
     pub fn collada(&self) -> String {
-        let mut parts = Parts::default();
+        let mut parts = ColladaLibraries::default();
         for (i, light) in self.lights.iter().enumerate() {
             parts.light(&format!("light{i}"), light);
         }
@@ -183,7 +183,7 @@ impl Room {
         for (i, (p, radius, material)) in self.balls().into_iter().enumerate() {
             parts.ball(&format!("ball{i}"), p, radius, material);
         }
-        if self.content == Content::Ring {
+        if self.content == BoxContent::Ring {
             let (vertices, triangles) = ring();
             parts.mesh("ring", &vertices, &triangles, Material::Diffuse(DVec3::splat(0.5)));
         }
@@ -193,7 +193,7 @@ impl Room {
 
 /// Libraries of a COLLADA file.
 #[derive(Default)]
-struct Parts {
+struct ColladaLibraries {
     lights: String,
     effects: String,
     materials: String,
@@ -212,7 +212,7 @@ fn numbers(v: DVec3) -> String {
     format!("{} {} {}", v.x, v.y, v.z)
 }
 
-impl Parts {
+impl ColladaLibraries {
     fn node(&mut self, name: &str, to_world: &DAffine3, instance: &str) {
         // x to the left, y forwards, z up.
         let turned = DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y);
@@ -230,20 +230,22 @@ impl Parts {
         );
     }
 
-    fn light(&mut self, name: &str, light: &Light) {
+    fn light(&mut self, name: &str, light: &CourseLight) {
         let (to_world, kind, color) = match light {
-            Light::Area { middle, edges: [a, b], along, radiance } => {
+            CourseLight::Area { middle, edges: [a, b], along, radiance } => {
                 let square = DMat3::from_cols(*a, -*b, *along);
                 (DAffine3::from_mat3_translation(square, *middle), "area", radiance)
             }
-            Light::Point(at, irradiance) => (DAffine3::from_translation(*at), "point", irradiance),
+            CourseLight::Point(at, irradiance) => {
+                (DAffine3::from_translation(*at), "point", irradiance)
+            }
             // The light comes from the point in front of its node.
-            Light::Directional(towards, irradiance) => {
+            CourseLight::Directional(towards, irradiance) => {
                 (DAffine3::from_translation(*towards + DVec3::Z), "directional", irradiance)
             }
-            Light::Ambient(radiance) => (DAffine3::IDENTITY, "ambient", radiance),
+            CourseLight::Ambient(radiance) => (DAffine3::IDENTITY, "ambient", radiance),
             // Given on the command line.
-            Light::Environment(_) => return,
+            CourseLight::Environment(_) => return,
         };
         let color = format!("<color>{}</color>", numbers(*color));
         let attenuation = "<constant_attenuation>1</constant_attenuation><linear_attenuation>0\
@@ -297,7 +299,7 @@ impl Parts {
                 );
                 (WHITE, course(&inner))
             }
-            Material::Microfacet(Metal { alpha, eta, k }) => {
+            Material::Microfacet(BeckmannMetal { alpha, eta, k }) => {
                 let inner = format!(
                     "<microfacet><reflectance>1 1 1</reflectance><alpha>{alpha}</alpha><eta>{}</eta><k>{}</k>\
                      </microfacet>",
