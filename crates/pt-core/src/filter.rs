@@ -28,13 +28,13 @@ pub struct FilterSampler {
     /// ∫|g| from 0 to xᵢ, divided by the whole integral.
     cumulative: Vec<f32>,
     /// Intervals from xᵢ to xᵢ₊₁.
-    cells: Vec<Cell>,
+    cells: Vec<FilterCell>,
     /// ∫|g| / ∫g, which is at least 1.
     gain: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Cell {
+struct FilterCell {
     /// Start and width, in pixels.
     start: f32,
     width: f32,
@@ -79,7 +79,7 @@ impl FilterSampler {
             let density = |g: f64| (g.abs() / absolute * width) as f32;
             let weight = if *area < 0.0 { -gain } else { gain } as f32;
             let (left, right) = (density(k[0].1), density(k[1].1));
-            Cell { start: k[0].0 as f32, width: width as f32, left, right, weight }
+            FilterCell { start: k[0].0 as f32, width: width as f32, left, right, weight }
         };
         let cells = knots.windows(2).zip(&areas).map(cell).collect();
         Ok(Some(Self { cumulative, cells, gain: gain as f32 }))
@@ -127,7 +127,7 @@ impl FilterSampler {
         let share = v.abs();
         // The last entry that is not above `share`. The next one is, so the cell is not empty.
         let i = self.cumulative.partition_point(|&c| c <= share).clamp(1, self.cells.len()) - 1;
-        let Cell { start, width, left, right, weight } = self.cells[i];
+        let FilterCell { start, width, left, right, weight } = self.cells[i];
         // Solve left t + (right − left) t²/2 = rest for t.
         let rest = share - self.cumulative[i];
         let root = (left * left + 2.0 * (right - left) * rest).max(0.0).sqrt();

@@ -38,10 +38,10 @@ impl<T> fmt::Debug for Id<T> {
 
 /// Marker of the ids of surfaces, which modules below that of the records use.
 #[derive(Clone, Copy, Debug)]
-pub enum Surface {}
+pub enum SurfaceMarker {}
 
 /// Index of a [`SurfaceRecord`](crate::surface::SurfaceRecord).
-pub type SurfaceId = Id<Surface>;
+pub type SurfaceId = Id<SurfaceMarker>;
 
 /// Records indexed by [`Id`]s of `K`, usually of the records themselves.
 #[derive(Debug)]

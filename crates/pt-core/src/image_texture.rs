@@ -11,13 +11,13 @@ use crate::mipmap;
 /// Image in the smallest lossless representation.
 pub struct Texels {
     size: [u32; 2],
-    values: Values,
+    values: TexelValues,
     /// Coarser mipmap levels, each of half the width and height of the one before, down to one
     /// texel; empty if no texture uses them.
     coarser: Vec<Texels>,
 }
 
-enum Values {
+enum TexelValues {
     /// 8-bit sRGB levels.
     Srgb(Vec<[u8; 3]>),
     /// 8-bit linear levels: multiples of 1/255.
@@ -30,9 +30,9 @@ impl Texels {
     pub(crate) fn new(width: u32, height: u32, pixels: &[[f32; 3]]) -> Self {
         let values = SRGB
             .coded(pixels)
-            .map(Values::Srgb)
-            .or_else(|| LEVELS.coded(pixels).map(Values::Levels))
-            .unwrap_or_else(|| Values::Floats(pixels.to_vec()));
+            .map(TexelValues::Srgb)
+            .or_else(|| LEVELS.coded(pixels).map(TexelValues::Levels))
+            .unwrap_or_else(|| TexelValues::Floats(pixels.to_vec()));
         Self { size: [width, height], values, coarser: Vec::new() }
     }
 
@@ -70,8 +70,8 @@ impl Texels {
     /// Returns the memory of the values in bytes, including coarser levels.
     pub fn bytes(&self) -> usize {
         let own = match &self.values {
-            Values::Srgb(v) | Values::Levels(v) => size_of_val(v.as_slice()),
-            Values::Floats(v) => size_of_val(v.as_slice()),
+            TexelValues::Srgb(v) | TexelValues::Levels(v) => size_of_val(v.as_slice()),
+            TexelValues::Floats(v) => size_of_val(v.as_slice()),
         };
         own + self.coarser.iter().map(Self::bytes).sum::<usize>()
     }
@@ -79,9 +79,9 @@ impl Texels {
     #[inline]
     fn texel(&self, i: usize) -> Spectrum {
         match &self.values {
-            Values::Srgb(v) => Spectrum::from(v[i].map(|b| SRGB.light(b))),
-            Values::Levels(v) => Spectrum::from(v[i].map(|b| LEVELS.light(b))),
-            Values::Floats(v) => v[i].into(),
+            TexelValues::Srgb(v) => Spectrum::from(v[i].map(|b| SRGB.light(b))),
+            TexelValues::Levels(v) => Spectrum::from(v[i].map(|b| LEVELS.light(b))),
+            TexelValues::Floats(v) => v[i].into(),
         }
     }
 

@@ -70,7 +70,7 @@ pub struct LobeMaterial {
     pub along: Option<Id<TextureRecord>>,
     /// Normals of the clear coat; `None` means those of the lobe.
     pub coat: Option<CoatRecord>,
-    /// Begin and end of its [`Slot`]s.
+    /// Begin and end of its [`TextureSlot`]s.
     pub slots: [u32; 2],
 }
 
@@ -85,7 +85,7 @@ pub enum CoatRecord {
 
 /// Textured parameters of a lobe.
 #[derive(Clone, Copy, Debug)]
-pub struct Slot {
+pub struct TextureSlot {
     /// The texture.
     pub texture: Id<TextureRecord>,
     /// Index of the first parameter.
@@ -132,7 +132,7 @@ pub struct Materials {
     /// Materials and their parts.
     pub table: Table<Material>,
     /// Textured parameters of lobes.
-    pub slots: Vec<Slot>,
+    pub slots: Vec<TextureSlot>,
     /// The textures.
     pub textures: Arc<Textures>,
 }
@@ -176,7 +176,7 @@ impl Materials {
         parametrization: &TextureEvalContext,
         mut choice: f32,
     ) -> EvaluatedMaterial {
-        let mut view = View::new(at.wo, normal, side);
+        let mut view = ViewedSurface::new(at.wo, normal, side);
         loop {
             match self.table[id] {
                 Material::Lobe(material) => {
@@ -305,7 +305,7 @@ impl Materials {
 }
 
 /// View of a surface, which normal and bump maps modify.
-struct View {
+struct ViewedSurface {
     /// Current unit normal.
     normal: Vec3,
     /// Direction to the viewer.
@@ -320,7 +320,7 @@ struct View {
     sees_nothing: bool,
 }
 
-impl View {
+impl ViewedSurface {
     fn new(wo: Vec3, normal: Vec3, side: Vec3) -> Self {
         Self {
             normal,

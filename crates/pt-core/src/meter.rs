@@ -15,14 +15,14 @@ use crate::light::EmitterTriangle;
 #[derive(Clone, Debug)]
 pub struct Meter {
     /// Surface over which the mean is taken.
-    pub surface: Surface,
+    pub surface: MeterSurface,
     /// Distribution of rays at a point.
-    pub rays: Rays,
+    pub rays: MeterRays,
 }
 
 /// The surface of a meter, in metres in the world.
 #[derive(Clone, Debug)]
-pub enum Surface {
+pub enum MeterSurface {
     /// Triangles, sampled by area.
     Triangles {
         /// The triangles.
@@ -43,7 +43,7 @@ pub enum Surface {
 
 /// Distribution of the rays of a meter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rays {
+pub enum MeterRays {
     /// Cosine-weighted hemisphere around the normal, which measures irradiance.
     Hemisphere,
     /// Parallel rays that start in front of a sphere around the scene.
@@ -58,7 +58,7 @@ pub enum Rays {
 }
 
 /// A sampled point of a surface.
-struct Point {
+struct MeterPoint {
     p: Vec3,
     error: Vec3,
     /// Unit geometric normal.
@@ -72,8 +72,8 @@ impl Meter {
     /// ∫ L cos θ dω, whose directions have the density cos θ / π.
     pub fn importance(&self) -> f32 {
         match self.rays {
-            Rays::Hemisphere => PI,
-            Rays::Parallel { .. } => 1.0,
+            MeterRays::Hemisphere => PI,
+            MeterRays::Parallel { .. } => 1.0,
         }
     }
 
@@ -82,12 +82,12 @@ impl Meter {
     pub fn ray(&self, u: [f32; 2], v: [f32; 2]) -> Ray {
         let at = self.surface.point(u);
         match self.rays {
-            Rays::Hemisphere => {
+            MeterRays::Hemisphere => {
                 let direction = Frame::from_normal(at.normal).to_world(warp::cosine_hemisphere(v));
                 let origin = offset_origin(at.p, at.error, at.geometric, direction);
                 Ray::new(origin, direction)
             }
-            Rays::Parallel { direction, center, radius } => {
+            MeterRays::Parallel { direction, center, radius } => {
                 let back = (at.p - center).dot(direction) + radius;
                 Ray::new(at.p - direction * back, direction)
             }
@@ -103,7 +103,7 @@ impl Meter {
     }
 }
 
-impl Surface {
+impl MeterSurface {
     /// Creates a surface of triangles with the vertex normals of each, or with no normals. `None`
     /// if the triangles have no area.
     pub fn triangles(triangles: Vec<EmitterTriangle>, normals: Vec<[Vec3; 3]>) -> Option<Self> {
@@ -113,7 +113,7 @@ impl Surface {
     }
 
     /// Samples a uniform point.
-    fn point(&self, [u, v]: [f32; 2]) -> Point {
+    fn point(&self, [u, v]: [f32; 2]) -> MeterPoint {
         match self {
             Self::Triangles { triangles, normals, choice } => {
                 let (i, _, u) = choice.sample(u);
@@ -124,14 +124,14 @@ impl Surface {
                 let smooth = normals.get(i).map_or(normal, |[n0, n1, n2]| {
                     (*n0 * (1.0 - b1 - b2) + *n1 * b1 + *n2 * b2).normalize_or(normal)
                 });
-                Point { p: p0 + q1 + q2, error, geometric: normal, normal: smooth }
+                MeterPoint { p: p0 + q1 + q2, error, geometric: normal, normal: smooth }
             }
             &Self::Sphere { center, radius } => {
                 let outwards = warp::uniform_sphere([u, v]);
                 let offset = outwards * radius.abs();
                 let error = (center.abs() + offset.abs()) * gamma(5);
                 let normal = outwards * radius.signum();
-                Point { p: center + offset, error, geometric: normal, normal }
+                MeterPoint { p: center + offset, error, geometric: normal, normal }
             }
         }
     }
@@ -157,21 +157,23 @@ mod tests {
         ];
         let triangles: Vec<_> =
             triangles.into_iter().map(|t| EmitterTriangle { p0: t.p0 + corner, ..t }).collect();
-        let surface = Surface::triangles(triangles, Vec::new()).expect("it has an area");
+        let surface = MeterSurface::triangles(triangles, Vec::new()).expect("it has an area");
         let place = |u| {
             let p = surface.point(u).p - corner;
             Some([p.x, p.y].map(|x| x.clamp(0.0, 1.0f32.next_down())))
         };
         chi2_square(place, |_| 1.0, &Chi2::new("square of a meter")).unwrap();
-        assert!(Surface::triangles(vec![flat(Vec3::ZERO, Vec3::X, Vec3::X)], Vec::new()).is_none());
+        assert!(
+            MeterSurface::triangles(vec![flat(Vec3::ZERO, Vec3::X, Vec3::X)], Vec::new()).is_none()
+        );
     }
 
     /// Around a normal, cos² and the azimuth are uniform, on the front of both kinds of spheres.
     #[test]
     fn directions_follow_the_cosine() {
         for radius in [2.0, -2.0] {
-            let surface = Surface::Sphere { center: Vec3::new(1.0, 2.0, 3.0), radius };
-            let meter = Meter { surface, rays: Rays::Hemisphere };
+            let surface = MeterSurface::Sphere { center: Vec3::new(1.0, 2.0, 3.0), radius };
+            let meter = Meter { surface, rays: MeterRays::Hemisphere };
             let u = [0.3, 0.7];
             let normal = meter.surface.point(u).normal;
             let frame = Frame::from_normal(normal);
@@ -193,8 +195,8 @@ mod tests {
     fn parallel_rays_come_from_before_the_scene() {
         let direction = Vec3::new(0.0, 0.6, -0.8);
         let (center, radius) = (Vec3::new(3.0, 0.0, 0.0), 5.0);
-        let surface = Surface::Sphere { center: Vec3::new(2.0, 1.0, 0.0), radius: 2.0 };
-        let meter = Meter { surface, rays: Rays::Parallel { direction, center, radius } };
+        let surface = MeterSurface::Sphere { center: Vec3::new(2.0, 1.0, 0.0), radius: 2.0 };
+        let meter = Meter { surface, rays: MeterRays::Parallel { direction, center, radius } };
         for u in [[0.1, 0.2], [0.9, 0.4], [0.5, 0.99]] {
             let ray = meter.ray(u, [0.5; 2]);
             assert_eq!(ray.direction, direction);

@@ -3,18 +3,18 @@
 use pt_math::Vec2;
 
 /// Width and height of a level, and its values row by row.
-pub(crate) type Level = ([u32; 2], Vec<[f32; 3]>);
+pub(crate) type MipLevel = ([u32; 2], Vec<[f32; 3]>);
 
 /// Returns the coarser levels of an image, each of half the width and height of the one before,
 /// down to one value.
-pub(crate) fn mip_levels(size: [u32; 2], pixels: &[[f32; 3]]) -> impl Iterator<Item = Level> {
+pub(crate) fn mip_levels(size: [u32; 2], pixels: &[[f32; 3]]) -> impl Iterator<Item = MipLevel> {
     let half = |size: [u32; 2], pixels: &[[f32; 3]]| (size != [1, 1]).then(|| halved(size, pixels));
     std::iter::successors(half(size, pixels), move |(size, pixels)| half(*size, pixels))
 }
 
 /// Returns an image of half the size (rounded down, and at least 1). Each value is the mean over
 /// the area that it covers, so the mean of the image is preserved.
-fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> Level {
+fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> MipLevel {
     let half = [width, height].map(|n| (n / 2).max(1));
     let (columns, rows) = (covered(width, half[0]), covered(height, half[1]));
     let value = |row: &[(usize, f64)], column: &[(usize, f64)]| {

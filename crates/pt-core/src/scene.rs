@@ -11,7 +11,7 @@ use crate::bsdf::{Bsdf, LobeContext, LobeRecord, LobeTables, emitted_through};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
-use crate::id::{Id, Surface, SurfaceId, Table};
+use crate::id::{Id, SurfaceId, SurfaceMarker, Table};
 use crate::instances::InstanceTable;
 use crate::interaction::{Interaction, PrimitiveRef, SurfacePoint};
 use crate::light::{
@@ -47,7 +47,7 @@ pub struct RenderScene {
     /// Cumulative numbers of triangles and spheres, up to and including each object.
     pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
-    pub surfaces: Table<SurfaceRecord, Surface>,
+    pub surfaces: Table<SurfaceRecord, SurfaceMarker>,
     /// Index of the material of each surface in the source scene, if it has one.
     pub surface_materials: Vec<Option<u32>>,
     /// Scattering lobes.

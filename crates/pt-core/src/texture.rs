@@ -8,7 +8,7 @@ use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
 use crate::image_texture::Texels;
-use crate::medium::Field;
+use crate::medium::WorldGrid;
 use crate::shapes::FLAT;
 use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
 use crate::texture_record::{
@@ -26,7 +26,7 @@ pub struct Textures {
     /// Images of the textures.
     pub texels: Table<Texels>,
     /// Grids of the textures.
-    pub grids: Vec<Field>,
+    pub grids: Vec<WorldGrid>,
     /// Colours and named values of meshes that the textures use.
     pub mesh_colors: Vec<MeshColors>,
     /// True if any texture is filtered by the footprint.

@@ -58,7 +58,7 @@ pub struct CoatedConductor {
     coat: f32,
     base: f32,
     thickness: f32,
-    /// Mean of `Side::rest` over diffuse illumination, 2 ∫ rest(cos θ) cos θ d cos θ.
+    /// Mean of `DirectionTerms::rest` over diffuse illumination, 2 ∫ rest(cos θ) cos θ d cos θ.
     rest: f32,
 }
 
@@ -100,7 +100,7 @@ fn distribution(masking: Masking, alpha: f32) -> MicrofacetDistribution {
 }
 
 /// Terms of a direction above the surface.
-struct Side<'a> {
+struct DirectionTerms<'a> {
     w: Vec3,
     /// The direction refracted into the coat.
     bent: Vec3,
@@ -108,16 +108,16 @@ struct Side<'a> {
     reflected: f32,
     /// A, the transmittance of the coat.
     kept: f32,
-    tables: &'a Tables,
+    tables: &'a AlbedoTables,
 }
 
 /// Directional albedo tables of the coat and of the metal under it.
-struct Tables {
+struct AlbedoTables {
     gloss: Gloss,
     beneath: Beneath,
 }
 
-impl Side<'_> {
+impl DirectionTerms<'_> {
     /// Fraction that is reflected neither by the coat nor once by white metal.
     #[inline]
     fn rest(&self) -> f32 {
@@ -140,7 +140,7 @@ impl CoatedConductor {
         Self { metal_eta, metal_k, again, eta, coat, base, thickness, rest: 0.0 }.with_mean()
     }
 
-    /// Computes the mean of `Side::rest`.
+    /// Computes the mean of `DirectionTerms::rest`.
     fn with_mean(mut self) -> Self {
         const STEPS: u16 = 128;
         let tables = self.tables();
@@ -154,19 +154,19 @@ impl CoatedConductor {
         self
     }
 
-    fn tables(&self) -> Tables {
-        Tables {
+    fn tables(&self) -> AlbedoTables {
+        AlbedoTables {
             gloss: Gloss::new(&self.coat_facets(), self.eta),
             beneath: Beneath::new(&self.metal_facets(), self.eta),
         }
     }
 
     #[inline]
-    fn side<'a>(&self, w: Vec3, tables: &'a Tables) -> Side<'a> {
+    fn side<'a>(&self, w: Vec3, tables: &'a AlbedoTables) -> DirectionTerms<'a> {
         let reflected = fresnel::dielectric(w.z, self.eta).map_or(1.0, |(f, _)| f);
         let sin2 = (w.x * w.x + w.y * w.y) / (self.eta * self.eta);
         let bent = Vec3::new(w.x / self.eta, w.y / self.eta, (1.0 - sin2).max(0.0).sqrt());
-        Side { w, bent, reflected, kept: trig::exp(-self.thickness / bent.z), tables }
+        DirectionTerms { w, bent, reflected, kept: trig::exp(-self.thickness / bent.z), tables }
     }
 
     /// The facets for which the tables of `Gloss` are.
@@ -188,7 +188,7 @@ impl CoatedConductor {
     /// Probabilities of sampling the coat, the metal and the rest: their fractions of the scattered
     /// light, by luminance.
     #[inline]
-    fn probabilities(&self, o: &Side<'_>) -> [f32; 3] {
+    fn probabilities(&self, o: &DirectionTerms<'_>) -> [f32; 3] {
         const MIN: f32 = 0.02;
         let left = o.tables.gloss.left(o.w);
         let rest = o.rest();
@@ -211,13 +211,13 @@ impl CoatedConductor {
 
     /// Solid angle of a refracted direction over that of the direction itself, dω'/dω.
     #[inline]
-    fn eta_scale(&self, i: &Side<'_>) -> f32 {
+    fn eta_scale(&self, i: &DirectionTerms<'_>) -> f32 {
         i.w.z / (self.eta * self.eta * i.bent.z)
     }
 
     /// f cos θi of the metal under the coat.
     #[inline]
-    fn eval_metal(&self, o: &Side<'_>, i: &Side<'_>) -> Spectrum {
+    fn eval_metal(&self, o: &DirectionTerms<'_>, i: &DirectionTerms<'_>) -> Spectrum {
         let Some(h) = half_vector(o.bent, i.bent) else { return Spectrum::ZERO };
         let kept = o.kept * i.kept;
         let metal = self.metal(o.bent.dot(h)) * kept;
@@ -229,7 +229,7 @@ impl CoatedConductor {
 
     /// f cos θi of the light that is scattered more than once.
     #[inline]
-    fn eval_rest(&self, o: &Side<'_>, i: &Side<'_>) -> Spectrum {
+    fn eval_rest(&self, o: &DirectionTerms<'_>, i: &DirectionTerms<'_>) -> Spectrum {
         if self.rest > 0.0 {
             self.again * (o.rest() * i.rest() * FRAC_1_PI * i.w.z / self.rest)
         } else {
@@ -238,13 +238,13 @@ impl CoatedConductor {
     }
 
     #[inline]
-    fn eval_sides(&self, o: &Side<'_>, i: &Side<'_>) -> Spectrum {
+    fn eval_sides(&self, o: &DirectionTerms<'_>, i: &DirectionTerms<'_>) -> Spectrum {
         let coat = Spectrum::splat(self.eval_coat(o.w, i.w));
         coat + self.eval_metal(o, i) + self.eval_rest(o, i)
     }
 
     #[inline]
-    fn pdf_sides(&self, o: &Side<'_>, i: &Side<'_>) -> Pdf<SolidAngle> {
+    fn pdf_sides(&self, o: &DirectionTerms<'_>, i: &DirectionTerms<'_>) -> Pdf<SolidAngle> {
         let by = |distribution: &MicrofacetDistribution, o: Vec3, i: Vec3| {
             half_vector(o, i).map_or(0.0, |h| reflected_pdf(distribution, o, h).get())
         };

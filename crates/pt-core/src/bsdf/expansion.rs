@@ -5,36 +5,36 @@
 //! Measured = measured::Measured<'t>,
 //! ```
 //!
-//! Items that the set of lobes has once stand under another name; `Kind` has further lobes.
+//! Items that the set of lobes has once stand under another name; `LobeKind` has further lobes.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::diffuse::Diffuse;
 use super::measured::Measured;
-use super::{AnyLobe, BsdfSample, Kind, Lobe, LobeContext, LobeRecord};
+use super::{AnyLobe, BsdfSample, Lobe, LobeContext, LobeKind, LobeRecord};
 
 /// `impl From<…> for LobeRecord`: the parameters of a lobe, and its number in the list.
 fn diffuse_record(lobe: Diffuse) -> LobeRecord {
-    LobeRecord { kind: Kind::Diffuse as u32, p: lobe.pack() }
+    LobeRecord { kind: LobeKind::Diffuse as u32, p: lobe.pack() }
 }
 
 fn measured_record(lobe: Measured<'_>) -> LobeRecord {
-    LobeRecord { kind: Kind::Measured as u32, p: lobe.pack() }
+    LobeRecord { kind: LobeKind::Measured as u32, p: lobe.pack() }
 }
 
 /// [`LobeRecord::is_delta`]; other constants of lobes are looked up in the same way.
 fn is_delta(record: &LobeRecord) -> bool {
-    (record.kind == Kind::Diffuse as u32 && <Diffuse as Lobe<'_>>::DELTA)
-        || (record.kind == Kind::Measured as u32 && <Measured as Lobe<'_>>::DELTA)
+    (record.kind == LobeKind::Diffuse as u32 && <Diffuse as Lobe<'_>>::DELTA)
+        || (record.kind == LobeKind::Measured as u32 && <Measured as Lobe<'_>>::DELTA)
 }
 
 /// [`LobeRecord::eval`]. `run` inlines the first lobe, whose [`Lobe::INLINE`] is true, and calls
 /// the second.
 fn eval(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Spectrum {
-    if record.kind == Kind::Diffuse as u32 {
+    if record.kind == LobeKind::Diffuse as u32 {
         return record.run::<Diffuse, _>(context, |lobe| lobe.eval(wo, wi));
     }
-    if record.kind == Kind::Measured as u32 {
+    if record.kind == LobeKind::Measured as u32 {
         return record.run::<Measured, _>(context, |lobe| lobe.eval(wo, wi));
     }
     Spectrum::ZERO
@@ -42,10 +42,10 @@ fn eval(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Sp
 
 /// [`LobeRecord::pdf`].
 fn pdf(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-    if record.kind == Kind::Diffuse as u32 {
+    if record.kind == LobeKind::Diffuse as u32 {
         return record.run::<Diffuse, _>(context, |lobe| lobe.pdf(wo, wi));
     }
-    if record.kind == Kind::Measured as u32 {
+    if record.kind == LobeKind::Measured as u32 {
         return record.run::<Measured, _>(context, |lobe| lobe.pdf(wo, wi));
     }
     Pdf::ZERO
@@ -58,10 +58,10 @@ fn sample(
     wo: Vec3,
     u: [f32; 3],
 ) -> Option<BsdfSample> {
-    if record.kind == Kind::Diffuse as u32 {
+    if record.kind == LobeKind::Diffuse as u32 {
         return record.run::<Diffuse, _>(context, |lobe| lobe.sample(wo, u));
     }
-    if record.kind == Kind::Measured as u32 {
+    if record.kind == LobeKind::Measured as u32 {
         return record.run::<Measured, _>(context, |lobe| lobe.sample(wo, u));
     }
     None

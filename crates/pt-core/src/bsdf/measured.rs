@@ -10,7 +10,7 @@ use std::fmt;
 use std::sync::LazyLock;
 
 pub use gonioreflectometer::{Gonioreflectometer, TabulatedLobe};
-use planes::{Blend, Planes, Warp};
+use planes::{TableWeights, UnitSquareTables, Warp};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec2, Vec3, trig};
 use pt_scene::measured::{self, Measurements};
 
@@ -50,11 +50,11 @@ pub struct MeasuredTables {
     repeats: u32,
     is_relative: bool,
     spread: f32,
-    ndf: Planes<f32>,
-    sigma: Planes<f32>,
+    ndf: UnitSquareTables<f32>,
+    sigma: UnitSquareTables<f32>,
     vndf: Warp,
     luminance: Warp,
-    colors: Planes<Vec3>,
+    colors: UnitSquareTables<Vec3>,
 }
 
 impl MeasuredTables {
@@ -70,11 +70,11 @@ impl MeasuredTables {
             repeats: measurements.repeats(),
             is_relative: tables.is_relative,
             spread: measurements.roughness(),
-            ndf: Planes::from(&tables.ndf),
-            sigma: Planes::from(&tables.sigma),
+            ndf: UnitSquareTables::from(&tables.ndf),
+            sigma: UnitSquareTables::from(&tables.sigma),
             vndf: Warp::new(&tables.vndf),
             luminance: Warp::new(&tables.luminance),
-            colors: Planes {
+            colors: UnitSquareTables {
                 columns,
                 rows,
                 values: tables.colors.iter().map(|color| Vec3::from(*color)).collect(),
@@ -111,7 +111,7 @@ struct Viewed {
     /// The viewing direction, reflected into the tabulated range.
     wo: Vec3,
     turn: Vec3,
-    blend: Blend,
+    blend: TableWeights,
     /// Azimuth that is subtracted from that of the facet normals.
     from_phi: f32,
     /// Divisor of D(m).
@@ -164,12 +164,12 @@ impl<'t> Measured<'t> {
         let wo = wo * turn;
         let [theta, phi] = angles(wo);
         let area = if tables.is_relative {
-            let area = tables.sigma.at(&Blend::ONE, Vec2::new(column(theta), row(phi)));
+            let area = tables.sigma.at(&TableWeights::ONE, Vec2::new(column(theta), row(phi)));
             4.0 * area.max(MIN_AREA)
         } else {
             1.0
         };
-        let blend = Blend::new(&tables.phi, &tables.theta, [phi, theta]);
+        let blend = TableWeights::new(&tables.phi, &tables.theta, [phi, theta]);
         let from_phi = if tables.is_isotropic { phi } else { 0.0 };
         Some(Viewed { wo, turn, blend, from_phi, area })
     }
@@ -192,8 +192,11 @@ impl<'t> Measured<'t> {
             return None;
         }
         let color = self.tables.colors.at(blend, point);
-        let distribution =
-            if self.tables.is_relative { self.tables.ndf.at(&Blend::ONE, normal) } else { 1.0 };
+        let distribution = if self.tables.is_relative {
+            self.tables.ndf.at(&TableWeights::ONE, normal)
+        } else {
+            1.0
+        };
         Some((Spectrum(color * (distribution / area)), pdf))
     }
 }

@@ -205,11 +205,11 @@ macro_rules! lobes {
         $(pub use $module::$ty;)*
 
         #[repr(u32)]
-        enum Kind { $($(#[$doc])* $name),* }
+        enum LobeKind { $($(#[$doc])* $name),* }
 
         $(impl $(<$tables>)? From<$ty $(<$tables>)?> for LobeRecord {
             fn from(lobe: $ty $(<$tables>)?) -> Self {
-                Self { kind: Kind::$name as u32, p: lobe.pack() }
+                Self { kind: LobeKind::$name as u32, p: lobe.pack() }
             }
         })*
 
@@ -217,12 +217,12 @@ macro_rules! lobes {
             /// See [`Lobe::DELTA`].
             #[inline(always)]
             fn is_delta(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DELTA))||*
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::DELTA))||*
             }
             /// See [`Lobe::lobe_width`].
             #[inline(always)]
             fn lobe_width(&self, context: LobeContext<'_>) -> f32 {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return self.run::<$ty, _>(context, |lobe| lobe.lobe_width());
                 })*
                 0.0
@@ -230,16 +230,16 @@ macro_rules! lobes {
             /// See [`Lobe::TRANSMITS`].
             #[inline(always)]
             fn transmits(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::TRANSMITS))||*
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::TRANSMITS))||*
             }
             /// See [`Lobe::STRAIGHT`].
             #[inline(always)]
             fn is_straight(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::STRAIGHT))||*
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::STRAIGHT))||*
             }
             /// See [`Lobe::straight`].
             fn straight(&self, context: LobeContext<'_>, wo: Vec3) -> Spectrum {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return self.run::<$ty, _>(context, |lobe| lobe.straight(wo));
                 })*
                 Spectrum::ZERO
@@ -247,15 +247,15 @@ macro_rules! lobes {
             /// See [`Lobe::IS_FIBER`].
             #[inline(always)]
             fn is_fiber(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::IS_FIBER))||*
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::IS_FIBER))||*
             }
             /// See [`Lobe::DIFFUSE`].
             fn is_diffuse(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
             }
             /// Name of the lobe in `lobes!`.
             fn name(&self) -> &'static str {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return stringify!($name);
                 })*
                 ""
@@ -263,7 +263,7 @@ macro_rules! lobes {
             /// See [`Lobe::eval`].
             #[inline(always)]
             fn eval(&self, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Spectrum {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return self.run::<$ty, _>(context, |lobe| lobe.eval(wo, wi));
                 })*
                 Spectrum::ZERO
@@ -271,7 +271,7 @@ macro_rules! lobes {
             /// See [`Lobe::pdf`].
             #[inline(always)]
             fn pdf(&self, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return self.run::<$ty, _>(context, |lobe| lobe.pdf(wo, wi));
                 })*
                 Pdf::ZERO
@@ -279,7 +279,7 @@ macro_rules! lobes {
             /// See [`Lobe::sample`].
             #[inline(always)]
             fn sample(&self, context: LobeContext<'_>, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-                $(if self.kind == Kind::$name as u32 {
+                $(if self.kind == LobeKind::$name as u32 {
                     return self.run::<$ty, _>(context, |lobe| lobe.sample(wo, u));
                 })*
                 None
@@ -304,7 +304,7 @@ macro_rules! lobes {
             }
             /// Inverse of [`Self::record`].
             fn from_record(r: &LobeRecord, context: LobeContext<'t>) -> Self {
-                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, context)); })*
+                $(if r.kind == LobeKind::$name as u32 { return Self::$name($ty::unpack(&r.p, context)); })*
                 unreachable!("lobe kind {}", r.kind)
             }
             /// Properties of the lobe.

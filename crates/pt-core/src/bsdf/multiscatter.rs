@@ -36,16 +36,16 @@ const MIN_ALPHA: f32 = 1e-3;
 struct EnergyLossTable<const ROWS: usize> {
     distribution: MicrofacetDistribution,
     /// Computes an entry for facets of a roughness, from the position of its row between 0 and 1.
-    make: fn(MicrofacetDistribution, f32) -> Entry,
-    rows: [OnceLock<Box<Row>>; ROWS],
+    make: fn(MicrofacetDistribution, f32) -> LossEntry,
+    rows: [OnceLock<Box<LossRow>>; ROWS],
 }
 
 /// Entries by the greater roughness.
-type Row = [Entry; ALPHAS];
+type LossRow = [LossEntry; ALPHAS];
 
 /// Losses of a pair of roughnesses.
 #[derive(Clone, Copy)]
-struct Entry {
+struct LossEntry {
     /// 1 − E for directions along the greater roughness, and across it; interpolated by
     /// [`across`].
     lost: [[f32; COSINES]; 2],
@@ -98,7 +98,7 @@ fn node(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-impl Entry {
+impl LossEntry {
     /// Tabulates 1 − E, where `scattered` is E of facets at a cosine in the plane of x and z.
     /// `stretch` determines the positions; it is their roughness, unless there are other reasons
     /// for a change with angles.
@@ -163,14 +163,14 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
     const fn new(
         distribution: Distribution,
         masking: Masking,
-        make: fn(MicrofacetDistribution, f32) -> Entry,
+        make: fn(MicrofacetDistribution, f32) -> LossEntry,
     ) -> Self {
         let distribution = MicrofacetDistribution { distribution, masking, alpha: [1.0; 2] };
         Self { distribution, make, rows: [const { OnceLock::new() }; ROWS] }
     }
 
     #[inline]
-    fn row(&self, k: usize) -> &Row {
+    fn row(&self, k: usize) -> &LossRow {
         self.rows[k].get_or_init(|| {
             let entry = |i: usize| {
                 let alpha = node(i, ALPHAS).powi(2).max(MIN_ALPHA);
@@ -185,7 +185,7 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
 
     /// Minimum of a value of the entries around a roughness and a position between 0 and 1 among
     /// the rows.
-    fn least_around(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
+    fn least_around(&self, alpha: f32, place: f32, of: impl Fn(&LossEntry) -> f32) -> f32 {
         let ((i, _), (k, s)) = (locate(alpha.sqrt(), ALPHAS), locate(place, ROWS));
         // At the index of a row, only that row is used.
         let rows = if s < 1e-3 { k..=k } else { k..=k + 1 };
@@ -196,7 +196,7 @@ impl<const ROWS: usize> EnergyLossTable<ROWS> {
     /// Interpolated value of the entries around a roughness and a position between 0 and 1 among
     /// the rows.
     #[inline]
-    fn between(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
+    fn between(&self, alpha: f32, place: f32, of: impl Fn(&LossEntry) -> f32) -> f32 {
         let (i, t) = locate(alpha.sqrt(), ALPHAS);
         let in_row = |k: usize| {
             let row = self.row(k);
@@ -235,10 +235,10 @@ static BENEATH: EnergyLossTable<INDICES> =
 
 /// Facets that reflect all light, whose lesser roughness is the greater one times the square of
 /// `place`.
-fn mirrors(distribution: MicrofacetDistribution, place: f32) -> Entry {
+fn mirrors(distribution: MicrofacetDistribution, place: f32) -> LossEntry {
     let [greater, _] = distribution.alpha;
     let lesser = (greater * place * place).max(MIN_ALPHA);
-    Entry::new(
+    LossEntry::new(
         MicrofacetDistribution { alpha: [greater, lesser], ..distribution },
         greater,
         |distribution, cos| {
@@ -263,9 +263,9 @@ fn place_of_index(eta: f32) -> f32 {
 }
 
 /// Facets of a dielectric, whose index is at a `place`.
-fn dielectrics(distribution: MicrofacetDistribution, place: f32) -> Entry {
+fn dielectrics(distribution: MicrofacetDistribution, place: f32) -> LossEntry {
     let eta = index_at(place);
-    Entry::new(distribution, distribution.alpha[0], |distribution, cos| {
+    LossEntry::new(distribution, distribution.alpha[0], |distribution, cos| {
         distribution.mean_of_visible(cos, 24, |wo, h| {
             let cos = wo.dot(h);
             let (f, cos_t) = fresnel::dielectric(cos, eta).unwrap_or((1.0, 0.0));
@@ -288,9 +288,9 @@ fn stretch_of_gloss(alpha: f32) -> f32 {
 
 /// Facets of a dielectric, whose index is at a `place`: all light that they do not reflect counts
 /// as loss.
-fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
+fn glosses(distribution: MicrofacetDistribution, place: f32) -> LossEntry {
     let eta = index_at(place);
-    Entry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
+    LossEntry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
         distribution.mean_of_visible(cos, 24, |wo, h| {
             let cos = wo.dot(h);
             let (f, wi) =
@@ -304,10 +304,10 @@ fn glosses(distribution: MicrofacetDistribution, place: f32) -> Entry {
 /// transmitted into the coat, seen from outside, all is lost that does not leave after reflection
 /// by a single facet, or by repeated reflection between it and the coat as in
 /// [`CoatedConductor`](super::CoatedConductor).
-fn beneath(distribution: MicrofacetDistribution, place: f32) -> Entry {
+fn beneath(distribution: MicrofacetDistribution, place: f32) -> LossEntry {
     let eta = index_at(place);
     let reflected = |cos: f32| fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
-    Entry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
+    LossEntry::new(distribution, stretch_of_gloss(distribution.alpha[0]), |distribution, cos| {
         let bent = |cos: f32| (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
         let thrown_back = reflected(cos);
         distribution.mean_of_visible(bent(cos), 24, |wo, h| {
@@ -435,7 +435,7 @@ impl Beneath {
 /// Multiple scattering between the facets of a dielectric, for light from one of its sides. The
 /// roughness is equal in all directions.
 #[derive(Clone, Copy)]
-pub(super) struct Interface {
+pub(super) struct DielectricLosses {
     losses: &'static EnergyLossTable<INDICES>,
     alpha: f32,
     /// Position among the rows of the index of the other side over that of this one, and of its
@@ -447,7 +447,7 @@ pub(super) struct Interface {
     pub(super) reflected: f32,
 }
 
-impl Interface {
+impl DielectricLosses {
     /// Creates the terms for light from one side; `eta` is the index of the other side over that of
     /// this one.
     #[inline]

@@ -4,7 +4,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 #[cfg(test)]
 use super::laws::{AnyLobe, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps};
-use super::multiscatter::Interface;
+use super::multiscatter::DielectricLosses;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
 use super::{BsdfSample, Lobe, LobeContext, PARAMETERS};
 
@@ -18,14 +18,14 @@ pub struct CompensatedDielectric {
 
 impl CompensatedDielectric {
     #[inline]
-    fn again(&self, wo: Vec3) -> Interface {
-        Interface::new(&self.once.distribution, eta_from(wo, self.once.eta))
+    fn again(&self, wo: Vec3) -> DielectricLosses {
+        DielectricLosses::new(&self.once.distribution, eta_from(wo, self.once.eta))
     }
 }
 
 /// Probability of cosine sampling.
 #[inline]
-fn probability(again: &Interface, wo: Vec3) -> f32 {
+fn probability(again: &DielectricLosses, wo: Vec3) -> f32 {
     // Includes the multiply scattered light from other directions.
     0.9 * again.lost(wo.z.abs()) + 0.02
 }

@@ -22,7 +22,7 @@ pub struct RoughDielectric {
 }
 
 /// A pair of directions, with the side of `wo` up.
-pub(super) struct Pair {
+pub(super) struct DirectionPair {
     pub(super) wo: Vec3,
     pub(super) wi: Vec3,
     /// Index of refraction of the other side over that of the side of `wo`.
@@ -53,7 +53,7 @@ pub(super) fn refract(wo: Vec3, h: Vec3, [cos, cos_t]: [f32; 2], eta: f32) -> Ve
     (h * (cos / eta - cos_t) - wo / eta).normalize()
 }
 
-impl Pair {
+impl DirectionPair {
     /// Creates the pair; `None` if no facet connects the directions. `eta` is the index below the
     /// surface (−z) over that above it.
     #[inline]
@@ -147,13 +147,14 @@ impl Lobe<'_> for RoughDielectric {
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let f = |pair: Pair| pair.weight(self) * pair.pdf(&self.distribution);
-        Pair::new(self.eta, wo, wi).map_or(Spectrum::ZERO, f)
+        let f = |pair: DirectionPair| pair.weight(self) * pair.pdf(&self.distribution);
+        DirectionPair::new(self.eta, wo, wi).map_or(Spectrum::ZERO, f)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        Pair::new(self.eta, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.distribution)))
+        DirectionPair::new(self.eta, wo, wi)
+            .map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.distribution)))
     }
 
     /// Samples a visible facet, and reflection or refraction: the weight is G/G₁, over η² for
@@ -174,7 +175,8 @@ impl Lobe<'_> for RoughDielectric {
         };
         let wi = upright(wi, wo);
         // Light that a facet scatters to the wrong side is absorbed.
-        let pair = Pair::new(self.eta, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
+        let pair = DirectionPair::new(self.eta, wo, wi)
+            .filter(|pair| pair.is_reflected == is_reflected)?;
         let pdf = Pdf::new(pair.pdf(&self.distribution));
         let eta_scale = if is_reflected { 1.0 } else { eta * eta };
         let sample = BsdfSample::new(wi, pair.weight(self), Some(pdf)).with_eta_scale(eta_scale);
@@ -220,7 +222,7 @@ impl LobeLaws for RoughDielectric {
     }
 
     fn map_probability(&self, wo: Vec3, wi: Vec3, _: f32) -> f32 {
-        let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
+        let pair = DirectionPair::new(self.eta, wo, wi).expect("a pair that was sampled");
         if pair.is_reflected { pair.f } else { 1.0 - pair.f }
     }
 

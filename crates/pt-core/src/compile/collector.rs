@@ -16,7 +16,7 @@ use super::instance_choice::choose_instances;
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
 use super::surface::CompiledSurface;
 use super::textures::ShownValues;
-use crate::compile::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
+use crate::compile::shapes::{Emitter, ShapePrimitives, Shapes, SurfaceEmission};
 use crate::id::SurfaceId;
 use crate::shapes::FLAT;
 use crate::surface::SurfaceRecord;
@@ -311,7 +311,7 @@ impl Collector<'_> {
         self.shapes.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
         self.shapes.sphere_surface.push(surface);
         if let Some(emission) = emission {
-            let primitives = Primitives::Sphere(index);
+            let primitives = ShapePrimitives::Sphere(index);
             self.shapes.emitters.push(Emitter { surface, emission, primitives });
         }
         Ok(())

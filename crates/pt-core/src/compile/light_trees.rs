@@ -2,7 +2,7 @@
 
 use super::emitters::emitter_triangles;
 use super::lights::Lights;
-use super::shapes::{Emitter, Primitives, Shapes};
+use super::shapes::{Emitter, ShapePrimitives, Shapes};
 use crate::id::{Id, Table};
 use crate::light::tree::{LightTree, TreeLight};
 use crate::light::{AnyLight, EmitterTree, InvisibleLight, LightTables, PointLightTree};
@@ -12,7 +12,7 @@ use crate::light::{AnyLight, EmitterTree, InvisibleLight, LightTables, PointLigh
 const TRIANGLES_PER_LIGHT: usize = 8;
 
 /// Lights that move into trees, each with its primitive.
-struct Plan {
+struct LightTreePlan {
     extended: Vec<(TreeLight, Option<u32>)>,
     hidden: Vec<(TreeLight, Option<u32>)>,
     points: Vec<(TreeLight, Option<u32>)>,
@@ -23,7 +23,7 @@ impl Lights {
     /// tree selects one light per sample: there is one tree of lights with an extent, one of
     /// invisible lights, and one of lights without extent.
     pub(super) fn plant_trees(&mut self, shapes: &mut Shapes, most: usize) {
-        let Plan { extended, hidden, points } = self.plan(shapes, most);
+        let LightTreePlan { extended, hidden, points } = self.plan(shapes, most);
         if extended.is_empty() && hidden.is_empty() && points.is_empty() {
             return;
         }
@@ -90,7 +90,7 @@ impl Lights {
     }
 
     /// Selects the lights that go into trees.
-    fn plan(&self, shapes: &Shapes, most: usize) -> Plan {
+    fn plan(&self, shapes: &Shapes, most: usize) -> LightTreePlan {
         let of = |is_invisible: bool| {
             let emitters =
                 shapes.emitters.iter().filter(|e| e.emission.is_invisible == is_invisible);
@@ -108,7 +108,7 @@ impl Lights {
         if points.len() <= most {
             points.clear();
         }
-        Plan { extended, hidden, points }
+        LightTreePlan { extended, hidden, points }
     }
 
     /// Adds a tree, and returns its index.
@@ -124,7 +124,7 @@ impl Lights {
         let Some(light) = light.map(|id| self.table[id].shown()) else { return Vec::new() };
         let radiance = emitter.emission.radiance;
         match &emitter.primitives {
-            Primitives::Triangles(runs) => {
+            ShapePrimitives::Triangles(runs) => {
                 let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
                 let triangles = emitter_triangles(shapes, runs, emitter.emission.coat);
                 let triangles = triangles.into_iter().zip(0..);
@@ -135,7 +135,7 @@ impl Lights {
                 let lights = triangles.zip(numbers).filter(|((t, _), _)| t.area() > 0.0);
                 lights.map(|(triangle, number)| (tree_light(triangle), number)).collect()
             }
-            &Primitives::Sphere(s) => {
+            &ShapePrimitives::Sphere(s) => {
                 let number = (shapes.triangles.len() + s) as u32;
                 vec![(TreeLight::Other(light), Some(number))]
             }

@@ -12,14 +12,14 @@ use super::collector::is_similarity;
 use super::compat::LightConversion;
 use super::emitters::{area_square, sphere_light};
 use super::instances::MAX_MOVING_LIGHTS;
-use super::shapes::{Emitter, Primitives, Shapes, SurfaceEmission};
+use super::shapes::{Emitter, ShapePrimitives, Shapes, SurfaceEmission};
 use super::{CompileError, emission};
 use crate::compile::emitters::emitter_triangles;
 use crate::id::{Id, Table};
 use crate::light::{
-    AnyLight, Directional, DistantDisk, Environment, EnvironmentMap, Falloff, Hemisphere, Ies,
-    InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, Point, Portal, PortalSky,
-    Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
+    AnyLight, Directional, DistantDisk, Environment, EnvironmentMap, Falloff, HemisphereLight, Ies,
+    InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, PointLight, Portal,
+    PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
 use crate::texture_record::TextureRecord;
 
@@ -124,7 +124,7 @@ impl Lights {
                 self.add_sky_behind(portal, metres, sky).map_err(error)?;
             }
             LightKind::Hemisphere { radiance } => {
-                self.add_sky(Hemisphere { radiance: radiance.into() });
+                self.add_sky(HemisphereLight { radiance: radiance.into() });
             }
             LightKind::Constant { radiance, portal } => {
                 let sky = Environment { radiance: radiance.into(), map: None };
@@ -135,7 +135,7 @@ impl Lights {
                 self.table.push(light.into());
             }
             LightKind::Point { intensity } => {
-                self.table.push(Point { position, intensity: intensity.into() }.into());
+                self.table.push(PointLight { position, intensity: intensity.into() }.into());
             }
             LightKind::Daylight(ref daylight) => {
                 let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
@@ -283,15 +283,17 @@ impl Lights {
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
         let SurfaceEmission { radiance, texture, is_invisible, coat } = emitter.emission;
         let light = match (&emitter.primitives, texture) {
-            (Primitives::Triangles(runs), None) => {
+            (ShapePrimitives::Triangles(runs), None) => {
                 let triangles = emitter_triangles(shapes, runs, coat);
                 MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
             }
-            (Primitives::Triangles(runs), Some(texture)) => {
+            (ShapePrimitives::Triangles(runs), Some(texture)) => {
                 self.textured_mesh(shapes, (runs, coat), texture)
             }
-            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, radiance, coat).into()),
-            (&Primitives::Sphere(s), Some(texture)) => {
+            (&ShapePrimitives::Sphere(s), None) => {
+                Some(sphere_light(shapes, s, radiance, coat).into())
+            }
+            (&ShapePrimitives::Sphere(s), Some(texture)) => {
                 let sphere = sphere_light(shapes, s, radiance, coat);
                 Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
             }
@@ -397,11 +399,11 @@ fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -
     let position = to_world.translation.as_vec3();
     local
         && shapes.emitters.iter().any(|e| match &e.primitives {
-            Primitives::Triangles(runs) => {
+            ShapePrimitives::Triangles(runs) => {
                 let triangles = runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
                 point_mesh::touches_triangles(position, triangles)
             }
-            Primitives::Sphere(_) => false,
+            ShapePrimitives::Sphere(_) => false,
         })
 }
 

@@ -165,12 +165,11 @@ impl Lower for RoughCoatedDiffuse {
 
 impl Lower for FresnelPlastic {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        type Lobe = bsdf::FresnelPlastic;
-        let lobe = Lobe {
-            rho: cx.share(&self.diffuse, Lobe::RHO),
-            specular: cx.share(&self.specular, Lobe::SPECULAR),
+        let lobe = bsdf::FresnelPlastic {
+            rho: cx.share(&self.diffuse, bsdf::FresnelPlastic::RHO),
+            specular: cx.share(&self.specular, bsdf::FresnelPlastic::SPECULAR),
             eta: self.ior.max(1.0),
-            distribution: microfacets(&self.roughness, Lobe::ALPHA, cx),
+            distribution: microfacets(&self.roughness, bsdf::FresnelPlastic::ALPHA, cx),
         };
         cx.lobe(lobe, self.two_sided)
     }
@@ -201,21 +200,20 @@ impl Lower for Plastic {
 
 impl Lower for Principled {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        type Lobe = bsdf::Principled;
         let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
         let ior = self.ior;
-        let lobe = Lobe {
-            roughness: number(&self.roughness, Lobe::ROUGHNESS),
-            anisotropic: number(&self.anisotropic, Lobe::ANISOTROPIC),
-            metallic: number(&self.metallic, Lobe::METALLIC),
-            spec_trans: number(&self.spec_trans, Lobe::SPEC_TRANS),
-            spec_tint: number(&self.spec_tint, Lobe::SPEC_TINT),
-            sheen: number(&self.sheen, Lobe::SHEEN),
-            sheen_tint: number(&self.sheen_tint, Lobe::SHEEN_TINT),
-            flatness: number(&self.flatness, Lobe::FLATNESS),
-            clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
-            clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
-            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+        let lobe = bsdf::Principled {
+            roughness: number(&self.roughness, bsdf::Principled::ROUGHNESS),
+            anisotropic: number(&self.anisotropic, bsdf::Principled::ANISOTROPIC),
+            metallic: number(&self.metallic, bsdf::Principled::METALLIC),
+            spec_trans: number(&self.spec_trans, bsdf::Principled::SPEC_TRANS),
+            spec_tint: number(&self.spec_tint, bsdf::Principled::SPEC_TINT),
+            sheen: number(&self.sheen, bsdf::Principled::SHEEN),
+            sheen_tint: number(&self.sheen_tint, bsdf::Principled::SHEEN_TINT),
+            flatness: number(&self.flatness, bsdf::Principled::FLATNESS),
+            clearcoat: number(&self.clearcoat, bsdf::Principled::CLEARCOAT),
+            clearcoat_gloss: number(&self.clearcoat_gloss, bsdf::Principled::CLEARCOAT_GLOSS),
+            base_color: cx.share(&self.base_color, bsdf::Principled::BASE_COLOR),
             // With equal indices, transmission has no half vectors.
             eta: if self.transmits() && (ior - 1.0).abs() < MIN_CONTRAST {
                 1.0 + MIN_CONTRAST.copysign(ior - 1.0)
@@ -232,18 +230,17 @@ impl Lower for Principled {
 
 impl Lower for PrincipledThin {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        type Lobe = bsdf::PrincipledThin;
         let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
-        let lobe = Lobe {
-            roughness: number(&self.roughness, Lobe::ROUGHNESS),
-            anisotropic: number(&self.anisotropic, Lobe::ANISOTROPIC),
-            spec_trans: number(&self.spec_trans, Lobe::SPEC_TRANS),
-            spec_tint: number(&self.spec_tint, Lobe::SPEC_TINT),
-            sheen: number(&self.sheen, Lobe::SHEEN),
-            sheen_tint: number(&self.sheen_tint, Lobe::SHEEN_TINT),
-            flatness: number(&self.flatness, Lobe::FLATNESS),
-            diff_trans: cx.number(&self.diff_trans, Lobe::DIFF_TRANS, [0.0, 2.0]),
-            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+        let lobe = bsdf::PrincipledThin {
+            roughness: number(&self.roughness, bsdf::PrincipledThin::ROUGHNESS),
+            anisotropic: number(&self.anisotropic, bsdf::PrincipledThin::ANISOTROPIC),
+            spec_trans: number(&self.spec_trans, bsdf::PrincipledThin::SPEC_TRANS),
+            spec_tint: number(&self.spec_tint, bsdf::PrincipledThin::SPEC_TINT),
+            sheen: number(&self.sheen, bsdf::PrincipledThin::SHEEN),
+            sheen_tint: number(&self.sheen_tint, bsdf::PrincipledThin::SHEEN_TINT),
+            flatness: number(&self.flatness, bsdf::PrincipledThin::FLATNESS),
+            diff_trans: cx.number(&self.diff_trans, bsdf::PrincipledThin::DIFF_TRANS, [0.0, 2.0]),
+            base_color: cx.share(&self.base_color, bsdf::PrincipledThin::BASE_COLOR),
             eta: self.ior,
         };
         if self.anisotropic != Scalar::Value(0.0) {
@@ -255,27 +252,44 @@ impl Lower for PrincipledThin {
 
 impl Lower for MetallicRoughness {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        type Lobe = bsdf::MetallicRoughness;
         let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
         let [x, y] = &self.anisotropy_direction;
-        let lobe = Lobe {
-            metallic: number(&self.metallic, Lobe::METALLIC),
-            roughness: number(&self.roughness, Lobe::ROUGHNESS),
-            specular: number(&self.specular, Lobe::SPECULAR),
-            transmission: number(&self.transmission, Lobe::TRANSMISSION),
-            diffuse_transmission: number(&self.diffuse_transmission, Lobe::DIFFUSE_TRANSMISSION),
-            anisotropy: number(&self.anisotropy, Lobe::ANISOTROPY),
-            direction: [number(x, Lobe::DIRECTION), number(y, Lobe::DIRECTION + 1)],
-            iridescence: number(&self.iridescence, Lobe::IRIDESCENCE),
-            sheen_roughness: number(&self.sheen_roughness, Lobe::SHEEN_ROUGHNESS),
-            clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
-            clearcoat_roughness: number(&self.clearcoat_roughness, Lobe::CLEARCOAT_ROUGHNESS),
-            film_thickness: cx.number(&self.film_thickness, Lobe::FILM_THICKNESS, [0.0, f32::MAX]),
-            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
-            specular_color: cx.color(&self.specular_color, Lobe::SPECULAR_COLOR),
-            diffuse_transmission_color: cx
-                .share(&self.diffuse_transmission_color, Lobe::DIFFUSE_TRANSMISSION_COLOR),
-            sheen_color: cx.share(&self.sheen_color, Lobe::SHEEN_COLOR),
+        let lobe = bsdf::MetallicRoughness {
+            metallic: number(&self.metallic, bsdf::MetallicRoughness::METALLIC),
+            roughness: number(&self.roughness, bsdf::MetallicRoughness::ROUGHNESS),
+            specular: number(&self.specular, bsdf::MetallicRoughness::SPECULAR),
+            transmission: number(&self.transmission, bsdf::MetallicRoughness::TRANSMISSION),
+            diffuse_transmission: number(
+                &self.diffuse_transmission,
+                bsdf::MetallicRoughness::DIFFUSE_TRANSMISSION,
+            ),
+            anisotropy: number(&self.anisotropy, bsdf::MetallicRoughness::ANISOTROPY),
+            direction: [
+                number(x, bsdf::MetallicRoughness::DIRECTION),
+                number(y, bsdf::MetallicRoughness::DIRECTION + 1),
+            ],
+            iridescence: number(&self.iridescence, bsdf::MetallicRoughness::IRIDESCENCE),
+            sheen_roughness: number(
+                &self.sheen_roughness,
+                bsdf::MetallicRoughness::SHEEN_ROUGHNESS,
+            ),
+            clearcoat: number(&self.clearcoat, bsdf::MetallicRoughness::CLEARCOAT),
+            clearcoat_roughness: number(
+                &self.clearcoat_roughness,
+                bsdf::MetallicRoughness::CLEARCOAT_ROUGHNESS,
+            ),
+            film_thickness: cx.number(
+                &self.film_thickness,
+                bsdf::MetallicRoughness::FILM_THICKNESS,
+                [0.0, f32::MAX],
+            ),
+            base_color: cx.share(&self.base_color, bsdf::MetallicRoughness::BASE_COLOR),
+            specular_color: cx.color(&self.specular_color, bsdf::MetallicRoughness::SPECULAR_COLOR),
+            diffuse_transmission_color: cx.share(
+                &self.diffuse_transmission_color,
+                bsdf::MetallicRoughness::DIFFUSE_TRANSMISSION_COLOR,
+            ),
+            sheen_color: cx.share(&self.sheen_color, bsdf::MetallicRoughness::SHEEN_COLOR),
             rotation: self.anisotropy_rotation,
             film_ior: self.film_ior,
             // With equal indices, transmission has no half vectors.
@@ -305,10 +319,9 @@ impl Lower for MetallicRoughness {
 
 impl Lower for DiffuseTransmission {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        type Lobe = bsdf::DiffuseTransmission;
-        let rho = cx.share(&self.reflectance, Lobe::RHO);
-        let tau = cx.share(&self.transmittance, Lobe::TAU);
-        cx.lobe(Lobe { rho, tau }, true)
+        let rho = cx.share(&self.reflectance, bsdf::DiffuseTransmission::RHO);
+        let tau = cx.share(&self.transmittance, bsdf::DiffuseTransmission::TAU);
+        cx.lobe(bsdf::DiffuseTransmission { rho, tau }, true)
     }
 }
 

@@ -10,10 +10,12 @@ use pt_scene::{Medium, Placement, Scene, Sides, Span};
 use super::{CompileError, CompileOptions, camera};
 use crate::id::SurfaceId;
 use crate::medium::{
-    Albedo, BlackbodyEmission, Boundary, Cloud, Density, Field, Flakes, GridMedium, Homogeneous,
-    Media, MediumEmission, MediumProperties, MediumRecord, Phase as PhaseRecord,
+    Albedo, BlackbodyEmission, Boundary, Cloud, Density, Flakes, GridMedium, Homogeneous, Media,
+    MediumEmission, MediumProperties, MediumRecord, Phase as PhaseRecord, WorldGrid,
 };
-use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Microflakes, Rayleigh, Table};
+use crate::phase::{
+    AnyPhase, BlendPhase, HenyeyGreenstein, Isotropic, Microflakes, Rayleigh, TabulatedPhase,
+};
 
 /// Maximum expected number of collisions along a ray through a grid of the maximum density
 /// throughout; rays through more would take seconds.
@@ -135,14 +137,14 @@ fn phase(phase: &Phase) -> Result<AnyPhase, String> {
         Phase::Isotropic => Isotropic.into(),
         Phase::Rayleigh => Rayleigh.into(),
         Phase::HenyeyGreenstein { g } => henyey_greenstein(*g)?.into(),
-        Phase::Table { values } => Table::new(values)?.into(),
+        Phase::Table { values } => TabulatedPhase::new(values)?.into(),
         Phase::Microflakes { .. } => {
             return Err("microflakes cannot be blended with other particles".to_owned());
         }
         Phase::Blend(_) => {
             let mut parts = Vec::new();
             add_parts(phase, 1.0, &mut parts)?;
-            Blend::new(parts).into()
+            BlendPhase::new(parts).into()
         }
     })
 }
@@ -168,9 +170,9 @@ fn add_parts(of: &Phase, share: f32, parts: &mut Vec<(f32, AnyPhase)>) -> Result
     add_parts(&blend.second, share * of_second, parts)
 }
 
-fn field(placed: &PlacedGrid, metres: f64) -> Field {
+fn field(placed: &PlacedGrid, metres: f64) -> WorldGrid {
     let to_world = DAffine3::from_scale([metres; 3].into()) * placed.to_world;
-    Field {
+    WorldGrid {
         grid: placed.grid.clone(),
         corner: to_world.translation.as_vec3(),
         to_unit: to_world.matrix3.inverse().as_mat3(),

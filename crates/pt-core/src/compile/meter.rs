@@ -8,7 +8,7 @@ use super::CompileError;
 use super::collector::is_similarity;
 use crate::compile::refuse;
 use crate::light::EmitterTriangle;
-use crate::meter::{Meter, Rays, Surface};
+use crate::meter::{Meter, MeterRays, MeterSurface};
 
 /// Compiles the meter of a camera; `None` if it has none. `surfaces` returns the bounding box of
 /// the surfaces of the scene.
@@ -30,7 +30,8 @@ pub(super) fn compile(
         Geometry::Sphere { radius } if is_similarity(to_world.matrix3) => {
             let radius = (radius * to_world.matrix3.x_axis.length()) as f32;
             let is_sphere = radius.is_finite() && radius != 0.0;
-            is_sphere.then(|| Surface::Sphere { center: to_world.translation.as_vec3(), radius })
+            is_sphere
+                .then(|| MeterSurface::Sphere { center: to_world.translation.as_vec3(), radius })
         }
         Geometry::Sphere { .. } => {
             return Err(refuse("the sphere of its meter is stretched; expected a mesh"));
@@ -44,7 +45,7 @@ pub(super) fn compile(
         return Err(refuse("the surface of its meter has no area"));
     };
     let rays = match meter.quantity {
-        Quantity::Irradiance => Rays::Hemisphere,
+        Quantity::Irradiance => MeterRays::Hemisphere,
         Quantity::Radiance => {
             let [low, high] = surfaces().unwrap_or_default().map(|p| p * metres);
             let axis = camera.to_world.transform_vector3(DVec3::NEG_Z);
@@ -53,7 +54,7 @@ pub(super) fn compile(
             };
             // Slightly more than half of the diagonal, to include surfaces on the bounding sphere.
             let radius = 0.501 * (high - low).length() + f64::from(f32::MIN_POSITIVE);
-            Rays::Parallel {
+            MeterRays::Parallel {
                 direction: direction.as_vec3(),
                 center: (0.5 * (low + high)).as_vec3(),
                 radius: radius as f32,
@@ -64,7 +65,7 @@ pub(super) fn compile(
 }
 
 /// Triangles of a mesh in world space; `None` if an index is out of range or they have no area.
-fn triangles(mesh: &Mesh, to_world: DAffine3) -> Option<Surface> {
+fn triangles(mesh: &Mesh, to_world: DAffine3) -> Option<MeterSurface> {
     let point = |i: u32| {
         let p = mesh.positions.get(i as usize)?;
         Some(to_world.transform_point3(DVec3::from_array(p.map(f64::from))).as_vec3())
@@ -90,5 +91,5 @@ fn triangles(mesh: &Mesh, to_world: DAffine3) -> Option<Surface> {
             normals.push([normal(a?), normal(b?), normal(c?)]);
         }
     }
-    Surface::triangles(triangles, normals)
+    MeterSurface::triangles(triangles, normals)
 }

@@ -8,7 +8,7 @@ use pt_math::{Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::{Sides, Span};
 
 use crate::bsdf::{Diffuse, LobeRecord, LobeTables};
-use crate::id::{Id, Surface, SurfaceId, Table};
+use crate::id::{Id, SurfaceId, SurfaceMarker, Table};
 use crate::instances::Instance;
 use crate::light::{AnimatedLight, AnyLight};
 use crate::material::Materials;
@@ -33,7 +33,7 @@ pub(super) struct Shapes {
     pub(super) sphere_surface: Vec<SurfaceId>,
     /// See [`crate::RenderScene::object_ends`].
     pub(super) object_ends: Vec<[u32; 2]>,
-    pub(super) surfaces: Table<SurfaceRecord, Surface>,
+    pub(super) surfaces: Table<SurfaceRecord, SurfaceMarker>,
     /// See [`crate::RenderScene::surface_materials`].
     pub(super) surface_materials: Vec<Option<u32>>,
     pub(super) lobes: Table<LobeRecord>,
@@ -55,7 +55,7 @@ pub(super) struct Shapes {
 pub(super) struct Emitter {
     pub(super) surface: SurfaceId,
     pub(super) emission: SurfaceEmission,
-    pub(super) primitives: Primitives,
+    pub(super) primitives: ShapePrimitives,
 }
 
 /// Emission of a surface.
@@ -71,7 +71,7 @@ pub(super) struct SurfaceEmission {
 }
 
 /// A run of triangles, or one sphere.
-pub(super) enum Primitives {
+pub(super) enum ShapePrimitives {
     Triangles(Vec<std::ops::Range<usize>>),
     Sphere(usize),
 }
@@ -169,7 +169,7 @@ impl Shapes {
         if !self.triangle_normals.is_empty() {
             self.triangle_normals.extend([FLAT; 2]);
         }
-        let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
+        let primitives = ShapePrimitives::Triangles(std::iter::once(first..first + 2).collect());
         let emission =
             SurfaceEmission { radiance: emission, texture: None, is_invisible: false, coat: 0.0 };
         self.emitters.push(Emitter { surface, emission, primitives });
@@ -185,10 +185,10 @@ impl Shapes {
         run: std::ops::Range<usize>,
     ) {
         let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);
-        if let Some(Primitives::Triangles(runs)) = known.map(|e| &mut e.primitives) {
+        if let Some(ShapePrimitives::Triangles(runs)) = known.map(|e| &mut e.primitives) {
             runs.push(run);
         } else {
-            let primitives = Primitives::Triangles(vec![run]);
+            let primitives = ShapePrimitives::Triangles(vec![run]);
             self.emitters.push(Emitter { surface, emission, primitives });
         }
     }

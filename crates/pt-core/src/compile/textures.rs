@@ -16,8 +16,8 @@ use pt_scene::texture::{
 use crate::bsdf::{self, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::image_texture::Texels;
-use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotKind};
-use crate::medium::Field;
+use crate::material::{CoatRecord, LobeMaterial, Material, Materials, SlotKind, TextureSlot};
+use crate::medium::WorldGrid;
 use crate::procedural::Procedural;
 use crate::texture::{MeshColors, Textures};
 use crate::texture_record::{
@@ -57,7 +57,7 @@ pub(super) struct Lowering {
     /// Patterns of mesh values, without duplicates.
     pub(super) mesh_values: Vec<Pattern>,
     /// Slots of the next lobe.
-    slots: Vec<Slot>,
+    slots: Vec<TextureSlot>,
     oriented: bool,
     /// See [`LobeMaterial::along`].
     along: Option<Id<TextureRecord>>,
@@ -219,7 +219,7 @@ impl Lowering {
 
     fn slot(&mut self, texture: &Arc<Texture>, first: usize, kind: SlotKind) {
         let texture = self.texture(texture);
-        self.slots.push(Slot { texture, first: first as u32, kind });
+        self.slots.push(TextureSlot { texture, first: first as u32, kind });
     }
 
     /// A number that is not a parameter of a lobe.
@@ -274,7 +274,7 @@ impl Lowering {
             Pattern::Wrinkled(noise) => self.laid(texture, Procedural::Wrinkled(octaves(*noise))),
             Pattern::Windy => self.laid(texture, Procedural::Windy),
             Pattern::Grid { grid, filter } => {
-                let field = Field::on_unit_cube(Arc::clone(grid), *filter);
+                let field = WorldGrid::on_unit_cube(Arc::clone(grid), *filter);
                 self.textures.grids.push(field);
                 let pattern = MappedPattern::Grid(self.textures.grids.len() as u32 - 1);
                 let layout = self.layout(texture);

@@ -31,8 +31,8 @@ use pt_math::sampler::HALF_B_OFFSET;
 use super::exact::SquareSum;
 use super::groups::PREFIX;
 use super::{
-    Aov, ExactSum, Film, IdCount, IdCoverage, InvalidReason, InvalidSample, InvalidSamples, Region,
-    SamplePlan, Sums, aov,
+    Aov, ExactSum, Film, IdCount, IdCoverage, InvalidReason, InvalidSample, InvalidSamples,
+    RadianceSums, Region, SamplePlan, aov,
 };
 
 /// Reason why bytes are not a valid film.
@@ -179,7 +179,7 @@ fn put<T: Copy, const N: usize>(
 /// Bytes of an [`ExactSum`].
 const SUM: usize = size_of::<ExactSum>();
 /// Bytes of the sums that every pixel has.
-const PIXEL: usize = size_of::<Sums>();
+const PIXEL: usize = size_of::<RadianceSums>();
 
 fn bytes_of_sum(sum: ExactSum) -> [u8; SUM] {
     bytemuck::cast(sum.words().map(u64::to_le_bytes))
@@ -189,7 +189,7 @@ fn sum_of_bytes(bytes: [u8; SUM]) -> ExactSum {
     ExactSum::from_words(bytemuck::cast::<_, [[u8; 8]; _]>(bytes).map(u64::from_le_bytes))
 }
 
-fn bytes_of_pixel(sums: Sums) -> [u8; PIXEL] {
+fn bytes_of_pixel(sums: RadianceSums) -> [u8; PIXEL] {
     let mut bytes = [0; PIXEL];
     let (light, squares) = bytes.split_at_mut(3 * SUM);
     light.copy_from_slice(sums.light.map(bytes_of_sum).as_flattened());
@@ -197,11 +197,11 @@ fn bytes_of_pixel(sums: Sums) -> [u8; PIXEL] {
     bytes
 }
 
-fn pixel_of_bytes(bytes: [u8; PIXEL]) -> Sums {
+fn pixel_of_bytes(bytes: [u8; PIXEL]) -> RadianceSums {
     let words: [[u8; 8]; PIXEL / 8] = bytemuck::cast(bytes);
     let [r0, r1, r2, g0, g1, g2, b0, b1, b2, squares @ ..] = words.map(u64::from_le_bytes);
     let light = [[r0, r1, r2], [g0, g1, g2], [b0, b1, b2]].map(ExactSum::from_words);
-    Sums { light, squares: SquareSum::from_words(squares) }
+    RadianceSums { light, squares: SquareSum::from_words(squares) }
 }
 
 /// Returns the error of a film whose sums exceed what its samples permit, or `None` if there is

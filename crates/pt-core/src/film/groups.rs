@@ -3,7 +3,7 @@
 use pt_math::Spectrum;
 use pt_scene::image::{Channel, Samples};
 
-use super::{ExactSum, Film, InvalidReason, Moments, PixelSums, Sums};
+use super::{ExactSum, Film, InvalidReason, Moments, PixelSums, RadianceSums};
 
 /// Red, green and blue of a light group.
 pub(super) type GroupSums = [ExactSum; 3];
@@ -44,7 +44,10 @@ impl Film {
     fn pixels_of_group(&self, group: usize) -> impl Iterator<Item = PixelSums> {
         let moments = move |film: &Self, i: usize| {
             let light = film.group_sums[i * film.light_groups.len() + group];
-            Moments { sums: Sums { light, ..Sums::default() }, count: film.counts[i] }
+            Moments {
+                sums: RadianceSums { light, ..RadianceSums::default() },
+                count: film.counts[i],
+            }
         };
         (0..self.region.area()).map(move |i| {
             let second = self.second.as_deref().map(|second| moments(second, i));

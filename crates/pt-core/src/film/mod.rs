@@ -30,7 +30,7 @@ pub(crate) use self::missing_mass::{ErrorBudget, deviations};
 use self::pixel::Moments;
 pub use self::pixel::PixelSums;
 pub use self::region::Region;
-use self::sums::Sums;
+use self::sums::RadianceSums;
 pub use self::tile::Tile;
 
 /// Sums of the samples of a rectangle of pixels.
@@ -42,7 +42,7 @@ pub struct Film {
     /// Number of samples of each pixel. Separate from the sums, so that the memory of sums of
     /// black pixels is never touched.
     counts: Vec<u32>,
-    sums: Vec<Sums>,
+    sums: Vec<RadianceSums>,
     /// Quantities kept besides radiance, and their sums for each pixel.
     aovs: Vec<Aov>,
     aov_sums: Vec<ExactSum>,

@@ -2,12 +2,12 @@
 
 use pt_math::color::luminance;
 
-use super::Sums;
+use super::RadianceSums;
 
 /// Sums of samples and their number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Moments {
-    pub(super) sums: Sums,
+    pub(super) sums: RadianceSums,
     pub(super) count: u32,
 }
 
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     fn moments(samples: &[f32]) -> Moments {
-        let mut sums = Sums::default();
+        let mut sums = RadianceSums::default();
         for &v in samples {
             sums.add(Spectrum::splat(v));
         }

@@ -8,7 +8,7 @@ use super::exact::SquareSum;
 
 /// Sums of red, green and blue, and of the square of the luminance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Zeroable)]
-pub(super) struct Sums {
+pub(super) struct RadianceSums {
     pub(super) light: [ExactSum; 3],
     pub(super) squares: SquareSum,
 }
@@ -16,7 +16,7 @@ pub(super) struct Sums {
 /// Number of values of a sample that are summed.
 const CHANNELS: usize = 4;
 
-impl Sums {
+impl RadianceSums {
     /// Adds a sample, none of whose channels is beyond [`ExactSum::LIMIT`].
     #[inline]
     pub(super) fn add(&mut self, sample: Spectrum) {
@@ -120,7 +120,7 @@ mod tests {
             };
             seen[1] += 1;
             assert!(samples.iter().all(fits), "{samples:?}");
-            let [mut at_once, mut one_by_one] = [Sums::default(); 2];
+            let [mut at_once, mut one_by_one] = [RadianceSums::default(); 2];
             at_once.add_moments(sums);
             for &l in &samples {
                 one_by_one.add(l);

@@ -6,7 +6,7 @@ use super::groups::{self, GroupSums};
 use super::sums::moments_of;
 use super::{
     Aov, ExactSum, FirstHit, IdCount, IdCoverage, InvalidReason, InvalidSample, InvalidSamples,
-    Moments, PixelSums, Region, Sums, aov,
+    Moments, PixelSums, RadianceSums, Region, aov,
 };
 
 /// Pixels of a [`Film`](super::Film), borrowed exclusively.
@@ -16,15 +16,15 @@ pub struct Tile<'a> {
     /// See [`Film::first`](super::Film::first).
     first: u32,
     aovs: &'a [Aov],
-    rows: Vec<Row<'a>>,
+    rows: Vec<TileRow<'a>>,
     invalid_samples: InvalidSamples,
     removed: ExactSum,
 }
 
 #[derive(Debug)]
-struct Row<'a> {
+struct TileRow<'a> {
     counts: &'a mut [u32],
-    sums: &'a mut [Sums],
+    sums: &'a mut [RadianceSums],
     /// Sums of all quantities, pixel by pixel.
     aov_sums: &'a mut [ExactSum],
     /// Ids of all quantities that count ids, pixel by pixel.
@@ -45,12 +45,12 @@ impl<'a> Tile<'a> {
     pub(super) fn push_row(
         &mut self,
         counts: &'a mut [u32],
-        sums: &'a mut [Sums],
+        sums: &'a mut [RadianceSums],
         aov_sums: &'a mut [ExactSum],
         ids: &'a mut [IdCoverage],
         group_sums: &'a mut [GroupSums],
     ) {
-        self.rows.push(Row { counts, sums, aov_sums, ids, group_sums });
+        self.rows.push(TileRow { counts, sums, aov_sums, ids, group_sums });
     }
 
     /// Pixels of the tile.
@@ -90,7 +90,7 @@ impl<'a> Tile<'a> {
     /// Returns the sums of a pixel, which must be inside of the region.
     pub fn pixel(&self, pixel: [u32; 2]) -> PixelSums {
         let (row, column) = self.place(pixel);
-        let Row { counts, sums, .. } = &self.rows[row];
+        let TileRow { counts, sums, .. } = &self.rows[row];
         PixelSums::new(Moments { sums: sums[column], count: counts[column] }, None)
     }
 
@@ -155,7 +155,7 @@ impl<'a> Tile<'a> {
         weights: Option<&[f32]>,
     ) {
         let (row, column) = self.place(pixel);
-        let Row { counts, group_sums, .. } = &mut self.rows[row];
+        let TileRow { counts, group_sums, .. } = &mut self.rows[row];
         let groups = group_sums.len() / counts.len();
         if groups > 0 {
             groups::add(&mut group_sums[column * groups..][..groups], samples, parts, weights);
@@ -203,7 +203,7 @@ impl<'a> Tile<'a> {
     pub fn alpha(&self, pixel: [u32; 2]) -> Option<(f64, f64)> {
         let place = aov::sum_index(self.aovs, Aov::Alpha)?;
         let (row, column) = self.place(pixel);
-        let Row { counts, aov_sums, .. } = &self.rows[row];
+        let TileRow { counts, aov_sums, .. } = &self.rows[row];
         let n = f64::from(counts[column]);
         let sum = aov_sums[column * aov::sums_per_pixel(self.aovs) + place].value();
         let alpha = (sum / n.max(1.0)).clamp(0.0, 1.0);
@@ -220,7 +220,7 @@ impl<'a> Tile<'a> {
     pub fn add_aovs(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
-        let Row { aov_sums, ids, .. } = &mut self.rows[row];
+        let TileRow { aov_sums, ids, .. } = &mut self.rows[row];
         if !ids.is_empty() {
             let first = column * aov::ids(self.aovs).count();
             for (number, ids) in aov::ids(self.aovs).zip(&mut ids[first..]) {

@@ -6,7 +6,7 @@ mod by_macro {
 
     lights! {
         /// A point light.
-        Point = point::Point,
+        PointLight = point::PointLight,
         /// A spot light.
         Spot = spot::Spot,
     }
@@ -19,13 +19,13 @@ mod by_hand {
     #[derive(Clone, Copy, Debug)]
     pub(super) enum AnyLight {
         /// A point light.
-        Point(point::Point),
+        Point(point::PointLight),
         /// A spot light.
         Spot(spot::Spot),
     }
 
-    impl From<point::Point> for AnyLight {
-        fn from(light: point::Point) -> Self {
+    impl From<point::PointLight> for AnyLight {
+        fn from(light: point::PointLight) -> Self {
             Self::Point(light)
         }
     }
@@ -40,7 +40,7 @@ mod by_hand {
         /// See [`Light::DELTA`]; other constants are looked up in the same way.
         pub(super) fn is_delta(self) -> bool {
             match self {
-                Self::Point(_) => <point::Point as Light>::DELTA,
+                Self::Point(_) => <point::PointLight as Light>::DELTA,
                 Self::Spot(_) => <spot::Spot as Light>::DELTA,
             }
         }
@@ -68,7 +68,7 @@ mod by_hand {
 
         /// Examples of all lights, for the laws.
         pub(super) fn examples() -> Vec<(Self, LightTables)> {
-            let points = point::Point::examples().into_iter().map(|(l, t)| (l.into(), t));
+            let points = point::PointLight::examples().into_iter().map(|(l, t)| (l.into(), t));
             points.chain(spot::Spot::examples().into_iter().map(|(l, t)| (l.into(), t))).collect()
         }
     }

@@ -13,7 +13,7 @@ use super::{EscapedRay, Light, LightHit, LightSample, LightSampleContext, LightT
 
 /// Constant radiance from all directions above the horizon (+y).
 #[derive(Clone, Copy, Debug)]
-pub struct Hemisphere {
+pub struct HemisphereLight {
     /// Radiance.
     pub radiance: Spectrum,
 }
@@ -21,7 +21,7 @@ pub struct Hemisphere {
 /// Frame in which local +z is up.
 const SKY: Frame = Frame { s: Vec3::Z, t: Vec3::X, n: Vec3::Y };
 
-impl Light for Hemisphere {
+impl Light for HemisphereLight {
     const DELTA: bool = false;
 
     #[inline]
@@ -62,7 +62,7 @@ impl Light for Hemisphere {
 }
 
 #[cfg(test)]
-impl LightLaws for Hemisphere {
+impl LightLaws for HemisphereLight {
     fn depends_on_surface(&self) -> bool {
         false
     }

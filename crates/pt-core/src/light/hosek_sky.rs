@@ -9,7 +9,7 @@ use pt_math::distribution::Piecewise2D;
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::environment::{to_direction, to_image};
-use super::hosek_wilkie::{self, Channel};
+use super::hosek_wilkie::{self, SkyChannel};
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, of_infinite_light};
 use super::tree::LightBounds;
@@ -27,7 +27,7 @@ pub struct HosekWilkieSky {
 /// Radiance of a clear sky by direction, where +y is up, and its sampling table.
 pub struct HosekWilkieModel {
     to_sun: Vec3,
-    channels: [Channel; 3],
+    channels: [SkyChannel; 3],
     /// Factor of the radiance.
     scale: f32,
     /// Sampling table over azimuth and zenith angle, as in the upper half of an environment map.
@@ -88,7 +88,7 @@ impl HosekWilkieModel {
         let gamma = trig::atan2(d.cross(self.to_sun).length(), cos_gamma);
         let squared = cos_gamma * cos_gamma;
         let root = d.y.sqrt();
-        let of_channel = |[a, b, c, d_, e, f, g, h, i, mean]: Channel| {
+        let of_channel = |[a, b, c, d_, e, f, g, h, i, mean]: SkyChannel| {
             let s = 1.0 + i * i - 2.0 * i * cos_gamma;
             let chi = (1.0 + squared) / (s * s.sqrt());
             let zenith = 1.0 + a * trig::exp(b / (d.y + 0.01));

@@ -17,7 +17,7 @@ pub(crate) const TURBIDITIES: RangeInclusive<f64> = Daylight::TURBIDITIES;
 pub(crate) const SUN_RADIUS: f64 = 0.5 * 0.5358 * PI / 180.0;
 
 /// Parameters A to I of a channel, and its mean radiance.
-pub(crate) type Channel = [f32; 10];
+pub(crate) type SkyChannel = [f32; 10];
 
 /// Number of elevation intervals, each with its polynomial of the sun's radiance: interval i of n
 /// begins at π/2 (i/n)³.
@@ -66,7 +66,7 @@ fn at_turbidity(table: usize, size: usize, turbidity: f64, i: usize) -> f64 {
 /// turbidity in [`TURBIDITIES`], and a ground albedo in [0, 1].
 ///
 /// Each is a Bézier curve of degree 5 over ∛(2η/π) of the elevation η. [Hosek & Wilkie 2012]
-pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [Channel; 3] {
+pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [SkyChannel; 3] {
     let x = libm::cbrt(elevation / FRAC_PI_2);
     let y = 1.0 - x;
     let bernstein = [

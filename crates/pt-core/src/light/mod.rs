@@ -258,7 +258,7 @@ mod expansion;
 
 lights! {
     /// A point light.
-    Point = point::Point,
+    PointLight = point::PointLight,
     /// A spot light.
     Spot = spot::Spot,
     /// A point light with the intensity profile of a luminaire.
@@ -286,7 +286,7 @@ lights! {
     /// A light with an extent that is invisible to rays.
     Hidden = invisible::InvisibleLight,
     /// A constant hemispherical sky.
-    Hemisphere = hemisphere::Hemisphere,
+    Hemisphere = hemisphere::HemisphereLight,
     /// An environment light.
     Environment = environment::Environment,
     /// A sky behind a portal.

@@ -11,7 +11,7 @@ use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point light of intensity I, with irradiance I / r².
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct PointLight {
     /// World-space position.
     pub position: Vec3,
     /// Radiant intensity.
@@ -30,7 +30,7 @@ pub(super) fn sample_point(position: Vec3, p: Vec3, intensity: Spectrum) -> Opti
     })
 }
 
-impl Light for Point {
+impl Light for PointLight {
     const DELTA: bool = true;
 
     #[inline]
@@ -54,7 +54,7 @@ impl Light for Point {
 }
 
 #[cfg(test)]
-impl LightLaws for Point {
+impl LightLaws for PointLight {
     fn depends_on_surface(&self) -> bool {
         false
     }

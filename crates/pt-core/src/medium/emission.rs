@@ -2,7 +2,7 @@
 
 use pt_math::{Spectrum, Vec3, cie, trig};
 
-use super::field::Field;
+use super::field::WorldGrid;
 
 /// Emitted radiance Le of a medium, which emits σa Le per metre. It is the radiance of an opaque
 /// amount of the medium that only absorbs. Outside of grids it is 0.
@@ -11,7 +11,7 @@ pub enum MediumEmission {
     /// Constant radiance.
     Constant(Spectrum),
     /// Radiance given by a grid.
-    Field(Field),
+    Field(WorldGrid),
     /// Black-body radiance by temperature.
     Heat(BlackbodyEmission),
 }
@@ -39,7 +39,7 @@ const PER_E: f32 = 512.0;
 #[derive(Clone, Debug)]
 pub struct BlackbodyEmission {
     /// Temperature in kelvins.
-    temperature: Field,
+    temperature: WorldGrid,
     /// Radiance at temperatures whose logarithms are equidistant, from [`COLDEST`] on.
     colors: Vec<Spectrum>,
 }
@@ -47,7 +47,7 @@ pub struct BlackbodyEmission {
 impl BlackbodyEmission {
     /// Creates the emission from a grid of one channel, in kelvins; `scale` is the radiance of the
     /// strongest wavelength.
-    pub fn new(temperature: Field, scale: f32) -> Self {
+    pub fn new(temperature: WorldGrid, scale: f32) -> Self {
         let hottest = temperature.grid.values.iter().fold(COLDEST, |most, t| most.max(*t));
         let count = (trig::ln(hottest / COLDEST) * PER_E).ceil() as u32 + 2;
         let color = |i: u32| {
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     fn heat(kelvin: f32, scale: f32) -> Spectrum {
-        let field = Field {
+        let field = WorldGrid {
             grid: Arc::new(Grid::uniform(kelvin)),
             corner: Vec3::ZERO,
             to_unit: Mat3::IDENTITY,

@@ -7,7 +7,7 @@ use pt_scene::medium::{Grid, GridFilter};
 
 /// A grid in world space.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct WorldGrid {
     /// The grid.
     pub grid: Arc<Grid>,
     /// World-space corner of the cube that the grid fills, at its first cell.
@@ -18,7 +18,7 @@ pub struct Field {
     pub filter: GridFilter,
 }
 
-impl Field {
+impl WorldGrid {
     /// The two cells between which a point of the unit cube lies along an axis, and the
     /// interpolation parameter.
     #[inline]

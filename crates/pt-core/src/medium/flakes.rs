@@ -2,13 +2,13 @@
 
 use pt_math::Vec3;
 
-use super::field::Field;
+use super::field::WorldGrid;
 use crate::phase::{Microflakes, PhaseFunction};
 
 /// Microflakes given by a grid of six numbers per cell.
 #[derive(Clone, Debug)]
 pub struct Flakes {
-    field: Field,
+    field: WorldGrid,
     /// Upper bound of the projected area, over all points and directions.
     most: f32,
 }
@@ -16,7 +16,7 @@ pub struct Flakes {
 impl Flakes {
     /// Creates microflakes whose matrices are interpolated linearly in a grid; `None` if one is not
     /// positive definite.
-    pub fn new(field: Field) -> Option<Self> {
+    pub fn new(field: WorldGrid) -> Option<Self> {
         let cells = field.grid.values.as_chunks::<6>().0.iter();
         let most = cells.map(|entries| Some(Microflakes::new(*entries)?.greatest_area()));
         let most = most.collect::<Option<Vec<_>>>()?.into_iter().fold(0.0, f32::max);

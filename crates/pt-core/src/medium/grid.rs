@@ -10,7 +10,7 @@ use super::emission::MediumEmission;
 use super::homogeneous::balanced;
 use super::majorant::Majorants;
 use super::{MediumSample, Phase};
-use crate::medium::field::Field;
+use crate::medium::field::WorldGrid;
 
 /// Single-scattering albedo, the fraction of the extinction that is scattered.
 #[derive(Clone, Debug)]
@@ -18,14 +18,14 @@ pub enum Albedo {
     /// Constant albedo.
     Constant(Spectrum),
     /// Albedo given by a grid.
-    Field(Field),
+    Field(WorldGrid),
 }
 
 /// Extinction as a function of position.
 #[derive(Clone, Debug)]
 pub enum Density {
     /// Extinction given by a grid of one channel, or of three.
-    Field(Field),
+    Field(WorldGrid),
     /// Extinction given by noise.
     Cloud(Cloud),
 }
@@ -70,14 +70,14 @@ impl Density {
 
     /// Transforms a point from world space to the unit cube.
     fn to_unit(&self, p: Vec3) -> Vec3 {
-        let (Self::Field(Field { corner, to_unit, .. })
+        let (Self::Field(WorldGrid { corner, to_unit, .. })
         | Self::Cloud(Cloud { corner, to_unit, .. })) = self;
         *to_unit * (p - *corner)
     }
 
     /// Transforms a direction from world space to the unit cube.
     fn to_unit_direction(&self, d: Vec3) -> Vec3 {
-        let (Self::Field(Field { to_unit, .. }) | Self::Cloud(Cloud { to_unit, .. })) = self;
+        let (Self::Field(WorldGrid { to_unit, .. }) | Self::Cloud(Cloud { to_unit, .. })) = self;
         *to_unit * d
     }
 }

@@ -8,8 +8,8 @@ use pt_scene::medium::{Grid, GridFilter};
 use pt_testing::{mean_z_test, sidak};
 
 use super::{
-    Albedo, Cloud, Density, Field, Flakes, GridMedium, Homogeneous, MediumEmission,
-    MediumProperties, MediumRecord, MediumSample, Phase,
+    Albedo, Cloud, Density, Flakes, GridMedium, Homogeneous, MediumEmission, MediumProperties,
+    MediumRecord, MediumSample, Phase, WorldGrid,
 };
 use crate::phase::{Isotropic, Microflakes};
 
@@ -38,7 +38,7 @@ fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> Medi
 fn of_grid(grid: Grid, scale: f32, albedo: f32) -> MediumRecord {
     let grid = Arc::new(grid);
     let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
-    let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
+    let field = WorldGrid { grid, corner, to_unit, filter: GridFilter::Trilinear };
     of_density(Density::Field(field), scale, albedo)
 }
 
@@ -181,7 +181,7 @@ fn turning() -> Phase {
     let values = [LEFT, RIGHT].concat();
     let grid = Arc::new(Grid { resolution: [2, 1, 1], channels: 6, values });
     let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
-    let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
+    let field = WorldGrid { grid, corner, to_unit, filter: GridFilter::Trilinear };
     Phase::Flakes(Box::new(Flakes::new(field).expect("flakes")))
 }
 
@@ -246,12 +246,12 @@ fn grids_may_emit_in_places() {
     let of = |values: Vec<f32>, resolution| {
         let grid = Arc::new(Grid { resolution, channels: 1, values });
         let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::new(0.8, 0.5, 0.5)));
-        Field { grid, corner, to_unit, filter: GridFilter::Nearest }
+        WorldGrid { grid, corner, to_unit, filter: GridFilter::Nearest }
     };
     let density = of(vec![1.0; 8], [2; 3]);
     let emission = of(vec![1.0, 2.0], [2, 1, 1]);
     let medium = |emission| {
-        let density = Density::Field(Field {
+        let density = Density::Field(WorldGrid {
             to_unit: Mat3::from_diagonal(Vec3::splat(0.5)),
             ..density.clone()
         });

@@ -141,7 +141,7 @@ mod tests {
     use pt_scene::medium::GridFilter;
     use pt_testing::Random;
 
-    use super::super::Field;
+    use super::super::WorldGrid;
     use super::*;
 
     fn noise(resolution: [u32; 3]) -> Grid {
@@ -190,7 +190,7 @@ mod tests {
             for filter in [GridFilter::Trilinear, GridFilter::Nearest] {
                 let grid = Arc::clone(&grid);
                 let (corner, to_unit) = (Vec3::ZERO, Mat3::IDENTITY);
-                let field = Field { grid, corner, to_unit, filter };
+                let field = WorldGrid { grid, corner, to_unit, filter };
                 for _ in 0..500 {
                     let origin = random.in_cube() * 0.5 + 0.5;
                     let ray = Ray::new(origin, random.direction());

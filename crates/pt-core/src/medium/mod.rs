@@ -16,7 +16,7 @@ use std::borrow::Cow;
 
 pub use cloud::Cloud;
 pub use emission::{BlackbodyEmission, MediumEmission};
-pub use field::Field;
+pub use field::WorldGrid;
 pub use flakes::Flakes;
 pub use grid::{Albedo, Density, GridMedium};
 pub use homogeneous::Homogeneous;

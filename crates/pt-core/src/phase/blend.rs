@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use pt_math::{Pdf, SolidAngle, Vec3};
 
-use super::{AnyPhase, HenyeyGreenstein, PhaseFunction, Rayleigh, Table};
+use super::{AnyPhase, HenyeyGreenstein, PhaseFunction, Rayleigh, TabulatedPhase};
 
 /// p = Σ wᵢpᵢ: a weighted sum of other phase functions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Blend {
+pub struct BlendPhase {
     /// Weight and function; weights are above 0.
     parts: Arc<[(f32, AnyPhase)]>,
 }
 
-impl Blend {
+impl BlendPhase {
     /// Creates a mixture from weights that sum to 1. Equal functions are merged.
     pub fn new(parts: impl IntoIterator<Item = (f32, AnyPhase)>) -> Self {
         let mut all: Vec<(f32, AnyPhase)> = Vec::new();
@@ -27,7 +27,7 @@ impl Blend {
     }
 }
 
-impl PhaseFunction for Blend {
+impl PhaseFunction for BlendPhase {
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         Pdf::new(self.parts.iter().map(|(share, part)| share * part.pdf(wo, wi).get()).sum())
     }
@@ -48,7 +48,7 @@ impl PhaseFunction for Blend {
 
     fn examples() -> Vec<Self> {
         let hg = |g| AnyPhase::from(HenyeyGreenstein { g });
-        let table = Table::new(&[0.5, 0.1, 2.0]).expect("a table");
+        let table = TabulatedPhase::new(&[0.5, 0.1, 2.0]).expect("a table");
         vec![
             Self::new([(0.6, hg(0.7)), (0.4, hg(-0.3))]),
             Self::new([(0.25, Rayleigh.into()), (0.75, hg(0.5))]),
@@ -72,7 +72,7 @@ mod tests {
     fn the_same_functions_are_one_and_those_without_a_share_are_none() {
         let hg = |g| AnyPhase::from(HenyeyGreenstein { g });
         let same = [0.5, 0.5, 0.1, 0.5, 0.1, 0.5].map(|g| (1.0 / 6.0, hg(g)));
-        assert_eq!(Blend::new(same).parts.len(), 2);
-        assert_eq!(Blend::new([(1.0, hg(0.5)), (0.0, hg(0.6))]).parts.len(), 1);
+        assert_eq!(BlendPhase::new(same).parts.len(), 2);
+        assert_eq!(BlendPhase::new([(1.0, hg(0.5)), (0.0, hg(0.6))]).parts.len(), 1);
     }
 }

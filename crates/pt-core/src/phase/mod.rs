@@ -98,7 +98,7 @@ phases! {
     /// Scattering by flat particles.
     Microflakes = microflakes::Microflakes,
     /// Tabulated phase function.
-    Table = table::Table,
+    Table = table::TabulatedPhase,
     /// Mixture of phase functions.
-    Blend = blend::Blend,
+    Blend = blend::BlendPhase,
 }

@@ -9,14 +9,14 @@ use super::{PhaseFunction, turned};
 
 /// Values at equidistant cosines of the scattering angle, interpolated linearly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TabulatedPhase {
     /// Values of the phase function, for cosines from −1 to 1.
     values: Arc<[f32]>,
     /// Cumulative distribution of the cosine, at each value.
     shares: Arc<[f64]>,
 }
 
-impl Table {
+impl TabulatedPhase {
     /// Creates the table from values of any scale.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Table {
     }
 }
 
-impl PhaseFunction for Table {
+impl PhaseFunction for TabulatedPhase {
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         let intervals = (self.values.len() - 1) as f32;
         let at = (0.5 * (1.0 - wo.dot(wi)) * intervals).clamp(0.0, intervals);
@@ -103,7 +103,7 @@ mod tests {
             let cos = |i: u16| f32::from(i) * 2.0 / f32::from(COUNT - 1) - 1.0;
             // The scale is arbitrary.
             let values: Vec<_> = (0..COUNT).map(|i| 3.0 * sideways(cos(i))[kind].get()).collect();
-            let table = Table::new(&values).expect("a table");
+            let table = TabulatedPhase::new(&values).expect("a table");
             let mut random = Random::new(1);
             for _ in 0..1000 {
                 let wi = random.direction();
@@ -119,7 +119,8 @@ mod tests {
 
     #[test]
     fn directions_of_no_light_are_not_drawn() {
-        let table = Table::new(&[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]).expect("a table");
+        let table =
+            TabulatedPhase::new(&[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]).expect("a table");
         for i in 0..10_000u16 {
             let wi = table.sample(Vec3::Z, [f32::from(i) / 10_000.0, 0.25]);
             let place = 3.5 * (1.0 - wi.z);
@@ -137,7 +138,7 @@ mod tests {
             (&[0.0, 0.0], "0 everywhere"),
         ];
         for (values, wanted) in cases {
-            let message = Table::new(values).unwrap_err();
+            let message = TabulatedPhase::new(values).unwrap_err();
             assert!(message.contains(wanted), "{message}");
         }
     }

@@ -9,7 +9,7 @@ use pt_scene::measured::{Measurements, Planes, Tables};
 
 use super::super::microfacet::MicrofacetDistribution;
 use super::super::{Lobe, RoughConductor, RoughPlastic, SmoothConductor};
-use super::planes::{Blend, Warp};
+use super::planes::{TableWeights, Warp};
 use super::stretch;
 
 /// A specimen: the reflection of a lobe, and the facet distribution of its tables.
@@ -111,12 +111,13 @@ impl Gonioreflectometer {
     fn light(&self, specimen: &TabulatedLobe<'_>, views: &[Vec3], tables: &mut Tables) {
         let size = [self.reflected; 2];
         let warp = Warp::new(&tables.vndf);
-        let [ndf, sigma] = [&tables.ndf, &tables.sigma].map(super::Planes::from);
+        let [ndf, sigma] = [&tables.ndf, &tables.sigma].map(super::UnitSquareTables::from);
         let mut luminance = Vec::new();
         for (view, wo) in views.iter().enumerate() {
-            let blend = Blend::only(view);
+            let blend = TableWeights::only(view);
             let [theta, phi] = super::angles(*wo);
-            let area = sigma.at(&Blend::ONE, Vec2::new(super::column(theta), super::row(phi)));
+            let area =
+                sigma.at(&TableWeights::ONE, Vec2::new(super::column(theta), super::row(phi)));
             for point in points(size) {
                 let normal = warp.sample(&blend, point);
                 let m = direction(normal);
@@ -131,7 +132,7 @@ impl Gonioreflectometer {
                     0.0
                 });
                 let over = if specimen.is_relative {
-                    ndf.at(&Blend::ONE, normal) / (4.0 * area)
+                    ndf.at(&TableWeights::ONE, normal) / (4.0 * area)
                 } else {
                     1.0
                 };

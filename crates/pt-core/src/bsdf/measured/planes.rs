@@ -6,12 +6,12 @@ use pt_math::Vec2;
 
 /// The tables for a viewing direction, and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Blend {
+pub(super) struct TableWeights {
     planes: [(usize, f32); 4],
     count: usize,
 }
 
-impl Blend {
+impl TableWeights {
     /// The first table, for functions with only one.
     pub(super) const ONE: Self = Self::only(0);
 
@@ -60,13 +60,13 @@ fn between(numbers: &[f32], x: f32) -> (usize, f32) {
 
 /// Tables of values on the unit square, with points on the edges.
 #[derive(Debug)]
-pub(super) struct Planes<T> {
+pub(super) struct UnitSquareTables<T> {
     pub(super) columns: usize,
     pub(super) rows: usize,
     pub(super) values: Vec<T>,
 }
 
-impl From<&pt_scene::measured::Planes> for Planes<f32> {
+impl From<&pt_scene::measured::Planes> for UnitSquareTables<f32> {
     fn from(of: &pt_scene::measured::Planes) -> Self {
         Self { columns: of.columns, rows: of.rows, values: of.values.clone() }
     }
@@ -74,7 +74,7 @@ impl From<&pt_scene::measured::Planes> for Planes<f32> {
 
 /// Position of a point between four others.
 #[derive(Clone, Copy)]
-struct Cell {
+struct TableCell {
     column: usize,
     row: usize,
     /// Offset from the lower corner, in cells.
@@ -82,35 +82,35 @@ struct Cell {
     t: f32,
 }
 
-impl<T> Planes<T>
+impl<T> UnitSquareTables<T>
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,
 {
-    fn cell(&self, p: Vec2) -> Cell {
+    fn cell(&self, p: Vec2) -> TableCell {
         let within = |x: f32, count: usize| {
             let x = x.clamp(0.0, 1.0) * (count - 1) as f32;
             let i = (x as usize).min(count - 2);
             (i, x - i as f32)
         };
         let ((column, s), (row, t)) = (within(p.x, self.columns), within(p.y, self.rows));
-        Cell { column, row, s, t }
+        TableCell { column, row, s, t }
     }
 
     /// Blended value of a column and row.
     #[inline]
-    fn of(&self, blend: &Blend, column: usize, row: usize) -> T {
+    fn of(&self, blend: &TableWeights, column: usize, row: usize) -> T {
         blend.of(&self.values, self.columns * self.rows, row * self.columns + column)
     }
 
     /// Value interpolated between two rows.
     #[inline]
-    fn between_rows(&self, blend: &Blend, column: usize, row: usize, t: f32) -> T {
+    fn between_rows(&self, blend: &TableWeights, column: usize, row: usize, t: f32) -> T {
         self.of(blend, column, row) * (1.0 - t) + self.of(blend, column, row + 1) * t
     }
 
     /// Value at a point.
-    pub(super) fn at(&self, blend: &Blend, p: Vec2) -> T {
-        let Cell { column, row, s, t } = self.cell(p);
+    pub(super) fn at(&self, blend: &TableWeights, p: Vec2) -> T {
+        let TableCell { column, row, s, t } = self.cell(p);
         let [a, b] = [column, column + 1].map(|column| self.between_rows(blend, column, row, t));
         a * (1.0 - s) + b * s
     }
@@ -121,11 +121,11 @@ where
 #[derive(Debug)]
 pub(super) struct Warp {
     /// The density, whose mean is 1 in every table.
-    density: Planes<f32>,
+    density: UnitSquareTables<f32>,
     /// Integral of the density in a row, up to a column.
-    along: Planes<f32>,
+    along: UnitSquareTables<f32>,
     /// Integral of the density up to a row.
-    across: Planes<f32>,
+    across: UnitSquareTables<f32>,
 }
 
 impl Warp {
@@ -154,20 +154,20 @@ impl Warp {
             density.extend(normalized);
         }
         Self {
-            density: Planes { columns, rows, values: density },
-            along: Planes { columns, rows, values: along },
-            across: Planes { columns: rows, rows: 1, values: across },
+            density: UnitSquareTables { columns, rows, values: density },
+            along: UnitSquareTables { columns, rows, values: along },
+            across: UnitSquareTables { columns: rows, rows: 1, values: across },
         }
     }
 
     /// Density at a point.
-    pub(super) fn pdf(&self, blend: &Blend, p: Vec2) -> f32 {
+    pub(super) fn pdf(&self, blend: &TableWeights, p: Vec2) -> f32 {
         self.density.at(blend, p)
     }
 
     /// Maps a point.
-    pub(super) fn sample(&self, blend: &Blend, u: Vec2) -> Vec2 {
-        let Planes { columns, rows, .. } = self.density;
+    pub(super) fn sample(&self, blend: &TableWeights, u: Vec2) -> Vec2 {
+        let UnitSquareTables { columns, rows, .. } = self.density;
         let last = columns - 1;
         let (row, rest) = search(rows, u.y, |row| self.across.of(blend, row, 0));
         let totals = [row, row + 1].map(|row| self.along.of(blend, last, row));
@@ -181,10 +181,10 @@ impl Warp {
     }
 
     /// Inverse of the map, and the density at its argument.
-    pub(super) fn invert(&self, blend: &Blend, p: Vec2) -> (Vec2, f32) {
-        let Planes { columns, rows, .. } = self.density;
+    pub(super) fn invert(&self, blend: &TableWeights, p: Vec2) -> (Vec2, f32) {
+        let UnitSquareTables { columns, rows, .. } = self.density;
         let last = columns - 1;
-        let Cell { column, row, s, t } = self.density.cell(p);
+        let TableCell { column, row, s, t } = self.density.cell(p);
         let totals = [row, row + 1].map(|row| self.along.of(blend, last, row));
         let v = self.across.of(blend, row, 0) + part(totals, t) / (rows - 1) as f32;
         let ends = [column, column + 1].map(|i| self.density.between_rows(blend, i, row, t));
@@ -255,15 +255,15 @@ mod tests {
         Warp::new(&pt_scene::measured::Planes { columns, rows, values })
     }
 
-    fn blend(random: &mut Random) -> Blend {
+    fn blend(random: &mut Random) -> TableWeights {
         let angles = [random.between(-1.5, 1.5), random.between(-0.5, 3.0)];
-        Blend::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles)
+        TableWeights::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles)
     }
 
     #[test]
     fn blends_are_linear_and_end_where_angles_do() {
         let weights = |angles| {
-            let blend = Blend::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles);
+            let blend = TableWeights::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles);
             let mut weights = [0.0; 6];
             for (plane, weight) in &blend.planes[..blend.count] {
                 weights[*plane] = *weight;

@@ -10,7 +10,7 @@ use crate::bsdf::fresnel::schlick_weight;
 
 /// A thin film.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Film {
+pub(super) struct ThinFilm {
     /// Index of refraction, at least 1.
     pub(super) ior: f32,
     /// Thickness in nanometres.
@@ -78,7 +78,7 @@ fn sensitivity(path: f32, shift: Vec3) -> Vec3 {
     )
 }
 
-impl Film {
+impl ThinFilm {
     /// Effective index of refraction, which fades to 1 for very thin films.
     #[inline]
     fn index(self) -> f32 {
@@ -136,7 +136,8 @@ mod tests {
     /// A film of thickness 0 or of the index of the medium above has no effect.
     #[test]
     fn no_film_is_the_surface_below() {
-        for film in [Film { ior: 1.8, thickness: 0.0 }, Film { ior: 1.0, thickness: 300.0 }] {
+        for film in [ThinFilm { ior: 1.8, thickness: 0.0 }, ThinFilm { ior: 1.0, thickness: 300.0 }]
+        {
             let f0 = Spectrum::rgb(0.04, 0.3, 0.8);
             let got = film.reflectance(1.0, f0).0;
             assert!((got - f0.0).abs().max_element() < 1e-3, "{film:?}: {got}");
@@ -147,7 +148,7 @@ mod tests {
     #[test]
     fn thick_films_have_no_colours() {
         let (ior, f0) = (1.33_f32, 0.04_f32);
-        let film = Film { ior, thickness: 50_000.0 };
+        let film = ThinFilm { ior, thickness: 50_000.0 };
         let got = film.reflectance(1.0, Spectrum::splat(f0)).0;
         let r12 = normal_reflectance(1.0, ior);
         let r23 = normal_reflectance(ior, index_of(f0));
@@ -160,7 +161,7 @@ mod tests {
     #[test]
     fn a_quarter_wave_reflects_least() {
         let below = 1.9_f32;
-        let film = |thickness| Film { ior: below.sqrt(), thickness };
+        let film = |thickness| ThinFilm { ior: below.sqrt(), thickness };
         let f0 = Spectrum::splat(normal_reflectance(1.0, below));
         let green = |thickness| film(thickness).reflectance(1.0, f0).0.y;
         let quarter = 550.0 / (4.0 * below.sqrt());
@@ -173,7 +174,7 @@ mod tests {
         for thickness in (0..60_u8).map(|i| f32::from(i) * 25.0) {
             for ior in [1.0, 1.2, 1.33, 1.8, 2.5] {
                 for f0 in [0.0, 0.04, 0.5, 0.95, 1.0] {
-                    let film = Film { ior, thickness };
+                    let film = ThinFilm { ior, thickness };
                     for cos in [1.0, 0.6, 0.2, 0.01, 0.0] {
                         let f = film.reflectance(cos, Spectrum::splat(f0));
                         assert!(f.is_finite(), "{film:?} {f0} {cos}: {f:?}");

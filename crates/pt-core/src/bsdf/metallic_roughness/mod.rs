@@ -10,14 +10,14 @@ mod tests;
 
 pub use coat::emitted_through;
 use coat::{Coat, CoatFrame, coat_albedo, through as through_layer};
-use film::Film;
+use film::ThinFilm;
 use pt_math::{FloatExt, Frame, Pdf, SolidAngle, Spectrum, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
 use sheen::Sheen;
 
 use super::microfacet::MicrofacetDistribution;
 use super::multiscatter::{Reflected, SchlickGloss};
-use super::rough_dielectric::{Pair, eta_from};
+use super::rough_dielectric::{DirectionPair, eta_from};
 use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A mixture of a metal and a dielectric with a diffuse or transmissive base, under sheen and clear
@@ -80,7 +80,7 @@ pub struct MetallicRoughness {
 }
 
 /// Two directions in the frame of the facets, with the front up.
-struct View {
+struct FacetDirections {
     wo: Vec3,
     wi: Vec3,
 }
@@ -156,16 +156,16 @@ impl MetallicRoughness {
     }
 
     #[inline]
-    fn view(&self, wo: Vec3, wi: Vec3) -> View {
+    fn view(&self, wo: Vec3, wi: Vec3) -> FacetDirections {
         let ([cos, sin], flips) = (self.turn(), self.flips(wo));
         let seen = |w: Vec3| {
             let z = if flips { -w.z } else { w.z };
             Vec3::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, z)
         };
-        View { wo: seen(wo), wi: seen(wi) }
+        FacetDirections { wo: seen(wo), wi: seen(wi) }
     }
 
-    /// Inverse of [`Self::view`], for the direction `w` in a [`View`] from `wo`.
+    /// Inverse of [`Self::view`], for the direction `w` in a [`FacetDirections`] from `wo`.
     #[inline]
     fn back(&self, wo: Vec3, w: Vec3) -> Vec3 {
         let [cos, sin] = self.turn();
@@ -173,7 +173,7 @@ impl MetallicRoughness {
         Vec3::new(w.x * cos - w.y * sin, w.x * sin + w.y * cos, z)
     }
 
-    /// The frame of the coat in a [`View`].
+    /// The frame of the coat in a [`FacetDirections`].
     #[inline]
     fn coat_frame(&self) -> CoatFrame {
         let [x, y] = self.coat_normal;
@@ -199,8 +199,8 @@ impl MetallicRoughness {
     }
 
     #[inline]
-    fn film(&self) -> Film {
-        Film { ior: self.film_ior, thickness: self.film_thickness }
+    fn film(&self) -> ThinFilm {
+        ThinFilm { ior: self.film_ior, thickness: self.film_thickness }
     }
 
     /// Reflectance of the dielectric at normal incidence, and at 90°.
@@ -233,7 +233,7 @@ impl MetallicRoughness {
     /// Fresnel reflectance of the dielectric for a pair of directions. The known refracted
     /// direction is more accurate than a computed one.
     #[inline]
-    fn reflected_by_pair(&self, pair: &Pair) -> Option<Spectrum> {
+    fn reflected_by_pair(&self, pair: &DirectionPair) -> Option<Spectrum> {
         let cos = pair.wo.dot(pair.h);
         if pair.is_reflected || self.thin {
             return self.reflected_by_dielectric(cos, pair.eta);
@@ -324,13 +324,13 @@ impl MetallicRoughness {
     /// The facet that connects two directions; transmission through a sheet is treated as
     /// reflection to the other side.
     #[inline]
-    fn pair(&self, wo: Vec3, wi: Vec3) -> Option<Pair> {
+    fn pair(&self, wo: Vec3, wi: Vec3) -> Option<DirectionPair> {
         if self.thin && wi.z < 0.0 {
             let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
-            let pair = Pair::new(1.5, wo, mirrored)?;
-            return Some(Pair { eta: 1.0, is_reflected: false, ..pair });
+            let pair = DirectionPair::new(1.5, wo, mirrored)?;
+            return Some(DirectionPair { eta: 1.0, is_reflected: false, ..pair });
         }
-        Pair::new(if self.eta == 1.0 { 1.5 } else { self.eta }, wo, wi)
+        DirectionPair::new(if self.eta == 1.0 { 1.5 } else { self.eta }, wo, wi)
     }
 
     /// Multiple scattering between facets, and scattering by the base, above the front or, for a
@@ -398,14 +398,15 @@ impl MetallicRoughness {
         sum
     }
 
-    /// Returns true if light can be scattered from one direction of a [`View`] into the other.
+    /// Returns true if light can be scattered from one direction of a [`FacetDirections`] into the
+    /// other.
     #[inline]
     fn connects(&self, wo: Vec3, wi: Vec3) -> bool {
         let above = wo.z > 0.0 && wi.z > 0.0;
         wo.z != 0.0 && wi.z != 0.0 && (above || self.thin || self.transparent() > 0.0)
     }
 
-    /// f cos θi for the directions of a [`View`].
+    /// f cos θi for the directions of a [`FacetDirections`].
     fn scattered(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         if !self.connects(wo, wi) {
             return Spectrum::ZERO;
@@ -432,7 +433,7 @@ impl MetallicRoughness {
     /// Density of scattering from one direction of a pair into the other by its facet, if visible
     /// facets are sampled.
     #[inline]
-    fn density(&self, pair: &Pair, distribution: &MicrofacetDistribution) -> f32 {
+    fn density(&self, pair: &DirectionPair, distribution: &MicrofacetDistribution) -> f32 {
         if self.thin && !pair.is_reflected {
             // Treated as reflection.
             let pdf = distribution.visible_pdf(pair.wo, pair.h) * 0.25 / pair.wo.dot(pair.h);
@@ -516,19 +517,19 @@ impl Lobe<'_> for MetallicRoughness {
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let View { wo, wi } = self.view(wo, wi);
+        let FacetDirections { wo, wi } = self.view(wo, wi);
         self.scattered(wo, wi)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        let View { wo, wi } = self.view(wo, wi);
+        let FacetDirections { wo, wi } = self.view(wo, wi);
         Pdf::new(self.density_of(wo, wi))
     }
 
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let View { wo: seen, .. } = self.view(wo, wo);
+        let FacetDirections { wo: seen, .. } = self.view(wo, wo);
         if seen.z == 0.0 || (seen.z < 0.0 && self.transparent() <= 0.0) {
             return None;
         }

@@ -4,9 +4,9 @@ use std::f32::consts::TAU;
 
 use pt_math::{Vec3, warp};
 
-use super::MetallicRoughness;
 #[cfg(test)]
-use super::View;
+use super::FacetDirections;
+use super::MetallicRoughness;
 use super::coat::{Coat, coat_albedo};
 use super::sheen::Sheen;
 use crate::bsdf::fresnel;
@@ -17,7 +17,7 @@ use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
 
 /// Probabilities of the sampling maps of [`MetallicRoughness::draw`]; the remainder is that of
 /// cosine sampling.
-struct Shares {
+struct LayerProbabilities {
     distribution: f32,
     coat: f32,
     sheen: f32,
@@ -27,11 +27,11 @@ struct Shares {
 
 impl MetallicRoughness {
     /// Probabilities by the approximate albedo of each part for light from `wo`.
-    fn shares(&self, wo: Vec3, lost: &Reflected) -> Shares {
+    fn shares(&self, wo: Vec3, lost: &Reflected) -> LayerProbabilities {
         /// Added to the weight of the facets, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
-            return Shares { distribution: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
+            return LayerProbabilities { distribution: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
         }
         let cos = wo.z;
         let dielectric = self.reflected_by_dielectric(cos, self.eta);
@@ -54,7 +54,7 @@ impl MetallicRoughness {
             opaque * self.diffuse_transmission * self.diffuse_transmission_color.luminance();
         let again = 0.9 * lost.lost(wo) + 0.02;
         let all = distribution + coat + sheen + above + again + beyond;
-        Shares {
+        LayerProbabilities {
             distribution: distribution / all,
             coat: coat / all,
             sheen: sheen / all,
@@ -62,7 +62,7 @@ impl MetallicRoughness {
         }
     }
 
-    /// Density of one direction of a `View` given the other.
+    /// Density of one direction of a `FacetDirections` given the other.
     pub(super) fn density_of(&self, wo: Vec3, wi: Vec3) -> f32 {
         if !self.connects(wo, wi) {
             return 0.0;
@@ -96,7 +96,7 @@ impl MetallicRoughness {
         pdf
     }
 
-    /// Samples a direction of a `View`, where up is the front.
+    /// Samples a direction of a `FacetDirections`, where up is the front.
     #[inline]
     pub(super) fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let shares = self.shares(wo, &Reflected::new(&self.distribution()));
@@ -166,7 +166,7 @@ impl LobeLaws for MetallicRoughness {
     }
 
     fn map_probability(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
-        let View { wo, wi } = self.view(wo, wi);
+        let FacetDirections { wo, wi } = self.view(wo, wi);
         let shares = self.shares(wo, &Reflected::new(&self.distribution()));
         let rest = 1.0 - shares.distribution - shares.coat - shares.sheen;
         if choice < shares.distribution {

@@ -15,7 +15,7 @@ pub use thin::PrincipledThin;
 #[cfg(test)]
 use super::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use super::microfacet::MicrofacetDistribution;
-use super::rough_dielectric::{Pair, eta_from, refract, upright};
+use super::rough_dielectric::{DirectionPair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or transmit light, and
@@ -55,7 +55,7 @@ pub struct Principled {
 
 /// Probabilities of the sampling maps of [`Lobe::sample`]; the remainder is that of cosine
 /// sampling.
-struct Shares {
+struct MapProbabilities {
     distribution: f32,
     coat: f32,
 }
@@ -183,11 +183,11 @@ impl Principled {
 
     /// Probabilities by the approximate albedo of each part for light from `wo`.
     #[inline]
-    fn shares(&self, wo: Vec3) -> Shares {
+    fn shares(&self, wo: Vec3) -> MapProbabilities {
         /// Added to the weight of the facets, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
-            return Shares { distribution: 1.0, coat: 0.0 };
+            return MapProbabilities { distribution: 1.0, coat: 0.0 };
         }
         let cos = wo.z;
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
@@ -202,7 +202,7 @@ impl Principled {
         let sheen = self.sheen_amount() * about_sheen(cos);
         let base = opaque * self.base_color.luminance() + sheen;
         let all = distribution + coat + base;
-        Shares { distribution: distribution / all, coat: coat / all }
+        MapProbabilities { distribution: distribution / all, coat: coat / all }
     }
 
     /// Base, sheen and coat, for two directions above the front and their half vector.
@@ -234,7 +234,7 @@ impl Principled {
         if !above && self.transparent() <= 0.0 {
             return (Spectrum::ZERO, 0.0);
         }
-        let Some(pair) = Pair::new(self.eta, wo, wi) else { return (Spectrum::ZERO, 0.0) };
+        let Some(pair) = DirectionPair::new(self.eta, wo, wi) else { return (Spectrum::ZERO, 0.0) };
         let (cos, distribution) = (pair.wo.dot(pair.h), self.distribution());
         let chosen = self.reflection_probability(front, cos, pair.f);
         let (scattered, chosen) = if pair.is_reflected {
@@ -428,7 +428,7 @@ impl LobeLaws for Principled {
     fn map_probability(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let shares = self.shares(wo);
         if choice < shares.distribution {
-            let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
+            let pair = DirectionPair::new(self.eta, wo, wi).expect("a pair that was sampled");
             let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
             shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
         } else if choice < shares.distribution + shares.coat {

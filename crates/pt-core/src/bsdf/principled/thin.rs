@@ -45,7 +45,7 @@ pub struct PrincipledThin {
 }
 
 /// A pair of directions, with the side of `wo` up.
-struct Pair {
+struct FoldedDirections {
     wo: Vec3,
     /// Mirrored to the side of `wo`, if it is on the other.
     wi: Vec3,
@@ -55,7 +55,7 @@ struct Pair {
 }
 
 /// Probabilities of the sampling maps of [`Lobe::sample`].
-struct Shares {
+struct SheetProbabilities {
     /// Probabilities of facets that reflect, and of facets that transmit.
     distribution: [f32; 2],
     /// Probabilities of the cosine distribution on the side of the viewer, and on the other.
@@ -68,7 +68,7 @@ fn side(is_reflected: bool) -> usize {
     usize::from(!is_reflected)
 }
 
-impl Pair {
+impl FoldedDirections {
     /// Creates the pair; `None` if a direction is along the surface.
     #[inline]
     fn new(wo: Vec3, wi: Vec3) -> Option<Self> {
@@ -145,7 +145,7 @@ impl PrincipledThin {
 
     /// Probabilities by the approximate albedo of each part at a cosine.
     #[inline]
-    fn shares(&self, cos: f32) -> Shares {
+    fn shares(&self, cos: f32) -> SheetProbabilities {
         /// Added to the weights of the parts, which may scatter more than estimated.
         const MIN: f32 = 0.05;
         let distribution = [true, false].map(|is_reflected| {
@@ -155,12 +155,18 @@ impl PrincipledThin {
         let above = base + self.sheen * about_sheen(cos) + MIN;
         let cosine = [self.diffuse(true) * above, self.diffuse(false) * (base + MIN)];
         let all = distribution[0] + distribution[1] + cosine[0] + cosine[1];
-        Shares { distribution: distribution.map(|x| x / all), cosine: cosine.map(|x| x / all) }
+        SheetProbabilities {
+            distribution: distribution.map(|x| x / all),
+            cosine: cosine.map(|x| x / all),
+        }
     }
 
     /// f cos θi of the diffuse part.
     #[inline]
-    fn eval_diffuse(&self, &Pair { wo, wi, is_reflected, .. }: &Pair) -> Spectrum {
+    fn eval_diffuse(
+        &self,
+        &FoldedDirections { wo, wi, is_reflected, .. }: &FoldedDirections,
+    ) -> Spectrum {
         let &Self { base_color: color, roughness, flatness, .. } = self;
         let f = if is_reflected {
             let base = Base { color, roughness, flatness }.eval(wo, wi);
@@ -174,7 +180,7 @@ impl PrincipledThin {
     /// f cos θi and the density of `wi`.
     #[inline]
     fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let Some(pair) = Pair::new(wo, wi) else { return (Spectrum::ZERO, 0.0) };
+        let Some(pair) = FoldedDirections::new(wo, wi) else { return (Spectrum::ZERO, 0.0) };
         let shares = self.shares(pair.wo.z);
         let side = side(pair.is_reflected);
         let mut f = self.eval_diffuse(&pair);
@@ -195,7 +201,8 @@ impl PrincipledThin {
     /// Samples a direction, with `wo` up.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
-        let Shares { distribution: [reflects, through], cosine: [above, _] } = self.shares(wo.z);
+        let SheetProbabilities { distribution: [reflects, through], cosine: [above, _] } =
+            self.shares(wo.z);
         let by_facets = choice < reflects + through;
         let is_reflected =
             if by_facets { choice < reflects } else { choice < reflects + through + above };
@@ -316,7 +323,7 @@ impl LobeLaws for PrincipledThin {
     }
 
     fn map_probability(&self, wo: Vec3, _: Vec3, choice: f32) -> f32 {
-        let Shares { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
+        let SheetProbabilities { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
         let shares = [a, b, c, d];
         let mut rest = choice;
         let chosen = shares.into_iter().find(|share| {
@@ -328,7 +335,7 @@ impl LobeLaws for PrincipledThin {
 
     /// Facets may transmit light in only one of the two directions.
     fn reciprocity(&self, wo: Vec3, wi: Vec3) -> Option<f32> {
-        let hides = |wo, wi| Pair::new(wo, wi).is_some_and(|pair| pair.hides());
+        let hides = |wo, wi| FoldedDirections::new(wo, wi).is_some_and(|pair| pair.hides());
         (hides(wo, wi) == hides(wi, wo)).then_some(1.0)
     }
 }

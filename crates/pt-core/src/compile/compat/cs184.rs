@@ -13,7 +13,7 @@ use crate::bsdf::{self, Cs184Glass, Cs184Microfacet, Cs184Refraction, Dielectric
 use crate::compile::emitters::area_square;
 use crate::compile::textures::Lowering;
 use crate::light::{
-    AnyLight, Directional, EmitterTriangle, Hemisphere, LightTables, MeshLight, Point,
+    AnyLight, Directional, EmitterTriangle, HemisphereLight, LightTables, MeshLight, PointLight,
 };
 use crate::material::Material;
 use crate::surface::EmissiveSides;
@@ -58,11 +58,13 @@ fn light(
     let position = to_world.translation.as_vec3();
     let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
     Ok(Some(match node.kind {
-        LightKind::Hemisphere { radiance } => Hemisphere { radiance: radiance.into() }.into(),
+        LightKind::Hemisphere { radiance } => HemisphereLight { radiance: radiance.into() }.into(),
         LightKind::Directional { irradiance } => {
             Directional { to_light: ahead, irradiance: irradiance.into() }.into()
         }
-        LightKind::Point { intensity } => Point { position, intensity: intensity.into() }.into(),
+        LightKind::Point { intensity } => {
+            PointLight { position, intensity: intensity.into() }.into()
+        }
         LightKind::Area { radiance } => return Ok(area(to_world, radiance.into(), tables)),
         LightKind::Spot { .. }
         | LightKind::LinearSpot { .. }

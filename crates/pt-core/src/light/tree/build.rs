@@ -4,8 +4,8 @@ use pt_math::{Bounds3, Vec3};
 
 use super::super::LightTables;
 use super::bounds::{LightBounds, across};
-use super::node::{Node, WIDTH};
-use super::{Slot, TreeLight};
+use super::node::{LightTreeNode, WIDTH};
+use super::{ChildSlot, TreeLight};
 
 /// Number of bins along each axis.
 const BINS: usize = 12;
@@ -24,18 +24,18 @@ struct Item {
 /// A tree under construction.
 pub(super) struct Built {
     /// Nodes; the root is the first.
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<LightTreeNode>,
     /// Slot of each node in its parent; unused for the root.
-    pub(super) parents: Vec<Slot>,
+    pub(super) parents: Vec<ChildSlot>,
     /// Slot of each light.
-    pub(super) places: Vec<Slot>,
+    pub(super) places: Vec<ChildSlot>,
 }
 
 /// Builds the tree of lights.
 pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
     let item = |(light, l): (u32, &TreeLight)| Item { light, emission: LightBounds::of(l, tables) };
     let mut items: Vec<_> = (0..).zip(lights).map(item).collect();
-    let root = Slot { node: 0, lane: 0 };
+    let root = ChildSlot { node: 0, lane: 0 };
     let places = vec![root; lights.len()];
     let mut built = Built { nodes: Vec::new(), parents: Vec::new(), places };
     built.add(&mut items, root, 0);
@@ -44,14 +44,14 @@ pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
 
 impl Built {
     /// Adds a node for lights, with its slot in the parent; returns the index of the node.
-    fn add(&mut self, items: &mut [Item], parent: Slot, depth: u32) -> u32 {
+    fn add(&mut self, items: &mut [Item], parent: ChildSlot, depth: u32) -> u32 {
         let groups = groups(items, depth);
         let emissions: Vec<_> = groups.iter().map(|group| group.emission).collect();
         let node = self.nodes.len() as u32;
-        self.nodes.push(Node::new(&emissions));
+        self.nodes.push(LightTreeNode::new(&emissions));
         self.parents.push(parent);
         for (lane, group) in (0..).zip(groups) {
-            let slot = Slot { node, lane };
+            let slot = ChildSlot { node, lane };
             let (is_node, number) = if let [item] = group.items {
                 self.places[item.light as usize] = slot;
                 (false, item.light)
@@ -65,12 +65,12 @@ impl Built {
 }
 
 /// Lights that form one child of a node.
-struct Group<'a> {
+struct ChildLights<'a> {
     items: &'a mut [Item],
     emission: LightBounds,
 }
 
-impl<'a> Group<'a> {
+impl<'a> ChildLights<'a> {
     fn new(items: &'a mut [Item]) -> Self {
         let emission = match items {
             [item] => item.emission,
@@ -88,8 +88,8 @@ impl<'a> Group<'a> {
 /// Partitions lights into the children of a node. While there is room, the most expensive group
 /// that is larger than a node is split; if there is none, the lights of the most expensive group
 /// that fits become children.
-fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
-    let mut groups = vec![Group::new(items)];
+fn groups(items: &mut [Item], depth: u32) -> Vec<ChildLights<'_>> {
+    let mut groups = vec![ChildLights::new(items)];
     while groups.len() < WIDTH {
         let room = WIDTH + 1 - groups.len();
         let most = |may: &dyn Fn(usize) -> bool| {
@@ -97,13 +97,14 @@ fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
             those.max_by(|&a, &b| groups[a].cost().total_cmp(&groups[b].cost()))
         };
         if let Some(i) = most(&|count| count > WIDTH) {
-            let Group { items, emission } = groups.remove(i);
+            let ChildLights { items, emission } = groups.remove(i);
             let middle = split(items, &emission, depth);
             let (first, second) = items.split_at_mut(middle);
-            groups.insert(i, Group::new(second));
-            groups.insert(i, Group::new(first));
+            groups.insert(i, ChildLights::new(second));
+            groups.insert(i, ChildLights::new(first));
         } else if let Some(i) = most(&|count| count > 1 && count <= room) {
-            let singles: Vec<_> = groups.remove(i).items.chunks_mut(1).map(Group::new).collect();
+            let singles: Vec<_> =
+                groups.remove(i).items.chunks_mut(1).map(ChildLights::new).collect();
             groups.splice(i..i, singles);
         } else {
             break;
@@ -153,14 +154,14 @@ fn bin_of(item: &Item, centers: &Bounds3, axis: usize) -> usize {
 
 /// Aggregate on which the cost of lights depends.
 #[derive(Clone, Copy)]
-struct Bin {
+struct LightBin {
     bounds: Bounds3,
     strength: f32,
     /// Sum of the axes, weighted by strength.
     axes: Vec3,
 }
 
-impl Bin {
+impl LightBin {
     const EMPTY: Self = Self { bounds: Bounds3::EMPTY, strength: 0.0, axes: Vec3::ZERO };
 
     fn add(&mut self, other: &Self) {
@@ -181,15 +182,15 @@ fn best_plane(items: &[Item], whole: &LightBounds, centers: &Bounds3) -> Option<
     let extents = whole.bounds.diagonal();
     let mut best: Option<(f32, (usize, usize))> = None;
     for axis in (0..3).filter(|&axis| centers.max[axis] > centers.min[axis]) {
-        let mut bins = [Bin::EMPTY; BINS];
+        let mut bins = [LightBin::EMPTY; BINS];
         for item in items {
             let LightBounds { bounds, strength, axis: of_light, .. } = item.emission;
-            let one = Bin { bounds, strength, axes: of_light * strength };
+            let one = LightBin { bounds, strength, axes: of_light * strength };
             bins[bin_of(item, centers, axis)].add(&one);
         }
         let far = costs_from_the_end(&bins);
         let narrow = extents.max_element() / extents[axis].max(f32::MIN_POSITIVE);
-        let mut near = Bin::EMPTY;
+        let mut near = LightBin::EMPTY;
         for (last, bin) in bins[..BINS - 1].iter().enumerate() {
             near.add(bin);
             let (Some(near), Some(far)) = (near.cost(), far[last + 1]) else { continue };
@@ -203,9 +204,9 @@ fn best_plane(items: &[Item], whole: &LightBounds, centers: &Bounds3) -> Option<
 }
 
 /// Returns the cost of each bin together with all following ones.
-fn costs_from_the_end(bins: &[Bin; BINS]) -> [Option<f32>; BINS] {
+fn costs_from_the_end(bins: &[LightBin; BINS]) -> [Option<f32>; BINS] {
     let mut costs = [None; BINS];
-    let mut far = Bin::EMPTY;
+    let mut far = LightBin::EMPTY;
     for (cost, bin) in costs.iter_mut().zip(bins).rev() {
         far.add(bin);
         *cost = far.cost();

@@ -142,7 +142,7 @@ fn example_of_squares() -> Vec<(TreeLight, Option<u32>)> {
 /// One point light: the laws of lights without extent hold for a single light.
 fn example_of_points() -> Vec<(TreeLight, Option<u32>)> {
     let position = Vec3::new(0.1, 2.5, 0.3);
-    let point = crate::light::Point { position, intensity: Spectrum::splat(3.0) };
+    let point = crate::light::PointLight { position, intensity: Spectrum::splat(3.0) };
     vec![(TreeLight::Other(point.into()), None)]
 }
 

@@ -9,7 +9,7 @@ mod lights;
 mod node;
 
 pub use bounds::LightBounds;
-use node::{Node, Receiver};
+use node::{LightTreeNode, ReceiverLanes};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::emitter_triangle::EmitterTriangle;
@@ -45,12 +45,12 @@ pub enum TreeLight {
 #[derive(Debug)]
 pub struct LightTree {
     /// Nodes; the root is the first.
-    nodes: Vec<Node>,
+    nodes: Vec<LightTreeNode>,
     /// Slot of each node in its parent; unused for the root.
-    parents: Vec<Slot>,
+    parents: Vec<ChildSlot>,
     lights: Vec<TreeLight>,
     /// Slot of each light.
-    places: Vec<Slot>,
+    places: Vec<ChildSlot>,
     /// First primitive that is one of the lights.
     first_primitive: u32,
     /// Lights of the primitives from there on; `u32::MAX` for primitives that are no lights.
@@ -59,7 +59,7 @@ pub struct LightTree {
 
 /// A child of a node.
 #[derive(Clone, Copy, Debug)]
-struct Slot {
+struct ChildSlot {
     node: u32,
     lane: u32,
 }
@@ -104,7 +104,7 @@ impl LightTree {
             for i in 0..count {
                 let Descent { point, node, choice } = under_way[i];
                 let node = &self.nodes[node as usize];
-                let lane = node.choose(&Receiver::new(&points[point].0), choice.rest);
+                let lane = node.choose(&ReceiverLanes::new(&points[point].0), choice.rest);
                 choices[point] = lane.map(|(lane, share, rest)| {
                     let (is_node, number) = node.child(lane);
                     let choice =
@@ -126,7 +126,7 @@ impl LightTree {
 
     /// Probability with which [`Self::choose`] chooses a light.
     fn probability(&self, light: usize, context: &LightSampleContext) -> f32 {
-        let receiver = Receiver::new(context);
+        let receiver = ReceiverLanes::new(context);
         let mut slot = self.places[light];
         let mut probability = 1.0;
         loop {
@@ -306,7 +306,7 @@ fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
 mod tests {
     use pt_testing::Random;
 
-    use super::super::{Point, ReceiverSides, SphereLight, Spot};
+    use super::super::{PointLight, ReceiverSides, SphereLight, Spot};
     use super::*;
 
     /// Creates a point on a reflecting surface, on a transmitting one, or on none.
@@ -322,7 +322,7 @@ mod tests {
             let position = random.in_cube() * 5.0;
             let intensity = Spectrum::splat(random.unit() + 0.01);
             let light = match i % 4 {
-                0 => Point { position, intensity }.into(),
+                0 => PointLight { position, intensity }.into(),
                 1 => SphereLight {
                     center: position,
                     radius: 0.1 + random.unit(),
@@ -416,7 +416,7 @@ mod tests {
         for n in [1, 8, 9, 64, 65, 1000] {
             let lights = random_lights(&mut random, n);
             let tree = LightTree::new(lights, &LightTables::default());
-            let at = |slot: &Slot| tree.nodes[slot.node as usize].child(slot.lane as usize);
+            let at = |slot: &ChildSlot| tree.nodes[slot.node as usize].child(slot.lane as usize);
             for (i, place) in (0..).zip(&tree.places) {
                 assert_eq!(at(place), (false, i), "light of {n}");
             }
@@ -433,10 +433,10 @@ mod tests {
         let light = |i: u32| {
             let position =
                 if i < 5000 { Vec3::ONE } else { Vec3::X * 0.9f32.powi(i as i32 - 5000) };
-            (TreeLight::Other(Point { position, intensity }.into()), None)
+            (TreeLight::Other(PointLight { position, intensity }.into()), None)
         };
         let tree = LightTree::new((0..5200).map(light).collect(), &LightTables::default());
-        let depth = |mut place: Slot| {
+        let depth = |mut place: ChildSlot| {
             let up = || {
                 let node = place.node as usize;
                 place = tree.parents[node];

@@ -14,7 +14,7 @@ pub(super) const WIDTH: usize = 8;
 /// strength 0.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
-pub(super) struct Node {
+pub(super) struct LightTreeNode {
     center: [f32x8; 3],
     axis: [f32x8; 3],
     radius: f32x8,
@@ -27,7 +27,7 @@ pub(super) struct Node {
 
 /// Receiving point, broadcast to all lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Receiver {
+pub(super) struct ReceiverLanes {
     p: [f32x8; 3],
     normal: [f32x8; 3],
     /// −1 if the absolute cosine counts, otherwise 1.
@@ -43,7 +43,7 @@ const MAX: f32 = 1e30;
 /// Largest number below 1.
 const BELOW_ONE: f32 = 1.0f32.next_down();
 
-impl Receiver {
+impl ReceiverLanes {
     #[inline(always)]
     pub(super) fn new(context: &LightSampleContext) -> Self {
         let splat = |v: Vec3| v.to_array().map(f32x8::splat);
@@ -63,7 +63,7 @@ fn dot(a: &[f32x8; 3], b: &[f32x8; 3]) -> f32x8 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-impl Node {
+impl LightTreeNode {
     /// Creates a node of up to eight children.
     pub(super) fn new(children: &[LightBounds]) -> Self {
         let mut node = Self::zeroed();
@@ -103,7 +103,7 @@ impl Node {
     /// a hall with 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means instead of their
     /// bounds]
     #[inline(always)]
-    pub(super) fn importances(&self, context: &Receiver) -> f32x8 {
+    pub(super) fn importances(&self, context: &ReceiverLanes) -> f32x8 {
         let splat = f32x8::splat;
         let quarter = splat(0.25);
         let to = [0, 1, 2].map(|i| self.center[i] - context.p[i]);
@@ -126,7 +126,7 @@ impl Node {
     /// Chooses a child by a random number in [0, 1): returns its lane, its probability, and the
     /// remapped random number. `None` if no child contributes.
     #[inline(always)]
-    pub(super) fn choose(&self, context: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
+    pub(super) fn choose(&self, context: &ReceiverLanes, u: f32) -> Option<(usize, f32, f32)> {
         let importances = self.importances(context).to_array();
         let ends = running_sums(importances);
         let total = ends[WIDTH - 1];
@@ -142,7 +142,7 @@ impl Node {
     }
 
     /// Probability with which [`Self::choose`] chooses a child.
-    pub(super) fn share(&self, context: &Receiver, lane: usize) -> f32 {
+    pub(super) fn share(&self, context: &ReceiverLanes, lane: usize) -> f32 {
         let importances = self.importances(context).to_array();
         let total = running_sums(importances)[WIDTH - 1];
         if total > 0.0 { importances[lane] / total } else { 0.0 }

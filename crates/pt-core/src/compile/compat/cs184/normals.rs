@@ -18,7 +18,7 @@ pub(super) fn vertex_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<
             sums[i as usize] += n;
         }
     }
-    let edges = Edges::new(triangles);
+    let edges = DirectedEdges::new(triangles);
     for [before, p] in edges.rim() {
         let origin = positions[p as usize];
         let arm = positions[before as usize] - origin;
@@ -32,12 +32,12 @@ pub(super) fn vertex_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<
 }
 
 /// Directed edges of triangles, for look-ups by either end.
-struct Edges {
+struct DirectedEdges {
     by_start: Vec<[u32; 2]>,
     by_end: Vec<[u32; 2]>,
 }
 
-impl Edges {
+impl DirectedEdges {
     fn new(triangles: &[[u32; 3]]) -> Self {
         let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut by_start: Vec<_> = edges.collect();
