@@ -50,8 +50,8 @@ pub use pt_core::settings::{
 pub use pt_core::target::Evaluation;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
-    Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
-    integrator,
+    Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError,
+    RenderStatistics, integrator,
 };
 pub use pt_formats::{
     FORMATS, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene, load,

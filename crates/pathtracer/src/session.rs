@@ -8,7 +8,7 @@ use pt_core::target::Evaluation;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
-use pt_cpu::{Feature, LightGroups, Outcome, RenderError, Renderer, Statistics};
+use pt_cpu::{Feature, LightGroups, Outcome, RenderError, RenderStatistics, Renderer};
 use pt_scene::image::{Channel, Image};
 use pt_scene::{Hint, Notes, Placement, Scene};
 
@@ -160,7 +160,7 @@ impl Session {
         threads: usize,
         tile_size: u32,
         observer: &dyn Observer,
-    ) -> Result<(Outcome, Statistics), RenderError> {
+    ) -> Result<(Outcome, RenderStatistics), RenderError> {
         let counts = self.counts_tests;
         let mut renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
         if let Some(groups) = &self.light_groups {

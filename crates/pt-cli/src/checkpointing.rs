@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use pathtracer::checkpoint::{Checkpoint, ExistingFilm, differences, in_lines};
 use pathtracer::film_file::{FilmHeader, film_of_image};
 use pathtracer::provenance::Provenance;
-use pathtracer::{Film, Observer, Outcome, ProgressUpdate, Session, Statistics};
+use pathtracer::{Film, Observer, Outcome, ProgressUpdate, RenderStatistics, Session};
 
 use crate::console::Console;
 use crate::film_header::run_of;
@@ -28,7 +28,7 @@ pub(crate) struct Checkpointer {
     /// Time at which the render stops, if that is limited.
     deadline: Option<Instant>,
     /// Rays and time of earlier runs.
-    earlier: Statistics,
+    earlier: RenderStatistics,
 }
 
 impl Checkpointer {
@@ -54,7 +54,7 @@ impl Checkpointer {
             tile_size: schedule.tile_size,
             every: schedule.checkpoint_every,
             deadline: schedule.time_limit.and_then(|limit| start.checked_add(limit)),
-            earlier: Statistics::default(),
+            earlier: RenderStatistics::default(),
         };
         this.check_same(schedule.expected.as_deref())?;
         if !mode.policies.films {
@@ -142,8 +142,8 @@ impl Checkpointer {
         session: &mut Session,
         console: &Console,
         viewer: &mut Option<Viewer>,
-    ) -> Result<(Outcome, Statistics)> {
-        let mut all = Statistics::default();
+    ) -> Result<(Outcome, RenderStatistics)> {
+        let mut all = RenderStatistics::default();
         let mut film = self.every.filter(|_| self.keeper.is_some()).map(Interval::new);
         let mut view = viewer.is_some().then(|| Interval::new(tev::EVERY));
         if let Some(warning) = viewer.as_mut().and_then(|viewer| viewer.show(session.image())) {
@@ -182,7 +182,7 @@ impl Checkpointer {
         }
     }
 
-    fn tell(&mut self, all: &Statistics, finished: bool) {
+    fn tell(&mut self, all: &RenderStatistics, finished: bool) {
         self.about.finished = finished;
         self.about.rays = self.earlier.rays + all.rays;
         self.about.seconds = (self.earlier.time + all.time).as_secs_f64();

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use pathtracer::image::{Image, ImageError, Transfer};
 use pathtracer::{Adaptive, DirectLight, Filter, RenderHints, Roulette, Session, Settings};
-use pathtracer::{Statistics, compat};
+use pathtracer::{RenderStatistics, compat};
 
 /// Options that exclude the records of single paths, for messages.
 pub(crate) const WITHOUT_RECORDS: &str = "--path-reuse, --path-splitting and --cs184";
@@ -119,7 +119,7 @@ pub(crate) struct Lines {
     /// While rendering, on a terminal, with the percentage.
     pub(crate) progress: fn(u64),
     /// After rendering.
-    pub(crate) rendered: fn(&Statistics),
+    pub(crate) rendered: fn(&RenderStatistics),
     /// After the image is written; true for a rectangle of it.
     pub(crate) saved: fn(&Path, bool),
 }

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
-use pathtracer::{Clamp, Evaluation, Outcome, Session, Statistics};
+use pathtracer::{Clamp, Evaluation, Outcome, RenderStatistics, Session};
 
 /// Summary of a render.
 pub(crate) struct Summary<'a> {
     pub(crate) session: &'a Session,
-    pub(crate) statistics: Statistics,
+    pub(crate) statistics: RenderStatistics,
     pub(crate) progress: Outcome,
     pub(crate) threads: usize,
     /// Number of missing files of the scene.

@@ -6,12 +6,12 @@ use pt_core::Film;
 use pt_core::film::HalfBuffer;
 use pt_core::settings::Target;
 
-use crate::render::{Outcome, Renderer, Shared, passes};
+use crate::render::{Outcome, Renderer, SharedState, passes};
 
 impl Renderer<'_> {
     /// Takes the samples that both halves lack: a fixed number per pixel, or until the error target
     /// is reached.
-    pub(crate) fn render_half_buffers(&self, film: &mut Film, shared: &mut Shared) -> Outcome {
+    pub(crate) fn render_half_buffers(&self, film: &mut Film, shared: &mut SharedState) -> Outcome {
         if let Some(target) = &self.settings.target {
             return self.to_target(film, target, shared);
         }
@@ -22,7 +22,7 @@ impl Renderer<'_> {
     }
 
     /// Takes samples in rounds, until the error target or the maximum number of samples is reached.
-    fn to_target(&self, film: &mut Film, target: &Target, shared: &mut Shared) -> Outcome {
+    fn to_target(&self, film: &mut Film, target: &Target, shared: &mut SharedState) -> Outcome {
         let most = self.settings.spp / 2;
         let reuse = self.settings.reuse;
         let progress = loop {
@@ -50,7 +50,12 @@ impl Renderer<'_> {
     }
 
     /// Takes samples of both halves until each pixel has the number in `wanted`.
-    fn take_samples_up_to(&self, film: &mut Film, wanted: [&[u32]; 2], shared: &Shared) -> Outcome {
+    fn take_samples_up_to(
+        &self,
+        film: &mut Film,
+        wanted: [&[u32]; 2],
+        shared: &SharedState,
+    ) -> Outcome {
         let end = wanted.into_iter().flatten().copied().max().unwrap_or(0);
         let fewest = HalfBuffer::BOTH.map(|half| film.counts_of(half).min().unwrap_or(0));
         for Range { start, end } in passes(fewest[0].min(fewest[1])..end, self.longest_pass()) {

@@ -41,7 +41,9 @@ impl Renderer<'_> {
         let has_signs = self.filter.as_ref().is_some_and(|filter| !filter.is_positive());
         let is_even = scene.infinite_lights.iter().all(|&sky| scene.lights[sky].is_constant());
         let is_alone = settings.reuse == 1 && scene.media.camera.is_none() && is_even;
-        let Some(view) = View::new(scene, settings.filter.radius()) else { return Vec::new() };
+        let Some(view) = ImageProjection::new(scene, settings.filter.radius()) else {
+            return Vec::new();
+        };
         if is_uniform || has_signs || !is_alone {
             return Vec::new();
         }
@@ -52,7 +54,7 @@ impl Renderer<'_> {
 }
 
 /// Rasterizes all primitives of a scene.
-fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
+fn draw(scene: &RenderScene, view: &ImageProjection, canvas: &Canvas) {
     let shapes = &scene.shapes;
     shapes.triangles.par_chunks(CHUNK).for_each(|triangles| {
         for triangle in triangles.iter().take_while(|_| !canvas.is_full()) {
@@ -104,7 +106,7 @@ impl Square {
 }
 
 /// Projection from world space to the image.
-struct View {
+struct ImageProjection {
     /// Matrix from world directions to right, up and forward.
     to_camera: DMat3,
     position: DVec3,
@@ -120,7 +122,7 @@ struct View {
     lens: Option<(f64, f64)>,
 }
 
-impl View {
+impl ImageProjection {
     /// Creates the projection; `None` for meters, moving cameras and panoramas.
     fn new(scene: &RenderScene, radius: f64) -> Option<Self> {
         let camera = &scene.camera;
@@ -195,14 +197,14 @@ impl View {
             return;
         }
         if corners.iter().any(|p| p.z <= 0.0) {
-            let edges = Edges::new(corners).filter(|_| self.lens.is_none());
+            let edges = EdgePlanes::new(corners).filter(|_| self.lens.is_none());
             return canvas.cover(Square::ALL, self.reach, |at| {
                 edges.map_or_else(|| self.may_see(corners, at), |edges| edges.touch(at))
             });
         }
         let bounds = Square::around(corners.iter().map(|p| [p.x / p.z, p.y / p.z]));
         let reach = self.reach + rounding + self.blur(corners.iter().map(|p| p.z));
-        let edges = Edges::new(corners).filter(|_| bounds.size() > 1.0);
+        let edges = EdgePlanes::new(corners).filter(|_| bounds.size() > 1.0);
         canvas.cover(bounds, reach, |at| edges.is_none_or(|e| e.touch(at)));
     }
 
@@ -271,9 +273,9 @@ fn scale(camera: &Camera) -> [f64; 2] {
 /// that are nonnegative inside of its image. [Olano & Greer 1997, "Triangle Scan Conversion using
 /// 2D Homogeneous Coordinates", §3]
 #[derive(Clone, Copy)]
-struct Edges([DVec3; 3]);
+struct EdgePlanes([DVec3; 3]);
 
-impl Edges {
+impl EdgePlanes {
     /// Creates the edge functions; `None` if the triangle is seen edge-on.
     fn new([a, b, c]: [DVec3; 3]) -> Option<Self> {
         let edges = [b.cross(c), c.cross(a), a.cross(b)];

@@ -23,5 +23,5 @@ pub use integrator::{
     TracedIntegrator, uses_mis_compensation,
 };
 pub use light_groups::LightGroups;
-pub use render::{Outcome, RenderError, Renderer, Statistics};
+pub use render::{Outcome, RenderError, RenderStatistics, Renderer};
 pub use tracer::Tracer;

@@ -21,7 +21,7 @@ use crate::sample_range::batches;
 
 /// Statistics of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
+pub struct RenderStatistics {
     /// Number of samples taken.
     pub samples: u64,
     /// Number of rays traced.
@@ -249,7 +249,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Panics
     /// If the settings require half buffers, and the film has none.
-    pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Outcome, Statistics) {
+    pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Outcome, RenderStatistics) {
         assert_eq!(
             film.has_half_buffers(),
             self.settings.in_halves(),
@@ -258,12 +258,12 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         let samples = film.first()..self.settings.spp.max(film.first());
         let total = film.region().area() as u64 * samples.len() as u64;
-        let mut shared = Shared {
+        let mut shared = SharedState {
             totals_foreseen: [total; 3],
             done: AtomicU64::new(film.samples()),
             rays: AtomicU64::new(0),
             error: film.relative_error(),
-            totals: Mutex::new(Statistics::default()),
+            totals: Mutex::new(RenderStatistics::default()),
             observer,
         };
         let progress = if film.has_half_buffers() {
@@ -277,7 +277,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Takes these samples of each pixel, unless it converges before.
-    fn passes(&self, film: &mut Film, samples: Range<u32>, shared: &mut Shared) -> Outcome {
+    fn passes(&self, film: &mut Film, samples: Range<u32>, shared: &mut SharedState) -> Outcome {
         for pass in passes(samples, self.longest_pass()) {
             self.pass(film, &pass, None, shared);
             shared.error = film.relative_error();
@@ -295,7 +295,7 @@ impl<'a> Renderer<'a> {
         film: &mut Film,
         pass: &Range<u32>,
         wanted: Option<&[u32]>,
-        shared: &Shared,
+        shared: &SharedState,
     ) {
         let targets = SampleTargets {
             pass: pass.clone(),
@@ -476,7 +476,7 @@ fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
 }
 
 /// State shared by the threads of a render.
-pub(crate) struct Shared<'a> {
+pub(crate) struct SharedState<'a> {
     /// Estimated total number of samples: lower bound, expected value, upper bound.
     pub(crate) totals_foreseen: [u64; 3],
     /// Number of samples done.
@@ -484,11 +484,11 @@ pub(crate) struct Shared<'a> {
     rays: AtomicU64,
     /// Estimated error of the film at the start of the pass.
     pub(crate) error: Option<f64>,
-    totals: Mutex<Statistics>,
+    totals: Mutex<RenderStatistics>,
     pub(crate) observer: &'a dyn Observer,
 }
 
-impl Shared<'_> {
+impl SharedState<'_> {
     /// Reports more samples, and their number of rays.
     fn report(&self, samples: u64, rays: u64) {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use pathtracer::compat::cs184::{POLICIES as SCENE, cs184_log, probability_debug};
 use pathtracer::image::{self, Image, ImageError, Transfer};
-use pathtracer::{Adaptive, DirectLight, Filter, Roulette, Session, Statistics};
+use pathtracer::{Adaptive, DirectLight, Filter, RenderStatistics, Roulette, Session};
 
 use super::{Defaults, Lines, Policies};
 
@@ -108,7 +108,7 @@ fn progress(percent: u64) {
     let _ = write!(out, "\r[PathTracer] Rendering... {percent}%").and_then(|()| out.flush());
 }
 
-fn rendered(s: &Statistics) {
+fn rendered(s: &RenderStatistics) {
     let seconds = s.time.as_secs_f64();
     let rays = s.rays.max(1) as f64;
     let mut out = std::io::stdout();
