@@ -13,7 +13,7 @@ use zip::ZipArchive;
 
 use super::{LoadOptions, LoadResult, format_of};
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_file;
 use crate::shared::names::quote;
 
@@ -23,7 +23,11 @@ const MAX_FILES: usize = 10_000;
 const MAX_BYTES: u64 = 1 << 31;
 
 /// Reads the scene of an archive.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let error = |message: String| mesh_file::error(path, 0, message);
     let folder = tempfile::Builder::new().prefix("pathtracer-").tempdir();
     let folder =
@@ -37,8 +41,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let mut options: LoadOptions = context.options().clone();
     options.limits.memory = options.limits.memory.map(|_| context.room());
     let LoadResult { scene, missing, notes: _, .. } =
-        format.read_file(&inner, &Context::new(&inner, &options));
-    let shown = Shown { root: &root, archive: path };
+        format.read_file(&inner, &LoadContext::new(&inner, &options));
+    let shown = ShownPaths { root: &root, archive: path };
     for Warning { at, message } in missing {
         let Warning { at, message } = shown.warning(Warning { at, message });
         context.missing(at, message);
@@ -50,7 +54,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 }
 
 /// Unpacks all files and returns their names. The error is a message.
-fn unpack(bytes: &[u8], root: &Path, context: &Context) -> Result<Vec<PathBuf>, String> {
+fn unpack(bytes: &[u8], root: &Path, context: &LoadContext) -> Result<Vec<PathBuf>, String> {
     let invalid = |why: zip::result::ZipError| format!("it is no archive that can be read: {why}");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(invalid)?;
     if archive.len() > MAX_FILES {
@@ -126,12 +130,12 @@ fn of_manifest(root: &Path) -> Option<PathBuf> {
 }
 
 /// Converts the paths of unpacked files to those that the user sees.
-struct Shown<'a> {
+struct ShownPaths<'a> {
     root: &'a Path,
     archive: &'a Path,
 }
 
-impl Shown<'_> {
+impl ShownPaths<'_> {
     fn text(&self, text: &str) -> String {
         text.replace(&self.root.display().to_string(), &self.archive.display().to_string())
     }

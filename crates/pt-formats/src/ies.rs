@@ -43,8 +43,8 @@ pub fn load(path: &Path) -> Result<IesProfile, LoadError> {
 /// numbers are missing or out of range.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<IesProfile, LoadError> {
     let text = crate::shared::text::characters(bytes, path)?;
-    let mut numbers = Numbers::new(&text, path)?;
-    let header = Header::read(&mut numbers)?;
+    let mut numbers = IesNumbers::new(&text, path)?;
+    let header = IesHeader::read(&mut numbers)?;
     let (vertical, _) = numbers.angles("vertical", header.vertical)?;
     let (horizontal, line) = numbers.angles("horizontal", header.horizontal)?;
     let last = |angles: &[f32]| angles.last().copied().unwrap_or_default();
@@ -108,15 +108,15 @@ fn all_around(vertical: Vec<f32>, horizontal: &[f32], candela: &[f32]) -> Option
 }
 
 /// Numbers before the angles.
-struct Header {
+struct IesHeader {
     vertical: usize,
     horizontal: usize,
     /// Factor of all candela.
     factor: f64,
 }
 
-impl Header {
-    fn read(numbers: &mut Numbers<'_>) -> Result<Self, LoadError> {
+impl IesHeader {
+    fn read(numbers: &mut IesNumbers<'_>) -> Result<Self, LoadError> {
         numbers.next("the number of lamps")?;
         numbers.next("the lumens per lamp")?;
         let (multiplier, _) = numbers.next("the multiplier of candela")?;
@@ -144,14 +144,14 @@ impl Header {
 }
 
 /// The numbers after the keywords, with their lines.
-struct Numbers<'a> {
+struct IesNumbers<'a> {
     words: std::vec::IntoIter<(&'a str, u32)>,
     path: &'a Path,
     /// The last line of the file.
     last: u32,
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> IesNumbers<'a> {
     fn new(text: &'a str, path: &'a Path) -> Result<Self, LoadError> {
         let mut lines = text.lines().zip(1u32..);
         let error = |line, message: String| {

@@ -35,7 +35,7 @@ pub use json::schema as json_schema;
 use pt_io::guarded;
 use pt_scene::{Geometry, Hint, Scene, SourceFile, Warning};
 pub use save::{SaveError, save};
-use shared::context::{self, Context};
+use shared::context::{self, LoadContext};
 pub use shared::limits::Limits;
 use shared::names::quote;
 pub use shared::names::suggestions;
@@ -87,11 +87,11 @@ pub struct LoadResult {
 
 /// Converts the content and path of a file to a scene. The path is used for messages and to resolve
 /// references. If errors were added to the context, the result is the remainder of the scene.
-type Parser = fn(&[u8], &Path, &Arc<Context>) -> Result<Scene, LoadError>;
+type Parser = fn(&[u8], &Path, &Arc<LoadContext>) -> Result<Scene, LoadError>;
 
 /// Reads a file in pieces, without holding all of it in memory; `None` if this is not supported for
 /// the file or there is any error in it: the whole file is then read for the [`Parser`].
-type PieceReader = fn(&Path, &Context) -> Option<Scene>;
+type PieceReader = fn(&Path, &LoadContext) -> Option<Scene>;
 
 /// A scene format.
 pub struct Format {
@@ -120,13 +120,13 @@ impl Format {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Scene, LoadError> {
-        let context = Context::new(path, options);
+        let context = LoadContext::new(path, options);
         self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
     }
 
     /// Reads a file. With a time limit, the read is abandoned soon after that time, whatever its
     /// state.
-    fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> LoadResult {
+    fn read_in_time(&'static self, path: &Path, context: &Arc<LoadContext>) -> LoadResult {
         /// Allowance for readers that check the time themselves, and report their position.
         const GRACE: Duration = Duration::from_millis(500);
         let Some(most) = context.limits().time() else { return self.read_file(path, context) };
@@ -143,7 +143,7 @@ impl Format {
     }
 
     /// Reads a file.
-    fn read_file(&self, path: &Path, context: &Arc<Context>) -> LoadResult {
+    fn read_file(&self, path: &Path, context: &Arc<LoadContext>) -> LoadResult {
         self.read(path, context, || {
             if let Some(scene) = self.in_pieces.and_then(|read| read(path, context)) {
                 return Ok(scene);
@@ -156,7 +156,7 @@ impl Format {
     fn read(
         &self,
         path: &Path,
-        context: &Context,
+        context: &LoadContext,
         read: impl FnOnce() -> Result<Scene, LoadError>,
     ) -> LoadResult {
         let result = match self.refusal(context.options()) {
@@ -271,7 +271,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError>
 /// well.
 pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
     match format_of(path) {
-        Ok(format) => format.read_in_time(path, &Context::new(path, options)),
+        Ok(format) => format.read_in_time(path, &LoadContext::new(path, options)),
         Err(error) => LoadResult {
             scene: Err(error),
             missing: Vec::new(),

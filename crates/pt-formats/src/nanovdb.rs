@@ -57,18 +57,18 @@ pub(super) fn parse(
     let entry = entries.swap_remove(i);
     let _grant = if entry.codec == 0 { None } else { Some(pt_memory::ask(entry.size)?) };
     let grid = entry.unpacked()?;
-    Ok((Reader { bytes: &grid }.dense(ask)?, names))
+    Ok((NanoVdbReader { bytes: &grid }.dense(ask)?, names))
 }
 
 /// An encoded grid of a file.
-struct Entry<'a> {
+struct EncodedGrid<'a> {
     name: String,
     bytes: &'a [u8],
     size: u64,
     codec: u16,
 }
 
-fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
+fn entries(bytes: &[u8]) -> Result<Vec<EncodedGrid<'_>>, String> {
     const EARLY: &str = "the file ends early; is it complete?";
     let (mut entries, mut rest) = (Vec::new(), bytes);
     while !rest.is_empty() {
@@ -79,7 +79,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         let count = u16::from_le_bytes([header[12], header[13]]);
         let mut here = Vec::new();
         for _ in 0..count {
-            let metadata = Reader { bytes: rest.split_off(..METADATA).ok_or(EARLY)? };
+            let metadata = NanoVdbReader { bytes: rest.split_off(..METADATA).ok_or(EARLY)? };
             let name = rest.split_off(..metadata.u32(136)? as usize).ok_or(EARLY)?;
             let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
             let packed = usize::try_from(metadata.u64(8)?).map_err(|_| EARLY)?;
@@ -88,13 +88,13 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         }
         for (name, size, packed, codec) in here {
             let bytes = rest.split_off(..packed).ok_or(EARLY)?;
-            entries.push(Entry { name, bytes, size, codec });
+            entries.push(EncodedGrid { name, bytes, size, codec });
         }
     }
     Ok(entries)
 }
 
-impl Entry<'_> {
+impl EncodedGrid<'_> {
     fn unpacked(&self) -> Result<Cow<'_, [u8]>, String> {
         match self.codec {
             0 => Ok(self.bytes.into()),
@@ -117,12 +117,12 @@ impl Entry<'_> {
 
 /// Bytes of a grid.
 #[derive(Clone, Copy)]
-struct Reader<'a> {
+struct NanoVdbReader<'a> {
     bytes: &'a [u8],
 }
 
 /// Layout of nodes between the root and the leaves.
-struct Level {
+struct TreeLevel {
     /// Base-2 logarithms of the number of children along an axis, and of the cells of a child.
     children: u32,
     cells: u32,
@@ -131,12 +131,12 @@ struct Level {
     table: u64,
 }
 
-const UPPER: Level = Level { children: 5, cells: 7, mask: 32 + 4096, table: 8256 };
-const LOWER: Level = Level { children: 4, cells: 3, mask: 32 + 512, table: 1088 };
+const UPPER: TreeLevel = TreeLevel { children: 5, cells: 7, mask: 32 + 4096, table: 8256 };
+const LOWER: TreeLevel = TreeLevel { children: 4, cells: 3, mask: 32 + 512, table: 1088 };
 /// Base-2 logarithm of the values of a leaf along an axis, and their offset.
 const LEAF: (u32, u64) = (3, 96);
 
-impl Reader<'_> {
+impl NanoVdbReader<'_> {
     fn array<const N: usize>(&self, at: u64) -> Result<[u8; N], String> {
         let at = usize::try_from(at).ok();
         let bytes = at.and_then(|at| self.bytes.get(at..)?.first_chunk());
@@ -188,7 +188,8 @@ impl Reader<'_> {
         let matrix = DMat3::from_cols(x?, y?, z?).transpose();
         let to_world = DAffine3::from_mat3_translation(matrix, self.vector(528)?);
         let root = self.behind(GRID as u64, self.u64(GRID as u64 + 24)?)?;
-        let mut cells = Cells::new(self.coordinates(root)?, self.coordinates(root + 12)?, ask)?;
+        let mut cells =
+            DenseCells::new(self.coordinates(root)?, self.coordinates(root + 12)?, ask)?;
 
         cells.fill(cells.least, MAX_CELLS, self.f32(root + 28)?);
         let mut seen = HashSet::new();
@@ -215,9 +216,9 @@ impl Reader<'_> {
     fn node(
         &self,
         node: u64,
-        level: &Level,
+        level: &TreeLevel,
         origin: [i64; 3],
-        cells: &mut Cells,
+        cells: &mut DenseCells,
     ) -> Result<(), String> {
         let side = 1i64 << level.cells;
         let last = (1u64 << level.children) - 1;
@@ -243,7 +244,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn leaf(&self, leaf: u64, origin: [i64; 3], cells: &mut Cells) -> Result<(), String> {
+    fn leaf(&self, leaf: u64, origin: [i64; 3], cells: &mut DenseCells) -> Result<(), String> {
         for i in 0..512 {
             let place = [i >> 6, i >> 3 & 7, i & 7];
             let at = [0, 1, 2].map(|axis| origin[axis] + place[axis]);
@@ -254,7 +255,7 @@ impl Reader<'_> {
 }
 
 /// Cells of a dense grid.
-struct Cells {
+struct DenseCells {
     /// First cell along each axis, and number of cells.
     least: [i64; 3],
     count: [i64; 3],
@@ -264,7 +265,7 @@ struct Cells {
     _grant: Grant,
 }
 
-impl Cells {
+impl DenseCells {
     fn new(
         least: [i64; 3],
         greatest: [i64; 3],

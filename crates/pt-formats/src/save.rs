@@ -47,16 +47,16 @@ pub enum SaveError {
 }
 
 /// A format that scenes can be written in.
-struct Writer {
+struct SceneWriter {
     ending: &'static str,
     /// Encodes a scene for a file of this name; the error is a message.
     encode: fn(&Scene, &Path) -> Result<Encoded, String>,
 }
 
 /// All formats that can be written.
-static WRITERS: &[Writer] = &[
-    Writer { ending: "json", encode: json::encode },
-    Writer { ending: "glb", encode: gltf::encode },
+static WRITERS: &[SceneWriter] = &[
+    SceneWriter { ending: "json", encode: json::encode },
+    SceneWriter { ending: "glb", encode: gltf::encode },
 ];
 
 /// Writes a scene in the format of the file name extension, and returns warnings about what the

@@ -39,11 +39,11 @@ const SIZES: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 /// Fields of a file.
 #[derive(Debug)]
 pub(super) struct TensorFile<'a> {
-    fields: Vec<Field<'a>>,
+    fields: Vec<TensorField<'a>>,
 }
 
 #[derive(Debug)]
-struct Field<'a> {
+struct TensorField<'a> {
     name: &'a str,
     kind: u8,
     shape: Vec<usize>,
@@ -115,7 +115,7 @@ impl<'a> TensorFile<'a> {
                 names.join(", ")
             ));
         };
-        let Field { shape, bytes, .. } = field;
+        let TensorField { shape, bytes, .. } = field;
         match <[usize; N]>::try_from(shape.as_slice()) {
             Ok(shape) if field.kind == kind => Ok((shape, bytes)),
             _ => Err(format!(
@@ -130,7 +130,7 @@ impl<'a> TensorFile<'a> {
 }
 
 /// Describes a field, as in `float32 of 2 x 3`.
-fn described(field: &Field<'_>) -> String {
+fn described(field: &TensorField<'_>) -> String {
     let mut text = KINDS[usize::from(field.kind)].to_owned();
     for (i, size) in field.shape.iter().enumerate() {
         let _ = write!(text, "{}{size}", if i == 0 { " of " } else { " x " });
@@ -139,7 +139,7 @@ fn described(field: &Field<'_>) -> String {
 }
 
 /// Reads a field, whose values are somewhere in `file`.
-fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<Field<'a>, String> {
+fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<TensorField<'a>, String> {
     let length = rest.unsigned::<2>()? as usize;
     let name = std::str::from_utf8(rest.take(length)?);
     let name = name.map_err(|_| "the name of a field is no text".to_owned())?;
@@ -171,7 +171,7 @@ fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<Field<'a>, String>
     };
     // They fit into the file; an empty field fits in any case.
     let shape = shape.into_iter().map(|n| usize::try_from(n).unwrap_or(usize::MAX)).collect();
-    Ok(Field { name, kind, shape, bytes })
+    Ok(TensorField { name, kind, shape, bytes })
 }
 
 /// Rest of a file.

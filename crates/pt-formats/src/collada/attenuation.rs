@@ -10,16 +10,19 @@ use pt_math::DVec3;
 use pt_scene::{LightKind, framing};
 
 use super::light;
-use super::reader::{Reader, child};
+use super::reader::{ColladaReader, child};
 use crate::LoadError;
 use crate::collada::falloff::{Attenuated, Attenuation};
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Records the attenuation of the light that is placed next, unless the file uses the
 /// profile `CGL`, whose program ignores attenuation.
-pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), LoadError> {
+pub(super) fn note<'a>(
+    reader: &mut ColladaReader<'a>,
+    light: XmlNode<'a>,
+) -> Result<(), LoadError> {
     let described = light::description(light);
-    let fades = |n: &Node<'_>| matches!(n.tag_name().name(), "point" | "spot");
+    let fades = |n: &XmlNode<'_>| matches!(n.tag_name().name(), "point" | "spot");
     let Some(element) = described.filter(fades) else { return Ok(()) };
     let Some(attenuation) = read(reader, element)? else { return Ok(()) };
     if reader.has_cgl_shading || reader.context.options().ignore_attenuation {
@@ -38,7 +41,10 @@ pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), L
 
 /// Reads the attenuation of an element; `None` if it has none or, with a warning, if a term is
 /// negative or all are 0.
-fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenuation>, LoadError> {
+fn read<'a>(
+    reader: &mut ColladaReader<'a>,
+    element: XmlNode<'a>,
+) -> Result<Option<Attenuation>, LoadError> {
     const TAGS: [&str; 3] = ["constant_attenuation", "linear_attenuation", "quadratic_attenuation"];
     if !TAGS.iter().any(|tag| child(element, tag).is_some()) {
         return Ok(None);
@@ -57,7 +63,7 @@ fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenua
 }
 
 /// Sets the intensities of attenuated lights.
-pub(super) fn settle(reader: &mut Reader<'_>) {
+pub(super) fn settle(reader: &mut ColladaReader<'_>) {
     let attenuated = std::mem::take(&mut reader.attenuated);
     if attenuated.is_empty() {
         return;

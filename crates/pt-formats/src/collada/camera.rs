@@ -3,9 +3,9 @@
 use pt_math::DAffine3;
 use pt_scene::{Camera, Fit, Placement, Projection};
 
-use super::reader::{Reader, child, name_of};
+use super::reader::{ColladaReader, child, name_of};
 use crate::LoadError;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Default horizontal field of view, in degrees (as in the program of the profile `CGL`).
 const DEFAULT_X_FOV: f64 = 50.0;
@@ -21,8 +21,8 @@ const DEFAULT_FOCAL_DISTANCE: f64 = 4.7;
 
 /// Reads a camera; one without a projection is omitted with a warning.
 pub(super) fn read<'a>(
-    reader: &mut Reader<'a>,
-    camera: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    camera: XmlNode<'a>,
     to_world: DAffine3,
 ) -> Result<Option<Camera>, LoadError> {
     let technique = child(camera, "optics").and_then(|o| child(o, "technique_common"));
@@ -76,8 +76,8 @@ pub(super) fn read<'a>(
 /// `xmag`, `ymag` and `aspect_ratio` that are given: x = aspect · y. COLLADA calls them
 /// magnifications; glTF defines the same two numbers as halves, and Blender writes halves.
 fn magnifications<'a>(
-    reader: &mut Reader<'a>,
-    orthographic: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    orthographic: XmlNode<'a>,
 ) -> Result<([f64; 2], Fit), LoadError> {
     let size = |tag| {
         child(orthographic, tag)
@@ -104,8 +104,8 @@ fn magnifications<'a>(
 ///
 /// tan(x/2) = aspect · tan(y/2).
 fn fields_of_view<'a>(
-    reader: &mut Reader<'a>,
-    perspective: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    perspective: XmlNode<'a>,
 ) -> Result<([f64; 2], Fit), LoadError> {
     let angle = |tag| {
         child(perspective, tag)
@@ -130,8 +130,8 @@ fn fields_of_view<'a>(
 /// to the other by the ratio of their lengths. Without a ratio, the given side is kept, and the
 /// other follows from the aspect ratio of the image. [COLLADA 1.5.0, "perspective"]
 fn sides<'a>(
-    reader: &mut Reader<'a>,
-    view: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    view: XmlNode<'a>,
     [x, y]: [Option<f64>; 2],
     default_x: f64,
     times: impl Fn(f64, f64) -> f64,
@@ -160,7 +160,10 @@ fn sides<'a>(
 }
 
 /// Returns the aspect ratio, or `None` if it is not given.
-fn aspect_ratio<'a>(reader: &Reader<'a>, view: Node<'a>) -> Result<Option<f64>, LoadError> {
+fn aspect_ratio<'a>(
+    reader: &ColladaReader<'a>,
+    view: XmlNode<'a>,
+) -> Result<Option<f64>, LoadError> {
     let Some(element) = child(view, "aspect_ratio") else { return Ok(None) };
     match reader.scalar(element)? {
         aspect if aspect > 0.0 && aspect.is_finite() => Ok(Some(aspect)),

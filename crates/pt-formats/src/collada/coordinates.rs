@@ -1,16 +1,19 @@
 //! Choice of the set of texture coordinates of a material.
 
 use super::material::bindings;
-use super::reader::{Reader, child, children};
+use super::reader::{ColladaReader, child, children};
 use super::shape::Sets;
 use super::source::whole_number;
 use crate::LoadError;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Returns the set for each symbol of a material that an instance of a geometry binds: an effect
 /// names coordinates (`<texture texcoord="…">`), to which a `<bind_vertex_input>` assigns the
 /// number of a set. [COLLADA 1.5.0, reference of `<bind_vertex_input>`]
-pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Sets<'a>, LoadError> {
+pub(super) fn sets<'a>(
+    reader: &mut ColladaReader<'a>,
+    instance: XmlNode<'a>,
+) -> Result<Sets<'a>, LoadError> {
     let mut sets = Sets::new();
     for binding in bindings(instance) {
         let Some(symbol) = binding.attribute("symbol") else { continue };
@@ -23,7 +26,10 @@ pub(super) fn sets<'a>(reader: &mut Reader<'a>, instance: Node<'a>) -> Result<Se
 
 /// Returns the set to which a material is bound: that of its first texture that has one, with a
 /// warning if other textures have different ones.
-fn set<'a>(reader: &mut Reader<'a>, binding: Node<'a>) -> Result<Option<usize>, LoadError> {
+fn set<'a>(
+    reader: &mut ColladaReader<'a>,
+    binding: XmlNode<'a>,
+) -> Result<Option<usize>, LoadError> {
     let bound: Vec<_> = children(binding, "bind_vertex_input")
         .filter(|bind| matches!(bind.attribute("input_semantic"), None | Some("TEXCOORD")))
         .collect();
@@ -49,8 +55,8 @@ fn set<'a>(reader: &mut Reader<'a>, binding: Node<'a>) -> Result<Option<usize>, 
 
 /// Returns the names of the coordinates of the textures of a bound material, those of its colour
 /// first.
-fn names<'a>(reader: &Reader<'a>, binding: Node<'a>) -> Vec<&'a str> {
-    let look_up = |node: Node<'a>, attribute: &str, tag| {
+fn names<'a>(reader: &ColladaReader<'a>, binding: XmlNode<'a>) -> Vec<&'a str> {
+    let look_up = |node: XmlNode<'a>, attribute: &str, tag| {
         reader.look_up(node.attribute(attribute).unwrap_or_default(), &[tag])
     };
     let effect = look_up(binding, "target", "material")

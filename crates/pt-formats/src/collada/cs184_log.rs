@@ -7,11 +7,11 @@ use pt_math::DAffine3;
 use pt_scene::{Camera, LightKind, Projection};
 use roxmltree::NodeId;
 
-use super::reader::{Reader, cgl_techniques, child, children, elements, name_of};
+use super::reader::{ColladaReader, cgl_techniques, child, children, elements, name_of};
 use super::source::inputs;
 use super::{camera, light};
-use crate::shared::context::Context;
-use crate::shared::xml::{Document, Node, decode, words};
+use crate::shared::context::LoadContext;
+use crate::shared::xml::{XmlDocument, XmlNode, decode, words};
 use crate::{Limits, LoadError, LoadOptions};
 
 /// Prefix of the lines about nodes.
@@ -35,10 +35,10 @@ const MAX_NAME: usize = 200;
 /// only where the reader of scenes fails as well.
 pub fn cs184_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     let text = decode(bytes, path)?;
-    let document = Document::parse(&text, path, &Limits::default())?;
-    let context = Context::new(path, &LoadOptions::default());
-    let mut log = Log {
-        reader: Reader::new(&document, &context),
+    let document = XmlDocument::parse(&text, path, &Limits::default())?;
+    let context = LoadContext::new(path, &LoadOptions::default());
+    let mut log = Cs184Log {
+        reader: ColladaReader::new(&document, &context),
         lines: Vec::new(),
         summaries: HashMap::new(),
         materials: HashMap::new(),
@@ -51,9 +51,9 @@ pub fn cs184_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
 }
 
 /// State of the log.
-struct Log<'a> {
+struct Cs184Log<'a> {
     /// The scene and the warnings of the reader are not used.
-    reader: Reader<'a>,
+    reader: ColladaReader<'a>,
     lines: Vec<String>,
     /// Summary of each camera, light and geometry; `None` if it has no line.
     summaries: HashMap<NodeId, Option<String>>,
@@ -61,9 +61,9 @@ struct Log<'a> {
     materials: HashMap<NodeId, String>,
 }
 
-impl<'a> Log<'a> {
+impl<'a> Cs184Log<'a> {
     /// Adds the lines of a node. Recursion is bounded, since the nesting of documents is limited.
-    fn add_node(&mut self, node: Node<'a>) -> Result<(), LoadError> {
+    fn add_node(&mut self, node: XmlNode<'a>) -> Result<(), LoadError> {
         self.lines.push(format!("{NODE} {}", label(node)));
         for inner in children(node, "node") {
             self.add_node(inner)?;
@@ -80,7 +80,7 @@ impl<'a> Log<'a> {
     }
 
     /// Adds the line of an instance, if it has one, and those of its materials.
-    fn add_instance(&mut self, instance: Node<'a>, tag: &str) -> Result<(), LoadError> {
+    fn add_instance(&mut self, instance: XmlNode<'a>, tag: &str) -> Result<(), LoadError> {
         let Some(found) = self.target(instance, "url", tag) else { return Ok(()) };
         if !self.summaries.contains_key(&found.id()) {
             let summary = self.summary(instance, found)?;
@@ -103,8 +103,8 @@ impl<'a> Log<'a> {
     /// Returns the summary of a camera, a light or a geometry; `None` if it has no line.
     fn summary(
         &mut self,
-        instance: Node<'a>,
-        found: Node<'a>,
+        instance: XmlNode<'a>,
+        found: XmlNode<'a>,
     ) -> Result<Option<String>, LoadError> {
         Ok(match found.tag_name().name() {
             "camera" => {
@@ -127,13 +127,13 @@ impl<'a> Log<'a> {
     }
 
     /// Returns the element to which an attribute refers, if it is in this file.
-    fn target(&self, node: Node<'a>, attribute: &str, tag: &str) -> Option<Node<'a>> {
+    fn target(&self, node: XmlNode<'a>, attribute: &str, tag: &str) -> Option<XmlNode<'a>> {
         self.reader.look_up(node.attribute(attribute)?, &[tag])
     }
 }
 
 /// Returns the summary of a camera; the program supports perspective cameras only.
-fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
+fn camera_summary(element: XmlNode<'_>, camera: &Camera) -> Option<String> {
     let Projection::Perspective { x_fov, y_fov } = camera.projection else { return None };
     let [hfov, vfov, near, far] = [x_fov, y_fov, camera.near, camera.far].map(general);
     // The space before the id is in the original.
@@ -145,7 +145,7 @@ fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
 }
 
 /// Returns the parameters of a light, in its own frame; `element` describes it in the file.
-fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) -> String {
+fn light_parameters(reader: &ColladaReader<'_>, kind: &LightKind, element: XmlNode<'_>) -> String {
     let (position, direction) = ("position=(0,0,0)", "direction=(0,0,-1)");
     let attenuation = || {
         let term = |tag, default| {
@@ -184,7 +184,7 @@ fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) ->
     }
 }
 
-fn sphere_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>) -> Option<String> {
+fn sphere_summary<'a>(reader: &ColladaReader<'a>, geometry: XmlNode<'a>) -> Option<String> {
     let sphere = cgl_techniques(geometry).find_map(|t| child(t, "sphere"))?;
     let radius = reader.scalar(child(sphere, "radius")?).ok()?;
     Some(format!("Sphere: {} [ radius={} ]", label(geometry), general(radius)))
@@ -192,13 +192,17 @@ fn sphere_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>) -> Option<String>
 
 /// Returns the sizes of a mesh by its first polygons or, if it has none, its first triangles; the
 /// program does not support other primitives.
-fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> Option<String> {
+fn mesh_summary<'a>(
+    reader: &ColladaReader<'a>,
+    geometry: XmlNode<'a>,
+    mesh: XmlNode<'a>,
+) -> Option<String> {
     let primitive = child(mesh, "polylist").or_else(|| child(mesh, "triangles"))?;
-    let source = |owner: Node<'a>, semantic: &str, tag| {
+    let source = |owner: XmlNode<'a>, semantic: &str, tag| {
         let input = inputs(owner).find(|n| n.attribute("semantic") == Some(semantic))?;
         reader.look_up(input.attribute("source")?, &[tag])
     };
-    let entries = |source: Option<Node<'a>>, size| {
+    let entries = |source: Option<XmlNode<'a>>, size| {
         let array = source.and_then(|s| child(s, "float_array"));
         array.map_or(0, |array| words(array).count() / size)
     };
@@ -214,7 +218,7 @@ fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> 
 }
 
 /// Returns the number of polygons of a `<polylist>` or `<triangles>`.
-fn polygons(primitive: Node<'_>) -> usize {
+fn polygons(primitive: XmlNode<'_>) -> usize {
     if primitive.tag_name().name() == "polylist" {
         return child(primitive, "vcount").map_or(0, |vcount| words(vcount).count());
     }
@@ -225,11 +229,11 @@ fn polygons(primitive: Node<'_>) -> usize {
 }
 
 /// Formats `name (id:…)`.
-fn label(node: Node<'_>) -> String {
+fn label(node: XmlNode<'_>) -> String {
     format!("{} (id:{})", shown(&name_of(node)), id_of(node))
 }
 
-fn id_of(node: Node<'_>) -> String {
+fn id_of(node: XmlNode<'_>) -> String {
     shown(node.attribute("id").unwrap_or_default())
 }
 

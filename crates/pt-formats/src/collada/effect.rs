@@ -5,12 +5,12 @@ use pt_scene::material::{Black, Diffuse, Glass, Mirror};
 use pt_scene::texture::Wrap;
 use pt_scene::{Color, Surface};
 
-use super::reader::{Reader, child, children, elements};
+use super::reader::{ColladaReader, child, children, elements};
 use super::texture;
 use crate::LoadError;
 use crate::shared::legacy_specular::amount;
 use crate::shared::names::quote;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 use crate::shared::{legacy_specular, placeholder};
 
 /// Default index of refraction of transparent materials: window glass.
@@ -20,12 +20,12 @@ const DEFAULT_DIFFUSE: [f32; 3] = [0.5; 3];
 
 /// An effect, its instance, which may set parameters, and its technique.
 struct Scope<'a> {
-    effect: Node<'a>,
-    instance: Node<'a>,
-    profile: Node<'a>,
-    technique: Node<'a>,
+    effect: XmlNode<'a>,
+    instance: XmlNode<'a>,
+    profile: XmlNode<'a>,
+    technique: XmlNode<'a>,
     /// `<lambert>`, `<phong>`, `<blinn>` or `<constant>`.
-    shader: Node<'a>,
+    shader: XmlNode<'a>,
 }
 
 /// A colour or a texture.
@@ -53,9 +53,9 @@ struct Painting {
 ///
 /// [`Plastic`]: pt_scene::material::Plastic
 pub(super) fn read<'a>(
-    reader: &mut Reader<'a>,
-    effect: Node<'a>,
-    instance: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    effect: XmlNode<'a>,
+    instance: XmlNode<'a>,
 ) -> Result<(Surface, Color), LoadError> {
     let Some(scope) = scope(effect, instance) else {
         let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
@@ -78,10 +78,10 @@ pub(super) fn read<'a>(
 }
 
 /// Finds the technique of the common profile.
-fn scope<'a>(effect: Node<'a>, instance: Node<'a>) -> Option<Scope<'a>> {
+fn scope<'a>(effect: XmlNode<'a>, instance: XmlNode<'a>) -> Option<Scope<'a>> {
     let profile = child(effect, "profile_COMMON")?;
     let (technique, shader) = children(profile, "technique").find_map(|technique| {
-        let is_shader = |n: &Node<'a>| {
+        let is_shader = |n: &XmlNode<'a>| {
             matches!(n.tag_name().name(), "lambert" | "phong" | "blinn" | "constant")
         };
         Some((technique, elements(technique).find(is_shader)?))
@@ -91,7 +91,7 @@ fn scope<'a>(effect: Node<'a>, instance: Node<'a>) -> Option<Scope<'a>> {
 
 /// Returns an opaque surface.
 fn opaque<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
     kind: &str,
 ) -> Result<Surface, LoadError> {
@@ -116,7 +116,10 @@ fn opaque<'a>(
 
 /// Returns a glass if the effect transmits at least half of the light. Partial transparency is not
 /// supported.
-fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>, LoadError> {
+fn glass<'a>(
+    reader: &mut ColladaReader<'a>,
+    scope: &Scope<'a>,
+) -> Result<Option<Glass>, LoadError> {
     /// Tolerance of rounding near 0 and 1.
     const TOLERANCE: f32 = 0.01;
     let alone = child(scope.shader, "transparency");
@@ -156,9 +159,9 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
 /// `<transparency>`, which alone scales an opaque colour (COLLADA 1.5.0, "Determining
 /// Transparency").
 fn transmittance<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
-    transparent: Node<'a>,
+    transparent: XmlNode<'a>,
     [r, g, b, a]: [f32; 4],
 ) -> Result<[f32; 3], LoadError> {
     let transparency = float_or(reader, scope, "transparency", 1.0)?;
@@ -182,7 +185,7 @@ fn transmittance<'a>(
 
 /// Returns [`painted_or`], clamped to at most 1.
 fn share_or<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
     tag: &str,
     default: [f32; 3],
@@ -196,7 +199,7 @@ fn share_or<'a>(
 
 /// Returns a constant reflectance: the default, with a warning, in place of a texture.
 fn plain_or<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
     tag: &str,
     default: [f32; 3],
@@ -216,7 +219,7 @@ fn plain_or<'a>(
 /// The default also replaces images that cannot be read, with a warning, and images in files of the
 /// the profile `CGL`, whose program ignores them.
 fn painted_or<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
     tag: &str,
     default: [f32; 3],
@@ -247,8 +250,8 @@ fn painted_or<'a>(
 
 /// Returns a colour in place of a texture, with a warning.
 fn instead<'a>(
-    reader: &mut Reader<'a>,
-    element: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    element: XmlNode<'a>,
     message: &str,
     color: [f32; 3],
 ) -> [f32; 3] {
@@ -259,9 +262,9 @@ fn instead<'a>(
 
 /// Reads the content of an element such as `<diffuse>`.
 fn paint<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut ColladaReader<'a>,
     scope: &Scope<'a>,
-    element: Node<'a>,
+    element: XmlNode<'a>,
 ) -> Result<Option<Paint>, LoadError> {
     if let Some(color) = child(element, "color") {
         return reader.rgba(color).map(|c| Some(Paint::Color(c)));
@@ -279,7 +282,7 @@ fn paint<'a>(
 
 /// Returns the number of an element of the shader, or a default if it is missing.
 fn float_or<'a>(
-    reader: &Reader<'a>,
+    reader: &ColladaReader<'a>,
     scope: &Scope<'a>,
     tag: &str,
     default: f32,
@@ -299,10 +302,10 @@ fn float_or<'a>(
 /// Returns the element with the value to which a `<param ref="…">` refers: that set by the instance
 /// of the effect, otherwise that of the innermost `<newparam>`.
 fn parameter<'a>(
-    reader: &Reader<'a>,
+    reader: &ColladaReader<'a>,
     scope: &Scope<'a>,
-    param: Node<'a>,
-) -> Result<Node<'a>, LoadError> {
+    param: XmlNode<'a>,
+) -> Result<XmlNode<'a>, LoadError> {
     let name = param.attribute("ref").unwrap_or_default();
     definition(scope, name).and_then(|definition| elements(definition).find(is_value)).ok_or_else(
         || {
@@ -312,11 +315,11 @@ fn parameter<'a>(
     )
 }
 
-fn is_value(element: &Node<'_>) -> bool {
+fn is_value(element: &XmlNode<'_>) -> bool {
     matches!(element.tag_name().name(), "float" | "float3" | "float4" | "color")
 }
 
-fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<Node<'a>> {
+fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<XmlNode<'a>> {
     let set = children(scope.instance, "setparam").find(|n| n.attribute("ref") == Some(name));
     let scopes = [scope.technique, scope.profile, scope.effect];
     let mut new = scopes.into_iter().flat_map(|n| children(n, "newparam"));
@@ -327,7 +330,7 @@ fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<Node<'a>> {
 ///
 /// A texture names a sampler, which names a surface (or, from 1.5, an image), which names an image,
 /// which names a file; some exporters omit steps.
-fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> String {
+fn image_name<'a>(reader: &ColladaReader<'a>, scope: &Scope<'a>, texture: &str) -> String {
     const MAX_STEPS: usize = 4;
     let mut name = texture;
     for _ in 0..MAX_STEPS {
@@ -348,7 +351,11 @@ fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> Stri
 }
 
 /// Clamps a reflectance to at most 1, with a warning.
-pub(super) fn clamped<'a>(reader: &mut Reader<'a>, element: Node<'a>, color: [f32; 3]) -> [f32; 3] {
+pub(super) fn clamped<'a>(
+    reader: &mut ColladaReader<'a>,
+    element: XmlNode<'a>,
+    color: [f32; 3],
+) -> [f32; 3] {
     if color.iter().any(|c| *c > 1.0) {
         let message = "it would reflect more light than arrives; components above 1 become 1";
         reader.warn(element, message);

@@ -5,18 +5,18 @@ use std::sync::Arc;
 use pt_scene::Geometry;
 
 use super::primitives;
-use super::reader::{Reader, cgl_techniques, child, elements, name_of};
+use super::reader::{ColladaReader, cgl_techniques, child, elements, name_of};
 use crate::LoadError;
-use crate::collada::shape::{Builder, Sets, Shape};
-use crate::shared::xml::Node;
+use crate::collada::shape::{ColladaShape, MeshBuilder, Sets};
+use crate::shared::xml::XmlNode;
 
 /// Reads a geometry, once per combination of sets of texture coordinates; `None`, with a warning,
 /// if it has no surface.
 pub(super) fn read<'a>(
-    reader: &mut Reader<'a>,
-    geometry: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    geometry: XmlNode<'a>,
     sets: Sets<'a>,
-) -> Result<Option<Shape<'a>>, LoadError> {
+) -> Result<Option<ColladaShape<'a>>, LoadError> {
     let key = (geometry.id(), sets);
     if let Some(shape) = reader.shapes.get(&key) {
         return Ok(shape.clone());
@@ -40,7 +40,10 @@ pub(super) fn read<'a>(
     Ok(shape)
 }
 
-fn read_sphere<'a>(reader: &mut Reader<'a>, sphere: Node<'a>) -> Result<Shape<'a>, LoadError> {
+fn read_sphere<'a>(
+    reader: &mut ColladaReader<'a>,
+    sphere: XmlNode<'a>,
+) -> Result<ColladaShape<'a>, LoadError> {
     let Some(element) = child(sphere, "radius") else {
         return Err(
             reader.error(sphere, "it has no <radius>; expected, for example, <radius>1</radius>")
@@ -50,16 +53,16 @@ fn read_sphere<'a>(reader: &mut Reader<'a>, sphere: Node<'a>) -> Result<Shape<'a
     if radius <= 0.0 {
         return Err(reader.error(element, format!("expected a radius above 0, found {radius}")));
     }
-    Ok(Shape { geometry: Geometry::Sphere { radius }, symbols: Arc::new([None]) })
+    Ok(ColladaShape { geometry: Geometry::Sphere { radius }, symbols: Arc::new([None]) })
 }
 
 fn read_mesh<'a>(
-    reader: &mut Reader<'a>,
-    geometry: Node<'a>,
-    mesh: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    geometry: XmlNode<'a>,
+    mesh: XmlNode<'a>,
     sets: &Sets<'a>,
-) -> Result<Option<Shape<'a>>, LoadError> {
-    let mut builder = Builder::default();
+) -> Result<Option<ColladaShape<'a>>, LoadError> {
+    let mut builder = MeshBuilder::default();
     for element in elements(mesh) {
         match element.tag_name().name() {
             "triangles" | "polylist" | "polygons" | "tristrips" | "trifans" => {
@@ -77,5 +80,5 @@ fn read_mesh<'a>(
     }
     let symbols = builder.symbols.as_slice().into();
     let mesh = builder.finish(name_of(geometry));
-    Ok(Some(Shape { geometry: Geometry::Mesh(Arc::new(mesh)), symbols }))
+    Ok(Some(ColladaShape { geometry: Geometry::Mesh(Arc::new(mesh)), symbols }))
 }

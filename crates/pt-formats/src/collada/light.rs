@@ -3,15 +3,15 @@
 use pt_math::DAffine3;
 use pt_scene::{Light, LightKind};
 
-use super::reader::{Reader, cgl_techniques, child, children, elements, name_of};
+use super::reader::{ColladaReader, cgl_techniques, child, children, elements, name_of};
 use crate::LoadError;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Reads an instanced light; unknown kinds are omitted with a warning.
 pub(super) fn read<'a>(
-    reader: &mut Reader<'a>,
-    light: Node<'a>,
-    instance: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    light: XmlNode<'a>,
+    instance: XmlNode<'a>,
     to_world: DAffine3,
 ) -> Result<Option<Light>, LoadError> {
     let Some(described) = description(light) else {
@@ -29,7 +29,7 @@ pub(super) fn read<'a>(
 ///
 /// The profile `CGL` has precedence over the common one; Blender's profile has the lowest
 /// precedence.
-pub(super) fn description(light: Node<'_>) -> Option<Node<'_>> {
+pub(super) fn description(light: XmlNode<'_>) -> Option<XmlNode<'_>> {
     let blender = children(light, "extra")
         .flat_map(|extra| children(extra, "technique"))
         .filter(|t| t.attribute("profile") == Some("blender"));
@@ -38,12 +38,12 @@ pub(super) fn description(light: Node<'_>) -> Option<Node<'_>> {
     techniques.find_map(|t| elements(t).next().filter(is_known))
 }
 
-fn is_known(element: &Node<'_>) -> bool {
+fn is_known(element: &XmlNode<'_>) -> bool {
     matches!(element.tag_name().name(), "ambient" | "directional" | "point" | "spot" | "area")
 }
 
 /// Reads the light of an element named after its kind.
-fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, LoadError> {
+fn kind<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<LightKind, LoadError> {
     let color = color(reader, element)?;
     Ok(match element.tag_name().name() {
         "ambient" => LightKind::Hemisphere { radiance: color },
@@ -70,7 +70,7 @@ fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, Loa
 }
 
 /// Reads `<color>`, or `<red>`, `<green>` and `<blue>` times `<energy>`.
-fn color<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<[f32; 3], LoadError> {
+fn color<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<[f32; 3], LoadError> {
     if let Some(color) = child(element, "color") {
         return reader.rgb(color);
     }

@@ -6,12 +6,12 @@ use pt_scene::material::{Black, Conductor, Diffuse, Glass, Mirror, Refraction, R
 use pt_scene::{Material, Surface};
 
 use super::effect;
-use super::reader::{Reader, child, children, elements, is_cgl_technique, name_of};
+use super::reader::{ColladaReader, child, children, elements, is_cgl_technique, name_of};
 use crate::LoadError;
 use crate::collada::effect::clamped;
 use crate::shared::names::quote;
 use crate::shared::placeholder;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Returns the materials, by index, that an instance of a geometry assigns to the slots with these
 /// symbols.
@@ -19,8 +19,8 @@ use crate::shared::xml::Node;
 /// A primitive without a symbol, and a sphere, take the first material of the instance. A symbol
 /// without a binding takes the material whose id is the symbol.
 pub(super) fn bind<'a>(
-    reader: &mut Reader<'a>,
-    instance: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    instance: XmlNode<'a>,
     symbols: &[Option<&'a str>],
 ) -> Result<Vec<Option<u32>>, LoadError> {
     let bound: Vec<_> = bindings(instance).collect();
@@ -54,14 +54,18 @@ pub(super) fn bind<'a>(
 }
 
 /// Iterates over the materials that an instance of a geometry binds.
-pub(super) fn bindings(instance: Node<'_>) -> impl Iterator<Item = Node<'_>> {
+pub(super) fn bindings(instance: XmlNode<'_>) -> impl Iterator<Item = XmlNode<'_>> {
     children(instance, "bind_material")
         .filter_map(|bind| child(bind, "technique_common"))
         .flat_map(|technique| children(technique, "instance_material"))
 }
 
 /// Returns the replacement of a material that is not bound, with a warning.
-fn unbound<'a>(reader: &mut Reader<'a>, instance: Node<'a>, symbol: &str) -> Option<Node<'a>> {
+fn unbound<'a>(
+    reader: &mut ColladaReader<'a>,
+    instance: XmlNode<'a>,
+    symbol: &str,
+) -> Option<XmlNode<'a>> {
     let namesake = reader.find(symbol, &["material"]);
     let stand_in = if namesake.is_some() {
         "the material with this id is taken"
@@ -78,7 +82,10 @@ fn unbound<'a>(reader: &mut Reader<'a>, instance: Node<'a>, symbol: &str) -> Opt
 
 /// Returns the index of a material, which is read on first use; `None` if its effect is in another
 /// file.
-fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, LoadError> {
+fn read<'a>(
+    reader: &mut ColladaReader<'a>,
+    material: XmlNode<'a>,
+) -> Result<Option<u32>, LoadError> {
     if let Some(index) = reader.materials.get(&material.id()) {
         return Ok(Some(*index));
     }
@@ -109,8 +116,8 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
 /// Returns the material of an effect in the profile `CGL`, with its emission; the last one if
 /// there are several.
 fn cgl_material<'a>(
-    reader: &mut Reader<'a>,
-    effect: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    effect: XmlNode<'a>,
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {
     let techniques = effect.descendants().filter(|n| is_cgl_technique(*n));
     let mut found = None;
@@ -130,8 +137,8 @@ fn cgl_material<'a>(
 
 /// Reads the surface and emission of one element of the profile `CGL`.
 fn cgl_surface<'a>(
-    reader: &mut Reader<'a>,
-    element: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    element: XmlNode<'a>,
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {
     let surface = match element.tag_name().name() {
         "emission" => {
@@ -176,11 +183,11 @@ fn cgl_surface<'a>(
 
 /// Returns a required child element.
 fn required<'a>(
-    reader: &Reader<'a>,
-    parent: Node<'a>,
+    reader: &ColladaReader<'a>,
+    parent: XmlNode<'a>,
     tag: &str,
     example: &str,
-) -> Result<Node<'a>, LoadError> {
+) -> Result<XmlNode<'a>, LoadError> {
     child(parent, tag).ok_or_else(|| {
         let message = format!("it has no <{tag}>; expected, for example, <{tag}>{example}</{tag}>");
         reader.error(parent, message)
@@ -188,7 +195,11 @@ fn required<'a>(
 }
 
 /// Reads a reflectance or transmittance; 1, with a warning, if it is missing.
-fn tint<'a>(reader: &mut Reader<'a>, parent: Node<'a>, tag: &str) -> Result<[f32; 3], LoadError> {
+fn tint<'a>(
+    reader: &mut ColladaReader<'a>,
+    parent: XmlNode<'a>,
+    tag: &str,
+) -> Result<[f32; 3], LoadError> {
     if let Some(element) = child(parent, tag) {
         let color = reader.rgb(element)?;
         return Ok(clamped(reader, element, color));
@@ -199,8 +210,8 @@ fn tint<'a>(reader: &mut Reader<'a>, parent: Node<'a>, tag: &str) -> Result<[f32
 
 /// Reads a number above 0.
 fn positive<'a>(
-    reader: &Reader<'a>,
-    parent: Node<'a>,
+    reader: &ColladaReader<'a>,
+    parent: XmlNode<'a>,
     tag: &str,
     example: &str,
 ) -> Result<f32, LoadError> {

@@ -32,12 +32,12 @@ use std::sync::Arc;
 pub use cs184_log::cs184_log;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::Scene;
-use reader::{Reader, child};
+use reader::{ColladaReader, child};
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::xml;
-use crate::shared::xml::{Node, Number};
+use crate::shared::xml::{XmlNode, XmlNumber};
 
 /// Reads a COLLADA document.
 ///
@@ -46,16 +46,20 @@ use crate::shared::xml::{Node, Number};
 /// # Errors
 /// Returns an error with line and element if the file is no COLLADA, has unresolved references, or
 /// contains invalid numbers.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let text = xml::decode(bytes, path)?;
-    let document = xml::Document::parse(&text, path, context.limits())?;
+    let document = xml::XmlDocument::parse(&text, path, context.limits())?;
     let root = document.root();
     let tag = root.tag_name().name();
     if tag != "COLLADA" {
         let message = format!("this is no COLLADA file: expected <COLLADA>, found <{tag}>");
         return Err(document.error(root, message));
     }
-    let mut reader = Reader::new(&document, context);
+    let mut reader = ColladaReader::new(&document, context);
     context.expect_pictures(texture::pictures(&reader));
     let asset = child(root, "asset");
     reader.scene.metres_per_unit = metres_per_unit(&mut reader, asset);
@@ -70,7 +74,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 }
 
 /// Returns the length of the unit; 1 m by default.
-fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
+fn metres_per_unit(reader: &mut ColladaReader<'_>, asset: Option<XmlNode<'_>>) -> f64 {
     let Some(unit) = asset.and_then(|a| child(a, "unit")) else { return 1.0 };
     let Some(written) = unit.attribute("meter") else { return 1.0 };
     let written = written.trim();
@@ -88,7 +92,7 @@ fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
 }
 
 /// Returns the rotation from the axes of the file to those of [`Scene`].
-fn to_y_up(reader: &Reader<'_>, asset: Option<Node<'_>>) -> Result<DAffine3, LoadError> {
+fn to_y_up(reader: &ColladaReader<'_>, asset: Option<XmlNode<'_>>) -> Result<DAffine3, LoadError> {
     let Some(up_axis) = asset.and_then(|a| child(a, "up_axis")) else {
         return Ok(DAffine3::IDENTITY);
     };
@@ -110,7 +114,7 @@ fn to_y_up(reader: &Reader<'_>, asset: Option<Node<'_>>) -> Result<DAffine3, Loa
 }
 
 /// Returns the visual scene that the file instances.
-fn visual_scene<'a>(reader: &mut Reader<'a>) -> Result<Node<'a>, LoadError> {
+fn visual_scene<'a>(reader: &mut ColladaReader<'a>) -> Result<XmlNode<'a>, LoadError> {
     let root = reader.document.root();
     let instance = child(root, "scene").and_then(|s| child(s, "instance_visual_scene"));
     if let Some(instance) = instance

@@ -4,20 +4,20 @@ use pt_math::DAffine3;
 use pt_scene::{Object, Placement};
 use roxmltree::Children;
 
-use super::reader::{Reader, child, name_of};
+use super::reader::{ColladaReader, child, name_of};
 use super::{attenuation, camera, coordinates, geometry, light, material, transform};
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 use crate::shared::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Maximum nesting of nodes and instances of nodes.
 const MAX_DEPTH: usize = 1000;
 
 /// A node whose children are being placed.
-struct Level<'a> {
-    node: Node<'a>,
+struct NodeLevel<'a> {
+    node: XmlNode<'a>,
     to_world: DAffine3,
     /// True if all transforms from the root to the node are matrices.
     has_matrices: bool,
@@ -26,8 +26,8 @@ struct Level<'a> {
 
 /// Places the content of a `<visual_scene>`, depth first, in file order.
 pub(super) fn place<'a>(
-    reader: &mut Reader<'a>,
-    visual_scene: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    visual_scene: XmlNode<'a>,
     to_y_up: DAffine3,
 ) -> Result<(), LoadError> {
     let rest = visual_scene.children();
@@ -36,7 +36,7 @@ pub(super) fn place<'a>(
         ReferenceLimits { deep: reader.context.limits().depth(MAX_DEPTH), many: usize::MAX };
     let mut way = ReferenceStack::new(bounds);
     let mut levels =
-        vec![Level { node: visual_scene, to_world: to_y_up, has_matrices: true, rest }];
+        vec![NodeLevel { node: visual_scene, to_world: to_y_up, has_matrices: true, rest }];
     while let Some(level) = levels.last_mut() {
         let Some(element) = level.rest.next() else {
             levels.pop();
@@ -66,11 +66,11 @@ pub(super) fn place<'a>(
 
 /// Enters a node, which an element of the previous node contains or refers to.
 fn enter<'a>(
-    reader: &mut Reader<'a>,
-    (levels, way): (&[Level<'a>], &mut ReferenceStack<Node<'a>>),
-    element: Node<'a>,
-    node: Node<'a>,
-) -> Result<Level<'a>, LoadError> {
+    reader: &mut ColladaReader<'a>,
+    (levels, way): (&[NodeLevel<'a>], &mut ReferenceStack<XmlNode<'a>>),
+    element: XmlNode<'a>,
+    node: XmlNode<'a>,
+) -> Result<NodeLevel<'a>, LoadError> {
     way.enter(node).map_err(|barred| match barred {
         ReferenceError::Circle => {
             let message = format!("the node {} contains itself", quote(&name_of(node)));
@@ -78,7 +78,7 @@ fn enter<'a>(
         }
         ReferenceError::Deep(most) | ReferenceError::Many(most) => {
             let message = format!("nodes are nested deeper than {most}; such files are refused");
-            Context::exceeded(reader.document.span(element), message)
+            LoadContext::exceeded(reader.document.span(element), message)
         }
     })?;
     let level = level(reader, levels, element, node);
@@ -90,11 +90,11 @@ fn enter<'a>(
 
 /// Returns the level of a node below the current ones.
 fn level<'a>(
-    reader: &mut Reader<'a>,
-    levels: &[Level<'a>],
-    element: Node<'a>,
-    node: Node<'a>,
-) -> Result<Level<'a>, LoadError> {
+    reader: &mut ColladaReader<'a>,
+    levels: &[NodeLevel<'a>],
+    element: XmlNode<'a>,
+    node: XmlNode<'a>,
+) -> Result<NodeLevel<'a>, LoadError> {
     reader.count_placed(element, 1)?;
     let outer = levels.last();
     let (outer, has_matrices) =
@@ -105,7 +105,7 @@ fn level<'a>(
         let message = "the transforms down to this node multiply to infinite numbers";
         return Err(reader.error(node, message));
     }
-    Ok(Level { node, to_world, has_matrices, rest: node.children() })
+    Ok(NodeLevel { node, to_world, has_matrices, rest: node.children() })
 }
 
 /// Message about omitted cameras and lights.
@@ -113,9 +113,9 @@ const LEFT_OUT: &str = "it is left out";
 
 /// Places the target of an `instance_…` element; other elements are ignored.
 fn place_instance<'a>(
-    reader: &mut Reader<'a>,
-    (node, to_world, has_matrices): (Node<'a>, DAffine3, bool),
-    instance: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    (node, to_world, has_matrices): (XmlNode<'a>, DAffine3, bool),
+    instance: XmlNode<'a>,
 ) -> Result<(), LoadError> {
     match instance.tag_name().name() {
         "instance_camera" => {
@@ -153,10 +153,10 @@ fn place_instance<'a>(
 
 /// Places a geometry with the materials that the instance binds.
 fn place_geometry<'a>(
-    reader: &mut Reader<'a>,
-    node: Node<'a>,
-    instance: Node<'a>,
-    geometry: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    node: XmlNode<'a>,
+    instance: XmlNode<'a>,
+    geometry: XmlNode<'a>,
     to_world: DAffine3,
 ) -> Result<(), LoadError> {
     let sets = coordinates::sets(reader, instance)?;
@@ -179,9 +179,9 @@ fn place_geometry<'a>(
 
 /// Places the mesh of a controller in its bind pose, or before morphing.
 fn place_controller<'a>(
-    reader: &mut Reader<'a>,
-    node: Node<'a>,
-    instance: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    node: XmlNode<'a>,
+    instance: XmlNode<'a>,
     mut to_world: DAffine3,
 ) -> Result<(), LoadError> {
     /// Maximum nesting of controllers; a morph below a skin makes two.

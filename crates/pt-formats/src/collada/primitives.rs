@@ -4,20 +4,20 @@ use std::ops::Range;
 
 use pt_math::DVec3;
 
-use super::reader::{Reader, child, elements};
-use super::shape::{Builder, MISSING, Sets};
+use super::reader::{ColladaReader, child, elements};
+use super::shape::{MISSING, MeshBuilder, Sets};
 use super::source::{NonFinite, inputs, whole_number};
 use crate::LoadError;
 use crate::collada::pool::Pool;
 use crate::shared::triangulate::Triangulator;
-use crate::shared::xml::{Node, words};
+use crate::shared::xml::{XmlNode, words};
 
 /// Adds the triangles of a primitive element to a mesh, with the set of texture coordinates of its
 /// material.
 pub(super) fn read<'a>(
-    reader: &mut Reader<'a>,
-    builder: &mut Builder<'a>,
-    primitive: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    builder: &mut MeshBuilder<'a>,
+    primitive: XmlNode<'a>,
     sets: &Sets<'a>,
 ) -> Result<(), LoadError> {
     let lists = index_lists(reader, primitive);
@@ -28,8 +28,9 @@ pub(super) fn read<'a>(
         return Ok(());
     }
     let set = primitive.attribute("material").and_then(|symbol| sets.get(symbol)).copied();
-    let lanes = Lanes::of(reader, builder, primitive, set)?;
-    let mut faces = Faces { builder, lanes: &lanes, cutter: Triangulator::default(), lost: [0; 2] };
+    let lanes = IndexLanes::of(reader, builder, primitive, set)?;
+    let mut faces =
+        FaceBuilder { builder, lanes: &lanes, cutter: Triangulator::default(), lost: [0; 2] };
     let mut count = 0;
     for p in lists {
         let list = lanes.indices(reader, p)?;
@@ -62,7 +63,7 @@ pub(super) fn read<'a>(
 }
 
 /// Returns the `<p>` elements of a primitive. Those of polygons may be in a `<ph>`, beside holes.
-fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>> {
+fn index_lists<'a>(reader: &mut ColladaReader<'a>, primitive: XmlNode<'a>) -> Vec<XmlNode<'a>> {
     let mut lists = Vec::new();
     for element in elements(primitive) {
         match element.tag_name().name() {
@@ -84,9 +85,9 @@ fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>
 
 /// Returns the numbers of corners of the polygons of a `<polylist>`.
 fn polygon_sizes(
-    reader: &Reader<'_>,
-    primitive: Node<'_>,
-    p: Node<'_>,
+    reader: &ColladaReader<'_>,
+    primitive: XmlNode<'_>,
+    p: XmlNode<'_>,
     corners: usize,
 ) -> Result<Vec<u32>, LoadError> {
     let Some(vcount) = child(primitive, "vcount") else {
@@ -105,8 +106,8 @@ fn polygon_sizes(
 
 /// Warns if a `count` differs from the actual number.
 fn check_count<'a>(
-    reader: &mut Reader<'a>,
-    primitive: Node<'a>,
+    reader: &mut ColladaReader<'a>,
+    primitive: XmlNode<'a>,
     found: usize,
 ) -> Result<(), LoadError> {
     if let Some(count) = whole_number(reader, primitive, "count")?
@@ -119,7 +120,7 @@ fn check_count<'a>(
 }
 
 /// Number of indices per corner, and their meanings.
-struct Lanes {
+struct IndexLanes {
     stride: usize,
     position: Lane,
     normal: Option<Lane>,
@@ -133,8 +134,8 @@ struct Lane {
 }
 
 /// An `<input>`, with its offset and set in the primitive.
-struct Input<'a> {
-    node: Node<'a>,
+struct PrimitiveInput<'a> {
+    node: XmlNode<'a>,
     semantic: &'a str,
     offset: usize,
     set: usize,
@@ -143,23 +144,23 @@ struct Input<'a> {
 /// Returns the inputs of a primitive followed by those of its vertices, and the number of indices
 /// per corner.
 fn all_inputs<'a>(
-    reader: &mut Reader<'a>,
-    primitive: Node<'a>,
-) -> Result<(Vec<Input<'a>>, usize), LoadError> {
+    reader: &mut ColladaReader<'a>,
+    primitive: XmlNode<'a>,
+) -> Result<(Vec<PrimitiveInput<'a>>, usize), LoadError> {
     let (mut found, mut stride) = (Vec::new(), 1);
     for node in inputs(primitive) {
         let offset = whole_number(reader, node, "offset")?.unwrap_or(0);
         stride = stride.max(offset.saturating_add(1));
         let set = whole_number(reader, node, "set")?.unwrap_or(0);
         let semantic = node.attribute("semantic").unwrap_or_default();
-        found.push(Input { node, semantic, offset, set });
+        found.push(PrimitiveInput { node, semantic, offset, set });
     }
     if let Some(vertex) = found.iter().find(|input| input.semantic == "VERTEX") {
         let (node, offset) = (vertex.node, vertex.offset);
         if let Some(vertices) = reader.resolve(node, "source", &["vertices"])? {
             found.extend(inputs(vertices).map(|node| {
                 let semantic = node.attribute("semantic").unwrap_or_default();
-                Input { node, semantic, offset, set: 0 }
+                PrimitiveInput { node, semantic, offset, set: 0 }
             }));
         }
     }
@@ -169,13 +170,13 @@ fn all_inputs<'a>(
 /// Removes all texture coordinates except those of a set; if that set is missing, all are kept,
 /// with a warning.
 fn keep_set<'a>(
-    reader: &mut Reader<'a>,
-    primitive: Node<'a>,
-    inputs: &mut Vec<Input<'a>>,
+    reader: &mut ColladaReader<'a>,
+    primitive: XmlNode<'a>,
+    inputs: &mut Vec<PrimitiveInput<'a>>,
     set: Option<usize>,
 ) {
     let Some(set) = set else { return };
-    let is_coordinate = |input: &Input| input.semantic == "TEXCOORD";
+    let is_coordinate = |input: &PrimitiveInput| input.semantic == "TEXCOORD";
     if inputs.iter().any(|input| is_coordinate(input) && input.set == set) {
         inputs.retain(|input| !is_coordinate(input) || input.set == set);
     } else if inputs.iter().any(is_coordinate) {
@@ -190,9 +191,9 @@ fn keep_set<'a>(
 impl Lane {
     /// Reads the source of the first input with a semantic; of the lowest set if there are several.
     fn of<'a, const N: usize>(
-        reader: &mut Reader<'a>,
+        reader: &mut ColladaReader<'a>,
         pool: &mut Pool<N>,
-        inputs: &[Input<'a>],
+        inputs: &[PrimitiveInput<'a>],
         semantic: &str,
         non_finite: NonFinite,
     ) -> Result<Option<Self>, LoadError> {
@@ -211,17 +212,17 @@ impl Lane {
     }
 }
 
-impl Lanes {
+impl IndexLanes {
     /// Reads the inputs of a primitive, and their sources.
     fn of<'a>(
-        reader: &mut Reader<'a>,
-        builder: &mut Builder<'a>,
-        primitive: Node<'a>,
+        reader: &mut ColladaReader<'a>,
+        builder: &mut MeshBuilder<'a>,
+        primitive: XmlNode<'a>,
         set: Option<usize>,
     ) -> Result<Self, LoadError> {
         let (mut inputs, stride) = all_inputs(reader, primitive)?;
         keep_set(reader, primitive, &mut inputs, set);
-        let Builder { positions, normals, uvs, .. } = builder;
+        let MeshBuilder { positions, normals, uvs, .. } = builder;
         let position = Lane::of(reader, positions, &inputs, "POSITION", NonFinite::Refuse)?;
         let Some(position) = position else {
             let message = "its corners have no positions; expected an <input semantic=\"VERTEX\"> \
@@ -237,7 +238,7 @@ impl Lanes {
     }
 
     /// Reads and validates the indices of a `<p>`.
-    fn indices(&self, reader: &Reader<'_>, p: Node<'_>) -> Result<Vec<u32>, LoadError> {
+    fn indices(&self, reader: &ColladaReader<'_>, p: XmlNode<'_>) -> Result<Vec<u32>, LoadError> {
         let list = reader.document.numbers::<u32>(p)?;
         if list.len() % self.stride != 0 {
             let message = format!(
@@ -271,18 +272,18 @@ impl Lanes {
 }
 
 /// Adds faces to a mesh, given as positions in a list of indices.
-struct Faces<'b, 'a> {
-    builder: &'b mut Builder<'a>,
-    lanes: &'b Lanes,
+struct FaceBuilder<'b, 'a> {
+    builder: &'b mut MeshBuilder<'a>,
+    lanes: &'b IndexLanes,
     cutter: Triangulator,
     /// Numbers of faces with fewer than three corners, and of polygons that were too large to be
     /// triangulated correctly.
     lost: [usize; 2],
 }
 
-impl Faces<'_, '_> {
+impl FaceBuilder<'_, '_> {
     fn add(&mut self, list: &[u32], corners: [usize; 3]) {
-        let Lanes { stride, position, normal, uv } = self.lanes;
+        let IndexLanes { stride, position, normal, uv } = self.lanes;
         let of = |lane: &Lane| corners.map(|corner| lane.at(list, *stride, corner));
         self.builder.triangles.push(of(position));
         self.builder.normal_corners.push(normal.as_ref().map_or([MISSING; 3], of));
@@ -292,8 +293,8 @@ impl Faces<'_, '_> {
     /// Adds a triangle for every three corners. Returns their number.
     fn triangles(
         &mut self,
-        reader: &Reader<'_>,
-        p: Node<'_>,
+        reader: &ColladaReader<'_>,
+        p: XmlNode<'_>,
         list: &[u32],
         corners: usize,
     ) -> Result<usize, LoadError> {
@@ -344,7 +345,7 @@ impl Faces<'_, '_> {
             }
             return self.count_small(corners.len());
         }
-        let Lanes { stride, position, .. } = self.lanes;
+        let IndexLanes { stride, position, .. } = self.lanes;
         let mut points = Vec::with_capacity(corners.len());
         points.extend(corners.map(|corner| {
             let index = position.at(list, *stride, corner) as usize;

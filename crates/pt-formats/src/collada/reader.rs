@@ -9,12 +9,12 @@ use pt_scene::{Scene, Span, Warning};
 use roxmltree::NodeId;
 
 use super::falloff::Attenuated;
-use super::shape::{Sets, Shape};
+use super::shape::{ColladaShape, Sets};
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_file;
 use crate::shared::names::{did_you_mean, quote};
-use crate::shared::xml::{Document, Node};
+use crate::shared::xml::{XmlDocument, XmlNode};
 
 /// Maximum number of warnings; broken exporters repeat an error for every object.
 const MAX_WARNINGS: usize = 100;
@@ -26,9 +26,9 @@ const MAX_PLACED: usize = 2_000_000;
 const MAX_VALUES_PER_BYTE: usize = 2;
 
 /// A document that is converted to a [`Scene`].
-pub(super) struct Reader<'a> {
-    pub(super) document: &'a Document<'a>,
-    pub(super) context: &'a Context,
+pub(super) struct ColladaReader<'a> {
+    pub(super) document: &'a XmlDocument<'a>,
+    pub(super) context: &'a LoadContext,
     /// Scene so far.
     pub(super) scene: Scene,
     /// Index of each material that was read.
@@ -37,7 +37,7 @@ pub(super) struct Reader<'a> {
     pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
     /// Each geometry that was read, by the requested sets of texture coordinates; `None` if it has
     /// no surface.
-    pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
+    pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<ColladaShape<'a>>>,
     /// True if the file uses the profile `CGL` for a material or a light; then only the diffuse
     /// colour of common materials counts.
     pub(super) has_cgl_shading: bool,
@@ -45,7 +45,7 @@ pub(super) struct Reader<'a> {
     /// by [`Placement::Course`](pt_scene::Placement::Course).
     pub(super) has_cgl_profile: bool,
     /// Elements by tag and id.
-    ids: HashMap<(&'a str, &'a str), Node<'a>>,
+    ids: HashMap<(&'a str, &'a str), XmlNode<'a>>,
     /// Lights whose intensities are computed at the end.
     pub(super) attenuated: Vec<Attenuated>,
     warnings_dropped: usize,
@@ -53,8 +53,8 @@ pub(super) struct Reader<'a> {
     values_left: usize,
 }
 
-impl<'a> Reader<'a> {
-    pub(super) fn new(document: &'a Document<'a>, context: &'a Context) -> Self {
+impl<'a> ColladaReader<'a> {
+    pub(super) fn new(document: &'a XmlDocument<'a>, context: &'a LoadContext) -> Self {
         let mut reader = Self {
             document,
             context,
@@ -94,7 +94,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds a warning about an element.
-    pub(super) fn warn(&mut self, node: Node<'_>, message: impl Into<String>) {
+    pub(super) fn warn(&mut self, node: XmlNode<'_>, message: impl Into<String>) {
         self.warn_at(self.document.span(node), message);
     }
 
@@ -108,7 +108,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns an error about an element.
-    pub(super) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
+    pub(super) fn error(&self, node: XmlNode<'_>, message: impl Into<String>) -> LoadError {
         self.document.error(node, message)
     }
 
@@ -119,10 +119,10 @@ impl<'a> Reader<'a> {
     /// Returns an error if there is no such element.
     pub(super) fn resolve(
         &mut self,
-        node: Node<'a>,
+        node: XmlNode<'a>,
         attribute: &str,
         tags: &[&str],
-    ) -> Result<Option<Node<'a>>, LoadError> {
+    ) -> Result<Option<XmlNode<'a>>, LoadError> {
         let wanted = tags.iter().map(|t| format!("<{t}>")).collect::<Vec<_>>().join(" or ");
         let Some(url) = node.attribute(attribute) else {
             let message = format!(
@@ -159,19 +159,19 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the element of this file, with one of the tags, to which a URL refers.
-    pub(super) fn look_up(&self, url: &str, tags: &[&str]) -> Option<Node<'a>> {
+    pub(super) fn look_up(&self, url: &str, tags: &[&str]) -> Option<XmlNode<'a>> {
         let url = url.trim();
         let id = url.strip_prefix('#').unwrap_or(url);
         self.find(id, tags).or_else(|| self.find(&mesh_file::percent_decoded(id), tags))
     }
 
     /// Returns the element with an id and one of the tags.
-    pub(super) fn find(&self, id: &str, tags: &[&str]) -> Option<Node<'a>> {
+    pub(super) fn find(&self, id: &str, tags: &[&str]) -> Option<XmlNode<'a>> {
         tags.iter().find_map(|tag| self.ids.get(&(*tag, id)).copied())
     }
 
     /// Reads the content of an element as `N` finite numbers.
-    pub(super) fn vector<const N: usize>(&self, node: Node<'_>) -> Result<[f64; N], LoadError> {
+    pub(super) fn vector<const N: usize>(&self, node: XmlNode<'_>) -> Result<[f64; N], LoadError> {
         let numbers = self.document.numbers::<f64>(node)?;
         if let Some(bad) = numbers.iter().find(|n| !n.is_finite()) {
             return Err(self.error(node, format!("expected finite numbers, found {bad}")));
@@ -183,7 +183,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the content of an element as a finite number.
-    pub(super) fn scalar(&self, node: Node<'_>) -> Result<f64, LoadError> {
+    pub(super) fn scalar(&self, node: XmlNode<'_>) -> Result<f64, LoadError> {
         self.vector::<1>(node).map(|[number]| number)
     }
 
@@ -193,7 +193,7 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// Returns an error if there are not three or four numbers, or any is negative, infinite or
     /// NaN.
-    pub(super) fn rgba(&self, node: Node<'_>) -> Result<[f32; 4], LoadError> {
+    pub(super) fn rgba(&self, node: XmlNode<'_>) -> Result<[f32; 4], LoadError> {
         let numbers = self.document.numbers::<f32>(node)?;
         let rgba = match numbers[..] {
             [r, g, b] => [r, g, b, 1.0],
@@ -219,7 +219,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the content of an element as a colour, without its alpha.
-    pub(super) fn rgb(&self, node: Node<'_>) -> Result<[f32; 3], LoadError> {
+    pub(super) fn rgb(&self, node: XmlNode<'_>) -> Result<[f32; 3], LoadError> {
         self.rgba(node).map(|[r, g, b, _]| [r, g, b])
     }
 
@@ -227,7 +227,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// Returns an error if they exceed the limit.
-    pub(super) fn count_placed(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
+    pub(super) fn count_placed(&mut self, node: XmlNode<'_>, more: usize) -> Result<(), LoadError> {
         self.placed += more;
         let most = self.context.limits().shapes(MAX_PLACED);
         if self.placed <= most {
@@ -236,17 +236,17 @@ impl<'a> Reader<'a> {
         let message = format!(
             "the scene places more than {most} nodes and materials; such files are refused"
         );
-        Err(Context::exceeded(self.document.span(node), message))
+        Err(LoadContext::exceeded(self.document.span(node), message))
     }
 
     /// Counts values that a source takes from its array.
     ///
     /// # Errors
     /// Returns an error if they exceed the limit.
-    pub(super) fn count_values(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
+    pub(super) fn count_values(&mut self, node: XmlNode<'_>, more: usize) -> Result<(), LoadError> {
         let Some(left) = self.values_left.checked_sub(more) else {
             let message = "sources repeat the same array too often; write it once";
-            return Err(Context::exceeded(self.document.span(node), message));
+            return Err(LoadContext::exceeded(self.document.span(node), message));
         };
         self.values_left = left;
         Ok(())
@@ -254,40 +254,40 @@ impl<'a> Reader<'a> {
 }
 
 /// Returns the first child element with a tag.
-pub(super) fn child<'a>(node: Node<'a>, tag: &str) -> Option<Node<'a>> {
+pub(super) fn child<'a>(node: XmlNode<'a>, tag: &str) -> Option<XmlNode<'a>> {
     children(node, tag).next()
 }
 
 /// Iterates over the child elements with a tag.
-pub(super) fn children<'a>(node: Node<'a>, tag: &str) -> impl Iterator<Item = Node<'a>> {
+pub(super) fn children<'a>(node: XmlNode<'a>, tag: &str) -> impl Iterator<Item = XmlNode<'a>> {
     node.children().filter(move |n| n.is_element() && n.tag_name().name() == tag)
 }
 
 /// Iterates over the child elements.
-pub(super) fn elements(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
-    node.children().filter(Node::is_element)
+pub(super) fn elements(node: XmlNode<'_>) -> impl Iterator<Item = XmlNode<'_>> {
+    node.children().filter(XmlNode::is_element)
 }
 
 /// Iterates over the techniques of the profile `CGL` in the `<extra>` elements of an element.
-pub(super) fn cgl_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
+pub(super) fn cgl_techniques(node: XmlNode<'_>) -> impl Iterator<Item = XmlNode<'_>> {
     children(node, "extra")
         .flat_map(|extra| children(extra, "technique"))
         .filter(|t| is_cgl_technique(*t))
 }
 
 /// Returns true if an element is a technique of the profile `CGL`.
-pub(super) fn is_cgl_technique(node: Node<'_>) -> bool {
+pub(super) fn is_cgl_technique(node: XmlNode<'_>) -> bool {
     node.tag_name().name() == "technique"
         && matches!(node.attribute("profile"), Some("CGL" | "CMU462"))
 }
 
 /// Returns true if an element is such a technique of a material or a light.
-fn is_cgl_shading(node: Node<'_>) -> bool {
-    let is_look = |n: Node<'_>| matches!(n.tag_name().name(), "effect" | "light");
+fn is_cgl_shading(node: XmlNode<'_>) -> bool {
+    let is_look = |n: XmlNode<'_>| matches!(n.tag_name().name(), "effect" | "light");
     is_cgl_technique(node) && node.ancestors().any(is_look)
 }
 
 /// Returns the name of an element, or its id.
-pub(super) fn name_of(node: Node<'_>) -> String {
+pub(super) fn name_of(node: XmlNode<'_>) -> String {
     node.attribute("name").or(node.attribute("id")).unwrap_or_default().to_owned()
 }

@@ -10,7 +10,7 @@ use crate::collada::pool::Pool;
 
 /// A geometry, which may be instanced several times.
 #[derive(Clone)]
-pub(super) struct Shape<'a> {
+pub(super) struct ColladaShape<'a> {
     pub(super) geometry: Geometry,
     /// Symbol of each material slot, by which primitives refer to it.
     pub(super) symbols: Arc<[Option<&'a str>]>,
@@ -24,7 +24,7 @@ pub(super) const MISSING: u32 = u32::MAX;
 
 /// A mesh under construction.
 #[derive(Default)]
-pub(super) struct Builder<'a> {
+pub(super) struct MeshBuilder<'a> {
     pub(super) positions: Pool<3>,
     pub(super) normals: Pool<3>,
     pub(super) uvs: Pool<2>,
@@ -37,7 +37,7 @@ pub(super) struct Builder<'a> {
     parts: Vec<Submesh>,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> MeshBuilder<'a> {
     /// Assigns the triangles that were added since the last call to the slot of a material symbol.
     pub(super) fn close_part(&mut self, symbol: Option<&'a str>) {
         let start = self.parts.last().map_or(0, |part| part.triangles.end);

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::reader::{Reader, child, children, elements};
+use super::reader::{ColladaReader, child, children, elements};
 use crate::LoadError;
 use crate::collada::pool::Pool;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Treatment of numbers that are infinite or NaN.
 #[derive(Clone, Copy)]
@@ -20,8 +20,8 @@ impl<const N: usize> Pool<N> {
     /// Returns the indices of the values of a source, which is read on first use.
     pub(super) fn load<'a>(
         &mut self,
-        reader: &mut Reader<'a>,
-        source: Node<'a>,
+        reader: &mut ColladaReader<'a>,
+        source: XmlNode<'a>,
         non_finite: NonFinite,
     ) -> Result<Range<u32>, LoadError> {
         if let Some(range) = self.sources.get(&source.id()) {
@@ -36,7 +36,11 @@ impl<const N: usize> Pool<N> {
     }
 
     /// Appends the values of a source.
-    fn read<'a>(&mut self, reader: &mut Reader<'a>, source: Node<'a>) -> Result<(), LoadError> {
+    fn read<'a>(
+        &mut self,
+        reader: &mut ColladaReader<'a>,
+        source: XmlNode<'a>,
+    ) -> Result<(), LoadError> {
         let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
         let array = match accessor {
             Some(accessor) if accessor.attribute("source").is_some() => {
@@ -50,8 +54,8 @@ impl<const N: usize> Pool<N> {
         let numbers = reader.document.numbers::<f32>(array)?;
         check_count(reader, array, numbers.len());
         let layout = match accessor {
-            Some(accessor) => Layout::of(reader, accessor, numbers.len())?,
-            None => Layout::packed(N, numbers.len()),
+            Some(accessor) => AccessorLayout::of(reader, accessor, numbers.len())?,
+            None => AccessorLayout::packed(N, numbers.len()),
         };
         let Some(components) = layout.components.first_chunk::<N>() else {
             let message = format!(
@@ -71,8 +75,8 @@ impl<const N: usize> Pool<N> {
     /// Checks the values from `start` for infinite numbers and NaN.
     fn check_finite<'a>(
         &mut self,
-        reader: &mut Reader<'a>,
-        source: Node<'a>,
+        reader: &mut ColladaReader<'a>,
+        source: XmlNode<'a>,
         start: usize,
         non_finite: NonFinite,
     ) -> Result<(), LoadError> {
@@ -97,7 +101,7 @@ impl<const N: usize> Pool<N> {
 }
 
 /// Layout of the values of an accessor, all of which are inside the array.
-struct Layout {
+struct AccessorLayout {
     count: usize,
     stride: usize,
     offset: usize,
@@ -105,7 +109,7 @@ struct Layout {
     components: Vec<usize>,
 }
 
-impl Layout {
+impl AccessorLayout {
     /// Returns the layout of consecutive values of `n` numbers.
     fn packed(n: usize, length: usize) -> Self {
         Self { count: length / n, stride: n, offset: 0, components: (0..n).collect() }
@@ -113,8 +117,8 @@ impl Layout {
 
     /// Reads the layout of an `<accessor>` for an array of `length` numbers.
     fn of<'a>(
-        reader: &mut Reader<'a>,
-        accessor: Node<'a>,
+        reader: &mut ColladaReader<'a>,
+        accessor: XmlNode<'a>,
         length: usize,
     ) -> Result<Self, LoadError> {
         let params: Vec<_> = children(accessor, "param").collect();
@@ -125,7 +129,7 @@ impl Layout {
         };
         let offset = whole_number(reader, accessor, "offset")?.unwrap_or(0);
         // Parameters without a name are skipped.
-        let is_named = |p: &Node<'_>| p.attribute("name").is_some_and(|name| !name.is_empty());
+        let is_named = |p: &XmlNode<'_>| p.attribute("name").is_some_and(|name| !name.is_empty());
         let mut components: Vec<_> = (0..params.len()).filter(|i| is_named(&params[*i])).collect();
         if components.is_empty() {
             components = (0..stride.min(length)).collect();
@@ -149,8 +153,8 @@ impl Layout {
 
 /// Reads a non-negative integer attribute.
 pub(super) fn whole_number(
-    reader: &Reader<'_>,
-    node: Node<'_>,
+    reader: &ColladaReader<'_>,
+    node: XmlNode<'_>,
     attribute: &str,
 ) -> Result<Option<usize>, LoadError> {
     let parsed = node.attribute(attribute).map(|written| {
@@ -163,7 +167,7 @@ pub(super) fn whole_number(
 }
 
 /// Warns if a `count` differs from the actual number.
-fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
+fn check_count<'a>(reader: &mut ColladaReader<'a>, array: XmlNode<'a>, found: usize) {
     let Some(written) = array.attribute("count") else { return };
     if written.trim().parse() != Ok(found) {
         let message =
@@ -173,6 +177,6 @@ fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
 }
 
 /// Iterates over the inputs of a `<vertices>` or of a primitive.
-pub(super) fn inputs(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
+pub(super) fn inputs(node: XmlNode<'_>) -> impl Iterator<Item = XmlNode<'_>> {
     elements(node).filter(|n| n.tag_name().name() == "input")
 }

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use pt_image::{PixelEncoding, Transfer};
 use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
 
-use super::reader::Reader;
+use super::reader::ColladaReader;
 use crate::shared::mesh_file::{locate, percent_decoded};
 use crate::shared::names::quote;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Encoding of pixels.
 const NUMBERS: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
@@ -19,7 +19,7 @@ const NUMBERS: PixelEncoding = PixelEncoding::Light(Transfer::Srgb);
 /// # Errors
 /// Returns a message about the element if the file cannot be read.
 pub(super) fn read(
-    reader: &mut Reader<'_>,
+    reader: &mut ColladaReader<'_>,
     file: &str,
     wrap: Wrap,
 ) -> Result<Arc<Texture>, String> {
@@ -35,14 +35,14 @@ pub(super) fn read(
 }
 
 /// Returns the images to which a document refers.
-pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, PixelEncoding)> {
+pub(super) fn pictures(reader: &ColladaReader<'_>) -> Vec<(PathBuf, PixelEncoding)> {
     let names = reader.document.elements().filter(|e| e.tag_name().name() == "init_from");
     let files = names.filter_map(|element| element.text()).map(str::trim);
     files.map(|file| (path_of(reader, file), NUMBERS)).collect()
 }
 
 /// Returns the path of a URL: relative to the folder of the scene, or with `file:`.
-fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
+fn path_of(reader: &ColladaReader<'_>, url: &str) -> PathBuf {
     let folder = reader.document.path().parent().unwrap_or(Path::new(""));
     let text = ["file://localhost", "file://", "file:"]
         .into_iter()
@@ -54,12 +54,12 @@ fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
 }
 
 /// Returns the wrap mode of a sampler.
-pub(super) fn wrap<'a>(reader: &mut Reader<'a>, sampler: Option<Node<'a>>) -> Wrap {
+pub(super) fn wrap<'a>(reader: &mut ColladaReader<'a>, sampler: Option<XmlNode<'a>>) -> Wrap {
     let mode = |tag: &str| {
         let found = sampler?.descendants().find(|n| n.tag_name().name() == tag)?;
         Some((found, found.text().unwrap_or_default().trim()))
     };
-    let edge = |mode: Option<(Node<'a>, &str)>| match mode.map_or("WRAP", |(_, text)| text) {
+    let edge = |mode: Option<(XmlNode<'a>, &str)>| match mode.map_or("WRAP", |(_, text)| text) {
         "WRAP" => Some(Edge::Repeat),
         "MIRROR" => Some(Edge::Mirror),
         "CLAMP" => Some(Edge::Clamp),

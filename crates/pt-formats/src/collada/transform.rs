@@ -2,17 +2,20 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::reader::{Reader, elements};
+use super::reader::{ColladaReader, elements};
 use crate::LoadError;
 use crate::shared::transform::rotation;
-use crate::shared::xml::Node;
+use crate::shared::xml::XmlNode;
 
 /// Returns the transform from a node to its parent: the product of its transform elements, the
 /// first one outermost.
 ///
 /// # Errors
 /// Returns an error if an element has the wrong number of values, or is no affine transform.
-pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffine3, LoadError> {
+pub(super) fn local<'a>(
+    reader: &mut ColladaReader<'a>,
+    node: XmlNode<'a>,
+) -> Result<DAffine3, LoadError> {
     let mut local = DAffine3::IDENTITY;
     for element in elements(node) {
         local *= match element.tag_name().name() {
@@ -34,14 +37,17 @@ pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffi
 
 /// Returns true if a node has only matrices as transforms: the program of the profile `CGL`
 /// supports no others.
-pub(super) fn has_matrices(node: Node<'_>) -> bool {
+pub(super) fn has_matrices(node: XmlNode<'_>) -> bool {
     let others = ["translate", "scale", "rotate", "lookat", "skew"];
     elements(node).all(|element| !others.contains(&element.tag_name().name()))
 }
 
 /// Reads sixteen numbers in row-major order, of a matrix that multiplies column vectors from the
 /// left.
-pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3, LoadError> {
+pub(super) fn matrix(
+    reader: &ColladaReader<'_>,
+    element: XmlNode<'_>,
+) -> Result<DAffine3, LoadError> {
     let m: [f64; 16] = reader.vector(element)?;
     let w = m[15];
     if m[12..15] != [0.0; 3] || w == 0.0 {
@@ -56,7 +62,7 @@ pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3,
 }
 
 /// Reads an axis and an angle in degrees, by the right-hand rule.
-fn rotate<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+fn rotate<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<DAffine3, LoadError> {
     let [x, y, z, degrees] = reader.vector(element)?;
     if let Some(axis) = DVec3::new(x, y, z).try_normalize() {
         return Ok(DAffine3::from_mat3(rotation(axis, sin_cos_degrees(degrees))));
@@ -82,7 +88,10 @@ pub(super) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
 }
 
 /// Reads a position, a target of −z, and a direction to which +y is as close as possible.
-fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+fn look_at<'a>(
+    reader: &mut ColladaReader<'a>,
+    element: XmlNode<'a>,
+) -> Result<DAffine3, LoadError> {
     let [ex, ey, ez, tx, ty, tz, ux, uy, uz] = reader.vector(element)?;
     let eye = DVec3::new(ex, ey, ez);
     let Some(back) = (eye - DVec3::new(tx, ty, tz)).try_normalize() else {
@@ -103,7 +112,7 @@ fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, L
 ///
 /// In the basis n₁ ⊥ b̂ of the plane of a and b, a = (a₁, a₂) must become parallel to its rotated
 /// self r = (r₁, r₂). The shear 1 + α b̂ n₁ᵀ gives (a₁, a₂ + α a₁), hence α = r₂/r₁ − a₂/a₁.
-fn skew<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+fn skew<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<DAffine3, LoadError> {
     let [degrees, ax, ay, az, bx, by, bz] = reader.vector(element)?;
     let axes = DVec3::new(ax, ay, az).try_normalize().zip(DVec3::new(bx, by, bz).try_normalize());
     let plane = axes.and_then(|(a, b)| Some((a, b, a.reject_from_normalized(b).try_normalize()?)));

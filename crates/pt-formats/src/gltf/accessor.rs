@@ -9,7 +9,7 @@ use std::cell::Cell;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-use super::buffer::{Buffers, View};
+use super::buffer::{BufferView, Buffers};
 use super::item::Item;
 use crate::LoadError;
 
@@ -82,7 +82,7 @@ impl Component {
 }
 
 /// Undecoded elements in a buffer view.
-struct Column<'b> {
+struct ElementBytes<'b> {
     bytes: &'b [u8],
     stride: usize,
     component: Component,
@@ -90,11 +90,11 @@ struct Column<'b> {
     width: usize,
 }
 
-impl<'b> Column<'b> {
+impl<'b> ElementBytes<'b> {
     /// Creates a column of `count` elements of `width` numbers that begins at byte `offset` of a
     /// view. The error is a message.
     fn new(
-        view: View<'b>,
+        view: BufferView<'b>,
         offset: usize,
         component: Component,
         count: usize,
@@ -129,7 +129,7 @@ impl<'b> Column<'b> {
     }
 }
 
-impl Column<'_> {
+impl ElementBytes<'_> {
     /// Reads all elements. `N` must be the width of the column, `SIZE` the size of its components
     /// in bytes.
     fn read<T: Zeroable + Send, const N: usize, const SIZE: usize>(
@@ -161,7 +161,7 @@ impl Column<'_> {
 }
 
 /// An accessor with its component type and shape.
-struct Found<'a> {
+struct TypedAccessor<'a> {
     accessor: Item<'a>,
     component: Component,
     /// Number of elements.
@@ -179,7 +179,7 @@ pub(super) struct Accessors<'a> {
 }
 
 /// Numbers of an accessor.
-pub(super) struct Numbers {
+pub(super) struct AccessorNumbers {
     /// All elements, concatenated.
     pub(super) values: Vec<f64>,
     /// Numbers per element.
@@ -247,12 +247,12 @@ impl<'a> Accessors<'a> {
         from: &Item<'_>,
         by: &str,
         widths: &[usize],
-    ) -> Result<Option<Numbers>, LoadError> {
+    ) -> Result<Option<AccessorNumbers>, LoadError> {
         let Some(found) = self.found(from, by, widths)? else { return Ok(None) };
-        let Found { component, width, .. } = found;
+        let TypedAccessor { component, width, .. } = found;
         let is_marked = component == Component::F32 || found.accessor.flag("normalized")?;
         let highest = (!is_marked).then(|| component.highest());
-        Ok(Some(Numbers { values: self.values(&found)?, width, highest }))
+        Ok(Some(AccessorNumbers { values: self.values(&found)?, width, highest }))
     }
 
     /// Looks up an accessor of one of the given widths and counts its numbers against the limit;
@@ -262,7 +262,7 @@ impl<'a> Accessors<'a> {
         from: &Item<'_>,
         by: &str,
         widths: &[usize],
-    ) -> Result<Option<Found<'a>>, LoadError> {
+    ) -> Result<Option<TypedAccessor<'a>>, LoadError> {
         let Some(index) = from.whole(by)? else { return Ok(None) };
         let accessor = self.root.member("accessors", index, from, by)?;
         let width = width(&accessor)?;
@@ -284,12 +284,12 @@ impl<'a> Accessors<'a> {
                     format!("the accessors of the scene have more than {MAX_NUMBERS} numbers");
                 accessor.error(message)
             })?;
-        Ok(Some(Found { accessor, component, count, width }))
+        Ok(Some(TypedAccessor { accessor, component, count, width }))
     }
 
     /// Returns the elements of an accessor in its buffer, or `None` if it is sparse, normalized or
     /// has no buffer view.
-    fn as_stored(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
+    fn as_stored(&self, found: &TypedAccessor<'a>) -> Result<Option<ElementBytes<'_>>, LoadError> {
         let accessor = &found.accessor;
         if accessor.child("sparse")?.is_some() || accessor.flag("normalized")? {
             return Ok(None);
@@ -298,8 +298,8 @@ impl<'a> Accessors<'a> {
     }
 
     /// Reads all numbers of an accessor, with sparse substitution and normalization.
-    fn values(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
-        let &Found { ref accessor, component, count, width } = found;
+    fn values(&self, found: &TypedAccessor<'a>) -> Result<Vec<f64>, LoadError> {
+        let &TypedAccessor { ref accessor, component, count, width } = found;
         let mut values = self.dense(found)?;
         if let Some(sparse) = accessor.child("sparse")? {
             self.replace(&sparse, component, width, count, &mut values)?;
@@ -315,11 +315,11 @@ impl<'a> Accessors<'a> {
     }
 
     /// Reads the numbers in the buffer view of an accessor; zeros if it has none.
-    fn dense(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
+    fn dense(&self, found: &TypedAccessor<'a>) -> Result<Vec<f64>, LoadError> {
         if let Some(column) = self.column(found)? {
             return Ok(column.numbers().collect());
         }
-        let Found { accessor, count, width, .. } = found;
+        let TypedAccessor { accessor, count, width, .. } = found;
         if *count > MAX_ZEROS {
             let message =
                 format!("{count} elements without a buffer view; expected at most {MAX_ZEROS}");
@@ -335,12 +335,12 @@ impl<'a> Accessors<'a> {
     }
 
     /// Returns the elements of an accessor in its buffer, or `None` if it has no buffer view.
-    fn column(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
-        let &Found { ref accessor, component, count, width } = found;
+    fn column(&self, found: &TypedAccessor<'a>) -> Result<Option<ElementBytes<'_>>, LoadError> {
+        let &TypedAccessor { ref accessor, component, count, width } = found;
         let Some(view) = accessor.whole("bufferView")? else { return Ok(None) };
         let view = self.buffers.view(&self.root, view, accessor, "bufferView")?;
         let offset = accessor.whole("byteOffset")?.unwrap_or(0);
-        let column = Column::new(view, offset, component, count, width);
+        let column = ElementBytes::new(view, offset, component, count, width);
         column.map(Some).map_err(|message| accessor.error(message))
     }
 
@@ -361,7 +361,8 @@ impl<'a> Accessors<'a> {
                 self.buffers.view(&self.root, part.needed("bufferView")?, &part, "bufferView")?;
             let offset = part.whole("byteOffset")?.unwrap_or(0);
             let kind = given.map_or_else(|| self::component(&part), Ok)?;
-            Column::new(view, offset, kind, replaced, width).map_err(|message| part.error(message))
+            ElementBytes::new(view, offset, kind, replaced, width)
+                .map_err(|message| part.error(message))
         };
         let indices = part("indices", 1, None)?;
         let others = part("values", width, Some(component))?;

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 
 use pt_math::DQuat;
 
-use super::Reader;
+use super::GltfReader;
 use super::item::Item;
-use super::keys::{Interpolation, Keys, Value};
+use super::keys::{AnimatedProperty, Interpolation, KeyframeTrack};
 use super::transform::quaternion;
 use crate::LoadError;
 
@@ -27,7 +27,7 @@ impl Pose {
     }
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Evaluates all animations at the requested time; returns an empty map if no time is
     /// requested. If two channels have the same target, the first one is used.
     pub(super) fn read_poses(&mut self) -> Result<HashMap<usize, Pose>, LoadError> {
@@ -90,9 +90,9 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let kind = match path {
-            "rotation" => Value::Rotation,
-            "weights" => Value::Weights,
-            _ => Value::Vector,
+            "rotation" => AnimatedProperty::Rotation,
+            "weights" => AnimatedProperty::Weights,
+            _ => AnimatedProperty::Vector,
         };
         let value = self.keys(&sampler, kind)?.at(time);
         match (path, value.as_slice()) {
@@ -113,7 +113,11 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the keys of a sampler.
-    fn keys(&mut self, sampler: &Item<'a>, kind: Value) -> Result<Keys, LoadError> {
+    fn keys(
+        &mut self,
+        sampler: &Item<'a>,
+        kind: AnimatedProperty,
+    ) -> Result<KeyframeTrack, LoadError> {
         let interpolation = match sampler.text("interpolation")?.unwrap_or("LINEAR") {
             "STEP" => Interpolation::Step,
             "LINEAR" => Interpolation::Linear,
@@ -123,9 +127,9 @@ impl<'a> Reader<'a> {
             }
         };
         let width = match kind {
-            Value::Vector => 3,
-            Value::Rotation => 4,
-            Value::Weights => 1,
+            AnimatedProperty::Vector => 3,
+            AnimatedProperty::Rotation => 4,
+            AnimatedProperty::Weights => 1,
         };
         let input = self.accessors.numbers(sampler, "input", &[1])?;
         let output = self.accessors.numbers(sampler, "output", &[width])?;
@@ -138,7 +142,7 @@ impl<'a> Reader<'a> {
         }
         let count = values.len();
         let all = times.len() * interpolation.parts();
-        Keys::new(times, values, kind, interpolation).ok_or_else(|| {
+        KeyframeTrack::new(times, values, kind, interpolation).ok_or_else(|| {
             let message =
                 format!("there are {count} numbers; expected as many for each of {all} elements");
             sampler.refuse("output", message)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::item::Item;
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_file::{percent_decoded, percent_decoded_bytes};
 use crate::shared::names::quote;
 
@@ -20,7 +20,7 @@ pub(super) struct Buffers<'b> {
 
 /// A part of a buffer.
 #[derive(Clone, Copy)]
-pub(super) struct View<'b> {
+pub(super) struct BufferView<'b> {
     pub(super) bytes: &'b [u8],
     /// Bytes from one element to the next; `None` if they are tightly packed.
     pub(super) stride: Option<usize>,
@@ -32,7 +32,7 @@ impl<'b> Buffers<'b> {
         root: &Item<'_>,
         binary: Option<&'b [u8]>,
         file: &Path,
-        context: &Context,
+        context: &LoadContext,
     ) -> Result<Self, LoadError> {
         let mut bytes: Vec<Option<Cow<'b, [u8]>>> = Vec::new();
         let mut total = 0_usize;
@@ -42,7 +42,7 @@ impl<'b> Buffers<'b> {
             total = total.saturating_add(found.as_ref().map_or(0, |bytes| bytes.len()));
             if total > MAX_BYTES {
                 let message = format!("the buffers have more than {MAX_BYTES} bytes");
-                return Err(Context::exceeded(buffer.span(), message));
+                return Err(LoadContext::exceeded(buffer.span(), message));
             }
             bytes.push(found);
         }
@@ -56,7 +56,7 @@ impl<'b> Buffers<'b> {
         index: usize,
         from: &Item<'_>,
         by: &str,
-    ) -> Result<View<'_>, LoadError> {
+    ) -> Result<BufferView<'_>, LoadError> {
         let view = root.member("bufferViews", index, from, by)?;
         if meshopt_of(&view)?.is_some() {
             // It cannot be decoded.
@@ -67,7 +67,7 @@ impl<'b> Buffers<'b> {
         if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
             return Err(view.refuse("byteStride", "expected a number of bytes from 4 to 252"));
         }
-        Ok(View { bytes, stride })
+        Ok(BufferView { bytes, stride })
     }
 
     /// Returns the bytes to which the fields `buffer`, `byteOffset` and `byteLength` of an item
@@ -100,7 +100,7 @@ fn one<'b>(
     buffer: &Item<'_>,
     binary: Option<&'b [u8]>,
     file: &Path,
-    context: &Context,
+    context: &LoadContext,
 ) -> Result<Cow<'b, [u8]>, LoadError> {
     let length = buffer.needed("byteLength")?;
     if let Some(meshopt) = meshopt_of(buffer)?
@@ -140,7 +140,7 @@ fn one<'b>(
 
 /// Reads the resource of a URI: embedded data, or the content of a file. The error is a message
 /// without a location.
-pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<u8>, String> {
+pub(super) fn resource(uri: &str, file: &Path, context: &LoadContext) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decoded(data);
     }

@@ -3,7 +3,7 @@
 use pt_math::{DAffine3, DMat3};
 use pt_scene::{Camera, Fit, Light, LightKind, Placement, Projection};
 
-use super::Reader;
+use super::GltfReader;
 use super::item::Item;
 use crate::LoadError;
 
@@ -16,7 +16,7 @@ const DEFAULT_FAR: f64 = 1e6;
 /// Aspect ratio, width over height, if a file does not set it.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Adds the camera of a node, if it has one.
     pub(super) fn camera(&mut self, node: &Item<'a>, to_world: DAffine3) -> Result<(), LoadError> {
         let Some(index) = node.whole("camera")? else { return Ok(()) };

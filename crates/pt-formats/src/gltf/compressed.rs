@@ -13,7 +13,7 @@ use super::buffer::Buffers;
 use super::item::Item;
 use crate::LoadError;
 use crate::gltf::buffer::meshopt_of;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 
 /// Name of the extension for compressed primitives.
@@ -31,7 +31,7 @@ pub(super) fn decode(
     json: &mut Value,
     buffers: &mut Buffers<'_>,
     file: &Path,
-    context: &Context,
+    context: &LoadContext,
 ) -> Result<(), LoadError> {
     let mut views = Vec::new();
     let root = Item::root(json, file)?;
@@ -73,7 +73,7 @@ fn meshopt_view(
     root: &Item<'_>,
     view: &Item<'_>,
     buffers: &Buffers<'_>,
-    context: &Context,
+    context: &LoadContext,
 ) -> Result<Option<DecodedView>, LoadError> {
     let Some(found) = meshopt_of(view)? else { return Ok(None) };
     let mode = found.text("mode")?.unwrap_or_default();
@@ -124,7 +124,7 @@ type UnfilterFn =
     fn(&mut [u8], usize, usize, &mut Workspace) -> Result<(), meshoptimizer_rs::Error>;
 
 /// Counts decoded bytes against the limits before they are allocated.
-fn reserve(bytes: u64, item: &Item<'_>, context: &Context) -> Result<(), LoadError> {
+fn reserve(bytes: u64, item: &Item<'_>, context: &LoadContext) -> Result<(), LoadError> {
     if bytes > MAX_BYTES {
         let message = format!("it has {bytes} bytes when decoded; expected at most {MAX_BYTES}");
         return Err(item.error(message));
@@ -168,7 +168,7 @@ fn draco_primitive(
     root: &Item<'_>,
     primitive: &Item<'_>,
     buffers: &Buffers<'_>,
-    context: &Context,
+    context: &LoadContext,
 ) -> Result<Option<DecodedPrimitive>, LoadError> {
     let Some(found) = primitive.extension(DRACO)? else { return Ok(None) };
     let view = buffers.view(root, found.needed("bufferView")?, &found, "bufferView")?;

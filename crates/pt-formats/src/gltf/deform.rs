@@ -2,12 +2,12 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::Reader;
+use super::GltfReader;
 use super::item::Item;
 use super::transform::affine;
 use crate::LoadError;
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Returns the transform of each joint of a skin, from bind space to the world. `placed`
     /// returns the transform of a node.
     pub(super) fn joints_of(

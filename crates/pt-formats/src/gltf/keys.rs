@@ -23,7 +23,7 @@ impl Interpolation {
 
 /// Kind of an animated property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Value {
+pub(super) enum AnimatedProperty {
     /// Translation or scale: three numbers.
     Vector,
     /// A quaternion x y z w.
@@ -34,31 +34,31 @@ pub(super) enum Value {
 
 /// Keys of a value.
 #[derive(Debug)]
-pub(super) struct Keys {
+pub(super) struct KeyframeTrack {
     /// Times in seconds, strictly increasing.
     times: Vec<f64>,
     /// Numbers of all elements, key by key.
     values: Vec<f64>,
-    kind: Value,
+    kind: AnimatedProperty,
     /// Numbers per element.
     width: usize,
     interpolation: Interpolation,
 }
 
-impl Keys {
+impl KeyframeTrack {
     /// Creates keys at times, of which there is at least one; `None` if the number of values does
     /// not match the number of keys.
     pub(super) fn new(
         times: Vec<f64>,
         values: Vec<f64>,
-        kind: Value,
+        kind: AnimatedProperty,
         interpolation: Interpolation,
     ) -> Option<Self> {
         let elements = times.len() * interpolation.parts();
         let width = match kind {
-            Value::Vector => 3,
-            Value::Rotation => 4,
-            Value::Weights => values.len().checked_div(elements)?,
+            AnimatedProperty::Vector => 3,
+            AnimatedProperty::Rotation => 4,
+            AnimatedProperty::Weights => values.len().checked_div(elements)?,
         };
         let fits = width > 0 && elements.checked_mul(width) == Some(values.len());
         fits.then_some(Self { times, values, kind, width, interpolation })
@@ -75,7 +75,7 @@ impl Keys {
         let (from, to) = (self.value(before), self.value(after));
         match (self.interpolation, self.kind) {
             (Interpolation::Step, _) => from.to_vec(),
-            (Interpolation::Linear, Value::Rotation) => {
+            (Interpolation::Linear, AnimatedProperty::Rotation) => {
                 slerp(DQuat::from_slice(from), DQuat::from_slice(to), share).to_array().to_vec()
             }
             (Interpolation::Linear, _) => {
@@ -131,18 +131,23 @@ fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
 mod tests {
     use super::*;
 
-    fn keys(values: &[f64], kind: Value, interpolation: Interpolation) -> Keys {
-        Keys::new(vec![1.0, 3.0], values.to_vec(), kind, interpolation).expect("they fit")
+    fn keys(values: &[f64], kind: AnimatedProperty, interpolation: Interpolation) -> KeyframeTrack {
+        KeyframeTrack::new(vec![1.0, 3.0], values.to_vec(), kind, interpolation).expect("they fit")
     }
 
     #[test]
     fn nothing_changes_outside_of_the_keys() {
-        let linear = keys(&[2.0, 6.0], Value::Weights, Interpolation::Linear);
+        let linear = keys(&[2.0, 6.0], AnimatedProperty::Weights, Interpolation::Linear);
         let found = [-1.0, 1.0, 1.5, 3.0, 9.0].map(|time| linear.at(time)[0]);
         assert_eq!(found, [2.0, 2.0, 3.0, 6.0, 6.0]);
-        let step = keys(&[2.0, 6.0], Value::Weights, Interpolation::Step);
+        let step = keys(&[2.0, 6.0], AnimatedProperty::Weights, Interpolation::Step);
         assert_eq!([0.0, 2.9, 3.0].map(|time| step.at(time)[0]), [2.0, 2.0, 6.0]);
-        let one = Keys::new(vec![1.0], vec![4.0, 5.0], Value::Weights, Interpolation::Linear);
+        let one = KeyframeTrack::new(
+            vec![1.0],
+            vec![4.0, 5.0],
+            AnimatedProperty::Weights,
+            Interpolation::Linear,
+        );
         assert_eq!(one.map(|keys| keys.at(1.0)), Some(vec![4.0, 5.0]));
     }
 
@@ -150,7 +155,7 @@ mod tests {
     #[test]
     fn splines_are_cubic() {
         let values = [9.0, 1.0, 3.0, 27.0, 27.0, 9.0];
-        let spline = keys(&values, Value::Weights, Interpolation::CubicSpline);
+        let spline = keys(&values, AnimatedProperty::Weights, Interpolation::CubicSpline);
         for time in [1.0, 1.25, 2.0, 2.9, 3.0] {
             assert!((spline.at(time)[0] - time * time * time).abs() < 1e-12, "{time}");
         }
@@ -162,7 +167,7 @@ mod tests {
         for sign in [1.0, -1.0] {
             let to = (quarter * sign).to_array();
             let values = [DQuat::IDENTITY.to_array(), to].concat();
-            let turn = keys(&values, Value::Rotation, Interpolation::Linear);
+            let turn = keys(&values, AnimatedProperty::Rotation, Interpolation::Linear);
             let found = DQuat::from_slice(&turn.at(1.5));
             let wanted = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_8);
             assert!(
@@ -175,10 +180,25 @@ mod tests {
     #[test]
     fn numbers_are_those_of_all_keys() {
         let linear = Interpolation::Linear;
-        assert!(Keys::new(vec![0.0, 1.0], vec![0.0; 6], Value::Vector, linear).is_some());
-        assert!(Keys::new(vec![0.0, 1.0], vec![0.0; 5], Value::Vector, linear).is_none());
-        assert!(Keys::new(vec![0.0, 1.0], vec![0.0; 3], Value::Weights, linear).is_none());
-        assert!(Keys::new(vec![0.0, 1.0], Vec::new(), Value::Weights, linear).is_none());
-        assert!(Keys::new(vec![0.0], vec![0.0; 3], Value::Rotation, linear).is_none());
+        assert!(
+            KeyframeTrack::new(vec![0.0, 1.0], vec![0.0; 6], AnimatedProperty::Vector, linear)
+                .is_some()
+        );
+        assert!(
+            KeyframeTrack::new(vec![0.0, 1.0], vec![0.0; 5], AnimatedProperty::Vector, linear)
+                .is_none()
+        );
+        assert!(
+            KeyframeTrack::new(vec![0.0, 1.0], vec![0.0; 3], AnimatedProperty::Weights, linear)
+                .is_none()
+        );
+        assert!(
+            KeyframeTrack::new(vec![0.0, 1.0], Vec::new(), AnimatedProperty::Weights, linear)
+                .is_none()
+        );
+        assert!(
+            KeyframeTrack::new(vec![0.0], vec![0.0; 3], AnimatedProperty::Rotation, linear)
+                .is_none()
+        );
     }
 }

@@ -8,9 +8,9 @@ use pt_scene::medium::{Medium, MediumProperties, Phase};
 use pt_scene::texture::{Blend, Color, Input, NormalOrBump, Pattern, Scalar, Texture};
 use pt_scene::{Material, Surface};
 
-use super::Reader;
+use super::GltfReader;
 use super::item::Item;
-use super::texture::{Content, measured, painted, placement};
+use super::texture::{TextureUsage, measured, painted, placement};
 use crate::LoadError;
 use crate::shared::placeholder;
 
@@ -21,7 +21,7 @@ const MIN_TRANSMITTANCE: f32 = 1e-4;
 
 /// Texture coordinates and alpha mode of a material.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layout {
+pub(super) struct MaterialLayout {
     /// Texture coordinate set of the first texture, which is the normal map if there is one; `None`
     /// without textures.
     pub(super) uv_set: Option<usize>,
@@ -38,7 +38,7 @@ pub(super) struct Layout {
 
 /// Mesh attributes that a material uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Values {
+pub(super) struct MeshAttributes {
     /// True if the vertices have colours.
     pub(super) colors: bool,
     /// True if the mesh has tangents for normal maps.
@@ -47,7 +47,7 @@ pub(super) struct Values {
     pub(super) opacities: bool,
 }
 
-impl Values {
+impl MeshAttributes {
     /// Name of the tangents among the [attributes](pt_scene::Attributes) of a mesh.
     pub(super) const TANGENTS: &str = "TANGENT";
     /// Name of the opacities among the attributes of a mesh.
@@ -56,7 +56,7 @@ impl Values {
 
 /// Indices of a material and its interior medium.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Made {
+pub(super) struct MaterialIndices {
     /// Index into [`pt_scene::Scene::materials`].
     pub(super) material: u32,
     /// Index into [`pt_scene::Scene::media`] of the interior medium.
@@ -66,10 +66,10 @@ pub(super) struct Made {
     pub(super) back: Option<u32>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Finds the texture coordinate sets and the alpha mode of a material.
-    pub(super) fn layout(material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
-        let Some(material) = material else { return Ok(Layout::default()) };
+    pub(super) fn layout(material: Option<&Item<'a>>) -> Result<MaterialLayout, LoadError> {
+        let Some(material) = material else { return Ok(MaterialLayout::default()) };
         let mut sets = Vec::new();
         sets.extend(Self::uv_set_of(material, "normalTexture")?);
         let metal = material.child("pbrMetallicRoughness")?;
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
         let has_frame = material.has("normalTexture")
             || coat.is_some_and(|coat| coat.has("clearcoatNormalTexture"))
             || material.extension("KHR_materials_anisotropy")?.is_some();
-        Ok(Layout { uv_set, other_sets, has_frame, is_blended, is_masked })
+        Ok(MaterialLayout { uv_set, other_sets, has_frame, is_blended, is_masked })
     }
 
     /// Returns the material of a primitive, which is created once per set of mesh attributes.
@@ -111,8 +111,8 @@ impl<'a> Reader<'a> {
         &mut self,
         index: Option<usize>,
         described: Option<&Item<'a>>,
-        values: Values,
-    ) -> Result<Made, LoadError> {
+        values: MeshAttributes,
+    ) -> Result<MaterialIndices, LoadError> {
         if let Some(known) = self.materials.get(&(index, values)) {
             return Ok(*known);
         }
@@ -123,7 +123,8 @@ impl<'a> Reader<'a> {
         let is_double = described.map_or(Ok(false), |described| described.flag("doubleSided"))?;
         let back = (is_double && material.emission != [0.0; 3].into()).then(|| back_of(&material));
         let number = self.scene.materials.len() as u32;
-        let made = Made { material: number, medium, back: back.as_ref().map(|_| number + 1) };
+        let made =
+            MaterialIndices { material: number, medium, back: back.as_ref().map(|_| number + 1) };
         self.scene.materials.extend(std::iter::once(material).chain(back));
         self.materials.insert((index, values), made);
         Ok(made)
@@ -132,7 +133,7 @@ impl<'a> Reader<'a> {
     fn described(
         &mut self,
         item: &Item<'a>,
-        values: Values,
+        values: MeshAttributes,
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.take_placeholder_used();
         self.uv_set = Self::layout(Some(item))?.uv_set;
@@ -174,7 +175,7 @@ impl<'a> Reader<'a> {
         &mut self,
         item: &Item<'a>,
         color: Color,
-        values: Values,
+        values: MeshAttributes,
     ) -> Result<Material, LoadError> {
         self.warn(item, "it emits its base colour, and lights what is around it");
         let opacity = self.opacity(item, values)?;
@@ -188,16 +189,23 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the scattering parameters of a material, without normal map, alpha and emission.
-    fn look(&mut self, item: &Item<'a>, values: Values) -> Result<MetallicRoughness, LoadError> {
+    fn look(
+        &mut self,
+        item: &Item<'a>,
+        values: MeshAttributes,
+    ) -> Result<MetallicRoughness, LoadError> {
         let mut made = MetallicRoughness { metallic: 1.0.into(), ..MetallicRoughness::default() };
         if let Some(base) = item.child("pbrMetallicRoughness")? {
             let [r, g, b, _] = base_factor(&base)?;
-            let texture = self.texture(&base, "baseColorTexture", Content::Colors)?;
+            let texture = self.texture(&base, "baseColorTexture", TextureUsage::Colors)?;
             made.base_color = painted([r, g, b], texture);
             let mut number = |field, channel| {
                 let factor = base.number_in(field, 0.0..=1.0, 1.0)? as f32;
-                let texture =
-                    self.texture(&base, "metallicRoughnessTexture", Content::Channel(channel))?;
+                let texture = self.texture(
+                    &base,
+                    "metallicRoughnessTexture",
+                    TextureUsage::Channel(channel),
+                )?;
                 Ok::<_, LoadError>(measured(factor, texture))
             };
             made.roughness = number("roughnessFactor", 1)?;
@@ -223,7 +231,7 @@ impl<'a> Reader<'a> {
         &mut self,
         found: &Item<'a>,
         [factor, texture]: [&str; 2],
-        content: Content,
+        content: TextureUsage,
         usual: f64,
     ) -> Result<Scalar, LoadError> {
         let factor = found.number_in(factor, 0.0..=1.0, usual)? as f32;
@@ -239,7 +247,7 @@ impl<'a> Reader<'a> {
         (most, usual): (f64, f32),
     ) -> Result<Color, LoadError> {
         let color = found.color(factor, most, [usual; 3])?;
-        let texture = self.texture(found, texture, Content::Colors)?;
+        let texture = self.texture(found, texture, TextureUsage::Colors)?;
         Ok(painted(color, texture.filter(|_| color != [0.0; 3])))
     }
 
@@ -251,7 +259,7 @@ impl<'a> Reader<'a> {
     ) -> Result<(), LoadError> {
         if let Some(found) = item.extension("KHR_materials_transmission")? {
             let names = ["transmissionFactor", "transmissionTexture"];
-            made.transmission = self.factor(&found, names, Content::Channel(0), 0.0)?;
+            made.transmission = self.factor(&found, names, TextureUsage::Channel(0), 0.0)?;
         }
         if let Some(found) = item.extension("KHR_materials_ior")? {
             let ior = found.number_in("ior", 0.0..=ANY, 1.5)?;
@@ -264,7 +272,7 @@ impl<'a> Reader<'a> {
         }
         if let Some(found) = item.extension("KHR_materials_specular")? {
             let names = ["specularFactor", "specularTexture"];
-            made.specular = self.factor(&found, names, Content::Opacity, 1.0)?;
+            made.specular = self.factor(&found, names, TextureUsage::Opacity, 1.0)?;
             let names = ["specularColorFactor", "specularColorTexture"];
             made.specular_color = self.colored(&found, names, (ANY, 1.0))?;
         }
@@ -281,7 +289,7 @@ impl<'a> Reader<'a> {
             return Ok(());
         };
         let names = ["diffuseTransmissionFactor", "diffuseTransmissionTexture"];
-        made.diffuse_transmission = self.factor(&found, names, Content::Opacity, 0.0)?;
+        made.diffuse_transmission = self.factor(&found, names, TextureUsage::Opacity, 0.0)?;
         let names = ["diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture"];
         made.diffuse_transmission_color = self.colored(&found, names, (1.0, 1.0))?;
         Ok(())
@@ -291,17 +299,17 @@ impl<'a> Reader<'a> {
     fn coat(
         &mut self,
         item: &Item<'a>,
-        values: Values,
+        values: MeshAttributes,
         made: &mut MetallicRoughness,
     ) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_clearcoat")? else { return Ok(()) };
         let names = ["clearcoatFactor", "clearcoatTexture"];
-        made.clearcoat = self.factor(&found, names, Content::Channel(0), 0.0)?;
+        made.clearcoat = self.factor(&found, names, TextureUsage::Channel(0), 0.0)?;
         if made.clearcoat == Scalar::Value(0.0) {
             return Ok(());
         }
         let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
-        made.clearcoat_roughness = self.factor(&found, names, Content::Channel(1), 0.0)?;
+        made.clearcoat_roughness = self.factor(&found, names, TextureUsage::Channel(1), 0.0)?;
         made.clearcoat_normals = self.coat_normals(item, (false, values.tangents))?;
         Ok(())
     }
@@ -332,7 +340,7 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let names = ["sheenRoughnessFactor", "sheenRoughnessTexture"];
-        made.sheen_roughness = self.factor(&found, names, Content::Opacity, 0.0)?;
+        made.sheen_roughness = self.factor(&found, names, TextureUsage::Opacity, 0.0)?;
         Ok(())
     }
 
@@ -346,12 +354,12 @@ impl<'a> Reader<'a> {
     ) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(()) };
         let names = ["anisotropyStrength", "anisotropyTexture"];
-        made.anisotropy = self.factor(&found, names, Content::Channel(2), 0.0)?;
+        made.anisotropy = self.factor(&found, names, TextureUsage::Channel(2), 0.0)?;
         if made.anisotropy == Scalar::Value(0.0) {
             return Ok(());
         }
         made.anisotropy_rotation = found.number("anisotropyRotation")?.unwrap_or(0.0) as f32;
-        let mut channel = |c| self.texture(&found, "anisotropyTexture", Content::Channel(c));
+        let mut channel = |c| self.texture(&found, "anisotropyTexture", TextureUsage::Channel(c));
         if let (Some(x), Some(y)) = (channel(0)?, channel(1)?) {
             made.anisotropy_direction = [x, y].map(Input::Texture);
         }
@@ -363,14 +371,15 @@ impl<'a> Reader<'a> {
     fn film(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_iridescence")? else { return Ok(()) };
         let names = ["iridescenceFactor", "iridescenceTexture"];
-        made.iridescence = self.factor(&found, names, Content::Channel(0), 0.0)?;
+        made.iridescence = self.factor(&found, names, TextureUsage::Channel(0), 0.0)?;
         if made.iridescence == Scalar::Value(0.0) {
             return Ok(());
         }
         made.film_ior = found.number_in("iridescenceIor", 1.0..=ANY, 1.3)? as f32;
         let least = found.number_in("iridescenceThicknessMinimum", 0.0..=ANY, 100.0)? as f32;
         let most = found.number_in("iridescenceThicknessMaximum", 0.0..=ANY, 400.0)? as f32;
-        let texture = self.texture(&found, "iridescenceThicknessTexture", Content::Channel(1))?;
+        let texture =
+            self.texture(&found, "iridescenceThicknessTexture", TextureUsage::Channel(1))?;
         made.film_thickness = match texture {
             None => most.into(),
             Some(texture) => {
@@ -428,14 +437,14 @@ impl<'a> Reader<'a> {
         let Some(info) = item.child(field)? else { return Ok(None) };
         let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
         if has_tangents {
-            let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
+            let content = TextureUsage::Normals { scale: scale.to_bits(), is_mirrored };
             let normals = self.texture(item, field, content)?;
             return Ok(normals.map(|map| NormalOrBump::NormalsAlong(map, tangents())));
         }
         let to_pattern = placement(&info)?;
         let is_mirrored = is_mirrored != (to_pattern.determinant() < 0.0);
         let is_turned = to_pattern.x_axis.y != 0.0 || to_pattern.x_axis.x < 0.0;
-        let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
+        let content = TextureUsage::Normals { scale: scale.to_bits(), is_mirrored };
         let made = if is_turned { NormalOrBump::TurnedNormals } else { NormalOrBump::Normals };
         Ok(self.texture(item, field, content)?.map(made))
     }
@@ -455,12 +464,12 @@ impl<'a> Reader<'a> {
                 "it is infinite with its strength; use smaller numbers",
             ));
         }
-        let texture = self.texture(item, "emissiveTexture", Content::Colors)?;
+        let texture = self.texture(item, "emissiveTexture", TextureUsage::Colors)?;
         Ok(painted(factor, texture))
     }
 
     /// Reads the opacity according to the alpha mode.
-    fn opacity(&mut self, item: &Item<'a>, values: Values) -> Result<Scalar, LoadError> {
+    fn opacity(&mut self, item: &Item<'a>, values: MeshAttributes) -> Result<Scalar, LoadError> {
         let mode = item.text("alphaMode")?.unwrap_or("OPAQUE");
         if mode == "OPAQUE" {
             return Ok(1.0.into());
@@ -473,14 +482,14 @@ impl<'a> Reader<'a> {
         };
         match mode {
             "BLEND" => {
-                let share = measured(factor, textured(Content::Opacity)?);
+                let share = measured(factor, textured(TextureUsage::Opacity)?);
                 Ok(if values.opacities { covered(share) } else { share })
             }
             "MASK" => {
                 let cutoff = item.number_in("alphaCutoff", 0.0..=ANY, 0.5)? as f32;
                 let is_there = f32::from(u8::from(factor >= cutoff));
                 let least = if factor > 0.0 { cutoff / factor } else { f32::INFINITY };
-                let texture = textured(Content::Mask(least.to_bits()))?;
+                let texture = textured(TextureUsage::Mask(least.to_bits()))?;
                 Ok(texture.map_or(is_there.into(), Input::Texture))
             }
             _ => Err(item.refuse("alphaMode", "expected OPAQUE, MASK or BLEND")),
@@ -491,7 +500,7 @@ impl<'a> Reader<'a> {
 /// Multiplies an opacity by those of the vertices.
 fn covered(share: Scalar) -> Scalar {
     let opacities: Arc<Texture> =
-        Arc::new(Pattern::VertexAttribute(Values::OPACITIES.into()).into());
+        Arc::new(Pattern::VertexAttribute(MeshAttributes::OPACITIES.into()).into());
     match share {
         Input::Value(share) => measured(share, Some(opacities)),
         Input::Texture(texture) => {
@@ -508,7 +517,7 @@ fn back_of(front: &Material) -> Material {
 
 /// Tangents of a mesh as coefficients of ∂p/∂u and ∂p/∂v.
 fn tangents() -> Arc<Texture> {
-    Arc::new(Pattern::FaceAttribute(Values::TANGENTS.into()).into())
+    Arc::new(Pattern::FaceAttribute(MeshAttributes::TANGENTS.into()).into())
 }
 
 /// Default material: a rough white metal. [glTF 2.0, §3.9.6]

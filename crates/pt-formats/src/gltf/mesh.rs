@@ -9,8 +9,8 @@ use pt_scene::{Attribute, Attributes, Mesh, Submesh};
 
 use super::accessor::all_parts;
 use super::item::Item;
-use super::material::{Layout, Values};
-use super::{Reader, compressed, deform};
+use super::material::{MaterialLayout, MeshAttributes};
+use super::{GltfReader, compressed, deform};
 use crate::LoadError;
 
 /// Modes of primitives of triangles: list, strip and fan.
@@ -24,13 +24,13 @@ pub(super) struct Form<'f> {
     /// Joint transforms, if the node has a skin.
     pub(super) joints: Option<&'f [DAffine3]>,
     /// Texture coordinates that the material uses.
-    pub(super) layout: Layout,
+    pub(super) layout: MaterialLayout,
     /// True if the transform of some instance mirrors the mesh.
     pub(super) is_mirrored: bool,
 }
 
 /// Attributes and positions of a primitive.
-type Vertices<'a> = (Item<'a>, Vec<[f32; 3]>);
+type PrimitiveVertices<'a> = (Item<'a>, Vec<[f32; 3]>);
 
 /// Colours and opacities of vertices.
 #[derive(Default)]
@@ -41,7 +41,7 @@ pub(super) struct Colored {
     pub(super) opacities: Option<Vec<[f32; 3]>>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Reads the triangles of a primitive; returns `None` and reports a warning if it has none.
     pub(super) fn primitive(
         &mut self,
@@ -97,7 +97,7 @@ impl<'a> Reader<'a> {
                         corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
                     });
                     let along = along_tangents(&triangles, (&positions, uvs), tangents);
-                    named.faces.insert(Values::TANGENTS.into(), along);
+                    named.faces.insert(MeshAttributes::TANGENTS.into(), along);
                     mirrored
                 }
                 None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
             self.warn(&attributes, "the opacity of COLOR_0 is not read where alphaMode is MASK");
         }
         if let Some(opacities) = opacities.filter(|_| form.layout.is_blended) {
-            named.vertices.insert(Values::OPACITIES.into(), opacities);
+            named.vertices.insert(MeshAttributes::OPACITIES.into(), opacities);
         }
         let mesh = Mesh {
             name: name.to_owned(),
@@ -132,7 +132,7 @@ impl<'a> Reader<'a> {
     pub(super) fn vertices(
         &mut self,
         primitive: &Item<'a>,
-    ) -> Result<Option<Vertices<'a>>, LoadError> {
+    ) -> Result<Option<PrimitiveVertices<'a>>, LoadError> {
         let Some(attributes) = primitive.child("attributes")? else {
             return Err(primitive.error("its \"attributes\" are missing"));
         };
@@ -180,7 +180,7 @@ impl<'a> Reader<'a> {
         &mut self,
         primitive: &Item<'a>,
         attributes: &Item<'_>,
-        layout: &Layout,
+        layout: &MaterialLayout,
         vertices: usize,
     ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
         let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));

@@ -5,16 +5,20 @@ use pt_scene::Surface;
 use pt_scene::material::{CoatNormals, MetallicRoughness};
 use pt_scene::texture::{Input, NormalOrBump, Scalar};
 
-use super::Reader;
+use super::GltfReader;
 use super::item::Item;
-use super::material::Made;
-use super::texture::Content;
+use super::material::MaterialIndices;
+use super::texture::TextureUsage;
 use crate::LoadError;
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Returns the material for triangles with mirrored texture coordinates, on which the v
     /// component of normal maps is reversed.
-    pub(super) fn mirrored(&mut self, item: &Item<'a>, made: Made) -> Result<u32, LoadError> {
+    pub(super) fn mirrored(
+        &mut self,
+        item: &Item<'a>,
+        made: MaterialIndices,
+    ) -> Result<u32, LoadError> {
         if let Some(known) = self.mirrored.get(&made.material) {
             return Ok(*known);
         }
@@ -58,7 +62,7 @@ impl<'a> Reader<'a> {
         }
         look.anisotropy_rotation = -look.anisotropy_rotation;
         let [_, across] = &mut look.anisotropy_direction;
-        if let Some(y) = self.texture(&found, "anisotropyTexture", Content::Opposite(1))? {
+        if let Some(y) = self.texture(&found, "anisotropyTexture", TextureUsage::Opposite(1))? {
             *across = Input::Texture(y);
         }
         Ok(true)

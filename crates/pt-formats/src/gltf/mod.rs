@@ -46,14 +46,14 @@ use accessor::Accessors;
 use animation::Pose;
 use buffer::Buffers;
 use item::Item;
-use material::{Made, Values};
+use material::{MaterialIndices, MeshAttributes};
 use pt_math::DAffine3;
 use pt_scene::{Mesh, Points, Scene, Warning};
-use texture::Images;
+use texture::ImageCache;
 pub(super) use write::encode;
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 
 /// Supported extensions, including those that a material reports as approximated.
@@ -85,21 +85,25 @@ const EXTENSIONS: [&str; 24] = [
 ];
 
 /// Parses a scene.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let (mut json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
     let warnings = context.ok_or_report(check(&root))?.unwrap_or_default();
     let mut buffers = Buffers::read(&root, binary, path, context)?;
     compressed::decode(&mut json, &mut buffers, path, context)?;
     let root = Item::root(&json, path)?;
-    let mut reader = Reader {
+    let mut reader = GltfReader {
         file: path,
         context,
         accessors: Accessors::new(root.clone(), &buffers),
         buffers: &buffers,
         root,
         scene: Scene { warnings, ..Scene::default() },
-        images: Images::default(),
+        images: ImageCache::default(),
         uv_set: None,
         materials: HashMap::new(),
         mirrored: HashMap::new(),
@@ -117,18 +121,18 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 }
 
 /// State of the reader of a file.
-struct Reader<'a> {
+struct GltfReader<'a> {
     file: &'a Path,
-    context: &'a Context,
+    context: &'a LoadContext,
     root: Item<'a>,
     buffers: &'a Buffers<'a>,
     accessors: Accessors<'a>,
     scene: Scene,
-    images: Images,
+    images: ImageCache,
     /// Texture coordinate set of the material that is being read.
     uv_set: Option<usize>,
     /// Materials by index and mesh attributes that they use.
-    materials: HashMap<(Option<usize>, Values), Made>,
+    materials: HashMap<(Option<usize>, MeshAttributes), MaterialIndices>,
     /// Index of the mirrored material of each material with a normal map or anisotropy, and vice
     /// versa.
     mirrored: HashMap<u32, u32>,
@@ -148,7 +152,7 @@ struct Reader<'a> {
     warned: HashSet<String>,
 }
 
-impl Reader<'_> {
+impl GltfReader<'_> {
     fn warn(&mut self, item: &Item<'_>, message: impl Into<String>) {
         let warning = Warning { at: item.span(), message: message.into() };
         // Nodes that share a mesh repeat its warnings.

@@ -6,14 +6,14 @@ use pt_math::DAffine3;
 use pt_scene::medium::Sides;
 use pt_scene::{Geometry, Material, Mesh, Object, shapes};
 
-use super::Reader;
+use super::GltfReader;
 use super::animation::Pose;
 use super::item::Item;
-use super::material::{Layout, Values};
+use super::material::{MaterialLayout, MeshAttributes};
 use super::mesh::Form;
 use crate::LoadError;
 use crate::gltf::transform::{affine, composed, quaternion};
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::placeholder;
 
 /// Maximum number of primitives, counted once per instance. Short files can request any number:
@@ -24,14 +24,14 @@ const MAX_OBJECTS: usize = 1_000_000;
 const MAX_TARGETS: usize = 1024;
 
 /// Nodes of a scene, each of which occurs once.
-struct Placed {
+struct PlacedNodes {
     /// Node indices in the order of the file, parents before children.
     order: Vec<usize>,
     /// Transform to the world by node index; `None` if the node is not part of the scene.
     to_world: Vec<Option<DAffine3>>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Reads the cameras, lights and meshes of all nodes of the scene.
     pub(super) fn nodes(&mut self) -> Result<(), LoadError> {
         self.poses = self.read_poses()?;
@@ -50,7 +50,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Computes the transforms of all nodes of the scene.
-    fn placed(&self) -> Result<Placed, LoadError> {
+    fn placed(&self) -> Result<PlacedNodes, LoadError> {
         let count = self.root.count("nodes")?;
         let mut to_world = vec![None; count];
         let (mut order, mut next) = (Vec::new(), Vec::new());
@@ -79,7 +79,7 @@ impl<'a> Reader<'a> {
                 children.into_iter().rev().map(|child| (child, here, node.clone(), "children")),
             );
         }
-        Ok(Placed { order, to_world })
+        Ok(PlacedNodes { order, to_world })
     }
 
     /// Returns the root nodes and the items that refer to them: the roots of the default scene, or
@@ -120,7 +120,7 @@ impl<'a> Reader<'a> {
         (number, node): (usize, &Item<'a>),
         index: usize,
         to_world: DAffine3,
-        placed: &Placed,
+        placed: &PlacedNodes,
     ) -> Result<(), LoadError> {
         let mesh = self.root.member("meshes", index, node, "mesh")?;
         let joints = match node.whole("skin")? {
@@ -143,13 +143,13 @@ impl<'a> Reader<'a> {
         let most = self.context.limits().shapes(MAX_OBJECTS);
         if self.shown > most {
             let message = format!("the scene shows more than {most} primitives");
-            return Err(Context::exceeded(node.span(), message));
+            return Err(LoadContext::exceeded(node.span(), message));
         }
         let is_mirrored = |place: &DAffine3| place.matrix3.determinant() < 0.0;
         let form = Form {
             weights: &weights,
             joints: joints.as_ref().map(|joints| joints.as_slice()),
-            layout: Layout::default(),
+            layout: MaterialLayout::default(),
             is_mirrored: places.iter().any(is_mirrored),
         };
         for (i, primitive) in mesh.children("primitives")?.iter().enumerate() {
@@ -209,10 +209,10 @@ impl<'a> Reader<'a> {
             shape
         };
         let Some(shape) = shape else { return Ok(Vec::new()) };
-        let values = Values {
+        let values = MeshAttributes {
             colors: shape.colors.is_some(),
-            tangents: shape.attributes.faces.contains_key(Values::TANGENTS),
-            opacities: shape.attributes.vertices.contains_key(Values::OPACITIES),
+            tangents: shape.attributes.faces.contains_key(MeshAttributes::TANGENTS),
+            opacities: shape.attributes.vertices.contains_key(MeshAttributes::OPACITIES),
         };
         let made = self.material(index, described.as_ref(), values)?;
         let mut materials = vec![Some(made.material)];
@@ -304,7 +304,7 @@ impl<'a> Reader<'a> {
         &mut self,
         node: &Item<'a>,
         index: usize,
-        placed: &Placed,
+        placed: &PlacedNodes,
     ) -> Result<Arc<Vec<DAffine3>>, LoadError> {
         if let Some(known) = self.joints.get(&index) {
             return Ok(Arc::clone(known));

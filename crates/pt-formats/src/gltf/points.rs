@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pt_scene::{Geometry, Object, Points};
 
 use super::item::Item;
-use super::material::Values;
+use super::material::MeshAttributes;
 use super::mesh::{Form, check_finite};
-use super::{Reader, deform};
+use super::{GltfReader, deform};
 use crate::LoadError;
 
 /// Modes of primitives: points, line lists, line loops and line strips.
@@ -16,7 +16,7 @@ const LINES: usize = 1;
 const LINE_LOOP: usize = 2;
 const LINE_STRIP: usize = 3;
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Returns true if a primitive consists of points or lines.
     pub(super) fn is_of_points(primitive: &Item<'a>) -> Result<bool, LoadError> {
         Ok(primitive.whole("mode")?.is_some_and(|mode| mode <= LINE_STRIP))
@@ -45,7 +45,8 @@ impl<'a> Reader<'a> {
         let described = index
             .map(|index| self.root.member("materials", index, primitive, "material"))
             .transpose()?;
-        let values = Values { colors: points.colors.is_some(), tangents: false, opacities: false };
+        let values =
+            MeshAttributes { colors: points.colors.is_some(), tangents: false, opacities: false };
         let layout = Self::layout(described.as_ref())?;
         let made = if layout.uv_set.is_none() {
             self.material(index, described.as_ref(), values)?

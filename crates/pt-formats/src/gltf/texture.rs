@@ -14,9 +14,9 @@ use pt_scene::texture::{
 };
 
 use super::item::Item;
-use super::{Reader, buffer};
+use super::{GltfReader, buffer};
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::placeholder;
 use crate::shared::prefetch::Prefetcher;
 
@@ -28,7 +28,7 @@ const NORMALS: [&str; 2] = ["normalTexture", "clearcoatNormalTexture"];
 
 /// Channels of an image, and their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Content {
+pub(super) enum TextureUsage {
     /// Colours in sRGB.
     Colors,
     /// One channel, 0 to 2, as stored.
@@ -50,16 +50,16 @@ pub(super) enum Content {
 
 /// Cache of images.
 #[derive(Default)]
-pub(super) struct Images {
+pub(super) struct ImageCache {
     /// Decoded images by index.
     stored: HashMap<usize, Result<Arc<Decoded>, String>>,
-    ahead: Prefetcher<usize, Result<Picture, String>>,
-    made: HashMap<(usize, Content), Arc<Image>>,
+    ahead: Prefetcher<usize, Result<GltfImage, String>>,
+    made: HashMap<(usize, TextureUsage), Arc<Image>>,
     texels: usize,
 }
 
 /// Decoded image file.
-struct Picture {
+struct GltfImage {
     /// File name with the extension of the format.
     name: &'static str,
     /// Size of the file in bytes.
@@ -67,9 +67,9 @@ struct Picture {
     decoded: Result<Decoded, ImageError>,
 }
 
-impl Picture {
+impl GltfImage {
     /// If it is none of the formats of glTF.
-    fn of(bytes: &[u8], context: &Context) -> Result<Self, String> {
+    fn of(bytes: &[u8], context: &LoadContext) -> Result<Self, String> {
         let name = match bytes {
             [0x89, b'P', b'N', b'G', ..] => "image.png",
             [0xFF, 0xD8, ..] => "image.jpg",
@@ -85,7 +85,7 @@ impl Picture {
     }
 }
 
-impl Images {
+impl ImageCache {
     /// Counts texels against the limit.
     fn count(&mut self, texels: usize) -> Result<(), String> {
         self.texels = self.texels.saturating_add(texels);
@@ -96,7 +96,7 @@ impl Images {
     }
 }
 
-impl<'a> Reader<'a> {
+impl<'a> GltfReader<'a> {
     /// Returns the texture to which a field of a material refers; `None` if there is none. A
     /// missing image is reported and replaced by a placeholder, which is noted in the context for
     /// the material.
@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
         &mut self,
         from: &Item<'a>,
         field: &str,
-        content: Content,
+        content: TextureUsage,
     ) -> Result<Option<Arc<Texture>>, LoadError> {
         let Some(info) = from.child(field)? else { return Ok(None) };
         let texture = self.root.member("textures", info.needed("index")?, &info, "index")?;
@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
             }
         };
         let (wrap, mut filter) = self.sampler(&texture)?;
-        if matches!(content, Content::Normals { .. }) && filter == Filter::Trilinear {
+        if matches!(content, TextureUsage::Normals { .. }) && filter == Filter::Trilinear {
             filter = Filter::Bilinear;
         }
         let to_pattern = placement(&info)?;
@@ -152,7 +152,7 @@ impl<'a> Reader<'a> {
         &mut self,
         index: usize,
         described: &Item<'a>,
-        content: Content,
+        content: TextureUsage,
     ) -> Result<Arc<Image>, String> {
         if let Some(known) = self.images.made.get(&(index, content)) {
             return Ok(Arc::clone(known));
@@ -181,11 +181,12 @@ impl<'a> Reader<'a> {
             self.bytes(&found.map_err(|error| error.to_string())?)
         };
         let context = self.context;
-        let ahead = self.images.ahead.get(&index, bytes, |bytes| Picture::of(&bytes?, context))?;
+        let ahead =
+            self.images.ahead.get(&index, bytes, |bytes| GltfImage::of(&bytes?, context))?;
         // There may not be enough memory for several images at a time.
         let alone =
-            if ahead.decoded.is_err() { Picture::of(&bytes(&index)?, context)? } else { ahead };
-        let Picture { name, bytes, decoded } = alone;
+            if ahead.decoded.is_err() { GltfImage::of(&bytes(&index)?, context)? } else { ahead };
+        let GltfImage { name, bytes, decoded } = alone;
         // Images that fail late cost time as well.
         self.images.count(bytes)?;
         let decoded = self.context.check_picture(decoded, Path::new(name))?;
@@ -274,20 +275,20 @@ pub(super) fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
 }
 
 /// Extracts the requested channels of an image.
-pub(super) fn part(stored: &Decoded, content: Content) -> Image {
+pub(super) fn part(stored: &Decoded, content: TextureUsage) -> Image {
     let Decoded { image: Image { width, height, pixels }, alpha, .. } = stored;
     let opacity = |i: usize| alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
     let texels = pixels.iter().enumerate();
     let pixels = match content {
-        Content::Colors => linear(pixels),
-        Content::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
-        Content::Opposite(c) => pixels.iter().map(|pixel| [1.0 - pixel[c]; 3]).collect(),
-        Content::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
-        Content::Mask(least) => {
+        TextureUsage::Colors => linear(pixels),
+        TextureUsage::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
+        TextureUsage::Opposite(c) => pixels.iter().map(|pixel| [1.0 - pixel[c]; 3]).collect(),
+        TextureUsage::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
+        TextureUsage::Mask(least) => {
             let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));
             texels.map(|(i, _)| [is_there(i); 3]).collect()
         }
-        Content::Normals { scale, is_mirrored } => {
+        TextureUsage::Normals { scale, is_mirrored } => {
             let along_u = f32::from_bits(scale);
             let along_v = if is_mirrored { -along_u } else { along_u };
             pixels.iter().map(|pixel| steeper(*pixel, [along_u, along_v])).collect()

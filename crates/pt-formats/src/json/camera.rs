@@ -9,12 +9,12 @@ use pt_scene::{Aperture, Camera, Fit, Geometry, Meter, Motion, Placement, Projec
 use serde_json::{Value, json};
 
 use super::codec::{JsonCodec, Plain, StructCodec, json_struct, json_unit_enum, put};
-use super::context::{JsonReader, JsonWriter, Tables};
-use super::node::{Keys, Node, TYPE};
+use super::context::{EntryTables, JsonReader, JsonWriter};
+use super::node::{JsonNode, ObjectKeys, TYPE};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, PerhapsInfinite};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Numbered, Shared};
+use super::shared::{Numbered, TableEntry};
 use crate::LoadError;
 
 json_struct! {
@@ -55,7 +55,7 @@ json_unit_enum! { Quantity { Irradiance, Radiance } }
 
 json_unit_enum! { Fit { Whole, Width, Height } }
 
-json_unit_enum! { Placement { Node, Course, Fit } }
+json_unit_enum! { Placement { JsonNode, Course, Fit } }
 
 json_struct! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
 
@@ -65,7 +65,7 @@ const PROJECTIONS: [&str; 3] = ["perspective", "orthographic", "panorama"];
 impl StructCodec for Projection {
     const IS_TAGGED: bool = true;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let tag = keys.tag()?;
         let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
         match name {
@@ -126,7 +126,7 @@ impl StructCodec for Projection {
 /// Reads a horizontal and a vertical size, one of which may be missing: it is `other` of the given
 /// one and the aspect ratio of the image.
 fn sizes(
-    keys: &mut Keys<'_>,
+    keys: &mut ObjectKeys<'_>,
     [x, y]: [&'static str; 2],
     cx: &JsonReader<'_>,
     other: impl Fn(f64, f64) -> f64,
@@ -144,7 +144,7 @@ fn sizes(
 json_struct! { Key { time: ANY, to_world: Plain => DAffine3::IDENTITY } }
 
 impl JsonCodec for Motion {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let keys = Vec::read(node, cx)?;
         Self::new(keys).map_err(|e| node.error(format!("key {}: {}", e.key, e.message)))
     }
@@ -159,14 +159,14 @@ impl JsonCodec for Motion {
     }
 }
 
-impl Shared for Motion {
+impl TableEntry for Motion {
     const TABLE: (&'static str, &'static str) = ("motions", "motion");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.motions
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         Self::read(node, cx).map(Arc::new)
     }
 

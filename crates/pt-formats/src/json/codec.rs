@@ -9,7 +9,7 @@
 mod expansion;
 
 use super::context::{JsonReader, JsonWriter};
-use super::node::{Keys, Node};
+use super::node::{JsonNode, ObjectKeys};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use crate::LoadError;
@@ -21,12 +21,12 @@ pub(super) trait FieldCodec<T> {
     /// True if the field is required unless it has a default.
     const IS_NEEDED: bool = true;
 
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError>;
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError>;
     fn write(&self, value: &T, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(&self, schemas: &mut Schemas) -> serde_json::Value;
 
     /// Returns the value for an object without the field, if the field has no default.
-    fn missing(&self, _object: &Node<'_>, _cx: &JsonReader<'_>) -> Option<T> {
+    fn missing(&self, _object: &JsonNode<'_>, _cx: &JsonReader<'_>) -> Option<T> {
         None
     }
 
@@ -38,7 +38,7 @@ pub(super) trait FieldCodec<T> {
 
 /// Types with a single representation.
 pub(super) trait JsonCodec: Sized {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
     fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema(schemas: &mut Schemas) -> serde_json::Value;
 }
@@ -47,7 +47,7 @@ pub(super) trait JsonCodec: Sized {
 pub(super) struct Plain;
 
 impl<T: JsonCodec> FieldCodec<T> for Plain {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<T, LoadError> {
         T::read(node, cx)
     }
 
@@ -65,14 +65,14 @@ pub(super) trait StructCodec: Sized {
     /// True if a string represents an object with only that value as its "type".
     const IS_TAGGED: bool = false;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError>;
     fn write_fields(&self, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String>;
     /// Returns the possible keys: one set, or alternative sets.
     fn properties(schemas: &mut Schemas) -> Vec<Properties>;
 }
 
 impl<T: StructCodec> JsonCodec for T {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let is_word = T::IS_TAGGED && node.text().is_some();
         let mut keys = if is_word { node.word() } else { node.keys()? };
         let read = T::read_fields(&mut keys, cx)?;
@@ -97,7 +97,7 @@ impl<T: StructCodec> JsonCodec for T {
     }
 }
 
-impl Keys<'_> {
+impl ObjectKeys<'_> {
     /// Reads the value of a key, or returns the default; without a default, the key is required.
     pub(super) fn read<T, K: FieldCodec<T>>(
         &mut self,
@@ -142,7 +142,7 @@ impl Properties {
 impl<T: StructCodec> StructCodec for Box<T> {
     const IS_TAGGED: bool = T::IS_TAGGED;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         T::read_fields(keys, cx).map(Box::new)
     }
 
@@ -209,7 +209,7 @@ macro_rules! json_struct {
             const IS_TAGGED: bool = false $(|| <$flat_type as $crate::json::codec::StructCodec>::IS_TAGGED)?;
 
             fn read_fields(
-                keys: &mut $crate::json::node::Keys<'_>,
+                keys: &mut $crate::json::node::ObjectKeys<'_>,
                 cx: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 let _ = (&keys, &cx);
@@ -276,7 +276,7 @@ macro_rules! json_enum {
             const IS_TAGGED: bool = true;
 
             fn read_fields(
-                keys: &mut $crate::json::node::Keys<'_>,
+                keys: &mut $crate::json::node::ObjectKeys<'_>,
                 cx: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 use $crate::json::codec::{read_variant, snake}; use $crate::json::former_names::current_type;
@@ -429,7 +429,7 @@ macro_rules! json_unit_enum {
     ($type:ident { $($variant:ident),* $(,)? }) => {
         impl $crate::json::codec::JsonCodec for $type {
             fn read(
-                node: &$crate::json::node::Node<'_>,
+                node: &$crate::json::node::JsonNode<'_>,
                 _: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 use $crate::json::codec::{snake}; use $crate::json::former_names::current_type;

@@ -10,31 +10,31 @@ use pt_scene::medium::Grid;
 use pt_scene::{IesProfile, Mesh, Motion, Points, Texture};
 
 use crate::error::LoadError;
-use crate::json::node::Node;
+use crate::json::node::JsonNode;
 use crate::json::printer::{Entries, Out};
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 /// State of reading a file.
 pub(super) struct JsonReader<'a> {
     /// Folder to which paths are relative.
     pub(super) folder: &'a Path,
-    pub(super) context: &'a Context,
+    pub(super) context: &'a LoadContext,
     /// Name of the table entry that is read, which is the default of its own name.
     pub(super) key: String,
     /// Aspect ratio of the image, for cameras with one angle.
     pub(super) aspect: f64,
     pub(super) materials: HashMap<String, u32>,
     pub(super) media: HashMap<String, u32>,
-    pub(super) tables: Tables,
+    pub(super) tables: EntryTables,
     /// Files that were read, by type.
-    pub(super) files: Files,
+    pub(super) files: FileCache,
     /// Table entries with an error or a missing file, by the names of table and entry.
     pub(super) failed: HashSet<(&'static str, String)>,
 }
 
 /// Entries of each table.
 #[derive(Default)]
-pub(super) struct Tables {
+pub(super) struct EntryTables {
     pub(super) meshes: HashMap<String, Arc<Mesh>>,
     pub(super) points: HashMap<String, Arc<Points>>,
     pub(super) images: HashMap<String, Arc<Image>>,
@@ -47,7 +47,7 @@ pub(super) struct Tables {
 
 /// Contents of files, so that each file is read once per use.
 #[derive(Default)]
-pub(super) struct Files {
+pub(super) struct FileCache {
     pub(super) meshes: HashMap<(PathBuf, String), Arc<Mesh>>,
     pub(super) points: HashMap<PathBuf, Arc<Points>>,
     pub(super) images: HashMap<(PathBuf, bool), Arc<Image>>,
@@ -58,7 +58,7 @@ pub(super) struct Files {
 }
 
 impl<'a> JsonReader<'a> {
-    pub(super) fn new(folder: &'a Path, context: &'a Context) -> Self {
+    pub(super) fn new(folder: &'a Path, context: &'a LoadContext) -> Self {
         Self {
             folder,
             context,
@@ -66,8 +66,8 @@ impl<'a> JsonReader<'a> {
             aspect: 1.0,
             materials: HashMap::new(),
             media: HashMap::new(),
-            tables: Tables::default(),
-            files: Files::default(),
+            tables: EntryTables::default(),
+            files: FileCache::default(),
             failed: HashSet::new(),
         }
     }
@@ -81,7 +81,7 @@ impl<'a> JsonReader<'a> {
     /// entries.
     pub(super) fn unknown<T>(
         &self,
-        node: &Node<'_>,
+        node: &JsonNode<'_>,
         (table, what): (&'static str, &str),
         name: &str,
         known: &HashMap<String, T>,
@@ -93,7 +93,7 @@ impl<'a> JsonReader<'a> {
     }
 
     /// Reads a file to which the scene refers.
-    pub(super) fn read(&self, path: &Path, node: &Node<'_>) -> Result<Vec<u8>, LoadError> {
+    pub(super) fn read(&self, path: &Path, node: &JsonNode<'_>) -> Result<Vec<u8>, LoadError> {
         self.context.read(path).map_err(|message| node.error(message))
     }
 
@@ -101,7 +101,7 @@ impl<'a> JsonReader<'a> {
     ///
     /// # Errors
     /// Returns an error if it exceeds the maximum of a scene.
-    pub(super) fn account(&mut self, bytes: usize, node: &Node<'_>) -> Result<(), LoadError> {
+    pub(super) fn account(&mut self, bytes: usize, node: &JsonNode<'_>) -> Result<(), LoadError> {
         const MAX_BYTES: u64 = 1 << 35;
         self.files.bytes = self.files.bytes.saturating_add(bytes as u64);
         if self.files.bytes <= MAX_BYTES {
@@ -111,7 +111,7 @@ impl<'a> JsonReader<'a> {
     }
 
     /// Returns the path of a file to which the scene refers.
-    pub(super) fn path(&self, node: &Node<'_>) -> Result<PathBuf, LoadError> {
+    pub(super) fn path(&self, node: &JsonNode<'_>) -> Result<PathBuf, LoadError> {
         let name = node.text().filter(|name| !name.is_empty());
         Ok(self.folder.join(name.ok_or_else(|| node.unexpected("the path of a file"))?))
     }

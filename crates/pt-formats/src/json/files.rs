@@ -14,12 +14,12 @@ use serde_json::{Value, json};
 
 use super::super::{measured, vol};
 use super::codec::JsonCodec;
-use super::context::{JsonReader, JsonWriter, Tables};
-use super::node::Node;
+use super::context::{EntryTables, JsonReader, JsonWriter};
+use super::node::JsonNode;
 use super::number::{ANY, numbers, vector_schema};
 use super::printer::Out;
 use super::schema::{Properties, Schemas};
-use super::shared::Shared;
+use super::shared::TableEntry;
 use crate::LoadError;
 use crate::shared::context::Unusable;
 use crate::shared::placeholder;
@@ -28,14 +28,14 @@ use crate::shared::placeholder;
 pub(super) const MAX_INLINE: usize = 300;
 
 /// `{"file": "a.png", "raw": true}`.
-impl Shared for Image {
+impl TableEntry for Image {
     const TABLE: (&'static str, &'static str) = ("images", "image");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.images
     }
 
-    fn look_ahead(entries: &[(&str, Node<'_>)], cx: &JsonReader<'_>) {
+    fn look_ahead(entries: &[(&str, JsonNode<'_>)], cx: &JsonReader<'_>) {
         cx.context.expect_pictures(entries.iter().filter_map(|(_, node)| {
             let entry = node.value().as_object()?;
             let is_raw = entry.get_boolean("raw").is_some_and(|raw| raw.value);
@@ -44,7 +44,7 @@ impl Shared for Image {
         }));
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         let is_raw = keys.take("raw").map_or(Ok(false), |raw| bool::read(&raw, cx))?;
@@ -84,14 +84,14 @@ impl Shared for Image {
 }
 
 /// `{"file": "a.vol"}`, or `{"resolution": [x, y, z], "channels": 1, "values": […]}`.
-impl Shared for Grid {
+impl TableEntry for Grid {
     const TABLE: (&'static str, &'static str) = ("grids", "grid");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.grids
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let Some(file) = keys.take("file") else {
             let resolution = keys.take("resolution");
@@ -145,10 +145,10 @@ impl Shared for Grid {
 }
 
 fn inline_grid(
-    node: &Node<'_>,
-    resolution: &Node<'_>,
+    node: &JsonNode<'_>,
+    resolution: &JsonNode<'_>,
     channels: u32,
-    values: &Node<'_>,
+    values: &JsonNode<'_>,
     cx: &mut JsonReader<'_>,
 ) -> Result<Grid, LoadError> {
     let resolution = <[u32; 3]>::read(resolution, cx)?;
@@ -171,14 +171,14 @@ fn inline_grid(
 }
 
 /// `{"file": "a.ies"}`.
-impl Shared for IesProfile {
+impl TableEntry for IesProfile {
     const TABLE: (&'static str, &'static str) = ("profiles", "profile");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.profiles
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         keys.finish()?;
@@ -207,14 +207,14 @@ impl Shared for IesProfile {
 }
 
 /// `{"file": "a.bsdf"}`.
-impl Shared for Measurements {
+impl TableEntry for Measurements {
     const TABLE: (&'static str, &'static str) = ("measurements", "measurement");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.measurements
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
         keys.finish()?;

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
 use super::context::{JsonReader, JsonWriter};
 use super::medium::Here;
-use super::node::Node;
+use super::node::JsonNode;
 use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE, numbers, vector, vector_schema};
 use super::printer::Out;
 use super::schema::Schemas;
@@ -19,8 +19,8 @@ json_struct! { Light { name: Plain => String::new(), to_world: Plain => DAffine3
 json_enum! {
     LightKind {
         Hemisphere { radiance: FROM_0 },
-        Constant { radiance: FROM_0, portal: Corners },
-        Environment { image: Plain, scale: FROM_0 => 1.0, rows: Plain => Rows::default(), portal: Corners },
+        Constant { radiance: FROM_0, portal: PortalCorners },
+        Environment { image: Plain, scale: FROM_0 => 1.0, rows: Plain => Rows::default(), portal: PortalCorners },
         Directional { irradiance: FROM_0 },
         DistantDisk { irradiance: FROM_0, angular_radius: HALF_ANGLE => 0.2679 },
         Point { intensity: FROM_0 },
@@ -38,12 +38,16 @@ json_enum! {
 json_unit_enum! { Rows { PixelCenters, EndpointsAtPoles } }
 
 /// Codec of the corners of a portal, which are omitted if there is none.
-struct Corners;
+struct PortalCorners;
 
-impl FieldCodec<Option<Portal>> for Corners {
+impl FieldCodec<Option<Portal>> for PortalCorners {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Option<Portal>, LoadError> {
+    fn read(
+        &self,
+        node: &JsonNode<'_>,
+        _: &mut JsonReader<'_>,
+    ) -> Result<Option<Portal>, LoadError> {
         const EXPECTED: &str = "the four corners of a rectangle, each a list of 3 numbers";
         let corners = node.list(EXPECTED)?;
         let corners = corners.iter().map(|corner| vector(corner, &ANY, "a list of 3 numbers"));
@@ -63,7 +67,7 @@ impl FieldCodec<Option<Portal>> for Corners {
         vector_schema(&FieldCodec::<[f64; 3]>::schema(&Each(ANY), schemas), 4)
     }
 
-    fn missing(&self, _: &Node<'_>, _: &JsonReader<'_>) -> Option<Option<Portal>> {
+    fn missing(&self, _: &JsonNode<'_>, _: &JsonReader<'_>) -> Option<Option<Portal>> {
         Some(None)
     }
 

@@ -21,18 +21,18 @@ use serde_json::{Value, json};
 use super::codec::{
     FieldCodec, JsonCodec, Plain, StructCodec, json_enum, json_struct, json_unit_enum, put,
 };
-use super::context::{JsonReader, JsonWriter, Tables};
-use super::node::{Keys, Node};
+use super::context::{EntryTables, JsonReader, JsonWriter};
+use super::node::{JsonNode, ObjectKeys};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::{Name, Shared};
+use super::shared::{EntryName, TableEntry};
 use super::transform::{OfTexture, ToTexture};
 use crate::LoadError;
 
 json_struct! {
     Material {
-        name: Name,
+        name: EntryName,
         emission: FROM_0 => [0.0; 3].into(),
         hidden_emission: Plain => false,
         opacity: SHARE => 1.0.into(),
@@ -220,7 +220,7 @@ json_struct! {
 json_unit_enum! { Averted { Bent, Turned, Black } }
 
 impl StructCodec for Black {
-    fn read_fields(_: &mut Keys<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(_: &mut ObjectKeys<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         Ok(Self)
     }
 
@@ -238,7 +238,7 @@ json_unit_enum! { Masking { Correlated, Separable } }
 
 /// `{"alpha": 0.1}`, or a list of two numbers, along u and along v.
 impl StructCodec for Roughness {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let one = keys.take("alpha").map(|node| ABOVE_0.read(&node, cx)).transpose()?;
         let alpha: [Scalar; 2] = match one {
             Some(alpha) => [Scalar::clone(&alpha), alpha],
@@ -297,7 +297,7 @@ impl StructCodec for Roughness {
 /// A colour as `reflectance`, an absorption as `absorption`, or concentrations as `eumelanin` and
 /// `pheomelanin`; by default, that of brown hair.
 impl StructCodec for Pigment {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS.map(|key| keys.take(key));
         let melanin = eumelanin.is_some() || pheomelanin.is_some();
         let given = [reflectance.is_some(), absorption.is_some(), melanin];
@@ -315,7 +315,7 @@ impl StructCodec for Pigment {
         if !melanin {
             return Ok(Hair::default().pigment);
         }
-        let number = |node: Option<Node<'_>>| node.map_or(Ok(0.0), |node| FROM_0.number(&node));
+        let number = |node: Option<JsonNode<'_>>| node.map_or(Ok(0.0), |node| FROM_0.number(&node));
         Ok(Self::Melanin([number(eumelanin)?, number(pheomelanin)?]))
     }
 
@@ -350,7 +350,7 @@ const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomela
 /// A texture as a `normal_map`, perhaps with the directions `along` of its frame, as a
 /// `turned_normal_map`, or as a `height_map` with its `height`.
 impl StructCodec for NormalOrBump {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {
             let normals = Arc::read(&normals, cx)?;
             return Ok(match keys.take("along") {
@@ -444,7 +444,7 @@ json_unit_enum! { Edge { Repeat, Mirror, Clamp, Black } }
 
 /// A name for both directions, or a list of one for u and one for v.
 impl JsonCodec for Wrap {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.text().is_some() {
             return Edge::read(node, cx).map(Self::both);
         }
@@ -465,14 +465,14 @@ impl JsonCodec for Wrap {
 }
 json_unit_enum! { Filter { Bilinear, Nearest, Trilinear } }
 
-impl Shared for Texture {
+impl TableEntry for Texture {
     const TABLE: (&'static str, &'static str) = ("textures", "texture");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.textures
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         const MAX_PARTS: usize = 1000;
         let texture = Self::read(node, cx)?;
         // Nested products of the same texture would grow without bound.

@@ -9,14 +9,14 @@ use pt_scene::{Medium, Span};
 
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
 use super::context::{JsonReader, JsonWriter};
-use super::node::Node;
+use super::node::JsonNode;
 use super::number::{ABOVE_0, ANY, Each, FROM_0, SHARE};
 use super::printer::Out;
 use super::schema::Schemas;
-use super::shared::{Name, Numbered};
+use super::shared::{EntryName, Numbered};
 use crate::LoadError;
 
-json_struct! { Medium { name: Name, phase: Plain => Phase::default(), at: Here } + matter: MediumProperties }
+json_struct! { Medium { name: EntryName, phase: Plain => Phase::default(), at: Here } + matter: MediumProperties }
 
 json_enum! {
     MediumProperties {
@@ -28,7 +28,7 @@ json_enum! {
 
 json_struct! {
     Heterogeneous {
-        extinction: Plain, scale: FROM_0 => 1.0, albedo: Albedo => Volume::Constant([0.0; 3]),
+        extinction: Plain, scale: FROM_0 => 1.0, albedo: AlbedoCodec => Volume::Constant([0.0; 3]),
         emission: EmissionCodec => MediumEmission::Constant([0.0; 3]),
     }
 }
@@ -54,10 +54,10 @@ json_struct! { PhaseBlend { first: Plain, second: Plain, amount: SHARE => 0.5 } 
 json_struct! { Sides { interior: Numbered::Medium => None, exterior: Numbered::Medium => None } }
 
 /// Codec of a colour or a grid.
-struct Albedo;
+struct AlbedoCodec;
 
-impl FieldCodec<Volume> for Albedo {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Volume, LoadError> {
+impl FieldCodec<Volume> for AlbedoCodec {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Volume, LoadError> {
         if node.value().as_object().is_some() {
             return Plain.read(node, cx).map(Volume::Grid);
         }
@@ -81,7 +81,11 @@ impl FieldCodec<Volume> for Albedo {
 struct EmissionCodec;
 
 impl FieldCodec<MediumEmission> for EmissionCodec {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<MediumEmission, LoadError> {
+    fn read(
+        &self,
+        node: &JsonNode<'_>,
+        cx: &mut JsonReader<'_>,
+    ) -> Result<MediumEmission, LoadError> {
         match node.value().as_object() {
             Some(keys) if keys.get("temperature").is_some() => {
                 Plain.read(node, cx).map(MediumEmission::BlackBody)
@@ -112,7 +116,7 @@ pub(super) struct Here;
 impl FieldCodec<Span> for Here {
     const IS_WRITTEN: bool = false;
 
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Span, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Span, LoadError> {
         Ok(node.span())
     }
 
@@ -124,7 +128,7 @@ impl FieldCodec<Span> for Here {
         serde_json::Value::Null
     }
 
-    fn missing(&self, object: &Node<'_>, _: &JsonReader<'_>) -> Option<Span> {
+    fn missing(&self, object: &JsonNode<'_>, _: &JsonReader<'_>) -> Option<Span> {
         Some(object.span())
     }
 }

@@ -15,36 +15,36 @@ use serde_json::{Value, json};
 use super::super::{obj, ply, serialized, stl};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::codec::JsonCodec;
-use super::context::{JsonReader, JsonWriter, Tables};
+use super::context::{EntryTables, JsonReader, JsonWriter};
 use super::files::MAX_INLINE;
-use super::node::{Keys, Node};
+use super::node::{JsonNode, ObjectKeys};
 use super::number::{ANY, numbers, vector, vector_schema};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::Shared;
+use super::shared::TableEntry;
 use crate::LoadError;
 use crate::shared::mesh_file;
 use crate::shared::names::quote;
 
 /// Constructor of a generated mesh.
-pub(super) type Maker = fn() -> Mesh;
+pub(super) type MeshGenerator = fn() -> Mesh;
 
 /// Generated meshes by name.
-pub(super) const SHAPES: [(&str, Maker); 4] =
+pub(super) const SHAPES: [(&str, MeshGenerator); 4] =
     [("rectangle", rectangle), ("cube", cube), ("disk", disk), ("cylinder", cylinder)];
 
 /// Prefixes of the names of attributes in such files.
 const VERTEX_PREFIX: &str = "vertex_attributes.";
 const FACE_PREFIX: &str = "face_attributes.";
 
-impl Shared for Mesh {
+impl TableEntry for Mesh {
     const TABLE: (&'static str, &'static str) = ("meshes", "mesh");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.meshes
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let name = keys.take("name").map(|name| String::read(&name, cx)).transpose()?;
         let name = name.or_else(|| Some(cx.key.clone()).filter(|key| !key.is_empty()));
@@ -77,7 +77,7 @@ impl Shared for Mesh {
             out.push(("name".to_owned(), Out::text(&self.name)));
         }
         let (bytes, key) = (to_bytes(self)?, cx.key.clone());
-        let is_shape = |make: Maker| {
+        let is_shape = |make: MeshGenerator| {
             let made = make();
             made.triangles.len() == self.triangles.len()
                 && to_bytes(&made).is_ok_and(|made| made == bytes)
@@ -149,7 +149,7 @@ fn count(mesh: &Mesh) -> usize {
 
 /// Returns a generated mesh, which is shared by all references without a name of their own.
 fn of_shape(
-    node: &Node<'_>,
+    node: &JsonNode<'_>,
     name: Option<String>,
     cx: &mut JsonReader<'_>,
 ) -> Result<Arc<Mesh>, LoadError> {
@@ -163,7 +163,7 @@ fn of_shape(
 /// See [`of_shape`].
 pub(super) fn shape_named(
     shape: &str,
-    make: Maker,
+    make: MeshGenerator,
     name: Option<String>,
     cx: &mut JsonReader<'_>,
 ) -> Arc<Mesh> {
@@ -176,7 +176,7 @@ pub(super) fn shape_named(
 
 /// Reads the mesh of a file.
 fn of_file(
-    node: &Node<'_>,
+    node: &JsonNode<'_>,
     group: u32,
     name: Option<String>,
     cx: &mut JsonReader<'_>,
@@ -209,7 +209,7 @@ fn of_file(
 /// Extensions of mesh files.
 const ENDINGS: [&str; 5] = [arrays::ENDING, "ply", "obj", "stl", "serialized"];
 
-fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh, LoadError> {
+fn parse(bytes: &[u8], path: &Path, group: u32, node: &JsonNode<'_>) -> Result<Mesh, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     match ending.as_str() {
         arrays::ENDING => {
@@ -296,7 +296,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
 
 // ---- inline -------------------------------------------------------------------------------------
 
-fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadError> {
+fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadError> {
     let Some((positions, triangles)) = keys.take("positions").zip(keys.take("triangles")) else {
         let message = "expected a \"file\", a \"shape\", or \"positions\" and \"triangles\"";
         return Err(keys.node.error(message));
@@ -330,14 +330,14 @@ fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, LoadErro
 }
 
 /// Reads named values.
-fn named_values(node: Option<Node<'_>>) -> Result<BTreeMap<String, Vec<[f32; 3]>>, LoadError> {
+fn named_values(node: Option<JsonNode<'_>>) -> Result<BTreeMap<String, Vec<[f32; 3]>>, LoadError> {
     let entries = node.map_or(Ok(Vec::new()), |node| node.entries())?;
-    let values = |(name, node): (&str, Node<'_>)| Ok((name.to_owned(), vectors(&node)?));
+    let values = |(name, node): (&str, JsonNode<'_>)| Ok((name.to_owned(), vectors(&node)?));
     entries.into_iter().map(values).collect()
 }
 
 fn attribute<const N: usize>(
-    keys: &mut Keys<'_>,
+    keys: &mut ObjectKeys<'_>,
     values: &'static str,
     corners: &'static str,
     cx: &mut JsonReader<'_>,
@@ -351,12 +351,12 @@ fn attribute<const N: usize>(
     }
 }
 
-pub(super) fn vectors<const N: usize>(node: &Node<'_>) -> Result<Vec<[f32; N]>, LoadError> {
+pub(super) fn vectors<const N: usize>(node: &JsonNode<'_>) -> Result<Vec<[f32; N]>, LoadError> {
     let expected = format!("{N} numbers");
     node.list("a list")?.iter().map(|item| vector(item, &ANY, &expected)).collect()
 }
 
-fn indices(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
+fn indices(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
     Vec::read(node, cx)
 }
 

@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use codec::{JsonCodec, Plain, put};
 use context::{JsonReader, JsonWriter, OutFile, Unique};
-use node::{Document, Keys, Node};
+use node::{JsonDocument, JsonNode, ObjectKeys};
 use number::ABOVE_0;
 use printer::{Entries, Out};
 use pt_scene::image::Image;
@@ -44,11 +44,11 @@ use pt_scene::{
 };
 use schema::{Properties, Schemas};
 use serde_json::{Value, json};
-use shared::{Shared, read_table};
+use shared::{TableEntry, read_table};
 
 use super::encoded::Encoded;
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 use crate::shared::text;
 
@@ -58,15 +58,19 @@ const VERSION: u32 = 1;
 const HEADER: &str = "pathtracer";
 
 /// Reads a scene.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let bytes = &*text::lines(bytes, path)?;
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
         crate::shared::mesh_file::error(path, line as u32, "the text is not in UTF-8")
     })?;
     let value = node::parse(text, path)?;
-    let document = Document::new(text, path);
-    let root = Node::root(&value, &document);
+    let document = JsonDocument::new(text, path);
+    let root = JsonNode::root(&value, &document);
     let mut keys = root.keys()?;
     check_version(&mut keys)?;
     keys.take("$schema"); // for editors
@@ -76,7 +80,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     Ok(scene)
 }
 
-fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
+fn check_version(keys: &mut ObjectKeys<'_>) -> Result<(), LoadError> {
     let Some(node) = keys.take(HEADER) else {
         let message = format!(
             "this is no scene of pathtracer, which begins with {{{}: {VERSION}",
@@ -95,7 +99,7 @@ fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
 }
 
 /// Reads everything except the version. Tables are read first, whatever their order in the file.
-fn scene(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadError> {
+fn scene(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadError> {
     let defaults = Scene::default();
     let settings: RenderHints = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
     if let Some([width, height]) = settings.resolution {
@@ -142,7 +146,7 @@ fn scene(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, LoadErro
 /// Reads the entries of a table whose order is significant, and their names.
 fn named<T: JsonCodec>(
     table: &'static str,
-    keys: &mut Keys<'_>,
+    keys: &mut ObjectKeys<'_>,
     cx: &mut JsonReader<'_>,
 ) -> Result<Vec<(String, T)>, LoadError> {
     let Some(node) = keys.take(table) else { return Ok(Vec::new()) };
@@ -161,7 +165,7 @@ fn named<T: JsonCodec>(
 /// Reads the items of a list, except those with an error or a missing mesh.
 fn list<T: JsonCodec>(
     key: &'static str,
-    keys: &mut Keys<'_>,
+    keys: &mut ObjectKeys<'_>,
     cx: &mut JsonReader<'_>,
 ) -> Result<Vec<T>, LoadError> {
     let Some(node) = keys.take(key) else { return Ok(Vec::new()) };

@@ -52,13 +52,13 @@ pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadErr
 }
 
 /// A text and its file.
-pub(super) struct Document<'a> {
+pub(super) struct JsonDocument<'a> {
     text: &'a str,
     file: &'a Path,
     map: SourceMap,
 }
 
-impl<'a> Document<'a> {
+impl<'a> JsonDocument<'a> {
     pub(super) fn new(text: &'a str, file: &'a Path) -> Self {
         Self { text, file, map: SourceMap::new(text) }
     }
@@ -72,21 +72,21 @@ impl<'a> Document<'a> {
 
 /// A value and its path in the file, such as `objects[2].material`.
 #[derive(Clone)]
-pub(super) struct Node<'a> {
+pub(super) struct JsonNode<'a> {
     value: &'a Value<'a>,
     path: String,
     depth: u32,
-    document: &'a Document<'a>,
+    document: &'a JsonDocument<'a>,
 }
 
-impl<'a> Node<'a> {
-    pub(super) fn root(value: &'a Value<'a>, document: &'a Document<'a>) -> Self {
+impl<'a> JsonNode<'a> {
+    pub(super) fn root(value: &'a Value<'a>, document: &'a JsonDocument<'a>) -> Self {
         Self { value, path: String::new(), depth: 0, document }
     }
 
     /// Returns the location, without a column.
     pub(super) fn span(&self) -> Span {
-        let Document { text, map, .. } = self.document;
+        let JsonDocument { text, map, .. } = self.document;
         let (line, _) = map.line_and_column(text, self.value.range().start);
         Span { file: self.document.file.to_owned(), line, column: 0, element: self.path.clone() }
     }
@@ -145,16 +145,16 @@ impl<'a> Node<'a> {
         properties.map(|p| Ok((p.name.as_str(), self.child(&p.value, self.path_of(p))?))).collect()
     }
 
-    /// Returns the object as [`Keys`].
-    pub(super) fn keys(&self) -> Result<Keys<'a>, LoadError> {
+    /// Returns the object as [`ObjectKeys`].
+    pub(super) fn keys(&self) -> Result<ObjectKeys<'a>, LoadError> {
         let entries = self.entries()?;
-        Ok(Keys { node: self.clone(), entries, known: Vec::new() })
+        Ok(ObjectKeys { node: self.clone(), entries, known: Vec::new() })
     }
 
     /// Returns the keys of an object with only this string as its "type".
-    pub(super) fn word(&self) -> Keys<'a> {
+    pub(super) fn word(&self) -> ObjectKeys<'a> {
         let entries = vec![(TYPE, self.clone())];
-        Keys { node: self.clone(), entries, known: Vec::new() }
+        ObjectKeys { node: self.clone(), entries, known: Vec::new() }
     }
 
     fn child(&self, value: &'a Value<'a>, path: String) -> Result<Self, LoadError> {
@@ -179,15 +179,15 @@ impl<'a> Node<'a> {
 pub(super) const TYPE: &str = "type";
 
 /// Keys of an object, and those that its reader requested.
-pub(super) struct Keys<'a> {
-    pub(super) node: Node<'a>,
-    pub(super) entries: Vec<(&'a str, Node<'a>)>,
+pub(super) struct ObjectKeys<'a> {
+    pub(super) node: JsonNode<'a>,
+    pub(super) entries: Vec<(&'a str, JsonNode<'a>)>,
     pub(super) known: Vec<&'static str>,
 }
 
-impl<'a> Keys<'a> {
+impl<'a> ObjectKeys<'a> {
     /// Returns the value of a key, which may have its former name, if it is there.
-    pub(super) fn take(&mut self, name: &'static str) -> Option<Node<'a>> {
+    pub(super) fn take(&mut self, name: &'static str) -> Option<JsonNode<'a>> {
         self.known.push(name);
         let value = |name| self.entries.iter().find(|(key, _)| *key == name).map(|(_, node)| node);
         if let Some(node) = value(name) {
@@ -200,7 +200,7 @@ impl<'a> Keys<'a> {
     }
 
     /// Returns the value of the key "type".
-    pub(super) fn tag(&mut self) -> Result<Node<'a>, LoadError> {
+    pub(super) fn tag(&mut self) -> Result<JsonNode<'a>, LoadError> {
         self.take(TYPE).ok_or_else(|| self.node.error(format!("its {} is missing", quote(TYPE))))
     }
 

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::codec::{FieldCodec, JsonCodec, Plain};
 use super::context::{JsonReader, JsonWriter};
-use super::node::Node;
+use super::node::JsonNode;
 use super::printer::Out;
 use super::schema::Schemas;
 use crate::LoadError;
@@ -63,7 +63,7 @@ impl Within {
     }
 
     /// Reads a number in the range.
-    pub(super) fn number<T: Real>(&self, node: &Node<'_>) -> Result<T, LoadError> {
+    pub(super) fn number<T: Real>(&self, node: &JsonNode<'_>) -> Result<T, LoadError> {
         let read = node.digits().and_then(T::of_digits);
         read.filter(|x| self.has((*x).into())).ok_or_else(|| node.unexpected(self.expected))
     }
@@ -111,7 +111,7 @@ pub(super) fn digits<T: Real>(x: T) -> Result<Out, String> {
 }
 
 impl FieldCodec<f32> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f32, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<f32, LoadError> {
         self.number(node)
     }
 
@@ -125,7 +125,7 @@ impl FieldCodec<f32> for Within {
 }
 
 impl FieldCodec<f64> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
         self.number(node)
     }
 
@@ -140,7 +140,7 @@ impl FieldCodec<f64> for Within {
 
 /// A colour; a single number is a grey.
 impl FieldCodec<[f32; 3]> for Within {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<[f32; 3], LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<[f32; 3], LoadError> {
         if node.digits().is_some() {
             return self.number(node).map(|grey| [grey; 3]);
         }
@@ -162,7 +162,7 @@ impl<T> FieldCodec<Input<T>> for Within
 where
     Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Input<T>, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Input<T>, LoadError> {
         if node.text().is_some() || node.value().as_object().is_some() {
             return Plain.read(node, cx).map(Input::Texture);
         }
@@ -186,7 +186,7 @@ where
 pub(super) struct Each(pub(super) Within);
 
 impl<T: Real, const N: usize> FieldCodec<[T; N]> for Each {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<[T; N], LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<[T; N], LoadError> {
         vector(node, &self.0, &format!("a list of {N} numbers"))
     }
 
@@ -200,7 +200,7 @@ impl<T: Real, const N: usize> FieldCodec<[T; N]> for Each {
 }
 
 impl FieldCodec<Vec<f32>> for Each {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Vec<f32>, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Vec<f32>, LoadError> {
         node.list("a list of numbers")?.iter().map(|item| self.0.number(item)).collect()
     }
 
@@ -215,7 +215,7 @@ impl FieldCodec<Vec<f32>> for Each {
 
 /// Reads a list of N numbers.
 pub(super) fn vector<T: Real, const N: usize>(
-    node: &Node<'_>,
+    node: &JsonNode<'_>,
     range: &Within,
     expected: &str,
 ) -> Result<[T; N], LoadError> {
@@ -239,7 +239,7 @@ pub(super) struct PerhapsInfinite;
 impl FieldCodec<f64> for PerhapsInfinite {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<f64, LoadError> {
         ABOVE_0.number(node)
     }
 
@@ -251,7 +251,7 @@ impl FieldCodec<f64> for PerhapsInfinite {
         ABOVE_0.schema()
     }
 
-    fn missing(&self, _: &Node<'_>, _: &JsonReader<'_>) -> Option<f64> {
+    fn missing(&self, _: &JsonNode<'_>, _: &JsonReader<'_>) -> Option<f64> {
         Some(f64::INFINITY)
     }
 
@@ -261,7 +261,7 @@ impl FieldCodec<f64> for PerhapsInfinite {
 }
 
 impl JsonCodec for u32 {
-    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let read = node.digits().and_then(|digits| digits.parse().ok());
         read.ok_or_else(|| node.unexpected("a whole number from 0 to 4294967295"))
     }
@@ -279,7 +279,7 @@ impl JsonCodec for u32 {
 pub(super) struct UpTo(pub(super) u32);
 
 impl FieldCodec<u32> for UpTo {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<u32, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<u32, LoadError> {
         let read = node.digits().and_then(|digits| digits.parse().ok());
         read.filter(|x| *x <= self.0)
             .ok_or_else(|| node.unexpected(&format!("a whole number from 0 to {}", self.0)))
@@ -295,7 +295,7 @@ impl FieldCodec<u32> for UpTo {
 }
 
 impl JsonCodec for bool {
-    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let flag = node.value().as_boolean_lit().map(|flag| flag.value);
         flag.ok_or_else(|| node.unexpected("true or false"))
     }
@@ -310,7 +310,7 @@ impl JsonCodec for bool {
 }
 
 impl JsonCodec for String {
-    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         node.text().map(str::to_owned).ok_or_else(|| node.unexpected("a text"))
     }
 
@@ -324,7 +324,7 @@ impl JsonCodec for String {
 }
 
 impl<T: JsonCodec> JsonCodec for Option<T> {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.value().as_null_keyword().is_some() {
             return Ok(None);
         }
@@ -341,7 +341,7 @@ impl<T: JsonCodec> JsonCodec for Option<T> {
 }
 
 impl<T: JsonCodec> JsonCodec for Vec<T> {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         node.list("a list […]")?.iter().map(|item| T::read(item, cx)).collect()
     }
 
@@ -357,7 +357,7 @@ impl<T: JsonCodec> JsonCodec for Vec<T> {
 }
 
 impl<T: JsonCodec, const N: usize> JsonCodec for [T; N] {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let wrong = || node.unexpected(&format!("a list of {N}"));
         Vec::read(node, cx)?.try_into().map_err(|_| wrong())
     }
@@ -378,7 +378,7 @@ impl<T> FieldCodec<[T; 2]> for Pair
 where
     Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<[T; 2], LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<[T; 2], LoadError> {
         match node.list("a list of two")?.as_slice() {
             [first, second] => Ok([self.0.read(first, cx)?, self.0.read(second, cx)?]),
             _ => Err(node.unexpected("a list of two")),
@@ -399,7 +399,7 @@ impl<T> FieldCodec<Box<[T; 2]>> for Pair
 where
     Within: FieldCodec<T>,
 {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Box<[T; 2]>, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Box<[T; 2]>, LoadError> {
         FieldCodec::<[T; 2]>::read(self, node, cx).map(Box::new)
     }
 

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::codec::{FieldCodec, JsonCodec, Plain, StructCodec, put};
 use super::context::{JsonReader, JsonWriter};
 use super::mesh::{SHAPES, shape_named};
-use super::node::{Keys, TYPE};
+use super::node::{ObjectKeys, TYPE};
 use super::number::{ABOVE_0, NOT_0};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
@@ -17,7 +17,7 @@ use super::shared::Numbered;
 use crate::LoadError;
 
 impl StructCodec for Object {
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let geometry = Geometry::read_fields(keys, cx)?;
         Ok(Self {
             name: keys.read("name", &Plain, Some(String::new()), cx)?,
@@ -55,7 +55,7 @@ impl StructCodec for Object {
 impl StructCodec for Geometry {
     const IS_TAGGED: bool = true;
 
-    fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read_fields(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let tag = keys.tag()?;
         let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
         match name {
@@ -124,7 +124,7 @@ fn slots(geometry: &Geometry) -> usize {
 
 /// Reads `material` for all slots, or `materials` for each.
 fn materials(
-    keys: &mut Keys<'_>,
+    keys: &mut ObjectKeys<'_>,
     slots: usize,
     cx: &mut JsonReader<'_>,
 ) -> Result<Vec<Option<u32>>, LoadError> {

@@ -10,26 +10,26 @@ use serde_json::{Value, json};
 use super::super::{obj, ply};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::codec::JsonCodec;
-use super::context::{JsonReader, JsonWriter, Tables};
+use super::context::{EntryTables, JsonReader, JsonWriter};
 use super::files::MAX_INLINE;
-use super::node::{Keys, Node};
+use super::node::{JsonNode, ObjectKeys};
 use super::number::{numbers, vector_schema};
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
-use super::shared::Shared;
+use super::shared::TableEntry;
 use crate::LoadError;
 use crate::shared::mesh_file;
 use crate::shared::names::quote;
 
 /// `{"file": "cloud.ply"}`, or `{"positions": […], "colors": […], "segments": […]}`.
-impl Shared for Points {
+impl TableEntry for Points {
     const TABLE: (&'static str, &'static str) = ("points", "points");
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>> {
         &mut tables.points
     }
 
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let name = keys.take("name").map(|name| String::read(&name, cx)).transpose()?;
         let name = name.or_else(|| Some(cx.key.clone()).filter(|key| !key.is_empty()));
@@ -94,7 +94,7 @@ impl Shared for Points {
 }
 
 /// Reads the points of a file, once per file.
-fn of_file(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, LoadError> {
+fn of_file(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, LoadError> {
     let path = cx.path(node)?;
     if let Some(known) = cx.files.points.get(&path) {
         return Ok(Arc::clone(known));
@@ -124,7 +124,7 @@ fn of_file(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, Load
     Ok(made)
 }
 
-fn inline(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, LoadError> {
+fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, LoadError> {
     let Some(positions) = keys.take("positions") else {
         return Err(keys.node.error("expected a \"file\", or \"positions\""));
     };

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::codec::{FieldCodec, Plain, json_enum, json_struct, json_unit_enum};
 use super::context::{JsonReader, JsonWriter};
-use super::node::Node;
+use super::node::JsonNode;
 use super::number::{ABOVE_0, SHARE};
 use super::printer::Out;
 use super::schema::Schemas;
@@ -94,7 +94,7 @@ json_enum! {
 struct OneOf(&'static str, &'static [&'static str]);
 
 impl OneOf {
-    fn name(&self, node: &Node<'_>) -> Result<&'static str, LoadError> {
+    fn name(&self, node: &JsonNode<'_>) -> Result<&'static str, LoadError> {
         let Self(what, names) = self;
         let name = node.text().ok_or_else(|| node.unexpected(&format!("the name of a {what}")))?;
         let found = names.iter().copied().find(|known| *known == name);
@@ -106,7 +106,7 @@ impl OneOf {
 impl FieldCodec<Option<&'static str>> for OneOf {
     fn read(
         &self,
-        node: &Node<'_>,
+        node: &JsonNode<'_>,
         _: &mut JsonReader<'_>,
     ) -> Result<Option<&'static str>, LoadError> {
         self.name(node).map(Some)
@@ -124,7 +124,7 @@ impl FieldCodec<Option<&'static str>> for OneOf {
 impl FieldCodec<Vec<&'static str>> for OneOf {
     fn read(
         &self,
-        node: &Node<'_>,
+        node: &JsonNode<'_>,
         _: &mut JsonReader<'_>,
     ) -> Result<Vec<&'static str>, LoadError> {
         node.list("a list of names")?.iter().map(|name| self.name(name)).collect()

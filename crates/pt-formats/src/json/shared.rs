@@ -7,22 +7,22 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::codec::{FieldCodec, JsonCodec};
-use super::node::{Keys, Node};
+use super::node::{JsonNode, ObjectKeys};
 use super::printer::Out;
 use super::schema::Schemas;
 use crate::LoadError;
-use crate::json::context::{JsonReader, JsonWriter, Tables};
+use crate::json::context::{EntryTables, JsonReader, JsonWriter};
 
 /// Types whose values are entries of a table, referred to by name, or inline.
-pub(super) trait Shared: Sized {
+pub(super) trait TableEntry: Sized {
     /// Key of the table, and term for one of its entries.
     const TABLE: (&'static str, &'static str);
 
-    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>>;
+    fn table(tables: &mut EntryTables) -> &mut HashMap<String, Arc<Self>>;
     /// Called with all entries of the table before the first one is read.
-    fn look_ahead(_entries: &[(&str, Node<'_>)], _cx: &JsonReader<'_>) {}
+    fn look_ahead(_entries: &[(&str, JsonNode<'_>)], _cx: &JsonReader<'_>) {}
     /// Reads an entry, or an inline value.
-    fn read_entry(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError>;
+    fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError>;
     fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String>;
     fn schema_of_entry(schemas: &mut Schemas) -> Value;
     /// Returns the preferred name.
@@ -31,8 +31,8 @@ pub(super) trait Shared: Sized {
     }
 }
 
-impl<T: Shared> JsonCodec for Arc<T> {
-    fn read(node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+impl<T: TableEntry> JsonCodec for Arc<T> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let Some(name) = node.text() else {
             cx.key.clear();
             return T::read_entry(node, cx);
@@ -67,8 +67,8 @@ impl<T: Shared> JsonCodec for Arc<T> {
 }
 
 /// Reads a table; entries may refer to previous ones.
-pub(super) fn read_table<T: Shared>(
-    root: &mut Keys<'_>,
+pub(super) fn read_table<T: TableEntry>(
+    root: &mut ObjectKeys<'_>,
     cx: &mut JsonReader<'_>,
 ) -> Result<(), LoadError> {
     let Some(node) = root.take(T::TABLE.0) else { return Ok(()) };
@@ -86,12 +86,12 @@ pub(super) fn read_table<T: Shared>(
 }
 
 /// Codec of the name of an entry, whose default is the key of the entry.
-pub(super) struct Name;
+pub(super) struct EntryName;
 
-impl FieldCodec<String> for Name {
+impl FieldCodec<String> for EntryName {
     const IS_NEEDED: bool = false;
 
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<String, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<String, LoadError> {
         String::read(node, cx)
     }
 
@@ -103,7 +103,7 @@ impl FieldCodec<String> for Name {
         json!({"type": "string"})
     }
 
-    fn missing(&self, _: &Node<'_>, cx: &JsonReader<'_>) -> Option<String> {
+    fn missing(&self, _: &JsonNode<'_>, cx: &JsonReader<'_>) -> Option<String> {
         Some(cx.key.clone())
     }
 
@@ -129,7 +129,7 @@ impl Numbered {
 }
 
 impl FieldCodec<Option<u32>> for Numbered {
-    fn read(&self, node: &Node<'_>, cx: &mut JsonReader<'_>) -> Result<Option<u32>, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Option<u32>, LoadError> {
         if node.value().as_null_keyword().is_some() {
             return Ok(None);
         }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::codec::{FieldCodec, JsonCodec};
 use super::context::{JsonReader, JsonWriter};
-use super::node::Node;
+use super::node::JsonNode;
 use super::number::{ANY, numbers, vector, vector_schema};
 use super::printer::Out;
 use super::schema::Schemas;
@@ -16,7 +16,7 @@ use crate::shared::transform::{look_at, rotate};
 const STEPS: [&str; 5] = ["translate", "rotate", "scale", "look_at", "matrix"];
 
 impl JsonCodec for DAffine3 {
-    fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+    fn read(node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         if node.value().as_array().is_none() {
             return step(node);
         }
@@ -80,13 +80,14 @@ fn matrix_of(transform: &DAffine3) -> Result<Out, String> {
 }
 
 /// Reads an invertible step.
-fn step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
+fn step(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
     check(any_step(node)?, node)
 }
 
 /// Reads a step.
-fn any_step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
-    let three = |node: &Node<'_>| vector::<f64, 3>(node, &ANY, "[x, y, z]").map(DVec3::from_array);
+fn any_step(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
+    let three =
+        |node: &JsonNode<'_>| vector::<f64, 3>(node, &ANY, "[x, y, z]").map(DVec3::from_array);
     let mut keys = node.keys()?;
     let found = STEPS.map(|name| keys.take(name));
     let transform = match &found {
@@ -127,7 +128,7 @@ fn look(from: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
 }
 
 /// Reads the rows of a matrix; the last one, which is constant, is optional.
-fn matrix(node: &Node<'_>) -> Result<DAffine3, LoadError> {
+fn matrix(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
     let expected = "3 or 4 rows of 4 numbers";
     let rows = node.list(expected)?;
     let rows: Vec<_> = rows
@@ -145,7 +146,7 @@ fn matrix(node: &Node<'_>) -> Result<DAffine3, LoadError> {
 }
 
 /// Checks that a transform is invertible.
-fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
+fn check(transform: DAffine3, node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
     let determinant = transform.matrix3.determinant();
     if transform.is_finite() && determinant != 0.0 && determinant.is_finite() {
         return Ok(transform);
@@ -157,7 +158,7 @@ fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
 pub(super) struct ToTexture;
 
 impl FieldCodec<DAffine3> for ToTexture {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<DAffine3, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<DAffine3, LoadError> {
         let all = if node.value().as_array().is_none() {
             any_step(node)?
         } else {
@@ -183,7 +184,7 @@ impl FieldCodec<DAffine3> for ToTexture {
 pub(super) struct OfTexture;
 
 impl FieldCodec<DMat3> for OfTexture {
-    fn read(&self, node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<DMat3, LoadError> {
+    fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<DMat3, LoadError> {
         if node.value().as_array().is_none() {
             return texture_step(node);
         }
@@ -218,9 +219,9 @@ impl FieldCodec<DMat3> for OfTexture {
     }
 }
 
-fn texture_step(node: &Node<'_>) -> Result<DMat3, LoadError> {
+fn texture_step(node: &JsonNode<'_>) -> Result<DMat3, LoadError> {
     const STEPS: [&str; 4] = ["translate", "rotate", "scale", "matrix"];
-    let two = |node: &Node<'_>| vector::<f64, 2>(node, &ANY, "[u, v]");
+    let two = |node: &JsonNode<'_>| vector::<f64, 2>(node, &ANY, "[u, v]");
     let mut keys = node.keys()?;
     let found = STEPS.map(|name| keys.take(name));
     let step = match &found {

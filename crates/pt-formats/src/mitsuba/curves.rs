@@ -7,7 +7,7 @@ use pt_scene::shapes::append;
 use pt_scene::{Hint, Mesh};
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 use crate::shared::tube::{Detail, Spline};
 use crate::shared::{mesh_file, text};
@@ -19,7 +19,7 @@ const MAX_TRIANGLES: usize = 1 << 24;
 const FINE_TRIANGLES: usize = 1 << 21;
 
 /// A curve, the radii at its control points, and the line after it.
-struct Curve {
+struct SplineCurve {
     spline: Spline,
     radii: Vec<f64>,
     end: usize,
@@ -36,7 +36,7 @@ pub(super) fn parse_mesh(
     path: &Path,
     degree: usize,
     to_world: DAffine3,
-    context: &Context,
+    context: &LoadContext,
 ) -> Result<Mesh, LoadError> {
     let error = |line: usize, message: String| {
         mesh_file::error(path, u32::try_from(line + 1).unwrap_or(u32::MAX), message)
@@ -57,7 +57,7 @@ pub(super) fn parse_mesh(
         return Err(mesh_file::error(path, 0, message));
     }
     let mut made: Option<Mesh> = None;
-    for Curve { spline, radii, end } in &curves {
+    for SplineCurve { spline, radii, end } in &curves {
         let tube = spline.tube(detail, |place| spline.between(radii, place));
         let Some(all) = &mut made else {
             made = Some(tube);
@@ -71,7 +71,11 @@ pub(super) fn parse_mesh(
 }
 
 /// Parses all curves. The error is a line and a message.
-fn curves(text: &str, degree: usize, to_world: DAffine3) -> Result<Vec<Curve>, (usize, String)> {
+fn curves(
+    text: &str,
+    degree: usize,
+    to_world: DAffine3,
+) -> Result<Vec<SplineCurve>, (usize, String)> {
     let mut curves = Vec::new();
     let (mut points, mut radii) = (Vec::new(), Vec::new());
     // An additional line ends the last curve.
@@ -90,7 +94,7 @@ fn curves(text: &str, degree: usize, to_world: DAffine3) -> Result<Vec<Curve>, (
                 );
                 return Err((number, message));
             }
-            curves.push(Curve { spline, radii: std::mem::take(&mut radii), end: number });
+            curves.push(SplineCurve { spline, radii: std::mem::take(&mut radii), end: number });
         }
     }
     Ok(curves)
@@ -127,7 +131,7 @@ mod tests {
     fn read(text: &str, degree: usize, limits: &Limits) -> Result<Mesh, String> {
         let to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 10.0));
         let options = LoadOptions { limits: limits.clone(), ..LoadOptions::default() };
-        let context = Context::new(Path::new("a.txt"), &options);
+        let context = LoadContext::new(Path::new("a.txt"), &options);
         parse_mesh(text.as_bytes(), Path::new("a.txt"), degree, to_world, &context)
             .map_err(|error| error.to_string())
     }
@@ -213,7 +217,7 @@ mod tests {
             }
             let degree = if round % 2 == 0 { 1 } else { 3 };
             let path = Path::new("a.txt");
-            let context = Context::new(path, &LoadOptions::default());
+            let context = LoadContext::new(path, &LoadOptions::default());
             if let Ok(mesh) = parse_mesh(&bytes, path, degree, DAffine3::IDENTITY, &context) {
                 read += 1;
                 assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()), "{bytes:?}");

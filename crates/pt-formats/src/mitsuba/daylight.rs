@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::{DateTime, Daylight, GeoLocation, Light, LightKind, TimeRange};
 
-use super::object::{Parameters, Role};
+use super::object::{ColorRole, Parameters};
 use super::turn::turn;
 use crate::LoadError;
 
@@ -58,7 +58,7 @@ fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
     let most = f64::from(f32::MAX);
     Ok(Daylight {
         turbidity: within(parameters, "turbidity", default.turbidity, Daylight::TURBIDITIES)?,
-        albedo: parameters.color("albedo", Role::Share, 0.3)?,
+        albedo: parameters.color("albedo", ColorRole::Share, 0.3)?,
         sky: within(parameters, "sky_scale", 1.0, 0.0..=most)? as f32,
         sun: within(parameters, "sun_scale", 1.0, 0.0..=most)? as f32,
         aperture: within(parameters, "sun_aperture", default.aperture, Daylight::APERTURES)?,

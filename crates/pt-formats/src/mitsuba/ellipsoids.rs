@@ -10,8 +10,8 @@ use pt_scene::shapes::single_part;
 use pt_scene::{Geometry, Mesh, Warning, shapes};
 
 use super::super::ply;
-use super::object::{Object, Parameters, Tree, error};
-use super::shape::{self, Meshes, Shape, shape};
+use super::object::{MitsubaObject, ObjectTree, Parameters, error};
+use super::shape::{self, MitsubaMeshCache, MitsubaShape, shape};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -27,11 +27,11 @@ const PROPERTIES: [&str; 10] =
 
 /// Reads the ellipsoids of an object. Nested objects are left to the caller.
 pub(super) fn shapes(
-    tree: &Tree,
-    object: &Object,
-    meshes: &mut Meshes,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
+    meshes: &mut MitsubaMeshCache,
     warnings: &mut Vec<Warning>,
-) -> Result<Vec<Shape>, LoadError> {
+) -> Result<Vec<MitsubaShape>, LoadError> {
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["silhouette_sampling_weight"]);
     let path = shape::mesh_path(tree, object, &mut parameters)?;
@@ -69,7 +69,7 @@ pub(super) fn shapes(
     let geometry = Geometry::Mesh(mesh);
     let placed = rows.iter().filter_map(|(row, share)| placing.place(&pose, row, *share));
     let made: Vec<_> = placed
-        .map(|to_world| Shape { geometry: geometry.clone(), to_world, motion: None })
+        .map(|to_world| MitsubaShape { geometry: geometry.clone(), to_world, motion: None })
         .collect();
     if made.len() < rows.len() {
         let message = format!(
@@ -125,10 +125,10 @@ impl Placing {
 
 /// Returns the mesh that represents the unit sphere: a named one, or a nested shape.
 fn shell(
-    tree: &Tree,
-    object: &Object,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
     parameters: &mut Parameters<'_>,
-    meshes: &mut Meshes,
+    meshes: &mut MitsubaMeshCache,
     warnings: &mut Vec<Warning>,
 ) -> Result<Arc<Mesh>, LoadError> {
     let children = tree.children(object, &["bsdf", "emitter", "medium", "shape"])?;
@@ -139,7 +139,7 @@ fn shell(
             return Err(parameters.refuse("shell", "the shell is given by a shape as well"));
         }
         return match shape(tree, inner, meshes, warnings)? {
-            Shape { geometry: Geometry::Mesh(mesh), to_world, .. } => {
+            MitsubaShape { geometry: Geometry::Mesh(mesh), to_world, .. } => {
                 Ok(Arc::new(around_unit_sphere(&mesh, to_world)))
             }
             _ => Err(error(&inner.at, "a shell has to be a mesh")),

@@ -8,9 +8,9 @@ use pt_scene::texture::{Bitmap, Color, Input, Pattern, Texture};
 use pt_scene::{Light, LightKind, Rows};
 
 use super::daylight;
-use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::object::{ColorRole, MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use super::sensor::fields_of_view;
-use super::texture::Textures;
+use super::texture::MitsubaTextureCache;
 use crate::LoadError;
 use crate::mitsuba::turn::{TOLERANCE, turn, turned};
 use crate::shared::placeholder;
@@ -30,7 +30,10 @@ const KINDS: [&str; 10] = [
 ];
 
 /// Reads the radiance of an area emitter of a shape.
-pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color, LoadError> {
+pub(super) fn area(
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
+) -> Result<Color, LoadError> {
     if object.kind != "area" {
         return Err(unsupported(object, &["area (inside a shape)"]));
     }
@@ -38,14 +41,17 @@ pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color
     parameters.pass_over(&["sampling_weight"]);
     let radiance = match textures.of(object, "radiance")? {
         Some(texture) => Input::Texture(texture),
-        None => Input::Value(parameters.color("radiance", Role::Emission, 1.0)?),
+        None => Input::Value(parameters.color("radiance", ColorRole::Emission, 1.0)?),
     };
     parameters.finish()?;
     Ok(radiance)
 }
 
 /// Reads an emitter without a shape.
-pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Light, LoadError> {
+pub(super) fn light(
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
+) -> Result<Light, LoadError> {
     let tree = textures.tree;
     let texture = match object.kind.as_str() {
         "spot" => textures.of(object, "texture")?,
@@ -59,13 +65,13 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
     parameters.pass_over(&["sampling_weight"]);
     let (to_world, kind) = match object.kind.as_str() {
         "constant" => {
-            let radiance = parameters.color("radiance", Role::Emission, 1.0)?;
+            let radiance = parameters.color("radiance", ColorRole::Emission, 1.0)?;
             (DAffine3::IDENTITY, LightKind::Constant { radiance, portal: None })
         }
         "point" => {
             let node = parameters.transform("to_world")?;
             let position = either(&mut parameters, "position")?.unwrap_or(node.translation);
-            let intensity = parameters.color("intensity", Role::Emission, 1.0)?;
+            let intensity = parameters.color("intensity", ColorRole::Emission, 1.0)?;
             (DAffine3::from_translation(position), LightKind::Point { intensity })
         }
         "directional" => {
@@ -74,7 +80,7 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
             let Some(direction) = direction.try_normalize() else {
                 return Err(parameters.refuse("direction", "the direction is zero"));
             };
-            let irradiance = parameters.color("irradiance", Role::Emission, 1.0)?;
+            let irradiance = parameters.color("irradiance", ColorRole::Emission, 1.0)?;
             (shining_along(direction), LightKind::Directional { irradiance })
         }
         "envmap" => envmap(tree, object, &mut parameters)?,
@@ -99,7 +105,7 @@ fn spot(
     texture: Option<Arc<Texture>>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
     let node = parameters.transform("to_world")?;
-    let intensity = parameters.color("intensity", Role::Emission, 1.0)?;
+    let intensity = parameters.color("intensity", ColorRole::Emission, 1.0)?;
     let cutoff_angle = parameters.positive("cutoff_angle", 20.0)?;
     let beam_angle = parameters.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
     if !(0.0..=cutoff_angle).contains(&beam_angle) || cutoff_angle > 180.0 {
@@ -148,7 +154,7 @@ fn projector(
     let texture = if let Some(texture) = texture {
         texture
     } else {
-        let color = parameters.color("irradiance", Role::Emission, 1.0)?;
+        let color = parameters.color("irradiance", ColorRole::Emission, 1.0)?;
         Arc::new(Pattern::Checkerboard([color; 2]).into())
     };
     let aspect = match &texture.pattern {
@@ -176,8 +182,8 @@ fn require_even(parameters: &Parameters<'_>, node: DMat3, whom: &str) -> Result<
 /// along +z; here, its left edge is along −x and it continues towards +z. The axes x and z are
 /// exchanged.
 fn envmap(
-    tree: &Tree,
-    object: &Object,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
     parameters.pass_over(&["mis_compensation"]);
@@ -209,12 +215,12 @@ fn envmap(
 /// Reads a luminaire by its photometric file, which Mitsuba does not support. Like a spot light, it
 /// is directed along +z.
 fn luminaire(
-    tree: &Tree,
-    object: &Object,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
     let node = parameters.transform("to_world")?;
-    let scale = parameters.color("intensity", Role::Emission, 1.0)?;
+    let scale = parameters.color("intensity", ColorRole::Emission, 1.0)?;
     let text = file_name(object, parameters)?;
     let path = tree.resolve(text);
     let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
@@ -231,7 +237,10 @@ fn luminaire(
 }
 
 /// Returns the required file name of an emitter.
-fn file_name<'t>(object: &Object, parameters: &mut Parameters<'t>) -> Result<&'t str, LoadError> {
+fn file_name<'t>(
+    object: &MitsubaObject,
+    parameters: &mut Parameters<'t>,
+) -> Result<&'t str, LoadError> {
     let missing = || error(&object.at, "the <string name=\"filename\"> is missing");
     parameters.text("filename")?.ok_or_else(missing)
 }

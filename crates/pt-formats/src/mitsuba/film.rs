@@ -3,7 +3,7 @@
 use pt_scene::Filter;
 
 use super::meter::is_aimed;
-use super::object::{Object, Parameters, Tree, unsupported};
+use super::object::{MitsubaObject, ObjectTree, Parameters, unsupported};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -12,7 +12,7 @@ const FILTERS: [&str; 6] = ["box", "catmullrom", "gaussian", "lanczos", "mitchel
 const MAX_SIZE: u32 = 65_536;
 
 /// Film of a sensor.
-pub(super) struct Film {
+pub(super) struct SensorFilm {
     /// Width and height in pixels, without the crop.
     pub(super) resolution: [u32; 2],
     /// Crop window x, y, width and height in pixels; `None` for the whole image.
@@ -23,17 +23,17 @@ pub(super) struct Film {
 }
 
 /// Returns the objects inside of a sensor; a shape is allowed only in sensors with a target.
-pub(super) fn parts(tree: &Tree, sensor: &Object) -> Result<Vec<usize>, LoadError> {
+pub(super) fn parts(tree: &ObjectTree, sensor: &MitsubaObject) -> Result<Vec<usize>, LoadError> {
     let supported = ["film", "sampler", "medium", "sensor", "shape"];
     tree.children(sensor, &supported[..if is_aimed(sensor) { 5 } else { 4 }])
 }
 
 /// Reads the film of a sensor; Mitsuba's default if there is none.
-pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
+pub(super) fn film(tree: &ObjectTree, sensor: &MitsubaObject) -> Result<SensorFilm, LoadError> {
     const DEFAULT: [u32; 2] = [768, 576];
     let children = parts(tree, sensor)?;
     let Some(film) = tree.only(&children, "film")? else {
-        return Ok(Film {
+        return Ok(SensorFilm {
             resolution: DEFAULT,
             crop: None,
             filter: Filter::GAUSSIAN,
@@ -57,7 +57,7 @@ pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     let height = parameters.count("height", MAX_SIZE)?.unwrap_or(DEFAULT[1]);
     let crop = crop(&mut parameters, [width, height])?;
     parameters.finish()?;
-    Ok(Film { resolution: [width, height], crop, filter, has_alpha })
+    Ok(SensorFilm { resolution: [width, height], crop, filter, has_alpha })
 }
 
 /// Returns true if the pixel format has an alpha channel. All formats are written in colour.
@@ -101,7 +101,7 @@ fn crop(
 }
 
 /// Reads a reconstruction filter.
-fn filter(tree: &Tree, object: &Object) -> Result<Filter, LoadError> {
+fn filter(tree: &ObjectTree, object: &MitsubaObject) -> Result<Filter, LoadError> {
     tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);
     let (filter, main) = match object.kind.as_str() {

@@ -3,16 +3,16 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::object::{Object, Parameters, error};
-use super::scene::Builder;
+use super::object::{MitsubaObject, Parameters, error};
+use super::scene::SceneBuilder;
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 /// Maximum number of objects of a scene. Short files can request any number: groups of many shapes,
 /// and many instances of them.
 const MAX_OBJECTS: usize = 1_000_000;
 
-impl Builder<'_> {
+impl SceneBuilder<'_> {
     /// Returns the shapes of a group, in its own coordinates.
     pub(super) fn group(&mut self, index: usize) -> Result<Rc<[pt_scene::Object]>, LoadError> {
         if let Some(known) = self.groups.get(&index) {
@@ -51,17 +51,21 @@ impl Builder<'_> {
     }
 
     /// Checks that `more` objects do not exceed the limit of the scene.
-    pub(super) fn require_room(&self, object: &Object, more: usize) -> Result<(), LoadError> {
+    pub(super) fn require_room(
+        &self,
+        object: &MitsubaObject,
+        more: usize,
+    ) -> Result<(), LoadError> {
         let most = self.tree.context.limits().shapes(MAX_OBJECTS);
         if self.scene.objects.len() + more <= most {
             return Ok(());
         }
         let message = format!("with this {}, there are more than {most} shapes", object.kind);
-        Err(Context::exceeded(object.at.clone(), message))
+        Err(LoadContext::exceeded(object.at.clone(), message))
     }
 
     /// Adds an instance of the shapes of a group. Their meshes are shared.
-    pub(super) fn instance(&mut self, instance: &Object) -> Result<(), LoadError> {
+    pub(super) fn instance(&mut self, instance: &MitsubaObject) -> Result<(), LoadError> {
         let tree = self.tree;
         let mut parameters = Parameters::new(instance);
         let (to_world, motion) = parameters.placement("to_world")?;

@@ -4,7 +4,7 @@ use pt_scene::material::{Black, Mix, ThinGlass};
 use pt_scene::texture::{Color, Scalar};
 use pt_scene::{Hidden, Light, LightKind, RenderHints, Scene, Warning};
 
-use super::object::{Object, Parameters, Tree, error, unsupported};
+use super::object::{MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -74,8 +74,8 @@ const UNMATCHED: [&str; 4] = ["dp_du", "dp_dv", "duv_dx", "duv_dy"];
 
 /// Reads the integrator, its path depth and its channels into `settings`.
 pub(super) fn integrator(
-    tree: &Tree,
-    object: Option<&Object>,
+    tree: &ObjectTree,
+    object: Option<&MitsubaObject>,
     settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), LoadError> {
@@ -149,11 +149,11 @@ pub(super) fn fill_holes(scene: &mut Scene) {
 /// Returns the light transport integrator: the first one inside of the wrappers that add channels,
 /// if there is one.
 fn inside_of_wrappers<'t>(
-    tree: &'t Tree,
-    outermost: &'t Object,
+    tree: &'t ObjectTree,
+    outermost: &'t MitsubaObject,
     settings: &mut RenderHints,
     warnings: &mut Vec<Warning>,
-) -> Result<Option<&'t Object>, LoadError> {
+) -> Result<Option<&'t MitsubaObject>, LoadError> {
     let mut object = outermost;
     while let kind @ ("aov" | "moment") = object.kind.as_str() {
         let inner = tree.children(object, &["integrator"])?;
@@ -189,7 +189,7 @@ fn inside_of_wrappers<'t>(
 
 /// Reads the channels of a list such as `dd.y:depth,nn:sh_normal`, without duplicates. The names
 /// before the colons are ignored.
-fn channels(aov: &Object) -> Result<Vec<&'static str>, LoadError> {
+fn channels(aov: &MitsubaObject) -> Result<Vec<&'static str>, LoadError> {
     let mut parameters = Parameters::new(aov);
     parameters.pass_over(&PASSED_OVER);
     let mut found = Vec::new();

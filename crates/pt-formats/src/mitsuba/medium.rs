@@ -10,9 +10,9 @@ use pt_scene::medium::{
 };
 use pt_scene::{Medium, Sides, Warning};
 
-use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::object::{ColorRole, MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use super::value::numbers;
-use super::volume::{Field, Grids};
+use super::volume::{Grids, VolumeField};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -22,8 +22,8 @@ const PHASES: [&str; 6] = ["blendphase", "hg", "isotropic", "rayleigh", "sggx", 
 const MAX_PHASES: usize = 32;
 
 /// Cache of the media of a scene and their grids.
-pub(super) struct Media<'t> {
-    tree: &'t Tree,
+pub(super) struct MitsubaMediumCache<'t> {
+    tree: &'t ObjectTree,
     pub(super) made: Vec<Medium>,
     /// Medium indices by object index.
     known: HashMap<usize, u32>,
@@ -31,14 +31,14 @@ pub(super) struct Media<'t> {
     pub(super) warnings: Vec<Warning>,
 }
 
-impl<'t> Media<'t> {
-    pub(super) fn new(tree: &'t Tree) -> Self {
+impl<'t> MitsubaMediumCache<'t> {
+    pub(super) fn new(tree: &'t ObjectTree) -> Self {
         let (made, warnings) = (Vec::new(), Vec::new());
         Self { tree, made, known: HashMap::new(), grids: Grids::default(), warnings }
     }
 
     /// Returns the media on both sides of a shape, if it has any.
-    pub(super) fn sides(&mut self, shape: &Object) -> Result<Option<Sides>, LoadError> {
+    pub(super) fn sides(&mut self, shape: &MitsubaObject) -> Result<Option<Sides>, LoadError> {
         let (mut interior, mut exterior) = (None, None);
         for child in &shape.children {
             let index = self.tree.target(child)?;
@@ -67,7 +67,7 @@ impl<'t> Media<'t> {
     }
 
     /// Returns the medium around a sensor, if there is one.
-    pub(super) fn around(&mut self, sensor: &Object) -> Result<Option<u32>, LoadError> {
+    pub(super) fn around(&mut self, sensor: &MitsubaObject) -> Result<Option<u32>, LoadError> {
         let mut media = Vec::new();
         for child in &sensor.children {
             media.push(self.tree.target(child)?);
@@ -89,8 +89,9 @@ impl<'t> Media<'t> {
         let phase = phase.transpose()?;
         let mut parameters = Parameters::new(object);
         parameters.pass_over(&["sample_emitters", "has_spectral_extinction"]);
-        let extinction = self.field(object, &mut parameters, "sigma_t", Role::Extinction, 1.0)?;
-        let albedo = self.field(object, &mut parameters, "albedo", Role::Share, 0.75)?;
+        let extinction =
+            self.field(object, &mut parameters, "sigma_t", ColorRole::Extinction, 1.0)?;
+        let albedo = self.field(object, &mut parameters, "albedo", ColorRole::Share, 0.75)?;
         let scale = parameters.float("scale")?.unwrap_or(1.0) as f32;
         if scale < 0.0 {
             let message = format!("\"scale\" is {scale}; expected a number of at least 0");
@@ -114,12 +115,12 @@ impl<'t> Media<'t> {
     /// Reads a spatially varying value: a parameter or a volume.
     fn field(
         &mut self,
-        medium: &Object,
+        medium: &MitsubaObject,
         parameters: &mut Parameters<'_>,
         name: &'static str,
-        role: Role,
+        role: ColorRole,
         default: f64,
-    ) -> Result<Field, LoadError> {
+    ) -> Result<VolumeField, LoadError> {
         for child in &medium.children {
             let index = self.tree.target(child)?;
             if child.name == name && self.tree.objects[index].tag == "volume" {
@@ -131,24 +132,24 @@ impl<'t> Media<'t> {
             }
         }
         let color = parameters.color(name, role, default)?;
-        Ok(Field::Constant(color, DAffine3::IDENTITY))
+        Ok(VolumeField::Constant(color, DAffine3::IDENTITY))
     }
 
     /// Creates a heterogeneous medium. A constant extinction is confined to its box, as in Mitsuba.
     fn heterogeneous(
         &mut self,
-        object: &Object,
-        extinction: Field,
+        object: &MitsubaObject,
+        extinction: VolumeField,
         scale: f32,
-        albedo: Field,
+        albedo: VolumeField,
     ) -> MediumProperties {
         let extinction = match extinction {
-            Field::Constant([r, g, b], to_world) => {
+            VolumeField::Constant([r, g, b], to_world) => {
                 let is_grey = r == g && g == b;
                 let grid = if is_grey { Grid::uniform(r) } else { Grid::uniform_color([r, g, b]) };
                 PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Nearest }
             }
-            Field::Grid(placed) => placed,
+            VolumeField::Grid(placed) => placed,
         };
         if is_turned(extinction.to_world.matrix3) {
             let message = "the grid is turned; it ends at its own box here, and in Mitsuba at the \
@@ -156,8 +157,8 @@ impl<'t> Media<'t> {
             self.warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
         }
         let albedo = match albedo {
-            Field::Constant(albedo, _) => Volume::Constant(albedo),
-            Field::Grid(placed) => Volume::Grid(placed),
+            VolumeField::Constant(albedo, _) => Volume::Constant(albedo),
+            VolumeField::Grid(placed) => Volume::Grid(placed),
         };
         let emission = MediumEmission::Constant([0.0; 3]);
         MediumProperties::Heterogeneous(Box::new(Heterogeneous {
@@ -169,7 +170,7 @@ impl<'t> Media<'t> {
     }
 
     /// Reads a phase function. `left` is the number of phase functions that are still allowed.
-    fn phase_of(&mut self, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
+    fn phase_of(&mut self, object: &MitsubaObject, left: &mut usize) -> Result<Phase, LoadError> {
         let tree = self.tree;
         let too_many =
             || error(&object.at, format!("the medium has more than {MAX_PHASES} phase functions"));
@@ -223,7 +224,7 @@ impl<'t> Media<'t> {
     }
 
     /// Rejects volumes that are not supported.
-    fn refuse_others(&self, medium: &Object) -> Result<(), LoadError> {
+    fn refuse_others(&self, medium: &MitsubaObject) -> Result<(), LoadError> {
         for child in &medium.children {
             let is_volume = self.tree.objects[self.tree.target(child)?].tag == "volume";
             if is_volume && !matches!(child.name.as_str(), "sigma_t" | "albedo") {
@@ -240,13 +241,13 @@ impl<'t> Media<'t> {
 
 fn homogeneous(
     parameters: &Parameters<'_>,
-    extinction: Field,
+    extinction: VolumeField,
     scale: f32,
-    albedo: Field,
+    albedo: VolumeField,
 ) -> Result<MediumProperties, LoadError> {
     let constant = |field, name| match field {
-        Field::Constant(color, _) => Ok(color),
-        Field::Grid(_) => {
+        VolumeField::Constant(color, _) => Ok(color),
+        VolumeField::Grid(_) => {
             let message = "a homogeneous medium is the same everywhere; a grid needs the type \
                            \"heterogeneous\"";
             Err(parameters.refuse(name, message))

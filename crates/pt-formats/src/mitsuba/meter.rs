@@ -3,8 +3,8 @@
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::{Camera, Fit, Geometry, Meter, Placement, Projection, Quantity, shapes};
 
-use super::medium::Media;
-use super::object::{Object, Parameters, error};
+use super::medium::MitsubaMediumCache;
+use super::object::{MitsubaObject, Parameters, error};
 use super::seat::{Seat, shutter};
 use crate::LoadError;
 use crate::shared::names::quote;
@@ -14,7 +14,7 @@ pub(super) const METERS: [&str; 3] = ["distant", "irradiancemeter", "radiancemet
 
 /// A sphere in world space.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Sphere {
+pub(super) struct MeterSphere {
     pub(super) center: DVec3,
     pub(super) radius: f64,
 }
@@ -22,8 +22,8 @@ pub(super) struct Sphere {
 /// Creates the camera of a meter. `around` encloses all surfaces of the scene.
 pub(super) fn meter(
     seat: &Seat<'_>,
-    media: &mut Media<'_>,
-    around: Sphere,
+    media: &mut MitsubaMediumCache<'_>,
+    around: MeterSphere,
     resolution: [u32; 2],
 ) -> Result<Camera, LoadError> {
     /// Half the width of the bundle of rays, which cannot be 0.
@@ -86,7 +86,7 @@ fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
 fn distant(
     seat: &Seat<'_>,
     parameters: &mut Parameters<'_>,
-    around: Sphere,
+    around: MeterSphere,
 ) -> Result<(DAffine3, Option<Meter>), LoadError> {
     let (direction, _) = direction(parameters)?;
     let target = parameters.vector("target")?;
@@ -134,6 +134,6 @@ fn looking(direction: DVec3, origin: DVec3) -> DAffine3 {
 }
 
 /// Returns true if a sensor may aim at a shape.
-pub(super) fn is_aimed(sensor: &Object) -> bool {
+pub(super) fn is_aimed(sensor: &MitsubaObject) -> bool {
     sensor.kind == "distant"
 }

@@ -66,10 +66,14 @@ use std::sync::Arc;
 use pt_scene::Scene;
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 /// Parses a scene.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let tree = read::read(bytes, path, context)?;
     scene::build(&tree)
 }

@@ -4,7 +4,7 @@
 //! References make a graph of the objects. Its readers recurse, and read a bsdf once per path that
 //! leads to it. The graph is therefore traversed once, without recursion, before any of them runs.
 
-use super::object::{Tree, error};
+use super::object::{ObjectTree, error};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -15,39 +15,39 @@ const MAX_NAMED: usize = 8;
 
 /// State of an object in the traversal.
 #[derive(Clone, Copy)]
-enum Found {
+enum NestingState {
     Nothing,
     /// Being traversed: a reference to it closes a cycle.
     Open,
-    Walked(Size),
+    Walked(NestingSize),
 }
 
 /// Nesting depth and number of bsdfs of an object, including itself.
 #[derive(Clone, Copy, Default)]
-struct Size {
+struct NestingSize {
     /// Nesting depth.
     depth: usize,
     bsdfs: u64,
 }
 
 /// An object that is being traversed.
-struct Step {
+struct TraversalStep {
     index: usize,
     /// Number of children visited.
     seen: usize,
     /// Combined size of the visited children.
-    size: Size,
+    size: NestingSize,
 }
 
 /// Marks each object that contains itself or is nested too deeply as broken, and reports it.
 ///
 /// # Errors
 /// If there are too many errors to continue.
-pub(super) fn check(tree: &mut Tree) -> Result<(), LoadError> {
-    let mut found = vec![Found::Nothing; tree.objects.len()];
+pub(super) fn check(tree: &mut ObjectTree) -> Result<(), LoadError> {
+    let mut found = vec![NestingState::Nothing; tree.objects.len()];
     // The first object is the scene, to which nothing can refer.
     for index in 1..tree.objects.len() {
-        if matches!(found[index], Found::Nothing) {
+        if matches!(found[index], NestingState::Nothing) {
             walk(tree, &mut found, index)?;
         }
     }
@@ -55,19 +55,19 @@ pub(super) fn check(tree: &mut Tree) -> Result<(), LoadError> {
 }
 
 /// Traverses an object and its unvisited descendants.
-fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadError> {
+fn walk(tree: &mut ObjectTree, found: &mut [NestingState], start: usize) -> Result<(), LoadError> {
     let mut next = Some(start);
-    let mut open: Vec<Step> = Vec::new();
+    let mut open: Vec<TraversalStep> = Vec::new();
     loop {
         if let Some(index) = next.take() {
-            found[index] = Found::Open;
-            open.push(Step { index, seen: 0, size: Size::default() });
+            found[index] = NestingState::Open;
+            open.push(TraversalStep { index, seen: 0, size: NestingSize::default() });
         }
         let Some(step) = open.last_mut() else { return Ok(()) };
         let Some(child) = tree.objects[step.index].children.get(step.seen) else {
             let (index, size) = (step.index, step.size);
             open.pop();
-            found[index] = Found::Walked(whole(tree, index, size)?);
+            found[index] = NestingState::Walked(whole(tree, index, size)?);
             continue;
         };
         // Broken objects were reported. Unknown identifiers are reported by the reader of the
@@ -77,8 +77,8 @@ fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadEr
             continue;
         };
         match found[target] {
-            Found::Nothing => next = Some(target),
-            Found::Open => {
+            NestingState::Nothing => next = Some(target),
+            NestingState::Open => {
                 let way = open.iter().skip_while(|step| step.index != target).skip(1);
                 let way: Vec<_> = way.map(|step| tree.objects[step.index].name()).collect();
                 let message = circle(tree.objects[target].name(), &way);
@@ -86,7 +86,7 @@ fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadEr
                 refuse(tree, open[broken].index, refusal)?;
                 open[broken].seen = usize::MAX; // one report for each object
             }
-            Found::Walked(Size { depth, bsdfs }) => {
+            NestingState::Walked(NestingSize { depth, bsdfs }) => {
                 step.seen += 1;
                 step.size.depth = step.size.depth.max(depth);
                 step.size.bsdfs = step.size.bsdfs.saturating_add(bsdfs);
@@ -96,7 +96,11 @@ fn walk(tree: &mut Tree, found: &mut [Found], start: usize) -> Result<(), LoadEr
 }
 
 /// Computes the size of an object from that of its children; zero if it is rejected.
-fn whole(tree: &mut Tree, index: usize, children: Size) -> Result<Size, LoadError> {
+fn whole(
+    tree: &mut ObjectTree,
+    index: usize,
+    children: NestingSize,
+) -> Result<NestingSize, LoadError> {
     let object = &tree.objects[index];
     let is_bsdf = object.tag == "bsdf";
     let depth = children.depth + 1;
@@ -107,15 +111,15 @@ fn whole(tree: &mut Tree, index: usize, children: Size) -> Result<Size, LoadErro
     } else if is_bsdf && bsdfs > MAX_BSDFS {
         format!("it is made of more than {MAX_BSDFS} bsdfs, each counted as often as it is used")
     } else {
-        return Ok(Size { depth, bsdfs: if is_bsdf { bsdfs } else { 0 } });
+        return Ok(NestingSize { depth, bsdfs: if is_bsdf { bsdfs } else { 0 } });
     };
     let refusal = error(&object.at, message);
     refuse(tree, index, refusal)?;
-    Ok(Size::default())
+    Ok(NestingSize::default())
 }
 
 /// Reports an error of an object and marks it as broken, so that it is not read.
-fn refuse(tree: &mut Tree, index: usize, refusal: LoadError) -> Result<(), LoadError> {
+fn refuse(tree: &mut ObjectTree, index: usize, refusal: LoadError) -> Result<(), LoadError> {
     tree.context.ok_or_report::<()>(Err(refusal))?;
     tree.objects[index].is_broken = true;
     Ok(())

@@ -8,17 +8,17 @@ use pt_math::{DAffine3, DVec3};
 use pt_scene::{Motion, Span, Warning};
 
 use super::refused;
-use super::value::Value;
+use super::value::ParameterValue;
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::{did_you_mean, meant, quote};
 
 /// All objects of a scene and its included files.
 #[derive(Debug)]
-pub(super) struct Tree {
-    pub(super) context: Arc<Context>,
+pub(super) struct ObjectTree {
+    pub(super) context: Arc<LoadContext>,
     /// Objects, of which the first is the scene itself.
-    pub(super) objects: Vec<Object>,
+    pub(super) objects: Vec<MitsubaObject>,
     /// Objects by their identifiers.
     pub(super) ids: BTreeMap<String, usize>,
     /// Identifiers of objects that could not be read.
@@ -32,7 +32,7 @@ pub(super) struct Tree {
 
 /// Object such as `<shape type="sphere" id="ball">`, with its content.
 #[derive(Debug)]
-pub(super) struct Object {
+pub(super) struct MitsubaObject {
     /// Tag, such as `shape`.
     pub(super) tag: String,
     /// Type, such as `sphere`.
@@ -40,33 +40,33 @@ pub(super) struct Object {
     /// Identifier, such as `ball`; empty if there is none.
     pub(super) id: String,
     pub(super) at: Span,
-    pub(super) parameters: Vec<Parameter>,
-    pub(super) children: Vec<Child>,
+    pub(super) parameters: Vec<ObjectParameter>,
+    pub(super) children: Vec<ChildObject>,
     /// True if some of its content could not be read, which was reported.
     pub(super) is_broken: bool,
 }
 
 /// A named value of an object.
 #[derive(Debug)]
-pub(super) struct Parameter {
+pub(super) struct ObjectParameter {
     pub(super) name: String,
-    pub(super) value: Value,
+    pub(super) value: ParameterValue,
     pub(super) at: Span,
 }
 
 /// An object inside an object.
 #[derive(Debug)]
-pub(super) struct Child {
+pub(super) struct ChildObject {
     /// Role within the enclosing object, such as `reflectance`; empty if not specified.
     pub(super) name: String,
     /// Location of the object or of the reference.
     pub(super) at: Span,
-    pub(super) target: Target,
+    pub(super) target: ChildTarget,
 }
 
 #[derive(Debug)]
-pub(super) enum Target {
-    /// Nested object; an index into [`Tree::objects`].
+pub(super) enum ChildTarget {
+    /// Nested object; an index into [`ObjectTree::objects`].
     Object(usize),
     /// Object elsewhere with this identifier.
     Reference(String),
@@ -78,8 +78,8 @@ pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
 }
 
 /// Returns an error about a type of object that is not supported.
-pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
-    let Object { tag, kind, .. } = object;
+pub(super) fn unsupported(object: &MitsubaObject, supported: &[&str]) -> LoadError {
+    let MitsubaObject { tag, kind, .. } = object;
     let list = supported.join(", ");
     if let Some(reason) = refused::reason(tag, kind) {
         let message = format!("{tag} type {} is not supported: {reason}", quote(kind));
@@ -90,16 +90,16 @@ pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
     error(&object.at, message)
 }
 
-impl Tree {
+impl ObjectTree {
     /// Returns the index of the object of a child. If that could not be read, the error was
     /// reported.
-    pub(super) fn target(&self, child: &Child) -> Result<usize, LoadError> {
+    pub(super) fn target(&self, child: &ChildObject) -> Result<usize, LoadError> {
         let index = match &child.target {
-            Target::Object(index) => *index,
-            Target::Reference(id) if self.lost.contains(id) => {
+            ChildTarget::Object(index) => *index,
+            ChildTarget::Reference(id) if self.lost.contains(id) => {
                 return Err(LoadError::AlreadyReported);
             }
-            Target::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
+            ChildTarget::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
                 let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
                 error(&child.at, format!("there is no object with the id {}{hint}", quote(id)))
             })?,
@@ -110,7 +110,7 @@ impl Tree {
     /// Returns the nested objects, each of which must have one of the supported tags.
     pub(super) fn children(
         &self,
-        object: &Object,
+        object: &MitsubaObject,
         supported: &[&str],
     ) -> Result<Vec<usize>, LoadError> {
         let mut targets = Vec::new();
@@ -145,7 +145,7 @@ impl Tree {
     }
 }
 
-impl Object {
+impl MitsubaObject {
     /// Returns the tag and type, such as `shape "sphere"`.
     pub(super) fn describe(&self) -> String {
         if self.kind.is_empty() {
@@ -159,13 +159,13 @@ impl Object {
     pub(super) fn add_parameter(
         &mut self,
         name: String,
-        value: Value,
+        value: ParameterValue,
         at: Span,
     ) -> Result<(), LoadError> {
         if self.parameters.iter().any(|p| p.name == name) {
             return Err(error(&at, format!("{} is given twice", quote(&name))));
         }
-        self.parameters.push(Parameter { name, value, at });
+        self.parameters.push(ObjectParameter { name, value, at });
         Ok(())
     }
 
@@ -177,7 +177,7 @@ impl Object {
 
 /// Meaning and range of a colour.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Role {
+pub(super) enum ColorRole {
     /// A reflectance or transmittance, in [0, 1].
     Share,
     /// A texture value, non-negative; a reflectance of 1 reflects all light.
@@ -193,7 +193,7 @@ pub(super) enum Role {
 /// Reads the parameters of an object and records which were requested, so that unknown ones can be
 /// rejected.
 pub(super) struct Parameters<'t> {
-    object: &'t Object,
+    object: &'t MitsubaObject,
     /// Names that were requested.
     known: Vec<&'static str>,
     /// Names that are ignored.
@@ -201,7 +201,7 @@ pub(super) struct Parameters<'t> {
 }
 
 impl<'t> Parameters<'t> {
-    pub(super) fn new(object: &'t Object) -> Self {
+    pub(super) fn new(object: &'t MitsubaObject) -> Self {
         Self { object, known: Vec::new(), passed_over: Vec::new() }
     }
 
@@ -212,7 +212,7 @@ impl<'t> Parameters<'t> {
 
     /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(self) -> Result<(), LoadError> {
-        let is_unknown = |p: &&Parameter| {
+        let is_unknown = |p: &&ObjectParameter| {
             let name = p.name.as_str();
             !self.known.contains(&name) && !self.passed_over.contains(&name)
         };
@@ -230,7 +230,7 @@ impl<'t> Parameters<'t> {
     }
 
     /// Returns a parameter; `None` if it is not specified.
-    pub(super) fn find(&mut self, name: &'static str) -> Option<&'t Parameter> {
+    pub(super) fn find(&mut self, name: &'static str) -> Option<&'t ObjectParameter> {
         if !self.known.contains(&name) {
             self.known.push(name);
         }
@@ -242,7 +242,7 @@ impl<'t> Parameters<'t> {
         &mut self,
         name: &'static str,
         expected: &str,
-        convert: impl Fn(&'t Value) -> Option<T>,
+        convert: impl Fn(&'t ParameterValue) -> Option<T>,
     ) -> Result<Option<T>, LoadError> {
         let Some(parameter) = self.find(name) else { return Ok(None) };
         convert(&parameter.value).map(Some).ok_or_else(|| {
@@ -252,8 +252,8 @@ impl<'t> Parameters<'t> {
 
     pub(super) fn float(&mut self, name: &'static str) -> Result<Option<f64>, LoadError> {
         self.get(name, "a <float>", |value| match value {
-            Value::Float(x) => Some(*x),
-            Value::Integer(x) => Some(*x as f64),
+            ParameterValue::Float(x) => Some(*x),
+            ParameterValue::Integer(x) => Some(*x as f64),
             _ => None,
         })
     }
@@ -269,7 +269,7 @@ impl<'t> Parameters<'t> {
 
     pub(super) fn integer(&mut self, name: &'static str) -> Result<Option<i64>, LoadError> {
         self.get(name, "an <integer>", |value| match value {
-            Value::Integer(x) => Some(*x),
+            ParameterValue::Integer(x) => Some(*x),
             _ => None,
         })
     }
@@ -299,7 +299,7 @@ impl<'t> Parameters<'t> {
         default: bool,
     ) -> Result<bool, LoadError> {
         let value = self.get(name, "a <boolean>", |value| match value {
-            Value::Boolean(x) => Some(*x),
+            ParameterValue::Boolean(x) => Some(*x),
             _ => None,
         });
         Ok(value?.unwrap_or(default))
@@ -307,14 +307,14 @@ impl<'t> Parameters<'t> {
 
     pub(super) fn text(&mut self, name: &'static str) -> Result<Option<&'t str>, LoadError> {
         self.get(name, "a <string>", |value| match value {
-            Value::Text(x) => Some(x.as_str()),
+            ParameterValue::Text(x) => Some(x.as_str()),
             _ => None,
         })
     }
 
     pub(super) fn vector(&mut self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
         self.get(name, "a <point> or <vector>", |value| match value {
-            Value::Vector(x) => Some(DVec3::from_array(*x)),
+            ParameterValue::Vector(x) => Some(DVec3::from_array(*x)),
             _ => None,
         })
     }
@@ -325,7 +325,9 @@ impl<'t> Parameters<'t> {
         &mut self,
         name: &'static str,
     ) -> Result<(DAffine3, Option<Motion>), LoadError> {
-        if let Some(Parameter { value: Value::Animation(motion), .. }) = self.find(name) {
+        if let Some(ObjectParameter { value: ParameterValue::Animation(motion), .. }) =
+            self.find(name)
+        {
             return Ok((DAffine3::IDENTITY, Some(motion.clone())));
         }
         Ok((self.transform(name)?, None))
@@ -333,7 +335,7 @@ impl<'t> Parameters<'t> {
 
     /// Returns an invertible transform; the identity by default.
     pub(super) fn transform(&mut self, name: &'static str) -> Result<DAffine3, LoadError> {
-        if let Some(Parameter { value: Value::Animation(_), .. }) = self.find(name) {
+        if let Some(ObjectParameter { value: ParameterValue::Animation(_), .. }) = self.find(name) {
             let what = self.object.describe();
             let message = format!(
                 "{what} cannot move; expected a <transform>, and an <animation> only as the \"to_world\" of \
@@ -342,7 +344,7 @@ impl<'t> Parameters<'t> {
             return Err(self.refuse(name, message));
         }
         let found = self.get(name, "a <transform>", |value| match value {
-            Value::Transform(x) => Some(*x),
+            ParameterValue::Transform(x) => Some(*x),
             _ => None,
         });
         let transform = found?.unwrap_or(DAffine3::IDENTITY);
@@ -356,7 +358,7 @@ impl<'t> Parameters<'t> {
     pub(super) fn color(
         &mut self,
         name: &'static str,
-        role: Role,
+        role: ColorRole,
         default: f64,
     ) -> Result<[f32; 3], LoadError> {
         Ok(self.given_color(name, role)?.unwrap_or([default as f32; 3]))
@@ -366,24 +368,26 @@ impl<'t> Parameters<'t> {
     pub(super) fn given_color(
         &mut self,
         name: &'static str,
-        role: Role,
+        role: ColorRole,
     ) -> Result<Option<[f32; 3]>, LoadError> {
         let found = self.get(name, "an <rgb>", |value| match (value, role) {
-            (Value::Rgb(rgb), _) => Some(*rgb),
-            (Value::Spectrum(spectrum), Role::Emission) => Some(spectrum.emitted),
+            (ParameterValue::Rgb(rgb), _) => Some(*rgb),
+            (ParameterValue::Spectrum(spectrum), ColorRole::Emission) => Some(spectrum.emitted),
             // A reflectance of at most 1 at all wavelengths is clamped to 1 in all channels.
-            (Value::Spectrum(spectrum), Role::Share | Role::Level) if spectrum.most <= 1.0 => {
+            (ParameterValue::Spectrum(spectrum), ColorRole::Share | ColorRole::Level)
+                if spectrum.most <= 1.0 =>
+            {
                 Some(spectrum.reflected.map(|x| x.min(1.0)))
             }
-            (Value::Spectrum(spectrum), _) => Some(spectrum.reflected),
-            (Value::Float(x), _) => Some([*x; 3]),
-            (Value::Integer(x), _) => Some([*x as f64; 3]),
+            (ParameterValue::Spectrum(spectrum), _) => Some(spectrum.reflected),
+            (ParameterValue::Float(x), _) => Some([*x; 3]),
+            (ParameterValue::Integer(x), _) => Some([*x as f64; 3]),
             _ => None,
         });
         let Some(color) = found? else { return Ok(None) };
         let (range, name_of_range) = match role {
-            Role::Share => (0.0..=1.0, "from 0 to 1"),
-            Role::Level | Role::Emission | Role::Index | Role::Extinction => {
+            ColorRole::Share => (0.0..=1.0, "from 0 to 1"),
+            ColorRole::Level | ColorRole::Emission | ColorRole::Index | ColorRole::Extinction => {
                 (0.0..=f64::from(f32::MAX), "of at least 0")
             }
         };

@@ -11,17 +11,17 @@ use std::sync::Arc;
 use pt_math::DVec3;
 use pt_scene::Span;
 
-use super::object::{Child, Object, Target, Tree};
-use super::value::{self, Value};
+use super::object::{ChildObject, ChildTarget, MitsubaObject, ObjectTree};
+use super::value::{self, ParameterValue};
 use super::{nesting, spectrum};
 use crate::LoadError;
 use crate::mitsuba::nesting::MAX_DEPTH;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::number::number;
 use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
-use crate::shared::spectra::Spectrum;
-use crate::shared::xml::{Document, Node};
+use crate::shared::spectra::SpectrumColors;
+use crate::shared::xml::{XmlDocument, XmlNode};
 use crate::shared::{mesh_file, xml};
 
 /// Maximum nesting depth of included files, as in Mitsuba.
@@ -68,19 +68,23 @@ const OTHERS: [&str; 15] = [
 ];
 
 /// Reads a scene and its included files. Names that are defined by the caller have to be used.
-pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Tree, LoadError> {
+pub(super) fn read(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<ObjectTree, LoadError> {
     let definitions = context.options().definitions.as_slice();
     for (i, (name, _)) in definitions.iter().enumerate() {
         if definitions[..i].iter().any(|(before, _)| before == name) {
             return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
         }
     }
-    let given = |(name, value): &(String, String)| Name {
+    let given = |(name, value): &(String, String)| NameDefinition {
         text: name.clone(),
         value: value.clone(),
         is_used: Cell::new(false),
     };
-    let root = Object {
+    let root = MitsubaObject {
         tag: "scene".to_owned(),
         kind: String::new(),
         id: String::new(),
@@ -89,7 +93,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         children: Vec::new(),
         is_broken: false,
     };
-    let tree = Tree {
+    let tree = ObjectTree {
         context: Arc::clone(context),
         objects: vec![root],
         ids: BTreeMap::new(),
@@ -100,7 +104,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     };
     let names = definitions.iter().map(given).collect();
     let way = ReferenceStack::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES);
-    let mut reader = Reader { tree, names, lost_names: Vec::new(), way, depth: 0 };
+    let mut reader = MitsubaReader { tree, names, lost_names: Vec::new(), way, depth: 0 };
     let _ = reader.way.enter_file(path); // the first file is always allowed
     reader.file(bytes, path, 0)?;
     let (given, others) = reader.names.split_at(definitions.len());
@@ -116,10 +120,10 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     Ok(reader.tree)
 }
 
-struct Reader {
-    tree: Tree,
+struct MitsubaReader {
+    tree: ObjectTree,
     /// Values of `$name`.
-    names: Vec<Name>,
+    names: Vec<NameDefinition>,
     /// Names whose value could not be read, which was reported.
     lost_names: Vec<String>,
     /// Files being read, each included by the one before.
@@ -129,7 +133,7 @@ struct Reader {
 }
 
 /// Definition of `$name`.
-struct Name {
+struct NameDefinition {
     text: String,
     value: String,
     /// True if the value was substituted somewhere.
@@ -137,13 +141,13 @@ struct Name {
 }
 
 /// Attributes of an element, after substitution of `$name`.
-struct Attributes<'a> {
-    document: &'a Document<'a>,
-    node: Node<'a>,
+struct ElementAttributes<'a> {
+    document: &'a XmlDocument<'a>,
+    node: XmlNode<'a>,
     values: Vec<(&'a str, Cow<'a, str>)>,
 }
 
-impl Attributes<'_> {
+impl ElementAttributes<'_> {
     /// Returns an attribute, if it is specified.
     fn find(&self, name: &str) -> Option<&str> {
         self.values.iter().find(|(n, _)| *n == name).map(|(_, value)| &**value)
@@ -183,11 +187,11 @@ impl Attributes<'_> {
     }
 }
 
-impl Reader {
+impl MitsubaReader {
     /// Reads a file into the object with an index.
     fn file(&mut self, bytes: &[u8], path: &Path, parent: usize) -> Result<(), LoadError> {
         let text = xml::decode(bytes, path)?;
-        let document = Document::parse(&text, path, self.tree.context.limits())?;
+        let document = XmlDocument::parse(&text, path, self.tree.context.limits())?;
         let root = document.root();
         self.outermost(&document, root, parent)
     }
@@ -195,8 +199,8 @@ impl Reader {
     /// Reads the outermost element of a file.
     fn outermost<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        root: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        root: XmlNode<'a>,
         parent: usize,
     ) -> Result<(), LoadError> {
         if root.tag_name().name() == "scene" {
@@ -214,8 +218,8 @@ impl Reader {
     /// Reads the children of an element into the object with an index.
     fn content<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
         object: usize,
     ) -> Result<(), LoadError> {
         let most = self.tree.context.limits().depth(MAX_DEPTH);
@@ -224,7 +228,7 @@ impl Reader {
             return Err(document.error(node, message));
         }
         self.depth += 1;
-        for child in node.children().filter(Node::is_element) {
+        for child in node.children().filter(XmlNode::is_element) {
             let done = self.element(document, child, object);
             if self.tree.context.ok_or_report(done)?.is_none() {
                 self.tree.objects[object].is_broken = true;
@@ -243,8 +247,8 @@ impl Reader {
     /// Reads an element into the object that contains it.
     fn element<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
         parent: usize,
     ) -> Result<(), LoadError> {
         if let Some((name, value)) = self.named_value(document, node)? {
@@ -253,9 +257,9 @@ impl Reader {
         match node.tag_name().name() {
             "ref" => {
                 let attributes = self.attributes(document, node, &["id"], &["name"])?;
-                let target = Target::Reference(attributes.text("id").to_owned());
+                let target = ChildTarget::Reference(attributes.text("id").to_owned());
                 let (at, name) = (document.span(node), attributes.text("name").to_owned());
-                self.tree.objects[parent].children.push(Child { name, at, target });
+                self.tree.objects[parent].children.push(ChildObject { name, at, target });
                 Ok(())
             }
             "alias" => self.alias(document, node),
@@ -275,34 +279,40 @@ impl Reader {
     /// Reads `<float name="…" value="…"/>` and similar elements; `None` for any other element.
     fn named_value<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
-    ) -> Result<Option<(String, Value)>, LoadError> {
-        type Parse = fn(&str) -> Result<Value, String>;
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
+    ) -> Result<Option<(String, ParameterValue)>, LoadError> {
+        type Parse = fn(&str) -> Result<ParameterValue, String>;
         let parse: Parse = match node.tag_name().name() {
-            "float" => |text| number(text).map(Value::Float),
-            "integer" => |text| value::integer(text).map(Value::Integer),
-            "boolean" => |text| value::boolean(text).map(Value::Boolean),
-            "string" => |text| Ok(Value::Text(text.to_owned())),
-            "rgb" => |text| value::rgb(text).map(Value::Rgb),
+            "float" => |text| number(text).map(ParameterValue::Float),
+            "integer" => |text| value::integer(text).map(ParameterValue::Integer),
+            "boolean" => |text| value::boolean(text).map(ParameterValue::Boolean),
+            "string" => |text| Ok(ParameterValue::Text(text.to_owned())),
+            "rgb" => |text| value::rgb(text).map(ParameterValue::Rgb),
             "spectrum" if !node.has_attribute("type") => {
                 return self.spectrum(document, node).map(Some);
             }
             "point" | "vector" => {
                 let attributes =
                     self.attributes(document, node, &["name"], &["value", "x", "y", "z"])?;
-                let vector = Value::Vector(attributes.vector(0.0)?.to_array());
+                let vector = ParameterValue::Vector(attributes.vector(0.0)?.to_array());
                 return Ok(Some((attributes.text("name").to_owned(), vector)));
             }
             "transform" => {
                 let attributes = self.attributes(document, node, &["name"], &[])?;
                 let name = attributes.text("name").to_owned();
-                return Ok(Some((name, Value::Transform(self.transform(document, node)?))));
+                return Ok(Some((
+                    name,
+                    ParameterValue::Transform(self.transform(document, node)?),
+                )));
             }
             "animation" => {
                 let attributes = self.attributes(document, node, &["name"], &[])?;
                 let name = attributes.text("name").to_owned();
-                return Ok(Some((name, Value::Animation(self.animation(document, node)?))));
+                return Ok(Some((
+                    name,
+                    ParameterValue::Animation(self.animation(document, node)?),
+                )));
             }
             _ => return Ok(None),
         };
@@ -314,27 +324,27 @@ impl Reader {
     /// Reads `<spectrum name="…" value="…"/>`, or one with a file of samples.
     fn spectrum<'a>(
         &self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
-    ) -> Result<(String, Value), LoadError> {
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
+    ) -> Result<(String, ParameterValue), LoadError> {
         let attributes = self.attributes(document, node, &["name"], &["value", "filename"])?;
         let read = |text: &str| {
             let path = self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?;
-            Spectrum::read(&self.tree.context, &path)
+            SpectrumColors::read(&self.tree.context, &path)
         };
-        let value = attributes.parse("value", Spectrum::parse)?;
+        let value = attributes.parse("value", SpectrumColors::parse)?;
         let samples = attributes.parse("filename", read)?;
         let ((Some(spectrum), None) | (None, Some(spectrum))) = (value, samples) else {
             return Err(document.error(node, "expected either value or filename"));
         };
-        Ok((attributes.text("name").to_owned(), Value::Spectrum(spectrum)))
+        Ok((attributes.text("name").to_owned(), ParameterValue::Spectrum(spectrum)))
     }
 
     /// Reads an object and its content.
     fn object<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
         parent: usize,
     ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["type"], &["id", "name"])?;
@@ -344,12 +354,12 @@ impl Reader {
             return Err(document.error(node, format!("the id {} is given twice", quote(&id))));
         }
         let at = document.span(node);
-        self.tree.objects[parent].children.push(Child {
+        self.tree.objects[parent].children.push(ChildObject {
             name: attributes.text("name").to_owned(),
             at: at.clone(),
-            target: Target::Object(index),
+            target: ChildTarget::Object(index),
         });
-        self.tree.objects.push(Object {
+        self.tree.objects.push(MitsubaObject {
             tag: node.tag_name().name().to_owned(),
             kind: attributes.text("type").to_owned(),
             id,
@@ -362,7 +372,11 @@ impl Reader {
     }
 
     /// Adds a second identifier for an object.
-    fn alias<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
+    fn alias<'a>(
+        &mut self,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
+    ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["id", "as"], &[])?;
         let (id, alias) = (attributes.text("id"), attributes.text("as"));
         let Some(index) = self.tree.ids.get(id).copied() else {
@@ -377,7 +391,11 @@ impl Reader {
     }
 
     /// Defines `$name`, unless it is already defined.
-    fn define<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
+    fn define<'a>(
+        &mut self,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
+    ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["name", "value"], &[])?;
         let (name, value) = (attributes.text("name"), attributes.text("value"));
         if name.is_empty() {
@@ -390,15 +408,15 @@ impl Reader {
             return Err(document.error(node, format!("there are more than {MAX_NAMES} names")));
         }
         let (text, value) = (name.to_owned(), value.to_owned());
-        self.names.push(Name { text, value, is_used: Cell::new(false) });
+        self.names.push(NameDefinition { text, value, is_used: Cell::new(false) });
         Ok(())
     }
 
     /// Adds a search folder in front of the others.
     fn search_path<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
     ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["value"], &[])?;
         let text = attributes.text("value");
@@ -412,8 +430,8 @@ impl Reader {
     /// Reads another file in place of the element.
     fn include<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
         parent: usize,
     ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["filename"], &["name"])?;
@@ -427,7 +445,7 @@ impl Reader {
             Err(circle @ ReferenceError::Circle) => {
                 return Err(attributes.error(text, circle.of_file(text)));
             }
-            Err(barred) => return Err(Context::exceeded(at, barred.of_file(text))),
+            Err(barred) => return Err(LoadContext::exceeded(at, barred.of_file(text))),
         }
         let done = match self.tree.context.read(&path) {
             Ok(bytes) => self.file(&bytes, &path, parent),
@@ -440,11 +458,11 @@ impl Reader {
     /// Reads the attributes of an element: all that are required, and none but the given ones.
     fn attributes<'a>(
         &self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
         required: &[&str],
         optional: &[&str],
-    ) -> Result<Attributes<'a>, LoadError> {
+    ) -> Result<ElementAttributes<'a>, LoadError> {
         let tag = node.tag_name().name();
         let mut values = Vec::new();
         for attribute in node.attributes() {
@@ -466,7 +484,7 @@ impl Reader {
                 document.error(node, format!("<{tag}> needs the attribute {missing}=\"…\""))
             );
         }
-        Ok(Attributes { document, node, values })
+        Ok(ElementAttributes { document, node, values })
     }
 
     /// Substitutes the values of `$name`. The longest matching name is used, and `\$` is a dollar
@@ -483,7 +501,8 @@ impl Reader {
                 rest = after;
                 continue;
             }
-            let fits = |name: &&Name| !name.text.is_empty() && after.starts_with(&name.text);
+            let fits =
+                |name: &&NameDefinition| !name.text.is_empty() && after.starts_with(&name.text);
             let fitting = self.names.iter().filter(fits);
             let Some(found) = fitting.max_by_key(|name| name.text.len()) else {
                 let end = after.find(|c: char| !c.is_alphanumeric() && c != '_');
@@ -510,7 +529,7 @@ impl Reader {
     }
 }
 
-impl Tree {
+impl ObjectTree {
     /// Returns the first path at which a file or folder exists.
     pub(super) fn resolve(&self, text: &str) -> Option<PathBuf> {
         self.search.iter().map(|folder| folder.join(text)).find(|path| path.exists())
@@ -536,7 +555,7 @@ impl Tree {
 }
 
 /// Rejects scenes of Mitsuba 0.x and 1.x, which use different names.
-fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), LoadError> {
+fn check_version<'a>(document: &'a XmlDocument<'a>, root: XmlNode<'a>) -> Result<(), LoadError> {
     let version = root.attribute("version").unwrap_or_default();
     let major = version.split('.').next().and_then(|m| m.parse::<u32>().ok());
     match major {

@@ -8,30 +8,30 @@ use pt_scene::{Color, Material, Scene, framing};
 
 use super::bsdf::{Scattering, scattering};
 use super::daylight::see_spans;
-use super::medium::Media;
-use super::meter::{Sphere, is_aimed};
-use super::object::{Object, Parameters, Tree, error};
+use super::medium::MitsubaMediumCache;
+use super::meter::{MeterSphere, is_aimed};
+use super::object::{MitsubaObject, ObjectTree, Parameters, error};
 use super::seat::Seat;
-use super::shape::{Meshes, Shape, shape};
-use super::texture::{self, Textures};
+use super::shape::{MitsubaMeshCache, MitsubaShape, shape};
+use super::texture::{self, MitsubaTextureCache};
 use super::{ellipsoids, emitter, integrator, sensor};
 use crate::LoadError;
 use crate::shared::{cameras, placeholder};
 
 /// Builds the scene of a tree.
-pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
+pub(super) fn build(tree: &ObjectTree) -> Result<Scene, LoadError> {
     let root = &tree.objects[0];
     if let Some(stray) = root.parameters.first() {
         return Err(error(&stray.at, "a scene has no parameters; it belongs into an object"));
     }
     tree.context.expect_pictures(texture::pictures(tree));
-    let mut builder = Builder {
+    let mut builder = SceneBuilder {
         tree,
         scene: Scene { warnings: tree.warnings.clone(), ..Scene::default() },
         materials: HashMap::new(),
-        textures: Textures::new(tree),
-        media: Media::new(tree),
-        meshes: Meshes::default(),
+        textures: MitsubaTextureCache::new(tree),
+        media: MitsubaMediumCache::new(tree),
+        meshes: MitsubaMeshCache::default(),
         groups: HashMap::new(),
     };
     let mut sensors = Vec::new();
@@ -60,7 +60,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     }
     let used = used_sensor(tree, &sensors);
     let is_far = sensors.iter().any(|seat| is_aimed(seat.object));
-    let around = if is_far { sphere_around(&builder.scene) } else { Sphere::default() };
+    let around = if is_far { sphere_around(&builder.scene) } else { MeterSphere::default() };
     let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
     if let Some(used) = sensors.get(used) {
         *settings = tree.context.ok_or_report(sensor::settings(tree, used))?.unwrap_or_default();
@@ -75,7 +75,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     let outermost = tree.context.ok_or_report(outermost)?.flatten().map(|i| &tree.objects[i]);
     settings.sides_by_shading_normal = true;
     tree.context.ok_or_report(integrator::integrator(tree, outermost, settings, warnings))?;
-    let Media { made, warnings, .. } = builder.media;
+    let MitsubaMediumCache { made, warnings, .. } = builder.media;
     builder.scene.media = made;
     builder.scene.warnings.extend(warnings);
     integrator::fill_holes(&mut builder.scene);
@@ -83,21 +83,25 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
 }
 
 /// Returns the circumscribed sphere of the bounding box of all surfaces.
-fn sphere_around(scene: &Scene) -> Sphere {
+fn sphere_around(scene: &Scene) -> MeterSphere {
     let [low, high] = framing::surface_extent(scene, None).unwrap_or_default();
-    Sphere { center: 0.5 * (low + high), radius: 0.5 * (high - low).length() }
+    MeterSphere { center: 0.5 * (low + high), radius: 0.5 * (high - low).length() }
 }
 
 /// Returns the only nested object with a tag, if there is one.
-fn inside(tree: &Tree, object: &Object, tag: &str) -> Result<Option<usize>, LoadError> {
+fn inside(
+    tree: &ObjectTree,
+    object: &MitsubaObject,
+    tag: &str,
+) -> Result<Option<usize>, LoadError> {
     let children = object.children.iter().map(|child| tree.target(child));
     tree.only(&children.collect::<Result<Vec<_>, _>>()?, tag)
 }
 
 /// Returns the sensor inside of a shape, if there is one.
 fn attached<'t>(
-    tree: &'t Tree,
-    object: &'t Object,
+    tree: &'t ObjectTree,
+    object: &'t MitsubaObject,
     made: &[pt_scene::Object],
 ) -> Result<Option<Seat<'t>>, LoadError> {
     if object.tag != "shape" {
@@ -112,7 +116,7 @@ fn attached<'t>(
 }
 
 /// Returns the index of the sensor that is used: the requested one, or the first.
-fn used_sensor(tree: &Tree, sensors: &[Seat<'_>]) -> usize {
+fn used_sensor(tree: &ObjectTree, sensors: &[Seat<'_>]) -> usize {
     let names: Vec<_> = sensors.iter().map(|seat| seat.object.name()).collect();
     let wanted = tree.context.options().camera.as_ref();
     // A requested sensor that does not exist is reported after the whole scene is read.
@@ -120,22 +124,22 @@ fn used_sensor(tree: &Tree, sensors: &[Seat<'_>]) -> usize {
 }
 
 /// Indices of the bsdf and the area emitter of a material.
-type MaterialKey = (Option<usize>, Option<usize>);
+type BsdfEmitterKey = (Option<usize>, Option<usize>);
 
 /// State of the conversion.
-pub(super) struct Builder<'t> {
-    pub(super) tree: &'t Tree,
+pub(super) struct SceneBuilder<'t> {
+    pub(super) tree: &'t ObjectTree,
     pub(super) scene: Scene,
     /// Materials by bsdf and area emitter.
-    materials: HashMap<MaterialKey, u32>,
-    textures: Textures<'t>,
-    media: Media<'t>,
-    meshes: Meshes,
+    materials: HashMap<BsdfEmitterKey, u32>,
+    textures: MitsubaTextureCache<'t>,
+    media: MitsubaMediumCache<'t>,
+    meshes: MitsubaMeshCache,
     /// Contents of shape groups, by object index.
     pub(super) groups: HashMap<usize, Rc<[pt_scene::Object]>>,
 }
 
-impl Builder<'_> {
+impl SceneBuilder<'_> {
     /// Reads an item of the scene other than sensors and integrators.
     fn item(&mut self, index: usize) -> Result<(), LoadError> {
         let object = &self.tree.objects[index];
@@ -157,7 +161,7 @@ impl Builder<'_> {
         let tree = self.tree;
         let Some(target) = inside(tree, seat.object, "shape")? else { return Ok(()) };
         let target = &tree.objects[target];
-        let Shape { geometry, to_world, motion } =
+        let MitsubaShape { geometry, to_world, motion } =
             shape(tree, target, &mut self.meshes, &mut self.scene.warnings)?;
         if motion.is_some() {
             let message = "the shape that a sensor aims at moves; expected one that does not";
@@ -194,7 +198,10 @@ impl Builder<'_> {
     }
 
     /// Reads a shape, or several in the case of ellipsoids, with their material.
-    pub(super) fn shapes(&mut self, object: &Object) -> Result<Vec<pt_scene::Object>, LoadError> {
+    pub(super) fn shapes(
+        &mut self,
+        object: &MitsubaObject,
+    ) -> Result<Vec<pt_scene::Object>, LoadError> {
         let tree = self.tree;
         let shapes = if ellipsoids::KINDS.contains(&object.kind.as_str()) {
             let made =
@@ -211,7 +218,7 @@ impl Builder<'_> {
         let emitter = tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter))?;
         let media = self.media.sides(object)?;
-        let object = |Shape { geometry, to_world, motion }| pt_scene::Object {
+        let object = |MitsubaShape { geometry, to_world, motion }| pt_scene::Object {
             name: object.name().to_owned(),
             to_world,
             motion,
@@ -225,7 +232,7 @@ impl Builder<'_> {
 
     /// Returns the index of a material, which is added if it is new. Without a bsdf it is grey on
     /// the front, or black if it emits.
-    fn material(&mut self, shape: &Object, key: MaterialKey) -> Result<u32, LoadError> {
+    fn material(&mut self, shape: &MitsubaObject, key: BsdfEmitterKey) -> Result<u32, LoadError> {
         if let Some(index) = self.materials.get(&key) {
             return Ok(*index);
         }

@@ -4,13 +4,13 @@ use pt_math::DAffine3;
 use pt_scene::Geometry;
 
 use crate::LoadError;
-use crate::mitsuba::object::{Object, Parameters};
+use crate::mitsuba::object::{MitsubaObject, Parameters};
 
 /// A sensor, and the sensor whose film and sampler it uses.
 #[derive(Clone)]
 pub(super) struct Seat<'t> {
-    pub(super) object: &'t Object,
-    pub(super) holder: &'t Object,
+    pub(super) object: &'t MitsubaObject,
+    pub(super) holder: &'t MitsubaObject,
     /// Number of sensors that share the film, side by side.
     pub(super) count: u32,
     /// Surface to which a meter is attached or at which it aims, with its transform.
@@ -19,7 +19,7 @@ pub(super) struct Seat<'t> {
 
 impl<'t> Seat<'t> {
     /// Creates a sensor with its own film.
-    pub(super) fn alone(object: &'t Object) -> Self {
+    pub(super) fn alone(object: &'t MitsubaObject) -> Self {
         Self { object, holder: object, count: 1, surface: None }
     }
 

@@ -3,10 +3,10 @@
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::{Camera, Fit, Motion, Placement, Projection, RenderHints};
 
-use super::film::{self, Film, film};
-use super::medium::Media;
-use super::meter::{METERS, Sphere, meter};
-use super::object::{Object, Parameters, Tree, error, unsupported};
+use super::film::{self, SensorFilm, film};
+use super::medium::MitsubaMediumCache;
+use super::meter::{METERS, MeterSphere, meter};
+use super::object::{MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use crate::LoadError;
 use crate::mitsuba::seat::{Seat, shutter};
 use crate::shared::names::quote;
@@ -29,7 +29,10 @@ fn film_diagonal() -> f64 {
 
 /// Returns the sensors of an object: several for a "batch", which share its film. A note reports
 /// that they are not shown side by side.
-pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'t>>, LoadError> {
+pub(super) fn seats<'t>(
+    tree: &'t ObjectTree,
+    object: &'t MitsubaObject,
+) -> Result<Vec<Seat<'t>>, LoadError> {
     if object.kind != "batch" {
         return Ok(vec![Seat::alone(object)]);
     }
@@ -63,7 +66,7 @@ pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'
 }
 
 /// Returns the film of a sensor, or its part of the film of a "batch".
-fn film_of(tree: &Tree, seat: &Seat<'_>) -> Result<Film, LoadError> {
+fn film_of(tree: &ObjectTree, seat: &Seat<'_>) -> Result<SensorFilm, LoadError> {
     let mut film = film(tree, seat.holder)?;
     film.resolution[0] /= seat.count;
     if seat.count > 1 && film.crop.take().is_some() {
@@ -74,10 +77,10 @@ fn film_of(tree: &Tree, seat: &Seat<'_>) -> Result<Film, LoadError> {
 
 /// Creates the camera of a sensor. `around` encloses all surfaces of the scene.
 pub(super) fn camera(
-    tree: &Tree,
+    tree: &ObjectTree,
     seat: &Seat<'_>,
-    media: &mut Media<'_>,
-    around: Sphere,
+    media: &mut MitsubaMediumCache<'_>,
+    around: MeterSphere,
 ) -> Result<Camera, LoadError> {
     let object = seat.object;
     if !SENSORS.contains(&object.kind.as_str()) {
@@ -223,8 +226,8 @@ pub(super) fn fields_of_view(
 }
 
 /// Reads the render settings of the film and sampler of a sensor.
-pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<RenderHints, LoadError> {
-    let Film { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
+pub(super) fn settings(tree: &ObjectTree, seat: &Seat<'_>) -> Result<RenderHints, LoadError> {
+    let SensorFilm { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
     let settings = RenderHints {
         resolution: Some(resolution),
         crop,

@@ -10,11 +10,11 @@ use pt_scene::{Geometry, Hint, Mesh, Motion, Warning, shapes};
 
 use super::super::ply::{self, attributes};
 use super::super::{obj, serialized, vol};
-use super::object::{Object, Parameters, Tree, error, unsupported};
+use super::object::{MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use super::{curves, texture};
 use crate::LoadError;
-use crate::shared::context::Context;
-use crate::shared::isosurface::{Distances, Normals};
+use crate::shared::context::LoadContext;
+use crate::shared::isosurface::{Distances, IsosurfaceNormals};
 use crate::shared::mesh_file;
 use crate::shared::mesh_file::{ColorLevels, MeshFile};
 use crate::shared::names::quote;
@@ -39,7 +39,7 @@ const KINDS: [&str; 16] = [
 ];
 
 /// A shape without its material.
-pub(super) struct Shape {
+pub(super) struct MitsubaShape {
     pub(super) geometry: Geometry,
     pub(super) to_world: DAffine3,
     /// Motion of the shape, if it is animated.
@@ -71,7 +71,7 @@ impl MeshKey {
 
 /// Cache of meshes, shared by shapes.
 #[derive(Default)]
-pub(super) struct Meshes {
+pub(super) struct MitsubaMeshCache {
     /// Meshes of files, each with true if its smooth normals are computed, or the reason why it
     /// cannot be read.
     of_files: HashMap<MeshKey, Result<(Arc<Mesh>, bool), String>>,
@@ -84,17 +84,18 @@ pub(super) struct Meshes {
 
 /// Reads the shape of an object. Nested objects are left to the caller.
 pub(super) fn shape(
-    tree: &Tree,
-    object: &Object,
-    meshes: &mut Meshes,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
+    meshes: &mut MitsubaMeshCache,
     warnings: &mut Vec<Warning>,
-) -> Result<Shape, LoadError> {
+) -> Result<MitsubaShape, LoadError> {
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["silhouette_sampling_weight"]);
     let (to_world, motion) = parameters.placement("to_world")?;
     let mirrors = motion.as_ref().is_some_and(Motion::is_mirrored);
     let flips = parameters.boolean("flip_normals")?;
-    let mesh = |mesh: Arc<Mesh>| Shape { geometry: Geometry::Mesh(mesh), to_world, motion: None };
+    let mesh =
+        |mesh: Arc<Mesh>| MitsubaShape { geometry: Geometry::Mesh(mesh), to_world, motion: None };
     let mut shape = match object.kind.as_str() {
         "sphere" => sphere(&mut parameters, to_world, flips != mirrors)?,
         "rectangle" => mesh(meshes.made("rectangle", shapes::rectangle, flips)),
@@ -102,7 +103,7 @@ pub(super) fn shape(
         "disk" => mesh(meshes.made("disk", shapes::disk, flips)),
         "cylinder" => {
             let to_world = cylinder(&mut parameters, to_world)?;
-            Shape { to_world, ..mesh(meshes.made("cylinder", shapes::cylinder, flips)) }
+            MitsubaShape { to_world, ..mesh(meshes.made("cylinder", shapes::cylinder, flips)) }
         }
         kind @ ("bsplinecurve" | "linearcurve") => {
             let path = mesh_path(tree, object, &mut parameters)?;
@@ -117,7 +118,7 @@ pub(super) fn shape(
                     .map_err(|error| error.to_string())
             });
             match read {
-                Ok(read) => Shape { to_world: placed, ..mesh(turned(read, flips)) },
+                Ok(read) => MitsubaShape { to_world: placed, ..mesh(turned(read, flips)) },
                 Err(why) => return Err(left_out(tree, &parameters, &why)),
             }
         }
@@ -149,7 +150,7 @@ pub(super) fn shape(
             let normals = normals_of_grid(&mut parameters)?;
             let path = mesh_path(tree, object, &mut parameters)?;
             let key = MeshKey {
-                index: u32::from(normals == Normals::Smooth),
+                index: u32::from(normals == IsosurfaceNormals::Smooth),
                 flips,
                 ..MeshKey::of_file(path)
             };
@@ -168,8 +169,8 @@ pub(super) fn shape(
 
 /// Reads the mesh file of an object and its options; a missing file is reported.
 fn mesh_key(
-    tree: &Tree,
-    object: &Object,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
     parameters: &mut Parameters<'_>,
     (flips, mirrored): (bool, bool),
 ) -> Result<MeshKey, LoadError> {
@@ -193,8 +194,8 @@ fn mesh_key(
 
 /// Returns the file of an object; a missing file is reported.
 pub(super) fn mesh_path(
-    tree: &Tree,
-    object: &Object,
+    tree: &ObjectTree,
+    object: &MitsubaObject,
     parameters: &mut Parameters<'_>,
 ) -> Result<PathBuf, LoadError> {
     let Some(text) = parameters.text("filename")? else {
@@ -205,11 +206,11 @@ pub(super) fn mesh_path(
 }
 
 /// Reads the parameter "normals" of an "sdfgrid".
-fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError> {
+fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<IsosurfaceNormals, LoadError> {
     parameters.pass_over(&["watertight"]);
     match parameters.text("normals")? {
-        None | Some("smooth") => Ok(Normals::Smooth),
-        Some("analytic") => Ok(Normals::Analytic),
+        None | Some("smooth") => Ok(IsosurfaceNormals::Smooth),
+        Some("analytic") => Ok(IsosurfaceNormals::Analytic),
         Some(other) => {
             let message =
                 format!("{} is unknown; expected \"smooth\" or \"analytic\"", quote(other));
@@ -219,7 +220,11 @@ fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError
 }
 
 /// Extracts the surface of a file of signed distances.
-fn surface_of_grid(bytes: &[u8], normals: Normals, context: &Context) -> Result<MeshFile, String> {
+fn surface_of_grid(
+    bytes: &[u8],
+    normals: IsosurfaceNormals,
+    context: &LoadContext,
+) -> Result<MeshFile, String> {
     /// Maximum number of triangles if the caller sets no limit.
     const MAX_TRIANGLES: usize = 1 << 23;
     let grid = vol::parse(bytes)?.grid;
@@ -242,7 +247,7 @@ fn surface_of_grid(bytes: &[u8], normals: Normals, context: &Context) -> Result<
 }
 
 /// Reports a file that cannot be used, with the reason.
-pub(super) fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
+pub(super) fn left_out(tree: &ObjectTree, parameters: &Parameters<'_>, why: &str) -> LoadError {
     let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
     told.err().unwrap_or(LoadError::AlreadyReported)
 }
@@ -278,7 +283,7 @@ fn sphere(
     parameters: &mut Parameters<'_>,
     to_world: DAffine3,
     flips: bool,
-) -> Result<Shape, LoadError> {
+) -> Result<MitsubaShape, LoadError> {
     const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
     let center = parameters.vector("center")?.unwrap_or_default();
     let radius = parameters.float("radius")?.unwrap_or(1.0);
@@ -298,14 +303,14 @@ fn sphere(
     let sign = if flips == mirrored { 1.0 } else { -1.0 };
     // The rotation of the sphere is kept for its texture coordinates.
     let center = to_world.transform_point3(center);
-    Ok(Shape {
+    Ok(MitsubaShape {
         geometry: Geometry::Sphere { radius: sign * world_radius },
         to_world: DAffine3::from_mat3_translation(linear * scale.recip(), center),
         motion: None,
     })
 }
 
-impl Meshes {
+impl MitsubaMeshCache {
     /// Returns a procedural mesh.
     pub(super) fn made(
         &mut self,

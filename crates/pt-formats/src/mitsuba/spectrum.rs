@@ -1,19 +1,22 @@
-//! Spectra in the formats of Mitsuba, which [`Spectrum`] converts to colours as its RGB modes do.
+//! Spectra in the formats of Mitsuba, which [`SpectrumColors`] converts to colours as its RGB modes
+//! do.
 
 use std::path::Path;
 
-use super::object::{Child, Object, Parameters, Role, Target, Tree, error, unsupported};
-use super::value::{self, Value};
+use super::object::{
+    ChildObject, ChildTarget, ColorRole, MitsubaObject, ObjectTree, Parameters, error, unsupported,
+};
+use super::value::{self, ParameterValue};
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 use crate::shared::number::number;
-use crate::shared::spectra::Spectrum;
+use crate::shared::spectra::SpectrumColors;
 use crate::shared::text;
 
 const KINDS: [&str; 6] = ["blackbody", "d65", "irregular", "regular", "srgb", "uniform"];
 
-impl Spectrum {
+impl SpectrumColors {
     /// Parses a number, or a list of `WAVELENGTH:VALUE`.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         if !text.contains(':') {
@@ -29,7 +32,7 @@ impl Spectrum {
     }
 
     /// Reads a file with lines of `WAVELENGTH VALUE`; lines that begin with `#` are comments.
-    pub(in super::super) fn read(context: &Context, path: &Path) -> Result<Self, String> {
+    pub(in super::super) fn read(context: &LoadContext, path: &Path) -> Result<Self, String> {
         let bytes = context.read(path)?;
         let mut samples = Vec::new();
         let text = text::characters(&bytes, path).map_err(|error| error.to_string())?;
@@ -49,15 +52,15 @@ impl Spectrum {
 
 /// Converts objects `<spectrum type="…">` to parameters of the objects that contain or reference
 /// them.
-pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
+pub(super) fn resolve(tree: &mut ObjectTree) -> Result<(), LoadError> {
     // In Mitsuba a spectrum is a texture, and may be written as one.
-    let is_spectrum = |object: &&Object| {
+    let is_spectrum = |object: &&MitsubaObject| {
         object.tag == "spectrum" || object.tag == "texture" && KINDS.contains(&object.kind.as_str())
     };
     if tree.objects.iter().find(is_spectrum).is_none() {
         return Ok(());
     }
-    let value = |object: &Object| {
+    let value = |object: &MitsubaObject| {
         if !is_spectrum(&object) {
             return Ok(None);
         }
@@ -72,8 +75,8 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
     for i in 0..tree.objects.len() {
         for child in std::mem::take(&mut tree.objects[i].children) {
             let target = match &child.target {
-                Target::Object(target) => Some(*target),
-                Target::Reference(id) => tree.ids.get(id).copied(),
+                ChildTarget::Object(target) => Some(*target),
+                ChildTarget::Reference(id) => tree.ids.get(id).copied(),
             };
             let object = &mut tree.objects[i];
             match target.and_then(|target| values[target].clone()) {
@@ -91,7 +94,11 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
 }
 
 /// Adds a spectrum as a parameter of the object around it. A missing value was reported.
-fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), LoadError> {
+fn add(
+    object: &mut MitsubaObject,
+    child: ChildObject,
+    value: Option<ParameterValue>,
+) -> Result<(), LoadError> {
     if child.name.is_empty() {
         let message = "the attribute name=\"…\" is missing, which says what it is for";
         return Err(error(&child.at, message));
@@ -100,20 +107,20 @@ fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), Lo
 }
 
 /// Reads an object `<spectrum type="…">`.
-fn of_object(tree: &Tree, object: &Object) -> Result<Value, LoadError> {
+fn of_object(tree: &ObjectTree, object: &MitsubaObject) -> Result<ParameterValue, LoadError> {
     tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);
     let value = match object.kind.as_str() {
         "blackbody" => {
             required(&mut parameters, "temperature")?;
             let kelvin = parameters.positive("temperature", 1.0)?;
-            Value::Spectrum(Spectrum::black_body(kelvin))
+            ParameterValue::Spectrum(SpectrumColors::black_body(kelvin))
         }
         // Daylight is white, and so is a constant reflectance.
         "d65" => {
             let scale = parameters.float("scale")?.unwrap_or(1.0);
-            let color = parameters.color("color", Role::Emission, 1.0)?;
-            Value::Rgb(color.map(|c| f64::from(c) * scale))
+            let color = parameters.color("color", ColorRole::Emission, 1.0)?;
+            ParameterValue::Rgb(color.map(|c| f64::from(c) * scale))
         }
         "irregular" => {
             let wavelengths = list(&mut parameters, "wavelengths")?;
@@ -138,8 +145,10 @@ fn of_object(tree: &Tree, object: &Object) -> Result<Value, LoadError> {
             let wavelengths = (0..values.len()).map(|i| shortest + step * i as f64);
             sampled(&parameters, wavelengths.zip(values.iter().copied()))?
         }
-        "srgb" => Value::Rgb(parameters.color("color", Role::Emission, 1.0)?.map(f64::from)),
-        "uniform" => Value::Rgb([parameters.float("value")?.unwrap_or(1.0); 3]),
+        "srgb" => {
+            ParameterValue::Rgb(parameters.color("color", ColorRole::Emission, 1.0)?.map(f64::from))
+        }
+        "uniform" => ParameterValue::Rgb([parameters.float("value")?.unwrap_or(1.0); 3]),
         _ => return Err(unsupported(object, &KINDS)),
     };
     parameters.finish()?;
@@ -165,8 +174,8 @@ fn list(parameters: &mut Parameters<'_>, name: &'static str) -> Result<Vec<f64>,
 fn sampled(
     parameters: &Parameters<'_>,
     samples: impl Iterator<Item = (f64, f64)>,
-) -> Result<Value, LoadError> {
+) -> Result<ParameterValue, LoadError> {
     let samples: Vec<_> = samples.collect();
-    let spectrum = Spectrum::sampled(&samples);
-    spectrum.map(Value::Spectrum).map_err(|message| parameters.refuse("values", message))
+    let spectrum = SpectrumColors::sampled(&samples);
+    spectrum.map(ParameterValue::Spectrum).map_err(|message| parameters.refuse("values", message))
 }

@@ -10,10 +10,10 @@ use pt_scene::image::Image;
 use pt_scene::medium::PlacedGrid;
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, TextureMapping, Wrap};
 
-use super::super::ply::attributes::Wanted;
-use super::object::{Object, Parameters, Role, Tree, unsupported};
-use super::value::Value;
-use super::volume::{Field, Grids};
+use super::super::ply::attributes::RequestedAttributes;
+use super::object::{ColorRole, MitsubaObject, ObjectTree, Parameters, unsupported};
+use super::value::ParameterValue;
+use super::volume::{Grids, VolumeField};
 use crate::LoadError;
 use crate::shared::names::quote;
 use crate::shared::placeholder;
@@ -28,8 +28,12 @@ pub(super) fn as_number(texture: Arc<Texture>) -> Arc<Texture> {
 }
 
 /// Reads the number or vector of a `rawconstant`.
-fn raw_value(object: &Object, parameters: &mut Parameters<'_>) -> Result<[f32; 3], LoadError> {
-    let is_vector = parameters.find("value").is_some_and(|p| matches!(p.value, Value::Vector(_)));
+fn raw_value(
+    object: &MitsubaObject,
+    parameters: &mut Parameters<'_>,
+) -> Result<[f32; 3], LoadError> {
+    let is_vector =
+        parameters.find("value").is_some_and(|p| matches!(p.value, ParameterValue::Vector(_)));
     let value = if is_vector {
         parameters.vector("value")?.map(|v| v.to_array())
     } else {
@@ -46,8 +50,8 @@ fn raw_value(object: &Object, parameters: &mut Parameters<'_>) -> Result<[f32; 3
 }
 
 /// Cache of the textures of a scene and their images.
-pub(super) struct Textures<'t> {
-    pub(super) tree: &'t Tree,
+pub(super) struct MitsubaTextureCache<'t> {
+    pub(super) tree: &'t ObjectTree,
     /// Textures by object index; `None` if the image is missing.
     made: HashMap<usize, Option<Arc<Texture>>>,
     /// Images by file, and true if their values are used without conversion.
@@ -55,8 +59,8 @@ pub(super) struct Textures<'t> {
     grids: Grids,
 }
 
-impl<'t> Textures<'t> {
-    pub(super) fn new(tree: &'t Tree) -> Self {
+impl<'t> MitsubaTextureCache<'t> {
+    pub(super) fn new(tree: &'t ObjectTree) -> Self {
         let (made, images) = (HashMap::new(), HashMap::new());
         Self { tree, made, images, grids: Grids::default() }
     }
@@ -76,8 +80,8 @@ impl<'t> Textures<'t> {
             "mesh_attribute" => Some(mesh_attribute(object, &mut parameters)?),
             "checkerboard" => {
                 let to_uv = coordinates(parameters.transform("to_uv")?);
-                let first = parameters.color("color0", Role::Level, 0.4)?;
-                let second = parameters.color("color1", Role::Level, 0.2)?;
+                let first = parameters.color("color0", ColorRole::Level, 0.4)?;
+                let second = parameters.color("color1", ColorRole::Level, 0.2)?;
                 self.note_levels_above_1(object, first.into_iter().chain(second));
                 let pattern = Pattern::Checkerboard([first, second]);
                 Some(Texture::on_surface(pattern, to_uv))
@@ -96,19 +100,19 @@ impl<'t> Textures<'t> {
     }
 
     /// Reads a volume as a texture. Outside of its box, a grid is extended from its boundary.
-    fn volume(&mut self, object: &Object, children: &[usize]) -> Result<Texture, LoadError> {
+    fn volume(&mut self, object: &MitsubaObject, children: &[usize]) -> Result<Texture, LoadError> {
         let [volume] = children else {
             let message =
                 format!("expected one <volume name=\"volume\"> in it, found {}", children.len());
             return Err(super::object::error(&object.at, message));
         };
-        let field = self.grids.volume(self.tree, &self.tree.objects[*volume], Role::Level)?;
+        let field = self.grids.volume(self.tree, &self.tree.objects[*volume], ColorRole::Level)?;
         Ok(match field {
-            Field::Constant(color, _) => {
+            VolumeField::Constant(color, _) => {
                 self.note_levels_above_1(object, color.into_iter());
                 Pattern::Checkerboard([color; 2]).into()
             }
-            Field::Grid(PlacedGrid { grid, to_world, filter }) => {
+            VolumeField::Grid(PlacedGrid { grid, to_world, filter }) => {
                 self.note_levels_above_1(object, grid.values.iter().copied());
                 Texture {
                     pattern: Pattern::Grid { grid, filter },
@@ -119,7 +123,7 @@ impl<'t> Textures<'t> {
         })
     }
 
-    fn note_levels_above_1(&self, object: &Object, mut levels: impl Iterator<Item = f32>) {
+    fn note_levels_above_1(&self, object: &MitsubaObject, mut levels: impl Iterator<Item = f32>) {
         if levels.any(|level| level > 1.0) {
             let message = "where the texture is a share of light, what is above 1 counts as 1: nothing reflects more \
                            light than arrives";
@@ -138,7 +142,7 @@ impl<'t> Textures<'t> {
     /// Returns the texture of the only parameter of an object that may have one.
     pub(super) fn of(
         &mut self,
-        object: &Object,
+        object: &MitsubaObject,
         name: &str,
     ) -> Result<Option<Arc<Texture>>, LoadError> {
         let mut found = None;
@@ -159,7 +163,7 @@ impl<'t> Textures<'t> {
     /// Reads an image texture; `None` if the image is missing, which is reported.
     fn bitmap(
         &mut self,
-        object: &Object,
+        object: &MitsubaObject,
         parameters: &mut Parameters<'_>,
     ) -> Result<Option<Texture>, LoadError> {
         let to_uv = coordinates(parameters.transform("to_uv")?);
@@ -212,14 +216,14 @@ impl<'t> Textures<'t> {
 }
 
 /// Returns the image files of the textures and environment maps of a scene.
-pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, PixelEncoding)> {
+pub(super) fn pictures(tree: &ObjectTree) -> impl Iterator<Item = (PathBuf, PixelEncoding)> {
     tree.objects.iter().filter_map(|object| {
         if !matches!(object.kind.as_str(), "bitmap" | "envmap") {
             return None;
         }
         let value = |name| object.parameters.iter().find(|p| p.name == name).map(|p| &p.value);
-        let Some(Value::Text(file)) = value("filename") else { return None };
-        let is_raw = matches!(value("raw"), Some(Value::Boolean(true)));
+        let Some(ParameterValue::Text(file)) = value("filename") else { return None };
+        let is_raw = matches!(value("raw"), Some(ParameterValue::Boolean(true)));
         Some((tree.resolve(file)?, PixelEncoding::of_raw(is_raw)))
     })
 }
@@ -229,11 +233,11 @@ const OF_VERTICES: &str = "vertex_";
 const OF_FACES: &str = "face_";
 
 /// Returns the mesh attributes that textures use, except colours.
-pub(super) fn attributes(tree: &Tree) -> Wanted {
-    let mut wanted = Wanted::default();
+pub(super) fn attributes(tree: &ObjectTree) -> RequestedAttributes {
+    let mut wanted = RequestedAttributes::default();
     for object in tree.objects.iter().filter(|object| object.kind == "mesh_attribute") {
         let name = object.parameters.iter().find(|p| p.name == "name").map(|p| &p.value);
-        let Some(Value::Text(name)) = name else { continue };
+        let Some(ParameterValue::Text(name)) = name else { continue };
         match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
             (Some("color"), _) | (_, Some("color")) => {}
             (Some(name), _) => drop(wanted.vertices.insert(name.to_owned())),
@@ -245,7 +249,10 @@ pub(super) fn attributes(tree: &Tree) -> Wanted {
 }
 
 /// Reads a texture of a mesh attribute times a number.
-fn mesh_attribute(object: &Object, parameters: &mut Parameters<'_>) -> Result<Texture, LoadError> {
+fn mesh_attribute(
+    object: &MitsubaObject,
+    parameters: &mut Parameters<'_>,
+) -> Result<Texture, LoadError> {
     let name = parameters.text("name")?.unwrap_or_default();
     let pattern = match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
         (Some("color"), _) => Pattern::VertexColors,

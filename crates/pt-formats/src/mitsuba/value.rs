@@ -2,18 +2,18 @@
 
 use crate::shared::names::quote;
 use crate::shared::number::number;
-use crate::shared::spectra::Spectrum;
+use crate::shared::spectra::SpectrumColors;
 
 /// Value of a parameter, with the type specified by the author.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(super) enum ParameterValue {
     Float(f64),
     Integer(i64),
     Boolean(bool),
     Text(String),
     Vector([f64; 3]),
     Rgb([f64; 3]),
-    Spectrum(Spectrum),
+    Spectrum(SpectrumColors),
     Transform(pt_math::DAffine3),
     Animation(pt_scene::Motion),
 }

@@ -8,7 +8,7 @@ use pt_math::DAffine3;
 use pt_scene::medium::{Grid, GridFilter, PlacedGrid};
 
 use super::super::vol;
-use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::object::{ColorRole, MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -18,7 +18,7 @@ const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 const MATRIX: u32 = 6;
 
 /// Values of a `<volume>`, and their placement.
-pub(super) enum Field {
+pub(super) enum VolumeField {
     /// Constant in the unit cube, with its transform.
     Constant([f32; 3], DAffine3),
     Grid(PlacedGrid),
@@ -34,19 +34,19 @@ impl Grids {
     /// Reads a volume.
     pub(super) fn volume(
         &mut self,
-        tree: &Tree,
-        object: &Object,
-        role: Role,
-    ) -> Result<Field, LoadError> {
+        tree: &ObjectTree,
+        object: &MitsubaObject,
+        role: ColorRole,
+    ) -> Result<VolumeField, LoadError> {
         tree.children(object, &[])?;
         let mut parameters = Parameters::new(object);
         let to_world = parameters.transform("to_world")?;
         let field = match object.kind.as_str() {
-            "constvolume" => Field::Constant(parameters.color("value", role, 1.0)?, to_world),
+            "constvolume" => VolumeField::Constant(parameters.color("value", role, 1.0)?, to_world),
             "gridvolume" => {
                 let placed = self.grid(tree, object, &mut parameters, to_world)?;
                 require(&placed, |channels| channels != MATRIX, "one or three", &parameters)?;
-                Field::Grid(placed)
+                VolumeField::Grid(placed)
             }
             _ => return Err(unsupported(object, &VOLUMES)),
         };
@@ -57,8 +57,8 @@ impl Grids {
     /// Reads a grid of symmetric matrices.
     pub(super) fn matrices(
         &mut self,
-        tree: &Tree,
-        object: &Object,
+        tree: &ObjectTree,
+        object: &MitsubaObject,
     ) -> Result<PlacedGrid, LoadError> {
         tree.children(object, &[])?;
         if object.kind != "gridvolume" {
@@ -74,8 +74,8 @@ impl Grids {
 
     fn grid(
         &mut self,
-        tree: &Tree,
-        object: &Object,
+        tree: &ObjectTree,
+        object: &MitsubaObject,
         parameters: &mut Parameters<'_>,
         to_world: DAffine3,
     ) -> Result<PlacedGrid, LoadError> {
@@ -109,7 +109,7 @@ impl Grids {
     }
 
     /// Returns the grid of a file, which is read once, and the transform to its box.
-    fn read(&mut self, tree: &Tree, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
+    fn read(&mut self, tree: &ObjectTree, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
         if let Some((grid, to_box)) = self.read.get(&path) {
             return Ok((Arc::clone(grid), *to_box));
         }

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use pt_scene::{Geometry, Object, Scene};
 
-use super::library::Library;
-use super::material::Maker;
+use super::library::MaterialLibrary;
+use super::material::MaterialConverter;
 use super::mtl;
-use super::notes::Notes;
-use super::slots::Named;
+use super::notes::MaterialNotes;
+use super::slots::LocatedName;
 use crate::LoadError;
 use crate::shared::context::Folder;
 use crate::shared::mesh_file::place;
@@ -23,11 +23,11 @@ pub(super) struct MaterialAssigner<'a> {
     /// Path of the file.
     pub(super) path: &'a Path,
     /// Material name of each slot.
-    pub(super) slots: Vec<Option<Named>>,
+    pub(super) slots: Vec<Option<LocatedName>>,
     /// Number of slots of the mesh; each further slot is that of an object of points and lines.
     pub(super) of_mesh: usize,
     /// Names of the material libraries, as written.
-    pub(super) libraries: Vec<Named>,
+    pub(super) libraries: Vec<LocatedName>,
     pub(super) folder: &'a Folder,
 }
 
@@ -38,7 +38,7 @@ impl MaterialAssigner<'_> {
     /// # Errors
     /// Returns an error if nothing more can be read.
     pub(super) fn assign(&self, scene: &mut Scene) -> Result<(), LoadError> {
-        let mut notes = Notes::default();
+        let mut notes = MaterialNotes::default();
         let library = self.library(&mut notes)?;
         let default = |object: &Object| object.materials.first().copied().flatten();
         let (mesh, clouds) = scene.objects.split_at(usize::from(self.of_mesh > 0));
@@ -48,7 +48,7 @@ impl MaterialAssigner<'_> {
         let mut not_found = Vec::new();
         let dressed = self.slots.iter().flatten().filter_map(|n| library.described.get(&n.name));
         self.folder.context.expect_pictures(mtl::pictures(dressed, self.folder));
-        let mut maker = Maker::new(self.folder, &mut notes);
+        let mut maker = MaterialConverter::new(self.folder, &mut notes);
         for (named, slot) in self.slots.iter().zip(&mut materials) {
             let Some(named) = named.as_ref().filter(|named| !named.name.is_empty()) else {
                 continue;
@@ -81,10 +81,10 @@ impl MaterialAssigner<'_> {
     }
 
     /// Reads the material libraries.
-    fn library(&self, notes: &mut Notes) -> Result<Library, LoadError> {
+    fn library(&self, notes: &mut MaterialNotes) -> Result<MaterialLibrary, LoadError> {
         let names = self.slots.iter().flatten().map(|named| named.name.as_str());
         let wanted: HashSet<&str> = names.collect();
-        let mut library = Library::default();
+        let mut library = MaterialLibrary::default();
         for named in &self.libraries {
             library.read(named, &wanted, self.folder, self.path, notes)?;
         }
@@ -92,14 +92,19 @@ impl MaterialAssigner<'_> {
     }
 
     /// Adds warnings about materials that are in no file.
-    fn note_not_found(&self, not_found: &[&Named], library: &Library, notes: &mut Notes) {
+    fn note_not_found(
+        &self,
+        not_found: &[&LocatedName],
+        library: &MaterialLibrary,
+        notes: &mut MaterialNotes,
+    ) {
         let Some(first) = not_found.first() else { return };
         if self.libraries.is_empty() {
             let message =
                 "no \"mtllib\" names a file of materials; the default material is taken for all";
             return notes.add(place(self.path, first.line), message.to_owned());
         }
-        for Named { name, line } in not_found.iter().take(MAX_NOT_FOUND) {
+        for LocatedName { name, line } in not_found.iter().take(MAX_NOT_FOUND) {
             let near = suggestions(name, library.names.iter().map(String::as_str));
             let hint = near.first().map(|near| format!(" (did you mean {}?)", quote(near)));
             let message = format!(
@@ -122,7 +127,7 @@ impl MaterialAssigner<'_> {
         scene: &Scene,
         is_dressed: bool,
         shows_images: bool,
-        notes: &mut Notes,
+        notes: &mut MaterialNotes,
     ) {
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { return };
         let whole = place(self.path, 0);

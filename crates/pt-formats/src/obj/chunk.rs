@@ -10,7 +10,7 @@ use std::path::Path;
 use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
-use super::slots::Named;
+use super::slots::LocatedName;
 use crate::LoadError;
 use crate::shared::decimal::{leading_f32, next};
 use crate::shared::line::Line;
@@ -20,19 +20,19 @@ use crate::shared::mesh_diagnostics::MeshDiagnostics;
 const BYTES: usize = 1 << 19;
 
 /// Numbers of vertices, texture coordinates and normals, in this order.
-pub(super) type Counts = [usize; 3];
+pub(super) type VertexCounts = [usize; 3];
 
 /// Some lines of a file.
 #[derive(Clone, Copy)]
-pub(super) struct Chunk<'a> {
+pub(super) struct LineChunk<'a> {
     pub(super) path: &'a Path,
     bytes: &'a [u8],
     /// Number of the first line.
     line: u32,
     /// Counts above the chunk.
-    pub(super) above: Counts,
+    pub(super) above: VertexCounts,
     /// Counts of the chunk.
-    pub(super) own: Counts,
+    pub(super) own: VertexCounts,
     /// Number of faces.
     pub(super) faces: usize,
     /// True if the chunk has statements that `own` does not count.
@@ -41,7 +41,7 @@ pub(super) struct Chunk<'a> {
 
 /// Vertex data.
 #[derive(Default)]
-pub(super) struct Vertices {
+pub(super) struct ObjVertices {
     pub(super) positions: Vec<[f32; 3]>,
     /// Linear colours; possibly not of all positions.
     pub(super) colors: Vec<[f32; 3]>,
@@ -50,20 +50,28 @@ pub(super) struct Vertices {
 }
 
 /// Splits a file at line breaks.
-pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
+pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<LineChunk<'a>> {
     let (mut chunks, mut rest) = (Vec::new(), bytes);
     while !rest.is_empty() {
         let least = rest.len().min(BYTES);
         let end = memchr::memchr(b'\n', &rest[least..]).map_or(rest.len(), |at| least + at + 1);
         let (head, tail) = rest.split_at(end);
         let (above, own) = ([0; 3], [0; 3]);
-        chunks.push(Chunk { path, bytes: head, line: 1, above, own, faces: 0, has_others: false });
+        chunks.push(LineChunk {
+            path,
+            bytes: head,
+            line: 1,
+            above,
+            own,
+            faces: 0,
+            has_others: false,
+        });
         rest = tail;
     }
-    let counts = side_by_side(&chunks, Chunk::count);
+    let counts = side_by_side(&chunks, LineChunk::count);
     let (mut line, mut above) = (1_u32, [0; 3]);
     for (chunk, (lines, counted)) in chunks.iter_mut().zip(counts) {
-        *chunk = Chunk { line, above, ..counted };
+        *chunk = LineChunk { line, above, ..counted };
         line = line.saturating_add(lines);
         above = [0, 1, 2].map(|i| above[i] + chunk.own[i]);
     }
@@ -72,8 +80,8 @@ pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
 
 /// Applies `work` to all chunks, in parallel if there are several.
 pub(super) fn side_by_side<'a, P: Send>(
-    chunks: &[Chunk<'a>],
-    work: impl Fn(&Chunk<'a>) -> P + Sync + Send,
+    chunks: &[LineChunk<'a>],
+    work: impl Fn(&LineChunk<'a>) -> P + Sync + Send,
 ) -> Vec<P> {
     match chunks {
         [one] => vec![work(one)],
@@ -81,7 +89,7 @@ pub(super) fn side_by_side<'a, P: Send>(
     }
 }
 
-impl<'a> Chunk<'a> {
+impl<'a> LineChunk<'a> {
     /// Returns the number of lines, and the chunk with its statements counted.
     fn count(&self) -> (u32, Self) {
         let (mut lines, mut counted) = (0, *self);
@@ -130,8 +138,8 @@ impl<'a> Chunk<'a> {
     }
 
     /// Reads the vertices, with 0 in place of invalid numbers.
-    pub(super) fn vertices(&self, faults: &mut MeshDiagnostics) -> Vertices {
-        let mut vertices = Vertices::with_capacity(self.own);
+    pub(super) fn vertices(&self, faults: &mut MeshDiagnostics) -> ObjVertices {
+        let mut vertices = ObjVertices::with_capacity(self.own);
         if self.own == [0; 3] {
             return vertices;
         }
@@ -160,9 +168,9 @@ impl<'a> Statement<'a> {
     }
 
     /// Returns the rest as a name, with its line number.
-    pub(super) fn named(&self) -> Named {
+    pub(super) fn named(&self) -> LocatedName {
         let rest = String::from_utf8_lossy(self.rest());
-        Named { name: uncommented(&rest).trim().to_owned(), line: self.number }
+        LocatedName { name: uncommented(&rest).trim().to_owned(), line: self.number }
     }
 
     /// Reads the line as text. Names and comments may be in any encoding; numbers are ASCII in all
@@ -203,9 +211,9 @@ fn keyword(line: &[u8]) -> &[u8] {
     &word[..end.unwrap_or(word.len())]
 }
 
-impl Vertices {
+impl ObjVertices {
     /// Creates empty vertex data with this capacity.
-    pub(super) fn with_capacity([positions, uvs, normals]: Counts) -> Self {
+    pub(super) fn with_capacity([positions, uvs, normals]: VertexCounts) -> Self {
         Self {
             positions: pt_memory::with_capacity(positions),
             colors: Vec::new(),

@@ -2,8 +2,8 @@
 
 use pt_scene::Span;
 
-use super::chunk::{Chunk, Counts};
-use super::slots::{Named, Slots};
+use super::chunk::{LineChunk, VertexCounts};
+use super::slots::{LocatedName, Slots};
 use super::smooth::{Groups, group};
 use super::strokes::Strokes;
 use crate::LoadError;
@@ -34,7 +34,7 @@ const MAX_UNKNOWN: usize = 20;
 
 /// Faces of some lines.
 #[derive(Default)]
-pub(super) struct Faces {
+pub(super) struct ObjFaces {
     /// Indices of positions.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) uvs: Indices,
@@ -46,7 +46,7 @@ pub(super) struct Faces {
     /// Smoothing groups.
     pub(super) groups: Groups,
     /// Names of material libraries, as written.
-    pub(super) libraries: Vec<Named>,
+    pub(super) libraries: Vec<LocatedName>,
     /// First words of unknown statements, with the first location of each.
     pub(super) unknown: Vec<(String, Span)>,
 }
@@ -98,7 +98,7 @@ impl Indices {
     }
 }
 
-impl Faces {
+impl ObjFaces {
     /// Creates an empty list with this capacity.
     pub(super) fn with_capacity(triangles: usize) -> Self {
         Self { triangles: pt_memory::with_capacity(triangles), ..Self::default() }
@@ -106,7 +106,7 @@ impl Faces {
 
     /// Reads the valid faces of a chunk; `positions` are those of the file.
     pub(super) fn read(
-        chunk: &Chunk,
+        chunk: &LineChunk,
         positions: &[[f32; 3]],
         faults: &mut MeshDiagnostics,
     ) -> Self {
@@ -222,7 +222,7 @@ impl Faces {
 /// Reads the corners of a face, and records the errors. Returns true if there are none.
 fn read_corners(
     line: Line,
-    counts: Counts,
+    counts: VertexCounts,
     corners: &mut Vec<[u32; 3]>,
     faults: &mut MeshDiagnostics,
 ) -> bool {
@@ -242,7 +242,7 @@ fn read_corners(
 
 /// Parses a line of exactly three corners with positive indices, as most faces are; `None` for
 /// other lines.
-fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
+fn plain_triangle(mut bytes: &[u8], counts: VertexCounts) -> Option<[[u32; 3]; 3]> {
     let mut triangle = [[MISSING; 3]; 3];
     for corner in &mut triangle {
         bytes = bytes.trim_ascii_start();
@@ -279,7 +279,7 @@ fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
 fn corner(
     line: Line,
     word: &str,
-    counts: Counts,
+    counts: VertexCounts,
     faults: &mut MeshDiagnostics,
 ) -> Result<[u32; 3], LoadError> {
     let mut corner = [MISSING; 3];

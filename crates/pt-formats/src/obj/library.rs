@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::chunk::uncommented;
-use super::notes::Notes;
-use super::slots::Named;
+use super::notes::MaterialNotes;
+use super::slots::LocatedName;
 use crate::LoadError;
-use crate::shared::context::{Context, Folder};
+use crate::shared::context::{Folder, LoadContext};
 use crate::shared::mesh_file::{locate, place};
 use crate::shared::names::quote;
 use crate::shared::text;
@@ -26,7 +26,7 @@ pub(super) struct Described {
 
 /// Content of the material libraries.
 #[derive(Default)]
-pub(super) struct Library {
+pub(super) struct MaterialLibrary {
     /// Statements of the requested materials.
     pub(super) described: HashMap<String, Described>,
     /// Names of all materials.
@@ -37,7 +37,7 @@ pub(super) struct Library {
     read: HashSet<PathBuf>,
 }
 
-impl Library {
+impl MaterialLibrary {
     /// Reads the files of a `mtllib` statement; of materials of the same name, the first one is
     /// used.
     ///
@@ -45,11 +45,11 @@ impl Library {
     /// Returns an error if there are too many files.
     pub(super) fn read(
         &mut self,
-        named: &Named,
+        named: &LocatedName,
         wanted: &HashSet<&str>,
         folder: &Folder,
         obj: &Path,
-        notes: &mut Notes,
+        notes: &mut MaterialNotes,
     ) -> Result<(), LoadError> {
         let at = place(obj, named.line);
         if named.name.is_empty() {
@@ -65,7 +65,7 @@ impl Library {
             }
             if self.read.len() > MAX_FILES {
                 let message = format!("there are more than {MAX_FILES} files of materials");
-                return Err(Context::exceeded(at, message));
+                return Err(LoadContext::exceeded(at, message));
             }
             let read = folder.context.read(&path).and_then(|bytes| {
                 let text = text::joined_lines(&bytes, &path).map_err(|error| error.to_string())?;
@@ -86,7 +86,13 @@ impl Library {
         Ok(())
     }
 
-    fn add(&mut self, text: &str, path: PathBuf, wanted: &HashSet<&str>, notes: &mut Notes) {
+    fn add(
+        &mut self,
+        text: &str,
+        path: PathBuf,
+        wanted: &HashSet<&str>,
+        notes: &mut MaterialNotes,
+    ) {
         let path = Arc::new(path);
         let (mut current, mut has_any): (Option<&str>, bool) = (None, false);
         for (line, number) in text.lines().zip(1..) {

@@ -11,7 +11,7 @@ use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 
 use super::library;
-use super::notes::Notes;
+use super::notes::MaterialNotes;
 use crate::LoadError;
 use crate::shared::context::Folder;
 use crate::shared::line::Line;
@@ -20,7 +20,7 @@ use crate::shared::placeholder;
 
 /// A statement like `map_Kd -s 2 2 wood.png`.
 #[derive(Clone, Debug)]
-pub(super) struct Map {
+pub(super) struct TextureMap {
     pub(super) at: Span,
     pub(super) file: String,
     /// Factor of the texture coordinates.
@@ -36,7 +36,7 @@ pub(super) struct Map {
 
 /// Interpretation of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Content {
+pub(super) enum MapUsage {
     /// sRGB colours.
     Colors,
     /// A raw scalar: the luminance or a channel.
@@ -47,7 +47,7 @@ pub(super) enum Content {
     Relief,
 }
 
-impl Content {
+impl MapUsage {
     /// Returns the encoding of the image's pixels.
     fn numbers(self) -> PixelEncoding {
         PixelEncoding::of_raw(self != Self::Colors)
@@ -58,12 +58,12 @@ impl Content {
 /// `-boost 2` …
 const PASSED_OVER: [&str; 5] = ["-blendu", "-blendv", "-boost", "-texres", "-type"];
 
-impl Map {
+impl TextureMap {
     /// Reads a statement with an image; `None`, with a warning, if it names no file.
     ///
     /// # Errors
     /// Returns an error if an option lacks its number.
-    pub(super) fn parse(line: Line, notes: &mut Notes) -> Result<Option<Self>, LoadError> {
+    pub(super) fn parse(line: Line, notes: &mut MaterialNotes) -> Result<Option<Self>, LoadError> {
         let keyword = line.keyword();
         let mut map = Self {
             at: line.at(line.text.trim_start()),
@@ -74,7 +74,7 @@ impl Map {
             height: 1.0,
             channel: None,
         };
-        let mut rest = Words(line.text.trim_start()[keyword.len()..].trim());
+        let mut rest = LineWords(line.text.trim_start()[keyword.len()..].trim());
         while let Some(option) = rest.peek().filter(|word| word.starts_with('-')) {
             rest.next();
             map.option(line, option, &mut rest, notes)?;
@@ -95,8 +95,8 @@ impl Map {
         &mut self,
         line: Line<'a>,
         option: &'a str,
-        rest: &mut Words<'a>,
-        notes: &mut Notes,
+        rest: &mut LineWords<'a>,
+        notes: &mut MaterialNotes,
     ) -> Result<(), LoadError> {
         match option {
             "-s" => self.scale = pair(line, rest, 1.0)?,
@@ -149,15 +149,15 @@ impl Map {
 }
 
 /// Words of a line, with the text that follows them.
-struct Words<'a>(&'a str);
+struct LineWords<'a>(&'a str);
 
-impl<'a> Words<'a> {
+impl<'a> LineWords<'a> {
     fn peek(&self) -> Option<&'a str> {
         self.0.split_ascii_whitespace().next()
     }
 }
 
-impl<'a> Iterator for Words<'a> {
+impl<'a> Iterator for LineWords<'a> {
     type Item = &'a str;
 
     fn next(&mut self) -> Option<&'a str> {
@@ -172,7 +172,7 @@ fn is_number(word: &str) -> bool {
 }
 
 /// Reads one to three numbers for u, v and w; w is ignored for images.
-fn pair<'a>(line: Line<'a>, rest: &mut Words<'a>, default: f32) -> Result<[f32; 2], LoadError> {
+fn pair<'a>(line: Line<'a>, rest: &mut LineWords<'a>, default: f32) -> Result<[f32; 2], LoadError> {
     let [u] = line.numbers(&mut *rest)?;
     let mut next = || match rest.peek().filter(|word| is_number(word)) {
         Some(_) => line.numbers(&mut *rest).map(|[number]| number),
@@ -183,7 +183,12 @@ fn pair<'a>(line: Line<'a>, rest: &mut Words<'a>, default: f32) -> Result<[f32; 
 }
 
 /// Returns the channel that a word names; `None` is the luminance.
-fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> Option<usize> {
+fn channel(
+    line: Line,
+    option: &str,
+    word: Option<&str>,
+    notes: &mut MaterialNotes,
+) -> Option<usize> {
     match word {
         Some("r") => Some(0),
         Some("g") => Some(1),
@@ -198,22 +203,22 @@ fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> O
 }
 
 /// An image, or the reason why there is none.
-type Made = Result<Arc<Image>, String>;
+type MapImage = Result<Arc<Image>, String>;
 
 /// Images that were read, once per content.
-pub(super) struct Images<'f> {
+pub(super) struct MapImages<'f> {
     folder: &'f Folder,
-    made: HashMap<(PathBuf, Content, Option<usize>), Made>,
+    made: HashMap<(PathBuf, MapUsage, Option<usize>), MapImage>,
 }
 
-impl<'f> Images<'f> {
+impl<'f> MapImages<'f> {
     pub(super) fn new(folder: &'f Folder) -> Self {
         Self { folder, made: HashMap::new() }
     }
 
     /// Returns the texture of a map. A missing image is replaced by a placeholder, and its use is
     /// recorded for the material.
-    pub(super) fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
+    pub(super) fn texture(&mut self, map: &TextureMap, content: MapUsage) -> Arc<Texture> {
         let context = &self.folder.context;
         let image = match self.image(map, content) {
             Ok(image) => image,
@@ -225,7 +230,7 @@ impl<'f> Images<'f> {
             }
         };
         // The mean of normals is not a normal.
-        let filter = if content == Content::Relief { Filter::Bilinear } else { Filter::Trilinear };
+        let filter = if content == MapUsage::Relief { Filter::Bilinear } else { Filter::Trilinear };
         let [u, v] = map.scale.map(f64::from);
         let offset = DVec3::new(map.offset[0].into(), map.offset[1].into(), 1.0);
         let to_pattern = DMat3::from_cols(DVec3::X * u, DVec3::Y * v, offset);
@@ -234,9 +239,10 @@ impl<'f> Images<'f> {
     }
 
     /// Reads the image of a map. The error is a message.
-    fn image(&mut self, map: &Map, content: Content) -> Result<Arc<Image>, String> {
+    fn image(&mut self, map: &TextureMap, content: MapUsage) -> Result<Arc<Image>, String> {
         let path = library::file(self.folder, &map.file);
-        let channel = map.channel.filter(|_| matches!(content, Content::Number | Content::Opacity));
+        let channel =
+            map.channel.filter(|_| matches!(content, MapUsage::Number | MapUsage::Opacity));
         let context = &self.folder.context;
         let key = (path, content, channel);
         let image = self.made.entry(key).or_insert_with_key(|(path, ..)| {
@@ -245,7 +251,7 @@ impl<'f> Images<'f> {
                 (Some(channel), _) => {
                     decoded.image.pixels.iter_mut().for_each(|p| *p = [p[channel]; 3]);
                 }
-                (None, Some(alpha)) if content == Content::Opacity => {
+                (None, Some(alpha)) if content == MapUsage::Opacity => {
                     decoded.image.pixels.iter_mut().zip(alpha).for_each(|(p, a)| *p = [a; 3]);
                 }
                 _ => {}

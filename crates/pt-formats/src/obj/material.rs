@@ -18,9 +18,9 @@ use pt_scene::texture::{Color, Input, NormalOrBump, Pattern, Scalar, Texture};
 use pt_scene::{Material, Surface};
 
 use super::library::Described;
-use super::map::{Content, Images, Map};
-use super::mtl::{self, Values};
-use super::notes::Notes;
+use super::map::{MapImages, MapUsage, TextureMap};
+use super::mtl::{self, StatementValues};
+use super::notes::MaterialNotes;
 use crate::LoadError;
 use crate::shared::context::Folder;
 use crate::shared::names::quote;
@@ -40,17 +40,17 @@ const DEFAULT_ROUGHNESS: f32 = 0.5;
 const PHYSICAL: [&str; 8] = ["Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "map_Pr", "map_Pm"];
 
 /// Converter of the materials of a file.
-pub(super) struct Maker<'f, 'n> {
+pub(super) struct MaterialConverter<'f, 'n> {
     folder: &'f Folder,
-    images: Images<'f>,
-    notes: &'n mut Notes,
+    images: MapImages<'f>,
+    notes: &'n mut MaterialNotes,
     /// True if any material has an image.
     pub(super) shows_images: bool,
 }
 
-impl<'f, 'n> Maker<'f, 'n> {
-    pub(super) fn new(folder: &'f Folder, notes: &'n mut Notes) -> Self {
-        Self { folder, images: Images::new(folder), notes, shows_images: false }
+impl<'f, 'n> MaterialConverter<'f, 'n> {
+    pub(super) fn new(folder: &'f Folder, notes: &'n mut MaterialNotes) -> Self {
+        Self { folder, images: MapImages::new(folder), notes, shows_images: false }
     }
 
     /// Converts a material.
@@ -63,9 +63,9 @@ impl<'f, 'n> Maker<'f, 'n> {
         described: &Described,
     ) -> Result<Material, LoadError> {
         let context = &self.folder.context;
-        let values = Values::read(described, context, self.notes)?;
+        let values = StatementValues::read(described, context, self.notes)?;
         context.take_placeholder_used();
-        let mut made = Made { maker: self, described, values };
+        let mut made = MaterialBuilder { maker: self, described, values };
         let (surface, opacity) = made.surface();
         let surface = made.embossed(surface);
         let emission = made.painted("Ke", "map_Ke", 0.0);
@@ -83,20 +83,20 @@ impl<'f, 'n> Maker<'f, 'n> {
 }
 
 /// A material under construction.
-struct Made<'m, 'd, 'f, 'n> {
-    maker: &'m mut Maker<'f, 'n>,
+struct MaterialBuilder<'m, 'd, 'f, 'n> {
+    maker: &'m mut MaterialConverter<'f, 'n>,
     described: &'d Described,
-    values: Values,
+    values: StatementValues,
 }
 
-impl Made<'_, '_, '_, '_> {
+impl MaterialBuilder<'_, '_, '_, '_> {
     /// Adds a warning about a statement.
     fn note(&mut self, word: &str, message: String) {
         let at = self.values.at(word).unwrap_or_else(|| mtl::place(self.described));
         self.maker.notes.add(at, message);
     }
 
-    fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
+    fn texture(&mut self, map: &TextureMap, content: MapUsage) -> Arc<Texture> {
         self.maker.shows_images = true;
         self.maker.images.texture(map, content)
     }
@@ -144,7 +144,7 @@ impl Made<'_, '_, '_, '_> {
 
     fn opacity(&mut self, dissolve: Option<f32>) -> Scalar {
         if let Some(map) = self.values.map("map_d").cloned() {
-            let texture = self.texture(&map, Content::Opacity);
+            let texture = self.texture(&map, MapUsage::Opacity);
             let factor = dissolve.filter(|d| *d > 0.0).unwrap_or(1.0);
             return scaled(texture, factor);
         }
@@ -250,7 +250,7 @@ impl Made<'_, '_, '_, '_> {
         let Some(image) = self.values.map(map).cloned() else {
             return color.unwrap_or([default; 3]).into();
         };
-        let texture = self.texture(&image, Content::Colors);
+        let texture = self.texture(&image, MapUsage::Colors);
         match color {
             Some(color) if color == [0.0; 3] && word == "Ks" => color.into(),
             Some(color) if color == [0.0; 3] => {
@@ -269,7 +269,7 @@ impl Made<'_, '_, '_, '_> {
         match self.values.map(map).cloned() {
             None => number.unwrap_or(default).into(),
             Some(image) => {
-                let texture = self.texture(&image, Content::Number);
+                let texture = self.texture(&image, MapUsage::Number);
                 scaled(texture, number.filter(|number| *number > 0.0).unwrap_or(1.0))
             }
         }
@@ -282,7 +282,7 @@ impl Made<'_, '_, '_, '_> {
             return surface;
         };
         let Some(map) = self.values.map(word).cloned() else { return surface };
-        let texture = self.texture(&map, Content::Relief);
+        let texture = self.texture(&map, MapUsage::Relief);
         let has_normals = word == "norm" || self.shows_normals(word, &texture);
         if has_normals && map.height != 1.0 {
             self.note(

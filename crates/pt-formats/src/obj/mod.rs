@@ -22,14 +22,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use assign_materials::MaterialAssigner;
-use chunk::{Chunk, Vertices, side_by_side};
-use faces::{Faces, Indices};
+use chunk::{LineChunk, ObjVertices, side_by_side};
+use faces::{Indices, ObjFaces};
 use pt_scene::shapes::single_part;
 use pt_scene::{Attribute, Attributes, Mesh, Points, Scene, Warning};
-use slots::Named;
+use slots::LocatedName;
 
 use crate::LoadError;
-use crate::shared::context::{Context, Folder};
+use crate::shared::context::{Folder, LoadContext};
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
 use crate::shared::mesh_file::{ColorLevels, MeshFile};
 use crate::shared::names::quote;
@@ -43,17 +43,21 @@ struct Parsed {
     /// Mesh of the faces; `None` without faces.
     file: Option<MeshFile>,
     /// Materials of the slots of the faces.
-    slots: Vec<Option<Named>>,
+    slots: Vec<Option<LocatedName>>,
     /// Points and lines, with the material of each; without faces and any of these, all vertices.
-    clouds: Vec<(Points, Option<Named>)>,
-    libraries: Vec<Named>,
+    clouds: Vec<(Points, Option<LocatedName>)>,
+    libraries: Vec<LocatedName>,
     warnings: Vec<Warning>,
 }
 
 /// Reads a scene: one object for all faces, and one for the points and lines of each material.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let read =
-        |faults: &mut MeshDiagnostics| Content::read(bytes, path, faults)?.parsed(path, faults);
+        |faults: &mut MeshDiagnostics| ObjContent::read(bytes, path, faults)?.parsed(path, faults);
     let Parsed { file, mut slots, clouds, libraries, warnings } =
         mesh_diagnostics::of_scene(context, read)?;
     let mut scene = file.map_or_else(Scene::default, |file| file.into_scene(path));
@@ -75,7 +79,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// Returns an error if a vertex or a line is invalid, or there is no vertex.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
     let read = |faults: &mut MeshDiagnostics| {
-        let mut content = Content::read(bytes, path, faults)?;
+        let mut content = ObjContent::read(bytes, path, faults)?;
         let mut all = Points { name: mesh_file::name_of(path), ..Points::default() };
         all.segments = std::mem::take(&mut content.faces.strokes).into_segments();
         (all.positions, all.colors) = content.vertices.into_cloud();
@@ -93,17 +97,17 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
 /// # Errors
 /// Returns an error if a vertex or a face is invalid, or there is no face.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    mesh_diagnostics::of_part(|faults| Content::read(bytes, path, faults)?.finish(path, faults))
+    mesh_diagnostics::of_part(|faults| ObjContent::read(bytes, path, faults)?.finish(path, faults))
 }
 
 /// Vertices and faces of a file.
 #[derive(Default)]
-struct Content {
-    vertices: Vertices,
-    faces: Faces,
+struct ObjContent {
+    vertices: ObjVertices,
+    faces: ObjFaces,
 }
 
-impl Content {
+impl ObjContent {
     /// Reads all vertices, with zeros in place of invalid ones, and all valid faces.
     fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Self, LoadError> {
         let text = text::joined_lines(bytes, path)?;
@@ -111,17 +115,18 @@ impl Content {
         let all =
             chunks.last().map_or([0; 3], |last| [0, 1, 2].map(|i| last.above[i] + last.own[i]));
         let mut content = Self {
-            vertices: Vertices::with_capacity(all),
-            faces: Faces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
+            vertices: ObjVertices::with_capacity(all),
+            faces: ObjFaces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
         };
-        let until =
-            each(&chunks, faults, Chunk::vertices, |vertices| content.vertices.append(vertices));
-        let Vertices { positions, .. } = &content.vertices;
+        let until = each(&chunks, faults, LineChunk::vertices, |vertices| {
+            content.vertices.append(vertices)
+        });
+        let ObjVertices { positions, .. } = &content.vertices;
         let mut of_faces = MeshDiagnostics::default();
         each(
             &chunks[..until],
             &mut of_faces,
-            |chunk, faults| Faces::read(chunk, positions, faults),
+            |chunk, faults| ObjFaces::read(chunk, positions, faults),
             |faces| content.faces.append(faces),
         );
         faults.merge(of_faces);
@@ -142,7 +147,7 @@ impl Content {
         let libraries = std::mem::take(&mut faces.libraries);
         let strokes = std::mem::take(&mut faces.strokes);
         let (parts, slots) = slots.finish(faces.triangles.len());
-        let Vertices { positions, colors, .. } = &self.vertices;
+        let ObjVertices { positions, colors, .. } = &self.vertices;
         let has_colors = !colors.is_empty() && colors.len() == positions.len();
         let mut clouds = strokes.finish(positions, has_colors.then_some(colors.as_slice()));
         if !faces.triangles.is_empty() {
@@ -171,7 +176,7 @@ impl Content {
             message: format!("statements like {} are passed over", quote(word)),
         });
         let mut warnings: Vec<_> = unknown.collect();
-        let Vertices { positions, colors, .. } = &self.vertices;
+        let ObjVertices { positions, colors, .. } = &self.vertices;
         if !colors.is_empty() && colors.len() != positions.len() {
             let message = "some vertices have no colours; those of others are left out".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
@@ -228,14 +233,14 @@ fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
 /// Reads chunks, several at a time, and passes the results to `take` in file order, until there are
 /// too many errors. Returns the number of chunks read.
 fn each<'a, P: Send>(
-    chunks: &[Chunk<'a>],
+    chunks: &[LineChunk<'a>],
     faults: &mut MeshDiagnostics,
-    read: impl Fn(&Chunk<'a>, &mut MeshDiagnostics) -> P + Sync + Send,
+    read: impl Fn(&LineChunk<'a>, &mut MeshDiagnostics) -> P + Sync + Send,
     mut take: impl FnMut(P),
 ) -> usize {
     let mut done = 0;
     for some in chunks.chunks(CHUNKS) {
-        let noting = |chunk: &Chunk<'a>| {
+        let noting = |chunk: &LineChunk<'a>| {
             let mut faults = MeshDiagnostics::default();
             (read(chunk, &mut faults), faults)
         };

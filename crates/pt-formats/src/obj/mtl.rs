@@ -8,17 +8,17 @@ use pt_image::PixelEncoding;
 use pt_scene::Span;
 
 use super::library::{self, Described};
-use super::map::Map;
-use super::notes::Notes;
+use super::map::TextureMap;
+use super::notes::MaterialNotes;
 use crate::LoadError;
-use crate::shared::context::{Context, Folder};
+use crate::shared::context::{Folder, LoadContext};
 use crate::shared::line::Line;
 use crate::shared::mesh_file;
 use crate::shared::names::{quote, suggestions};
 
 /// Type of the value of a statement.
 #[derive(Clone, Copy)]
-enum Kind {
+enum StatementKind {
     /// A reflectance or transmittance.
     Share,
     /// An unbounded colour.
@@ -34,73 +34,73 @@ enum Kind {
 }
 
 /// Statements by their first words, which are case-insensitive.
-const STATEMENTS: [(&str, Kind); 44] = [
-    ("Kd", Kind::Share),
-    ("Ks", Kind::Share),
-    ("Tf", Kind::Share),
-    ("Ke", Kind::Light),
-    ("Ns", Kind::Number(f32::MIN, f32::MAX)),
-    ("Ni", Kind::Number(0.0, f32::MAX)),
-    ("d", Kind::Number(0.0, 1.0)),
-    ("Tr", Kind::Number(0.0, 1.0)),
-    ("illum", Kind::Number(0.0, 10.0)),
-    ("Pr", Kind::Number(0.0, 1.0)),
-    ("Pm", Kind::Number(0.0, 1.0)),
-    ("Ps", Kind::Number(0.0, 1.0)),
-    ("Pc", Kind::Number(0.0, 1.0)),
-    ("Pcr", Kind::Number(0.0, 1.0)),
-    ("aniso", Kind::Number(0.0, 1.0)),
-    ("anisor", Kind::Number(f32::MIN, f32::MAX)),
-    ("map_Kd", Kind::Map),
-    ("map_Ks", Kind::Map),
-    ("map_Ke", Kind::Map),
-    ("map_d", Kind::Map),
-    ("map_Pr", Kind::Map),
-    ("map_Pm", Kind::Map),
-    ("map_bump", Kind::Map),
-    ("bump", Kind::Map),
-    ("norm", Kind::Map),
-    ("Ka", Kind::Silent),
-    ("map_Ka", Kind::Silent),
-    ("sharpness", Kind::Silent),
-    ("map_aat", Kind::Silent),
-    ("map_Ns", Kind::PassedOver("the gloss is as sharp everywhere as \"Ns\" says")),
-    ("map_Tr", Kind::PassedOver("use \"map_d\"")),
-    ("map_Tf", Kind::PassedOver("the colour of what goes through is that of \"Tf\"")),
-    ("map_Ps", Kind::PassedOver("the sheen is the same everywhere")),
-    ("map_Pc", Kind::PassedOver("the coat is the same everywhere")),
-    ("map_Pcr", Kind::PassedOver("the coat is the same everywhere")),
-    ("map_aniso", Kind::PassedOver("highlights are alike everywhere")),
-    ("map_anisor", Kind::PassedOver("highlights are alike everywhere")),
-    ("refl", Kind::PassedOver("reflections are those of the scene")),
-    ("map_refl", Kind::PassedOver("reflections are those of the scene")),
-    ("disp", Kind::PassedOver("shapes are not displaced")),
-    ("map_disp", Kind::PassedOver("shapes are not displaced")),
-    ("decal", Kind::PassedOver("decals are not shown")),
-    ("map_decal", Kind::PassedOver("decals are not shown")),
-    ("map_RMA", Kind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
+const STATEMENTS: [(&str, StatementKind); 44] = [
+    ("Kd", StatementKind::Share),
+    ("Ks", StatementKind::Share),
+    ("Tf", StatementKind::Share),
+    ("Ke", StatementKind::Light),
+    ("Ns", StatementKind::Number(f32::MIN, f32::MAX)),
+    ("Ni", StatementKind::Number(0.0, f32::MAX)),
+    ("d", StatementKind::Number(0.0, 1.0)),
+    ("Tr", StatementKind::Number(0.0, 1.0)),
+    ("illum", StatementKind::Number(0.0, 10.0)),
+    ("Pr", StatementKind::Number(0.0, 1.0)),
+    ("Pm", StatementKind::Number(0.0, 1.0)),
+    ("Ps", StatementKind::Number(0.0, 1.0)),
+    ("Pc", StatementKind::Number(0.0, 1.0)),
+    ("Pcr", StatementKind::Number(0.0, 1.0)),
+    ("aniso", StatementKind::Number(0.0, 1.0)),
+    ("anisor", StatementKind::Number(f32::MIN, f32::MAX)),
+    ("map_Kd", StatementKind::Map),
+    ("map_Ks", StatementKind::Map),
+    ("map_Ke", StatementKind::Map),
+    ("map_d", StatementKind::Map),
+    ("map_Pr", StatementKind::Map),
+    ("map_Pm", StatementKind::Map),
+    ("map_bump", StatementKind::Map),
+    ("bump", StatementKind::Map),
+    ("norm", StatementKind::Map),
+    ("Ka", StatementKind::Silent),
+    ("map_Ka", StatementKind::Silent),
+    ("sharpness", StatementKind::Silent),
+    ("map_aat", StatementKind::Silent),
+    ("map_Ns", StatementKind::PassedOver("the gloss is as sharp everywhere as \"Ns\" says")),
+    ("map_Tr", StatementKind::PassedOver("use \"map_d\"")),
+    ("map_Tf", StatementKind::PassedOver("the colour of what goes through is that of \"Tf\"")),
+    ("map_Ps", StatementKind::PassedOver("the sheen is the same everywhere")),
+    ("map_Pc", StatementKind::PassedOver("the coat is the same everywhere")),
+    ("map_Pcr", StatementKind::PassedOver("the coat is the same everywhere")),
+    ("map_aniso", StatementKind::PassedOver("highlights are alike everywhere")),
+    ("map_anisor", StatementKind::PassedOver("highlights are alike everywhere")),
+    ("refl", StatementKind::PassedOver("reflections are those of the scene")),
+    ("map_refl", StatementKind::PassedOver("reflections are those of the scene")),
+    ("disp", StatementKind::PassedOver("shapes are not displaced")),
+    ("map_disp", StatementKind::PassedOver("shapes are not displaced")),
+    ("decal", StatementKind::PassedOver("decals are not shown")),
+    ("map_decal", StatementKind::PassedOver("decals are not shown")),
+    ("map_RMA", StatementKind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
 ];
 
 /// Value of a statement.
-enum Value {
+enum StatementValue {
     Color([f32; 3]),
     Number(f32),
-    Map(Map),
+    Map(TextureMap),
 }
 
 /// Values of a material: of several statements with the same word, the last one.
 #[derive(Default)]
-pub(super) struct Values(HashMap<&'static str, (Value, Span)>);
+pub(super) struct StatementValues(HashMap<&'static str, (StatementValue, Span)>);
 
-impl Values {
+impl StatementValues {
     /// Reads all statements; errors are recorded in the context.
     ///
     /// # Errors
     /// Returns an error if nothing more can be read.
     pub(super) fn read(
         described: &Described,
-        context: &Context,
-        notes: &mut Notes,
+        context: &LoadContext,
+        notes: &mut MaterialNotes,
     ) -> Result<Self, LoadError> {
         let mut values = Self::default();
         for (number, text) in &described.lines {
@@ -114,21 +114,21 @@ impl Values {
 
     pub(super) fn color(&self, word: &str) -> Option<[f32; 3]> {
         match self.0.get(word)? {
-            (Value::Color(color), _) => Some(*color),
+            (StatementValue::Color(color), _) => Some(*color),
             _ => None,
         }
     }
 
     pub(super) fn number(&self, word: &str) -> Option<f32> {
         match self.0.get(word)? {
-            (Value::Number(number), _) => Some(*number),
+            (StatementValue::Number(number), _) => Some(*number),
             _ => None,
         }
     }
 
-    pub(super) fn map(&self, word: &str) -> Option<&Map> {
+    pub(super) fn map(&self, word: &str) -> Option<&TextureMap> {
         match self.0.get(word)? {
-            (Value::Map(map), _) => Some(map),
+            (StatementValue::Map(map), _) => Some(map),
             _ => None,
         }
     }
@@ -145,7 +145,10 @@ impl Values {
 }
 
 /// Reads the statement of a line; `None` if it is ignored.
-fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Value)>, LoadError> {
+fn statement(
+    line: Line,
+    notes: &mut MaterialNotes,
+) -> Result<Option<(&'static str, StatementValue)>, LoadError> {
     let keyword = line.keyword();
     let Some((word, kind)) = STATEMENTS.iter().find(|(word, _)| word.eq_ignore_ascii_case(keyword))
     else {
@@ -158,7 +161,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
         return Ok(None);
     };
     let value = match kind {
-        Kind::Share => color(line, notes)?.map(|color| {
+        StatementKind::Share => color(line, notes)?.map(|color| {
             if color.iter().any(|c| *c > 1.0) {
                 let message = format!(
                     "{}: it would give more light than arrives; components above 1 become 1",
@@ -166,13 +169,15 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
                 );
                 notes.add(line.at(keyword), message);
             }
-            Value::Color(color.map(|c| c.min(1.0)))
+            StatementValue::Color(color.map(|c| c.min(1.0)))
         }),
-        Kind::Light => color(line, notes)?.map(Value::Color),
-        Kind::Number(least, most) => Some(Value::Number(number(line, *least, *most, notes)?)),
-        Kind::Map => Map::parse(line, notes)?.map(Value::Map),
-        Kind::Silent => None,
-        Kind::PassedOver(meaning) => {
+        StatementKind::Light => color(line, notes)?.map(StatementValue::Color),
+        StatementKind::Number(least, most) => {
+            Some(StatementValue::Number(number(line, *least, *most, notes)?))
+        }
+        StatementKind::Map => TextureMap::parse(line, notes)?.map(StatementValue::Map),
+        StatementKind::Silent => None,
+        StatementKind::PassedOver(meaning) => {
             notes.add(line.at(keyword), format!("{} is passed over: {meaning}", quote(keyword)));
             None
         }
@@ -181,7 +186,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
 }
 
 /// Reads one number for all channels, or three; `None`, with a warning, for other notations.
-fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
+fn color(line: Line, notes: &mut MaterialNotes) -> Result<Option<[f32; 3]>, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(kind @ ("spectral" | "xyz")) = words.peek().copied() {
         let message =
@@ -203,7 +208,7 @@ fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
 }
 
 /// Reads the number of a line, after the option `-halo`, which is ignored with a warning.
-fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, LoadError> {
+fn number(line: Line, least: f32, most: f32, notes: &mut MaterialNotes) -> Result<f32, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(halo) = words.next_if_eq(&"-halo") {
         notes.add(
@@ -227,9 +232,9 @@ pub(super) fn pictures<'a>(
 ) -> Vec<(PathBuf, PixelEncoding)> {
     let map = |path: &Path, (number, text): &(u32, String)| {
         let line = Line { path, number: *number, text };
-        let is = |word: &&(&str, Kind)| word.0.eq_ignore_ascii_case(line.keyword());
-        let (word, Kind::Map) = STATEMENTS.iter().find(is)? else { return None };
-        let map = Map::parse(line, &mut Notes::default()).ok()??;
+        let is = |word: &&(&str, StatementKind)| word.0.eq_ignore_ascii_case(line.keyword());
+        let (word, StatementKind::Map) = STATEMENTS.iter().find(is)? else { return None };
+        let map = TextureMap::parse(line, &mut MaterialNotes::default()).ok()??;
         let is_raw = !matches!(*word, "map_Kd" | "map_Ks" | "map_Ke");
         Some((library::file(folder, &map.file), PixelEncoding::of_raw(is_raw)))
     };

@@ -9,13 +9,13 @@ const MAX: usize = 100;
 
 /// Warnings about materials.
 #[derive(Default)]
-pub(super) struct Notes {
+pub(super) struct MaterialNotes {
     kept: Vec<Warning>,
     known: HashSet<String>,
     left_out: usize,
 }
 
-impl Notes {
+impl MaterialNotes {
     /// Adds a warning, unless there is one with the same message.
     pub(super) fn add(&mut self, at: Span, message: String) {
         if self.kept.len() >= MAX {

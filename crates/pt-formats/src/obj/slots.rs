@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use pt_scene::mesh::Submesh;
 
 /// A name with its location.
-pub(super) struct Named {
+pub(super) struct LocatedName {
     pub(super) name: String,
     /// Line of the first occurrence.
     pub(super) line: u32,
@@ -14,7 +14,7 @@ pub(super) struct Named {
 /// Materials by their first triangle.
 #[derive(Default)]
 pub(super) struct Slots {
-    named: Vec<Named>,
+    named: Vec<LocatedName>,
     /// Indices into `named`.
     numbers: HashMap<String, usize>,
     /// First triangle and index into `named`, in ascending order of the triangles.
@@ -23,7 +23,7 @@ pub(super) struct Slots {
 
 impl Slots {
     /// Sets the material from a triangle on.
-    pub(super) fn switch(&mut self, triangle: usize, named: Named) {
+    pub(super) fn switch(&mut self, triangle: usize, named: LocatedName) {
         let number = self.number(named);
         self.set(triangle, number);
     }
@@ -35,7 +35,7 @@ impl Slots {
         }
     }
 
-    fn number(&mut self, named: Named) -> usize {
+    fn number(&mut self, named: LocatedName) -> usize {
         if let Some(known) = self.numbers.get(&named.name) {
             return *known;
         }
@@ -55,7 +55,7 @@ impl Slots {
 
     /// Splits triangles into runs of the same slot, and returns the material of each slot: `None`
     /// for the triangles above the first name. Materials without triangles have no slot.
-    pub(super) fn finish(self, triangles: usize) -> (Vec<Submesh>, Vec<Option<Named>>) {
+    pub(super) fn finish(self, triangles: usize) -> (Vec<Submesh>, Vec<Option<LocatedName>>) {
         let starts = std::iter::once((0, None));
         let starts: Vec<_> =
             starts.chain(self.switches.into_iter().map(|(t, number)| (t, Some(number)))).collect();

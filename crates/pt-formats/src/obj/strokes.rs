@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use pt_scene::Points;
 
-use super::slots::{Named, Slots};
+use super::slots::{LocatedName, Slots};
 
 /// Points and lines by vertex index.
 #[derive(Default)]
@@ -23,7 +23,7 @@ impl Strokes {
     }
 
     /// Sets the material of the following segments.
-    pub(super) fn switch(&mut self, named: Named) {
+    pub(super) fn switch(&mut self, named: LocatedName) {
         self.slots.switch(self.ends.len(), named);
     }
 
@@ -44,7 +44,7 @@ impl Strokes {
         self,
         positions: &[[f32; 3]],
         colors: Option<&[[f32; 3]]>,
-    ) -> Vec<(Points, Option<Named>)> {
+    ) -> Vec<(Points, Option<LocatedName>)> {
         let (parts, slots) = self.slots.finish(self.ends.len());
         let mut all: Vec<_> = slots.into_iter().map(|named| (Picked::default(), named)).collect();
         for part in parts {

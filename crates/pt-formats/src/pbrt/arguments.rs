@@ -1,18 +1,18 @@
 //! Arguments of directives without a parameter list: texts and numbers, optionally in brackets.
 
 use super::position::TokenPosition;
-use super::token::{Kind, Token, Tokens};
+use super::token::{Token, TokenKind, Tokens};
 use crate::LoadError;
 use crate::shared::number::number;
 
 /// Reads a text in quotes.
 pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String, LoadError> {
-    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
+    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: TokenKind::Open, .. }));
     if has_bracket {
         tokens.take()?;
     }
     let text = match tokens.take()? {
-        Some(Token { kind: Kind::Text(text), .. }) => text.into_owned(),
+        Some(Token { kind: TokenKind::Text(text), .. }) => text.into_owned(),
         Some(token) => {
             let message = format!("{} where a text in quotes is expected", token.kind.describe());
             return Err(tokens.place(&token).error(message));
@@ -30,14 +30,14 @@ pub(super) fn numbers<const N: usize>(
     tokens: &mut Tokens<'_>,
     at: &TokenPosition,
 ) -> Result<[f64; N], LoadError> {
-    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
+    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: TokenKind::Open, .. }));
     if has_bracket {
         tokens.take()?;
     }
     let mut numbers = [0.0; N];
     for (i, x) in numbers.iter_mut().enumerate() {
         *x = match tokens.take()? {
-            Some(Token { kind: Kind::Word(word), .. }) => {
+            Some(Token { kind: TokenKind::Word(word), .. }) => {
                 number(word).map_err(|message| at.error(message))?
             }
             Some(token) => {
@@ -60,7 +60,7 @@ pub(super) fn numbers<const N: usize>(
 
 fn close(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
     match tokens.take()? {
-        Some(Token { kind: Kind::Close, .. }) => Ok(()),
+        Some(Token { kind: TokenKind::Close, .. }) => Ok(()),
         Some(token) => {
             let message = format!("{} where a \"]\" is expected", token.kind.describe());
             Err(tokens.place(&token).error(message))
@@ -72,9 +72,9 @@ fn close(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
 /// Reads which of the two transforms are active.
 pub(super) fn active(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<[bool; 2], LoadError> {
     match tokens.take()? {
-        Some(Token { kind: Kind::Word("All"), .. }) => Ok([true; 2]),
-        Some(Token { kind: Kind::Word("StartTime"), .. }) => Ok([true, false]),
-        Some(Token { kind: Kind::Word("EndTime"), .. }) => Ok([false, true]),
+        Some(Token { kind: TokenKind::Word("All"), .. }) => Ok([true; 2]),
+        Some(Token { kind: TokenKind::Word("StartTime"), .. }) => Ok([true, false]),
+        Some(Token { kind: TokenKind::Word("EndTime"), .. }) => Ok([false, true]),
         _ => Err(at.error("expected ActiveTransform All, StartTime or EndTime")),
     }
 }

@@ -7,7 +7,7 @@ use pt_scene::{Camera, Fit, Key, Motion, Placement, Projection, Warning};
 
 use super::entity::Entity;
 use super::lens::{self, Lens};
-use super::types::{Interface, Moving};
+use super::types::{MediumInterface, Moving};
 use crate::LoadError;
 use crate::shared::context::Folder;
 
@@ -15,7 +15,7 @@ use crate::shared::context::Folder;
 #[derive(Default)]
 pub(super) struct CameraSetup {
     /// The camera, its transform to the world, and the media around it.
-    pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
+    pub(super) camera: Option<(Entity, Moving, Rc<MediumInterface>)>,
     pub(super) film: Option<Entity>,
     pub(super) sampler: Option<Entity>,
     pub(super) integrator: Option<Entity>,

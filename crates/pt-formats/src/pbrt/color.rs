@@ -4,15 +4,15 @@ use pt_math::color::luminance;
 
 use super::color_space::light_of;
 use super::entity::Entity;
-use super::named_spectra::{self, Named};
-use super::parameter::{Parameter, Values};
+use super::named_spectra::{self, NamedSpectrum};
+use super::parameter::{ParameterValues, ParsedParameter};
 use crate::LoadError;
 use crate::shared::context::Folder;
-use crate::shared::spectra::Spectrum;
+use crate::shared::spectra::SpectrumColors;
 
 /// Meaning and range of a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Role {
+pub(super) enum SpectrumType {
     /// A reflectance or transmittance, in [0, 1].
     Share,
     /// Emitted light, non-negative. Spectra other than `rgb` are scaled to luminance 1.
@@ -26,39 +26,43 @@ pub(super) enum Role {
 pub(super) fn color(
     entity: &Entity,
     name: &'static str,
-    role: Role,
+    role: SpectrumType,
     folder: &Folder,
 ) -> Result<Option<[f32; 3]>, LoadError> {
     let Some(parameter) = entity.spectrum(name)? else { return Ok(None) };
     let refuse = |message: String| parameter.at.error(message);
     let color = match (parameter.kind, &parameter.values) {
-        ("rgb", Values::Numbers(numbers)) => {
+        ("rgb", ParameterValues::Numbers(numbers)) => {
             let rgb: [f64; 3] = numbers.as_slice().try_into().map_err(|_| {
                 refuse(format!("expected three numbers of an rgb, but there are {}", numbers.len()))
             })?;
-            let range = if role == Role::Share { 0.0..=1.0 } else { 0.0..=f64::from(f32::MAX) };
+            let range =
+                if role == SpectrumType::Share { 0.0..=1.0 } else { 0.0..=f64::from(f32::MAX) };
             if let Some(bad) = rgb.iter().find(|c| !range.contains(c)) {
-                let expected = if role == Role::Share { "from 0 to 1" } else { "of at least 0" };
+                let expected =
+                    if role == SpectrumType::Share { "from 0 to 1" } else { "of at least 0" };
                 return Err(refuse(format!(
                     "\"{name}\" has a channel of {bad}; expected numbers {expected}"
                 )));
             }
             let color = entity.color_space.to_rec709(rgb);
-            if role == Role::Share { color.map(|c| c.min(1.0)) } else { color }
+            if role == SpectrumType::Share { color.map(|c| c.min(1.0)) } else { color }
         }
-        ("blackbody", Values::Numbers(numbers)) if role == Role::Light => {
+        ("blackbody", ParameterValues::Numbers(numbers)) if role == SpectrumType::Light => {
             match numbers.as_slice() {
-                [kelvin] if *kelvin > 0.0 => normalized(Spectrum::black_body(*kelvin).emitted),
+                [kelvin] if *kelvin > 0.0 => {
+                    normalized(SpectrumColors::black_body(*kelvin).emitted)
+                }
                 _ => return Err(refuse("expected one temperature above 0, in kelvins".to_owned())),
             }
         }
         ("blackbody", _) => {
             return Err(refuse("only light may be that of a black body".to_owned()));
         }
-        ("spectrum", Values::Numbers(numbers)) => {
+        ("spectrum", ParameterValues::Numbers(numbers)) => {
             of_spectrum(&pairs(numbers).map_err(refuse)?, role)
         }
-        ("spectrum", Values::Texts(texts)) if texts.len() == 1 => {
+        ("spectrum", ParameterValues::Texts(texts)) if texts.len() == 1 => {
             named_or_file(&texts[0], role, folder).map_err(refuse)?
         }
         _ => return Err(refuse(format!("\"{name}\" has values that are no {}", parameter.kind))),
@@ -80,14 +84,16 @@ pub(super) fn index(
     let index = if is_number {
         entity.positive(name, default)? as f32
     } else {
-        let glass = |p: &Parameter| match &p.values {
-            Values::Texts(texts) => texts.first().and_then(|text| named_spectra::glass(text)),
+        let glass = |p: &ParsedParameter| match &p.values {
+            ParameterValues::Texts(texts) => {
+                texts.first().and_then(|text| named_spectra::glass(text))
+            }
             _ => None,
         };
         if let Some(index) = entity.spectrum(name)?.and_then(glass) {
             index as f32
         } else {
-            let color = color(entity, name, Role::Unbounded, folder)?;
+            let color = color(entity, name, SpectrumType::Unbounded, folder)?;
             pt_math::Spectrum::from(color.unwrap_or([default as f32; 3])).luminance()
         }
     };
@@ -99,35 +105,39 @@ pub(super) fn index(
 }
 
 /// Creates a spectrum from pairs of a wavelength and a value.
-fn pairs(numbers: &[f64]) -> Result<Spectrum, String> {
+fn pairs(numbers: &[f64]) -> Result<SpectrumColors, String> {
     let (pairs, rest) = numbers.as_chunks::<2>();
     if !rest.is_empty() {
         return Err(format!("{} numbers are no pairs of wavelength and value", numbers.len()));
     }
     let samples: Vec<_> = pairs.iter().map(|[nanometres, value]| (*nanometres, *value)).collect();
-    Spectrum::sampled(&samples)
+    SpectrumColors::sampled(&samples)
 }
 
-fn of_spectrum(spectrum: &Spectrum, role: Role) -> [f64; 3] {
+fn of_spectrum(spectrum: &SpectrumColors, role: SpectrumType) -> [f64; 3] {
     match role {
-        Role::Light => normalized(spectrum.emitted),
-        Role::Share => spectrum.reflected.map(|c| c.min(1.0)),
-        Role::Unbounded => spectrum.reflected,
+        SpectrumType::Light => normalized(spectrum.emitted),
+        SpectrumType::Share => spectrum.reflected.map(|c| c.min(1.0)),
+        SpectrumType::Unbounded => spectrum.reflected,
     }
 }
 
 /// Returns the colour of a named spectrum of pbrt-v4, or of a file.
-fn named_or_file(text: &str, role: Role, folder: &Folder) -> Result<[f64; 3], String> {
+fn named_or_file(text: &str, role: SpectrumType, folder: &Folder) -> Result<[f64; 3], String> {
     match (named_spectra::named(text)?, role) {
-        (Some(Named::Illuminant(chromaticity)), Role::Light) => {
+        (Some(NamedSpectrum::Illuminant(chromaticity)), SpectrumType::Light) => {
             Ok(normalized(light_of(chromaticity)))
         }
-        (Some(Named::Illuminant(_)), _) => {
+        (Some(NamedSpectrum::Illuminant(_)), _) => {
             Err(format!("{text:?} is light; expected a spectrum of a material"))
         }
-        (Some(Named::Optical(_)), Role::Light) => Err(format!("{text:?} is no light")),
-        (Some(Named::Optical(color)), _) => Ok(color.map(f64::from)),
-        (None, _) => Ok(of_spectrum(&Spectrum::read(&folder.context, &folder.join(text))?, role)),
+        (Some(NamedSpectrum::Optical(_)), SpectrumType::Light) => {
+            Err(format!("{text:?} is no light"))
+        }
+        (Some(NamedSpectrum::Optical(color)), _) => Ok(color.map(f64::from)),
+        (None, _) => {
+            Ok(of_spectrum(&SpectrumColors::read(&folder.context, &folder.join(text))?, role))
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 /// Maximum size of an unpacked file in bytes.
 const MAX_UNPACKED: u64 = 1 << 30;
@@ -14,7 +14,7 @@ const MAX_UNPACKED: u64 = 1 << 30;
 ///
 /// # Errors
 /// If it cannot be read. The message is meant for the location of the reference.
-pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String> {
+pub(super) fn content(context: &LoadContext, path: &Path) -> Result<Vec<u8>, String> {
     let bytes = context.read(path)?;
     if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("gz")) {
         return Ok(bytes);

@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DVec3, Spectrum};
 use pt_scene::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 use pt_scene::{Geometry, Mesh};
 
-use super::color::{Role, color};
+use super::color::{SpectrumType, color};
 use super::entity::Entity;
 use super::texture::product;
 use crate::LoadError;
@@ -51,7 +51,7 @@ pub(super) fn area_light(
         return Err(entity.unsupported(&["diffuse"]));
     }
     let two_sided = entity.boolean("twosided", false)?;
-    let given = color(entity, "L", Role::Light, folder)?;
+    let given = color(entity, "L", SpectrumType::Light, folder)?;
     let mut mean = 1.0;
     let light = match entity.text("filename")? {
         Some(_) if given.is_some() => {

@@ -7,9 +7,9 @@ use pt_scene::Warning;
 
 use super::color_space::ColorSpace;
 use super::position::TokenPosition;
-use super::token::{Kind, Tokens};
+use super::token::{TokenKind, Tokens};
 use crate::LoadError;
-use crate::pbrt::parameter::{Parameter, Values};
+use crate::pbrt::parameter::{ParameterValues, ParsedParameter};
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::number::number;
 
@@ -47,12 +47,12 @@ pub(super) struct Entity {
     pub(super) at: TokenPosition,
     /// Colour space of its colours.
     pub(super) color_space: ColorSpace,
-    parameters: Vec<Parameter>,
+    parameters: Vec<ParsedParameter>,
     /// Names that were requested.
     known: RefCell<Vec<&'static str>>,
 }
 
-impl Parameter {
+impl ParsedParameter {
     /// Reads all parameters up to the next directive, including those that follow the end of an
     /// included file. Of parameters with the same name, the last one is used.
     pub(super) fn list(tokens: &mut Tokens<'_>) -> Result<Vec<Self>, LoadError> {
@@ -90,7 +90,7 @@ impl Parameter {
 
     fn read(tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
         while let Some(token) = tokens.peek()? {
-            let Kind::Text(declaration) = token.kind.clone() else { break };
+            let TokenKind::Text(declaration) = token.kind.clone() else { break };
             let token = token.clone();
             let at = tokens.place(&token);
             tokens.take()?;
@@ -106,7 +106,7 @@ impl Parameter {
                 let hint = did_you_mean(kind, TYPES.into_iter());
                 return Err(at.error(format!("there is no type {}{hint}", quote(kind))));
             };
-            let values = Values::read(tokens, &at, kind, name)?;
+            let values = ParameterValues::read(tokens, &at, kind, name)?;
             let (name, was_read) = (name.to_owned(), Cell::new(false));
             let parameter = Self { kind, name, values, at, is_default: false, was_read };
             parameter.add(tokens, list)?;
@@ -115,7 +115,7 @@ impl Parameter {
     }
 }
 
-impl Values {
+impl ParameterValues {
     /// Reads one value, or several in brackets.
     fn read(
         tokens: &mut Tokens<'_>,
@@ -127,20 +127,20 @@ impl Values {
         let first = tokens.take()?.ok_or_else(missing)?;
         let mut values = None;
         match first.kind {
-            Kind::Open => loop {
+            TokenKind::Open => loop {
                 let token = tokens.take()?.ok_or_else(|| {
                     at.error(format!(
                         "the list of the parameter {} has no end; expected a \"]\"",
                         quote(name)
                     ))
                 })?;
-                if token.kind == Kind::Close {
+                if token.kind == TokenKind::Close {
                     return Ok(values.unwrap_or(Self::Numbers(Vec::new())));
                 }
                 Self::push(&mut values, of, &token.kind)
                     .map_err(|message| tokens.place(&token).error(message))?;
             },
-            Kind::Close => Err(missing()),
+            TokenKind::Close => Err(missing()),
             ref kind => {
                 Self::push(&mut values, of, kind)
                     .map_err(|message| tokens.place(&first).error(message))?;
@@ -151,22 +151,22 @@ impl Values {
 
     /// Adds a value of a parameter of one of [`TYPES`]; it must be of the same kind as those
     /// before.
-    fn push(values: &mut Option<Self>, of: &str, kind: &Kind<'_>) -> Result<(), String> {
-        let mixed = |what: &Kind<'_>| {
+    fn push(values: &mut Option<Self>, of: &str, kind: &TokenKind<'_>) -> Result<(), String> {
+        let mixed = |what: &TokenKind<'_>| {
             format!("{} is of another type than the values before it", what.describe())
         };
         match kind {
-            Kind::Text(text) => match values.get_or_insert_with(|| Self::Texts(Vec::new())) {
+            TokenKind::Text(text) => match values.get_or_insert_with(|| Self::Texts(Vec::new())) {
                 Self::Texts(texts) => texts.push(text.clone().into_owned()),
                 _ => return Err(mixed(kind)),
             },
-            Kind::Word(word) if is_boolean(word) => {
+            TokenKind::Word(word) if is_boolean(word) => {
                 match values.get_or_insert_with(|| Self::Booleans(Vec::new())) {
                     Self::Booleans(booleans) => booleans.push(*word == "true"),
                     _ => return Err(mixed(kind)),
                 }
             }
-            Kind::Word(word) => {
+            TokenKind::Word(word) => {
                 let number = number(word).map_err(|message| match of {
                     "bool" => format!("{} is neither true nor false", quote(word)),
                     "string" | "texture" => {
@@ -179,7 +179,7 @@ impl Values {
                     _ => return Err(mixed(kind)),
                 }
             }
-            Kind::Open | Kind::Close => {
+            TokenKind::Open | TokenKind::Close => {
                 return Err(format!("{} in a list; expected a value or \"]\"", kind.describe()));
             }
         }
@@ -197,13 +197,13 @@ impl Entity {
         directive: &'static str,
         kind: String,
         at: TokenPosition,
-        mut parameters: Vec<Parameter>,
-        defaults: &[Parameter],
+        mut parameters: Vec<ParsedParameter>,
+        defaults: &[ParsedParameter],
         color_space: ColorSpace,
     ) -> Self {
         for default in defaults {
             if !parameters.iter().any(|p| p.name == default.name) {
-                parameters.push(Parameter { is_default: true, ..default.clone() });
+                parameters.push(ParsedParameter { is_default: true, ..default.clone() });
             }
         }
         Self { directive, kind, at, color_space, parameters, known: RefCell::default() }
@@ -231,7 +231,7 @@ impl Entity {
     }
 
     /// Returns a parameter; `None` if it is not specified.
-    pub(super) fn find(&self, name: &'static str) -> Option<&Parameter> {
+    pub(super) fn find(&self, name: &'static str) -> Option<&ParsedParameter> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&name) {
             known.push(name);
@@ -252,7 +252,7 @@ impl Entity {
 
     /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(&self) -> Result<(), LoadError> {
-        let is_unknown = |p: &&Parameter| !p.was_read.get() && !p.is_default;
+        let is_unknown = |p: &&ParsedParameter| !p.was_read.get() && !p.is_default;
         let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
         let known = self.known.borrow();
         let hint = did_you_mean(&unknown.name, known.iter().copied());
@@ -265,20 +265,24 @@ impl Entity {
     }
 
     /// Returns a parameter, which must have one of the given types.
-    fn values(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&Parameter>, LoadError> {
+    fn values(
+        &self,
+        name: &'static str,
+        kinds: &[&str],
+    ) -> Result<Option<&ParsedParameter>, LoadError> {
         let Some(parameter) = self.find(name) else { return Ok(None) };
         if kinds.contains(&parameter.kind) {
             return Ok(Some(parameter));
         }
-        let Parameter { kind, at, .. } = parameter;
+        let ParsedParameter { kind, at, .. } = parameter;
         Err(at.error(format!("{} is of the type {kind}; expected {}", quote(name), kinds[0])))
     }
 
     fn numbers_of(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&[f64]>, LoadError> {
         let Some(parameter) = self.values(name, kinds)? else { return Ok(None) };
         match &parameter.values {
-            Values::Numbers(numbers) => Ok(Some(numbers)),
-            Values::Texts(texts) if texts.iter().all(|text| number(text).is_ok()) => {
+            ParameterValues::Numbers(numbers) => Ok(Some(numbers)),
+            ParameterValues::Texts(texts) if texts.iter().all(|text| number(text).is_ok()) => {
                 Err(parameter.in_quotes("numbers", &texts[0]))
             }
             _ => Err(parameter.at.error(format!("{} has values that are no numbers", quote(name)))),
@@ -341,8 +345,8 @@ impl Entity {
     pub(super) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, LoadError> {
         let Some(parameter) = self.values(name, &["bool"])? else { return Ok(default) };
         match &parameter.values {
-            Values::Booleans(values) => self.one(name, values),
-            Values::Texts(texts) if matches!(texts.as_slice(), [text] if is_boolean(text)) => {
+            ParameterValues::Booleans(values) => self.one(name, values),
+            ParameterValues::Texts(texts) if matches!(texts.as_slice(), [text] if is_boolean(text)) => {
                 Err(parameter.in_quotes("true and false", &texts[0]))
             }
             _ => Err(parameter.at.error(format!("{} is neither true nor false", quote(name)))),
@@ -352,7 +356,7 @@ impl Entity {
     pub(super) fn texts(&self, name: &'static str) -> Result<Option<&[String]>, LoadError> {
         let Some(parameter) = self.values(name, &["string"])? else { return Ok(None) };
         match &parameter.values {
-            Values::Texts(texts) => Ok(Some(texts)),
+            ParameterValues::Texts(texts) => Ok(Some(texts)),
             _ => Err(parameter
                 .at
                 .error(format!("{} has values that are no texts in quotes", quote(name)))),
@@ -377,7 +381,7 @@ impl Entity {
             return Ok(None);
         };
         match &parameter.values {
-            Values::Texts(texts) if texts.len() == 1 => Ok(Some(&texts[0])),
+            ParameterValues::Texts(texts) if texts.len() == 1 => Ok(Some(&texts[0])),
             _ => Err(parameter
                 .at
                 .error(format!("expected the name of one texture for {}", quote(name)))),
@@ -458,7 +462,10 @@ impl Entity {
     }
 
     /// Returns a colour or spectrum, uninterpreted.
-    pub(super) fn spectrum(&self, name: &'static str) -> Result<Option<&Parameter>, LoadError> {
+    pub(super) fn spectrum(
+        &self,
+        name: &'static str,
+    ) -> Result<Option<&ParsedParameter>, LoadError> {
         match self.find(name) {
             Some(p) if p.kind == "texture" => Err(p.at.error(format!(
                 "a texture as {} of {} is not supported; give an rgb or a spectrum",

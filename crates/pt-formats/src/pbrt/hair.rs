@@ -4,10 +4,10 @@ use pt_scene::Surface;
 use pt_scene::material::{Hair, Mix, Pigment, SurfaceDetail};
 
 use super::entity::Entity;
-use super::world::World;
+use super::world::PbrtWorld;
 use crate::LoadError;
 
-impl World {
+impl PbrtWorld {
     /// Reads a hair material, for shapes that may be open.
     pub(super) fn hair(&mut self, entity: &Entity) -> Result<Hair, LoadError> {
         const INDICES: [f32; 2] = [1.0, 100.0];

@@ -25,7 +25,7 @@ const METRES: f64 = 1e-3;
 
 /// A surface of a lens, and the space behind it.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct LensSurface {
     /// Radius of curvature, positive if the surface is convex towards the scene; 0 for the stop or
     /// a plane.
     radius: f64,
@@ -101,7 +101,7 @@ pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<L
 }
 
 /// Reads a lens file. The diameter of the stop is at most `stop`.
-fn surfaces(text: &str, stop: f64) -> Result<Vec<Surface>, String> {
+fn surfaces(text: &str, stop: f64) -> Result<Vec<LensSurface>, String> {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
     let numbers = lines.flat_map(str::split_whitespace).take(4 * MAX + 1).map(number);
     let numbers = numbers.collect::<Result<Vec<f64>, String>>()?;
@@ -123,13 +123,13 @@ fn surfaces(text: &str, stop: f64) -> Result<Vec<Surface>, String> {
             }
             let aperture = if radius == 0.0 { aperture.min(stop) } else { aperture };
             let index = if index == 0.0 { 1.0 } else { index };
-            Ok(Surface { radius, thickness, index, aperture })
+            Ok(LensSurface { radius, thickness, index, aperture })
         })
         .collect()
 }
 
 /// Computes the thin lens, focused at a distance from the film.
-fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String> {
+fn thin(surfaces: &[LensSurface], film: [f64; 2], focus: f64) -> Result<Lens, String> {
     let mut optics = Optics::NONE;
     let (mut length, mut before) = (0.0, 1.0);
     // Aperture stop of rays parallel to the axis: their height, and the optics up to it.
@@ -209,13 +209,13 @@ mod tests {
         0 1.5 1.5 40 0 0 1 40";
     const FILM: [f64; 2] = [24.0, 16.0];
 
-    fn length(surfaces: &[Surface]) -> f64 {
+    fn length(surfaces: &[LensSurface]) -> f64 {
         surfaces.iter().rev().skip(1).map(|s| s.thickness).sum()
     }
 
     /// Traces a ray with this height and slope at the first surface through all surfaces by Snell's
     /// law, and returns its height and slope at the last one.
-    fn followed(surfaces: &[Surface], height: f64, slope: f64) -> [f64; 2] {
+    fn followed(surfaces: &[LensSurface], height: f64, slope: f64) -> [f64; 2] {
         let (mut z, mut y, mut angle) = (0.0, height, slope.atan());
         let (mut before, mut vertex) = (1.0, 0.0);
         for (i, surface) in surfaces.iter().enumerate() {
@@ -246,7 +246,7 @@ mod tests {
 
     /// Distances from the first surface to the plane in focus, and from the last surface to the
     /// film, by paraxial rays.
-    fn sharp(surfaces: &[Surface], focus: f64) -> [f64; 2] {
+    fn sharp(surfaces: &[LensSurface], focus: f64) -> [f64; 2] {
         const NEAR: f64 = 1e-4;
         let to_film = |to_front: f64| {
             let [y, u] = followed(surfaces, NEAR, NEAR / to_front);

@@ -11,10 +11,10 @@ use pt_scene::sky_layout::{latitude_longitude, square_of};
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use pt_scene::{IesProfile, Light, LightKind, Rows};
 
-use super::color::{Role, color};
+use super::color::{SpectrumType, color};
 use super::entity::Entity;
-use super::state::State;
-use super::world::World;
+use super::state::GraphicsState;
+use super::world::PbrtWorld;
 use crate::LoadError;
 use crate::shared::placeholder;
 use crate::shared::transform::perpendicular;
@@ -23,9 +23,13 @@ const KINDS: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projec
 /// Tolerance of matrices, which are written with few digits.
 const TOLERANCE: f64 = 1e-4;
 
-impl World {
+impl PbrtWorld {
     /// Adds a light to the scene.
-    pub(super) fn add_light(&mut self, entity: &Entity, state: &State) -> Result<(), LoadError> {
+    pub(super) fn add_light(
+        &mut self,
+        entity: &Entity,
+        state: &GraphicsState,
+    ) -> Result<(), LoadError> {
         let [node, end] = state.ctm;
         if node != end {
             return Err(entity.at.error(
@@ -58,7 +62,8 @@ impl World {
         scale: f64,
     ) -> Result<[f32; 3], LoadError> {
         let white = || entity.color_space.to_rec709([1.0; 3]).map(|c| c as f32);
-        let light = color(entity, name, Role::Light, &self.textures.folder)?.unwrap_or_else(white);
+        let light =
+            color(entity, name, SpectrumType::Light, &self.textures.folder)?.unwrap_or_else(white);
         let scale = scale * entity.not_negative("scale", 1.0)?;
         let light = light.map(|c| (f64::from(c) * scale) as f32);
         if light.iter().all(|c| c.is_finite()) {

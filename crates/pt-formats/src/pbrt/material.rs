@@ -11,11 +11,11 @@ use pt_scene::metals::Metal;
 use pt_scene::texture::{Color, NormalOrBump, Scalar};
 use pt_scene::{Surface, Warning};
 
-use super::color::{Role, index};
+use super::color::{SpectrumType, index};
 use super::entity::Entity;
 use super::texture::{product, square_root};
 use super::types::{MaterialName, key_of};
-use super::world::World;
+use super::world::PbrtWorld;
 use crate::LoadError;
 use crate::shared::context::{Folder, Unusable};
 use crate::shared::names::{did_you_mean, quote};
@@ -43,7 +43,7 @@ const MIN_ALPHA: f32 = 1e-3;
 /// Minimum roughness of pbrt-v4 along one axis if the surface is rougher along the other.
 const MIN_ALPHA_OF_ONE: f32 = 1e-4;
 
-impl World {
+impl PbrtWorld {
     /// Returns the surface of a material; `None` for an invisible interface between media.
     pub(super) fn surface(&mut self, name: &MaterialName) -> Result<Option<Surface>, LoadError> {
         let entity = self.material_of(name)?;
@@ -207,8 +207,9 @@ impl World {
             }
             Ok::<_, LoadError>(color)
         };
-        let (given_eta, given_k) = (given(eta, Role::Unbounded)?, given(k, Role::Unbounded)?);
-        let (eta, k) = match given(reflectance, Role::Share)? {
+        let (given_eta, given_k) =
+            (given(eta, SpectrumType::Unbounded)?, given(k, SpectrumType::Unbounded)?);
+        let (eta, k) = match given(reflectance, SpectrumType::Share)? {
             Some(_) if given_eta.is_some() || given_k.is_some() => {
                 return Err(both_given(entity, names));
             }

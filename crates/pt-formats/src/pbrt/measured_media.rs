@@ -5,13 +5,13 @@ use crate::shared::names::{did_you_mean, quote};
 /// Coefficients of a medium per millimetre, for red, green and blue. The scattering coefficient is
 /// reduced: σs (1 − g).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measured {
+pub(super) struct MeasuredMedium {
     name: &'static str,
     pub(super) scattered: [f32; 3],
     pub(super) absorbed: [f32; 3],
 }
 
-impl Measured {
+impl MeasuredMedium {
     /// Returns the medium with a name.
     ///
     /// # Errors
@@ -28,13 +28,13 @@ impl Measured {
     }
 }
 
-const fn medium(name: &'static str, scattered: [f32; 3], absorbed: [f32; 3]) -> Measured {
-    Measured { name, scattered, absorbed }
+const fn medium(name: &'static str, scattered: [f32; 3], absorbed: [f32; 3]) -> MeasuredMedium {
+    MeasuredMedium { name, scattered, absorbed }
 }
 
 /// Solids and liquids. [Jensen, Marschner, Levoy & Hanrahan 2001, "A Practical Model for Subsurface
 /// Light Transport", figure 5]
-const SOLID_AND_LIQUID: &[Measured] = &[
+const SOLID_AND_LIQUID: &[MeasuredMedium] = &[
     medium("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
     medium("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
     medium("Chicken2", [0.19, 0.25, 0.32], [0.018, 0.088, 0.2]),
@@ -51,7 +51,7 @@ const SOLID_AND_LIQUID: &[Measured] = &[
 
 /// Liquids measured in dilution, with the dilution undone. [Narasimhan, Gupta, Donner, Ramamoorthi,
 /// Nayar & Jensen 2006, "Acquiring Scattering Properties of Participating Media by Dilution"]
-const DILUTED: &[Measured] = &[
+const DILUTED: &[MeasuredMedium] = &[
     medium("Lowfat Milk", [0.891_87, 1.5136, 2.532], [0.002_875, 0.005_75, 0.0115]),
     medium("Reduced Milk", [2.4858, 3.1669, 4.5214], [0.002_555_6, 0.005_111_1, 0.012_778]),
     medium("Regular Milk", [4.5513, 5.8294, 7.136], [0.001_533_3, 0.0046, 0.019_933]),
@@ -162,13 +162,13 @@ mod tests {
         let all: Vec<_> = SOLID_AND_LIQUID.iter().chain(DILUTED).collect();
         assert_eq!(all.len(), 47);
         for medium in all {
-            assert_eq!(Measured::named(medium.name), Ok(*medium));
+            assert_eq!(MeasuredMedium::named(medium.name), Ok(*medium));
             let sums = [0, 1, 2].map(|c| medium.scattered[c] + medium.absorbed[c]);
             assert!(sums.iter().all(|sum| *sum > 0.0), "{medium:?}");
             let numbers = medium.scattered.into_iter().chain(medium.absorbed);
             assert!(numbers.into_iter().all(|sigma| sigma >= 0.0), "{medium:?}");
         }
-        let message = Measured::named("Skin3").expect_err("no medium");
+        let message = MeasuredMedium::named("Skin3").expect_err("no medium");
         assert!(message.contains("did you mean \"Skin"), "{message}");
     }
 }

@@ -13,7 +13,7 @@ use crate::shared::context::Folder;
 const MAX_CELLS: u32 = 1 << 16;
 
 /// Media of a scene.
-pub(super) struct Media {
+pub(super) struct PbrtMedia {
     pub(super) folder: Folder,
     pub(super) made: Vec<Medium>,
     pub(super) numbers: HashMap<String, u32>,

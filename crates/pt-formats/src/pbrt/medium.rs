@@ -9,24 +9,24 @@ use pt_scene::medium::{
 };
 use pt_scene::{Medium, Sides, Warning};
 
-use super::color::{Role, color};
+use super::color::{SpectrumType, color};
 use super::entity::Entity;
-use super::measured_media::Measured;
+use super::measured_media::MeasuredMedium;
 use super::medium_emission::{
     DARK, SCALES, TEMPERATURES, blackbody_emission, color_emission, hot, temperatures,
 };
 use super::position::TokenPosition;
 use super::sparse::{DENSITY, HEAT, SparseGrids};
-use super::state::State;
+use super::state::GraphicsState;
 use crate::LoadError;
-use crate::pbrt::media::{Media, check_count, resolution};
-use crate::pbrt::types::Interface;
+use crate::pbrt::media::{PbrtMedia, check_count, resolution};
+use crate::pbrt::types::MediumInterface;
 use crate::shared::context::Folder;
 use crate::shared::names::{did_you_mean, quote};
 
 const KINDS: [&str; 5] = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
 
-impl Media {
+impl PbrtMedia {
     pub(super) fn new(folder: Folder) -> Self {
         Self {
             folder,
@@ -42,7 +42,7 @@ impl Media {
         &mut self,
         name: &str,
         entity: &Entity,
-        state: &State,
+        state: &GraphicsState,
         warnings: &mut Vec<Warning>,
     ) -> Result<(), LoadError> {
         if self.numbers.contains_key(name) {
@@ -103,12 +103,12 @@ impl Media {
         let scale = entity.not_negative("scale", 1.0)? as f32;
         if let Some(preset) = entity.text("preset")? {
             entity.pass_over(&["sigma_a", "sigma_s"]);
-            let Measured { absorbed, scattered, .. } =
-                Measured::named(preset).map_err(|message| entity.refuse("preset", message))?;
+            let MeasuredMedium { absorbed, scattered, .. } = MeasuredMedium::named(preset)
+                .map_err(|message| entity.refuse("preset", message))?;
             return extinction_and_albedo(entity, absorbed, scattered, scale);
         }
         let read = |name, default| {
-            Ok(color(entity, name, Role::Unbounded, &self.folder)?.unwrap_or(default))
+            Ok(color(entity, name, SpectrumType::Unbounded, &self.folder)?.unwrap_or(default))
         };
         let (absorbed, scattered) = (read("sigma_a", defaults[0])?, read("sigma_s", defaults[1])?);
         extinction_and_albedo(entity, absorbed, scattered, scale)
@@ -244,7 +244,7 @@ impl Media {
     /// subsurface material, `within`, takes precedence over the interior medium.
     pub(super) fn sides(
         &self,
-        interface: &Interface,
+        interface: &MediumInterface,
         within: Option<u32>,
     ) -> Result<Option<Sides>, LoadError> {
         let at = interface.at.as_ref();

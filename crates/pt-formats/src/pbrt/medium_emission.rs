@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 use pt_scene::medium::{BlackBody, Grid, GridFilter, MediumEmission, MediumProperties, PlacedGrid};
 
-use super::color::{Role, color};
+use super::color::{SpectrumType, color};
 use super::entity::Entity;
-use super::media::{Media, check_count, resolution};
+use super::media::{PbrtMedia, check_count, resolution};
 use crate::LoadError;
 
 /// Sum of ȳ over the wavelengths in nanometres. Unlike other light, thermal emission, whose
@@ -15,10 +15,10 @@ use crate::LoadError;
 /// are not divided by it in pbrt-v4. [CIE 1931, at each nanometre]
 const EQUAL_ENERGY: f64 = 106.856_895;
 
-impl Media {
+impl PbrtMedia {
     /// Reads the emission of a homogeneous medium.
     pub(super) fn constant_emission(&self, entity: &Entity) -> Result<[f32; 3], LoadError> {
-        let light = color(entity, "Le", Role::Light, &self.folder)?.unwrap_or_default();
+        let light = color(entity, "Le", SpectrumType::Light, &self.folder)?.unwrap_or_default();
         let scale = scale(entity)? as f32;
         Ok(light.map(|c| c * scale))
     }
@@ -29,7 +29,7 @@ impl Media {
         entity: &Entity,
         to_world: DAffine3,
     ) -> Result<MediumEmission, LoadError> {
-        let light = color(entity, "Le", Role::Light, &self.folder)?;
+        let light = color(entity, "Le", SpectrumType::Light, &self.folder)?;
         let resolution = resolution(entity)?;
         let scales = list_of_scales(entity)?;
         if let Some((name, scales)) = scales.filter(|(_, scales)| scales.len() != 1) {

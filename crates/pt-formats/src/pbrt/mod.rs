@@ -66,9 +66,13 @@ use std::sync::Arc;
 use pt_scene::Scene;
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 /// Parses a scene.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     read::read(bytes, path, context)?.finish()
 }

@@ -6,7 +6,7 @@ use crate::shared::names::{did_you_mean, quote};
 
 /// A named spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Named {
+pub(super) enum NamedSpectrum {
     /// Illuminant, by its chromaticity.
     Illuminant([f64; 2]),
     /// Real or imaginary part of an index of refraction, for red, green and blue.
@@ -53,9 +53,9 @@ const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
 ///
 /// # Errors
 /// If the prefix is that of a kind of spectrum, but there is none with this name.
-pub(super) fn named(name: &str) -> Result<Option<Named>, String> {
+pub(super) fn named(name: &str) -> Result<Option<NamedSpectrum>, String> {
     if let Some(metal) = name.strip_prefix("metal-") {
-        return optical(metal).map(|color| Some(Named::Optical(color))).ok_or_else(|| {
+        return optical(metal).map(|color| Some(NamedSpectrum::Optical(color))).ok_or_else(|| {
             let names =
                 METALS.iter().flat_map(|m| [format!("metal-{m}-eta"), format!("metal-{m}-k")]);
             let names: Vec<_> = names.collect();
@@ -67,7 +67,7 @@ pub(super) fn named(name: &str) -> Result<Option<Named>, String> {
         });
     }
     if let Some(index) = glass(name) {
-        return Ok(Some(Named::Optical([index as f32; 3])));
+        return Ok(Some(NamedSpectrum::Optical([index as f32; 3])));
     }
     if name.starts_with("glass-") {
         let hint = did_you_mean(name, GLASSES.iter().map(|(known, _)| *known));
@@ -78,7 +78,7 @@ pub(super) fn named(name: &str) -> Result<Option<Named>, String> {
         let hint = did_you_mean(name, ILLUMINANTS.iter().map(|(known, _)| *known));
         return Err(format!("there is no illuminant {}{hint}", quote(name)));
     }
-    Ok(found.map(|(_, chromaticity)| Named::Illuminant(*chromaticity)))
+    Ok(found.map(|(_, chromaticity)| NamedSpectrum::Illuminant(*chromaticity)))
 }
 
 /// Returns the index of refraction of a glass by name.
@@ -107,7 +107,7 @@ mod tests {
             for part in ["eta", "k"] {
                 assert!(matches!(
                     named(&format!("metal-{metal}-{part}")),
-                    Ok(Some(Named::Optical(_)))
+                    Ok(Some(NamedSpectrum::Optical(_)))
                 ));
             }
         }

@@ -14,16 +14,16 @@ use super::arguments::text;
 use super::camera::CameraSetup;
 use super::color_space::ColorSpace;
 use super::entity::{Entity, MAX_PARAMETERS};
-use super::parameter::Parameter;
+use super::parameter::ParsedParameter;
 use super::position::TokenPosition;
-use super::state::{State, TARGETS};
+use super::state::{GraphicsState, TARGETS};
 use super::texture;
-use super::token::{Kind, Token, Tokens};
-use super::types::{Interface, MaterialName, Moving, Placed};
-use super::world::World;
+use super::token::{Token, TokenKind, Tokens};
+use super::types::{MaterialName, MediumInterface, Moving, PlacedShape};
+use super::world::PbrtWorld;
 use crate::LoadError;
 use crate::pbrt::content::content;
-use crate::shared::context::{Context, Folder};
+use crate::shared::context::{Folder, LoadContext};
 use crate::shared::mesh_file;
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
@@ -85,33 +85,37 @@ struct Saved {
     /// The directive that saved the state, and its position.
     by: &'static str,
     at: TokenPosition,
-    state: State,
+    state: GraphicsState,
 }
 
 /// State of the reader.
-struct Reader {
+struct PbrtReader {
     /// Folder of the scene file, to which all paths are relative.
     folder: Folder,
     /// The files being read, each included by the one before.
     way: ReferenceStack<PathBuf>,
-    state: State,
+    state: GraphicsState,
     saved: Vec<Saved>,
     /// Named coordinate systems.
     systems: HashMap<String, Moving>,
     in_world: bool,
     /// Name and shapes of the object that is being defined.
-    object: Option<(String, Vec<Placed>)>,
-    world: World,
+    object: Option<(String, Vec<PlacedShape>)>,
+    world: PbrtWorld,
 }
 
 /// Reads a scene and the files that it includes.
-pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<World, LoadError> {
+pub(super) fn read(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<PbrtWorld, LoadError> {
     let folder = Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
-    let mut reader = Reader {
-        world: World::new(&folder, mesh_file::place(path, 0)),
+    let mut reader = PbrtReader {
+        world: PbrtWorld::new(&folder, mesh_file::place(path, 0)),
         folder,
         way: ReferenceStack::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES),
-        state: State::new(),
+        state: GraphicsState::new(),
         saved: Vec::new(),
         systems: HashMap::new(),
         in_world: false,
@@ -128,16 +132,21 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     Ok(reader.world)
 }
 
-impl Reader {
+impl PbrtReader {
     /// Reads a file, whose last directive continues with the parameters `tail`.
-    fn file(&mut self, bytes: &[u8], path: &Path, tail: Vec<Parameter>) -> Result<(), LoadError> {
+    fn file(
+        &mut self,
+        bytes: &[u8],
+        path: &Path,
+        tail: Vec<ParsedParameter>,
+    ) -> Result<(), LoadError> {
         let text = characters(bytes, path)?;
         self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
         let mut tokens = Tokens::included(&text, path, tail);
         while let Some(token) = tokens.take()? {
             let at = tokens.place(&token);
             let done = match token.kind {
-                Kind::Word(word) => self.directive(word, &mut tokens, at),
+                TokenKind::Word(word) => self.directive(word, &mut tokens, at),
                 other => {
                     let message =
                         format!("{} stands alone; expected a directive", other.describe());
@@ -150,7 +159,7 @@ impl Reader {
             self.world.scene.warnings.append(&mut tokens.notes);
         }
         let done = match tokens.take_tail()?.first() {
-            Some(Parameter { at, name, .. }) => Err(at.error(format!(
+            Some(ParsedParameter { at, name, .. }) => Err(at.error(format!(
                 "the parameter {} belongs to no directive: the included file does not end with one that has parameters",
                 quote(name)
             ))),
@@ -177,8 +186,8 @@ impl Reader {
             "AttributeEnd" => self.restore("AttributeBegin", &at).map(drop),
             "TransformEnd" => {
                 let after = self.state.clone();
-                let State { ctm, active, .. } = self.restore("TransformBegin", &at)?;
-                self.state = State { ctm, active, ..after };
+                let GraphicsState { ctm, active, .. } = self.restore("TransformBegin", &at)?;
+                self.state = GraphicsState { ctm, active, ..after };
                 Ok(())
             }
             "ObjectBegin" => self.object_begin(tokens, at),
@@ -198,7 +207,7 @@ impl Reader {
         match word {
             "Attribute" => {
                 let target = text(tokens, &at)?;
-                let list = Parameter::list(tokens)?;
+                let list = ParsedParameter::list(tokens)?;
                 let Some(defaults) = self.state.defaults.of(&target) else {
                     let hint = did_you_mean(&target, TARGETS.into_iter());
                     return Err(
@@ -229,9 +238,10 @@ impl Reader {
             }
             "MediumInterface" => {
                 let inside = text(tokens, &at)?;
-                let has_outside = matches!(tokens.peek()?, Some(Token { kind: Kind::Text(_), .. }));
+                let has_outside =
+                    matches!(tokens.peek()?, Some(Token { kind: TokenKind::Text(_), .. }));
                 let outside = if has_outside { text(tokens, &at)? } else { inside.clone() };
-                self.state.media = Rc::new(Interface { inside, outside, at: Some(at) });
+                self.state.media = Rc::new(MediumInterface { inside, outside, at: Some(at) });
             }
             "Material" => {
                 let entity = self.entity("Material", tokens, at)?;
@@ -296,7 +306,7 @@ impl Reader {
         at: TokenPosition,
     ) -> Result<Entity, LoadError> {
         let kind = text(tokens, &at)?;
-        let parameters = Parameter::list(tokens)?;
+        let parameters = ParsedParameter::list(tokens)?;
         let defaults = &self.state.defaults;
         let defaults = match directive {
             "Shape" => &defaults.shape,
@@ -332,7 +342,7 @@ impl Reader {
         tokens: &mut Tokens<'_>,
         at: TokenPosition,
     ) -> Result<Entity, LoadError> {
-        let parameters = Parameter::list(tokens)?;
+        let parameters = ParsedParameter::list(tokens)?;
         let defaults = &self.state.defaults;
         let defaults =
             if directive == "MakeNamedMedium" { &defaults.medium } else { &defaults.material };
@@ -361,7 +371,7 @@ impl Reader {
         at: TokenPosition,
     ) -> Result<(), LoadError> {
         let kind = text(tokens, &at)?;
-        let parameters = Parameter::list(tokens)?;
+        let parameters = ParsedParameter::list(tokens)?;
         let defaults = &self.state.defaults.texture;
         let entity = Entity::new("Texture", kind, at, parameters, defaults, self.state.color_space);
         let is_number = match what {
@@ -395,7 +405,7 @@ impl Reader {
         match word {
             "Option" => {
                 let kind = String::new();
-                let parameters = Parameter::list(tokens)?;
+                let parameters = ParsedParameter::list(tokens)?;
                 let entity =
                     Entity::new("Option", kind, at, parameters, &[], self.state.color_space);
                 super::film::check_option(&entity)
@@ -421,7 +431,7 @@ impl Reader {
                     _ => (None, "Accelerator"),
                 };
                 let kind = text(tokens, &at)?;
-                let parameters = Parameter::list(tokens)?;
+                let parameters = ParsedParameter::list(tokens)?;
                 let entity =
                     Entity::new(directive, kind, at, parameters, &[], self.state.color_space);
                 if let Some(slot) = slot {
@@ -455,14 +465,14 @@ impl Reader {
         let most = self.folder.context.limits().depth(MAX_DEPTH);
         if self.saved.len() >= most {
             let message = format!("attributes are nested deeper than {most}");
-            return Err(Context::exceeded(at.span(""), message));
+            return Err(LoadContext::exceeded(at.span(""), message));
         }
         self.saved.push(Saved { by, at, state: self.state.clone() });
         Ok(())
     }
 
     /// Restores the state saved by a directive, and returns it.
-    fn restore(&mut self, by: &str, at: &TokenPosition) -> Result<State, LoadError> {
+    fn restore(&mut self, by: &str, at: &TokenPosition) -> Result<GraphicsState, LoadError> {
         let end = by.replace("Begin", "End");
         match self.saved.pop() {
             Some(saved) if saved.by == by => {
@@ -518,12 +528,12 @@ impl Reader {
         at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
-        let tail = Parameter::list(tokens)?;
+        let tail = ParsedParameter::list(tokens)?;
         let path = self.folder.join(&name);
         match self.way.enter_file(&path) {
             Ok(()) => {}
             Err(circle @ ReferenceError::Circle) => return Err(at.error(circle.of_file(&name))),
-            Err(barred) => return Err(Context::exceeded(at.span(""), barred.of_file(&name))),
+            Err(barred) => return Err(LoadContext::exceeded(at.span(""), barred.of_file(&name))),
         }
         let done = self.included(word, (&name, &path), tail, at);
         self.way.leave();
@@ -535,7 +545,7 @@ impl Reader {
         &mut self,
         word: &str,
         (name, path): (&str, &Path),
-        tail: Vec<Parameter>,
+        tail: Vec<ParsedParameter>,
         at: &TokenPosition,
     ) -> Result<(), LoadError> {
         let bytes = match content(&self.folder.context, path) {

@@ -18,19 +18,19 @@ use super::color_space::ColorSpace;
 use super::curve::is_tube;
 use super::emission::{AreaLight, area, area_light};
 use super::entity::Entity;
-use super::media::Media;
+use super::media::PbrtMedia;
 use super::position::TokenPosition;
-use super::shape::{Meshes, shape, sphere_mesh};
-use super::state::State;
-use super::texture::Textures;
+use super::shape::{PbrtMeshCache, shape, sphere_mesh};
+use super::state::GraphicsState;
+use super::texture::PbrtTextures;
 use super::token::Tokens;
 use super::types::Moving;
 use super::upsample::Illuminant;
 use super::{camera, displace, film, hair, medium_emission, subsurface, white_balance};
 use crate::LoadError;
-use crate::pbrt::types::{MaterialName, Placed, Tube, is_same, key_of};
-use crate::pbrt::world::World;
-use crate::shared::context::{Context, Folder};
+use crate::pbrt::types::{MaterialName, PlacedShape, Tube, is_same, key_of};
+use crate::pbrt::world::PbrtWorld;
+use crate::shared::context::{Folder, LoadContext};
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::placeholder;
 
@@ -38,7 +38,7 @@ use crate::shared::placeholder;
 /// and many instances of them.
 const MAX_SHAPES: usize = 1_000_000;
 
-impl World {
+impl PbrtWorld {
     pub(super) fn new(folder: &Folder, file: Span) -> Self {
         let nowhere = Tokens::new("", &file.file).end();
         let default = Entity::new(
@@ -52,14 +52,14 @@ impl World {
         Self {
             scene: Scene::default(),
             sight: CameraSetup::default(),
-            textures: Textures::new(folder.clone()),
-            media: Media::new(folder.clone()),
+            textures: PbrtTextures::new(folder.clone()),
+            media: PbrtMedia::new(folder.clone()),
             materials: vec![Rc::new(default)],
             named_materials: HashMap::new(),
             lost_materials: HashSet::new(),
             objects: HashMap::new(),
             times: [0.0, 1.0],
-            meshes: Meshes::default(),
+            meshes: PbrtMeshCache::default(),
             shapes: Vec::new(),
             surfaces: HashMap::new(),
             within: HashMap::new(),
@@ -90,9 +90,9 @@ impl World {
     pub(super) fn shape(
         &mut self,
         entity: &Entity,
-        state: &State,
+        state: &GraphicsState,
         in_object: bool,
-    ) -> Result<Placed, LoadError> {
+    ) -> Result<PlacedShape, LoadError> {
         let folder = self.textures.folder.clone();
         let geometry = shape(entity, state, &mut self.meshes, &folder, &mut self.scene.warnings)?;
         let geometry = self.displaced(entity, state, geometry)?;
@@ -107,7 +107,7 @@ impl World {
                 .to_owned();
             self.scene.warnings.push(Warning { at: entity.at.span(""), message });
         }
-        Ok(Placed {
+        Ok(PlacedShape {
             name: entity.kind.clone(),
             to_world: state.ctm,
             geometry,
@@ -124,7 +124,7 @@ impl World {
     fn displaced(
         &mut self,
         entity: &Entity,
-        state: &State,
+        state: &GraphicsState,
         geometry: Geometry,
     ) -> Result<Geometry, LoadError> {
         const DISPLACEMENT: &str = "displacement";
@@ -145,19 +145,19 @@ impl World {
     }
 
     /// State shared by the readers of scenes.
-    fn context(&self) -> &Context {
+    fn context(&self) -> &LoadContext {
         &self.textures.folder.context
     }
 
     /// Adds a shape to the world.
-    pub(super) fn place(&mut self, placed: Placed) -> Result<(), LoadError> {
+    pub(super) fn place(&mut self, placed: PlacedShape) -> Result<(), LoadError> {
         if self.shapes.last_mut().is_some_and(|last| last.joins(&placed)) {
             return Ok(());
         }
         let most = self.context().limits().shapes(MAX_SHAPES);
         if self.shapes.len() >= most {
             let message = format!("with this one, there are more than {most} shapes");
-            return Err(Context::exceeded(placed.at.span(""), message));
+            return Err(LoadContext::exceeded(placed.at.span(""), message));
         }
         self.shapes.push(placed);
         Ok(())
@@ -177,7 +177,7 @@ impl World {
         for shape in shapes.iter() {
             let placed = [0, 1].map(|i| to_world[i] * shape.to_world[i]);
             let name = format!("{} of {name}", shape.name);
-            self.place(Placed { name, to_world: placed, at: at.clone(), ..shape.clone() })?;
+            self.place(PlacedShape { name, to_world: placed, at: at.clone(), ..shape.clone() })?;
         }
         Ok(())
     }
@@ -266,8 +266,8 @@ impl World {
     }
 
     /// Adds a shape with its material; a two-sided emitter is two objects.
-    fn object(&mut self, placed: Placed, exposure: f64) -> Result<(), LoadError> {
-        let Placed { name, to_world: [start, end], mut geometry, .. } = placed;
+    fn object(&mut self, placed: PlacedShape, exposure: f64) -> Result<(), LoadError> {
+        let PlacedShape { name, to_world: [start, end], mut geometry, .. } = placed;
         for map in [start, end] {
             if !(map.is_finite() && map.inverse().is_finite() && map.matrix3.determinant() != 0.0) {
                 return Err(placed

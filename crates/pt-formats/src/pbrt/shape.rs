@@ -14,11 +14,11 @@ use super::content::content;
 use super::curve::curve;
 use super::entity::Entity;
 use super::quadric;
-use super::state::{State, mirrors};
+use super::state::{GraphicsState, mirrors};
 use super::subdivision::subdivide;
 use crate::LoadError;
-use crate::shared::context::Context;
 use crate::shared::context::Folder;
+use crate::shared::context::LoadContext;
 
 const KINDS: [&str; 8] = [
     "bilinearmesh",
@@ -39,7 +39,7 @@ const MAX_TRIANGLES: usize = 1 << 24;
 
 /// Cache of meshes.
 #[derive(Default)]
-pub(super) struct Meshes {
+pub(super) struct PbrtMeshCache {
     /// Meshes of files by path, and true if they are flipped; or the reason why a file cannot be
     /// read.
     of_files: HashMap<(PathBuf, bool), Result<Arc<Mesh>, String>>,
@@ -49,12 +49,12 @@ pub(super) struct Meshes {
     cut: usize,
 }
 
-impl Meshes {
+impl PbrtMeshCache {
     /// Returns a disk or a cylinder with the given parameters.
     fn round(
         &mut self,
         (kind, numbers, is_inside_out): (&'static str, [f64; 4], bool),
-        context: &Context,
+        context: &LoadContext,
         make: impl FnOnce() -> Mesh,
     ) -> Result<Geometry, String> {
         let key = (kind, numbers.map(f64::to_bits), is_inside_out);
@@ -71,7 +71,7 @@ impl Meshes {
     ///
     /// # Errors
     /// If those of all shapes exceed the limit.
-    pub(super) fn count(&mut self, mesh: &Mesh, context: &Context) -> Result<(), String> {
+    pub(super) fn count(&mut self, mesh: &Mesh, context: &LoadContext) -> Result<(), String> {
         self.expect(mesh.triangles.len(), context)
     }
 
@@ -79,7 +79,7 @@ impl Meshes {
     ///
     /// # Errors
     /// If those of all shapes exceed the limit.
-    fn expect(&mut self, triangles: usize, context: &Context) -> Result<(), String> {
+    fn expect(&mut self, triangles: usize, context: &LoadContext) -> Result<(), String> {
         let most = context.limits().triangles(MAX_TRIANGLES);
         // A rejected shape is not counted, so that smaller ones may follow.
         if let Some(all) = self.cut.checked_add(triangles).filter(|all| *all <= most) {
@@ -96,8 +96,8 @@ impl Meshes {
 /// Reads a shape, in its own coordinates.
 pub(super) fn shape(
     entity: &Entity,
-    state: &State,
-    meshes: &mut Meshes,
+    state: &GraphicsState,
+    meshes: &mut PbrtMeshCache,
     folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
@@ -263,7 +263,11 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
 }
 
 /// Reads a subdivision surface and computes its limit.
-fn subdivided(entity: &Entity, meshes: &mut Meshes, context: &Context) -> Result<Mesh, LoadError> {
+fn subdivided(
+    entity: &Entity,
+    meshes: &mut PbrtMeshCache,
+    context: &LoadContext,
+) -> Result<Mesh, LoadError> {
     entity.pass_over(&["scheme"]);
     let levels = entity.count("levels", 3, [0, 10])?;
     let mesh = vertices(entity)?;
@@ -356,7 +360,7 @@ fn blend<const N: usize>(values: [[f32; N]; 4], weights: [f32; 4]) -> [f32; N] {
 fn ply_mesh(
     entity: &Entity,
     flips: bool,
-    meshes: &mut Meshes,
+    meshes: &mut PbrtMeshCache,
     folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use pt_scene::medium::Grid;
 
 use super::super::nanovdb::{self, SparseGrid};
-use crate::shared::context::{Context, Folder};
+use crate::shared::context::{Folder, LoadContext};
 
 /// Name of the grid of densities.
 pub(super) const DENSITY: &str = "density";
@@ -24,13 +24,13 @@ pub(super) struct GridFile {
 }
 
 /// File and parameters of a derived grid.
-type Key = (PathBuf, Vec<u64>);
+type SparseGridKey = (PathBuf, Vec<u64>);
 
 /// Cache of files and derived grids.
 #[derive(Default)]
 pub(super) struct SparseGrids {
     files: HashMap<PathBuf, Result<GridFile, String>>,
-    made: HashMap<Key, Arc<Grid>>,
+    made: HashMap<SparseGridKey, Arc<Grid>>,
 }
 
 impl SparseGrids {
@@ -51,7 +51,7 @@ impl SparseGrids {
     pub(super) fn made<const N: usize>(
         &mut self,
         folder: &Folder,
-        key: Key,
+        key: SparseGridKey,
         of: &Grid,
         cell: impl Fn(f32) -> [f32; N],
     ) -> Result<Arc<Grid>, String> {
@@ -67,7 +67,7 @@ impl SparseGrids {
     }
 }
 
-fn read(context: &Context, path: &Path) -> Result<GridFile, String> {
+fn read(context: &LoadContext, path: &Path) -> Result<GridFile, String> {
     let bytes = context.read(path)?;
     let grid = |name| {
         let ask = |bytes| context.reserve(bytes);

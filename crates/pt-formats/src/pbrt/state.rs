@@ -6,13 +6,13 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::color_space::ColorSpace;
 use super::entity::Entity;
-use super::parameter::Parameter;
-use super::types::{Interface, MaterialName};
+use super::parameter::ParsedParameter;
+use super::types::{MaterialName, MediumInterface};
 use crate::pbrt::types::Moving;
 
 /// Graphics state.
 #[derive(Clone)]
-pub(super) struct State {
+pub(super) struct GraphicsState {
     /// Current transformation matrix, from object space to the world.
     pub(super) ctm: Moving,
     /// True for each of the two transforms that directives change.
@@ -21,27 +21,27 @@ pub(super) struct State {
     pub(super) material: MaterialName,
     /// Area light of subsequent shapes.
     pub(super) area_light: Option<Rc<Entity>>,
-    pub(super) media: Rc<Interface>,
+    pub(super) media: Rc<MediumInterface>,
     pub(super) color_space: ColorSpace,
-    pub(super) defaults: Defaults,
+    pub(super) defaults: AttributeDefaults,
 }
 
 /// Default parameters that `Attribute` sets for subsequent directives.
 #[derive(Clone, Default)]
-pub(super) struct Defaults {
-    pub(super) shape: Rc<[Parameter]>,
-    pub(super) light: Rc<[Parameter]>,
-    pub(super) material: Rc<[Parameter]>,
-    pub(super) medium: Rc<[Parameter]>,
-    pub(super) texture: Rc<[Parameter]>,
+pub(super) struct AttributeDefaults {
+    pub(super) shape: Rc<[ParsedParameter]>,
+    pub(super) light: Rc<[ParsedParameter]>,
+    pub(super) material: Rc<[ParsedParameter]>,
+    pub(super) medium: Rc<[ParsedParameter]>,
+    pub(super) texture: Rc<[ParsedParameter]>,
 }
 
 /// Targets of `Attribute`.
 pub(super) const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
 
-impl Defaults {
+impl AttributeDefaults {
     /// Returns the defaults of one of [`TARGETS`]; `None` for any other name.
-    pub(super) fn of(&mut self, target: &str) -> Option<&mut Rc<[Parameter]>> {
+    pub(super) fn of(&mut self, target: &str) -> Option<&mut Rc<[ParsedParameter]>> {
         match target {
             "shape" => Some(&mut self.shape),
             "light" => Some(&mut self.light),
@@ -53,7 +53,7 @@ impl Defaults {
     }
 }
 
-impl State {
+impl GraphicsState {
     pub(super) fn new() -> Self {
         Self {
             ctm: [DAffine3::IDENTITY; 2],
@@ -63,7 +63,7 @@ impl State {
             area_light: None,
             media: Rc::default(),
             color_space: ColorSpace::SRGB,
-            defaults: Defaults::default(),
+            defaults: AttributeDefaults::default(),
         }
     }
 

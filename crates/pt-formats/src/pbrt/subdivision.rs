@@ -62,14 +62,14 @@ pub(super) fn subdivide(
 struct Fans {
     /// Index of the first edge from each vertex, followed by the number of edges.
     starts: Vec<u32>,
-    sides: Vec<Side>,
+    sides: Vec<DirectedEdge>,
     /// End vertex of an edge from each vertex.
     first: Vec<Option<u32>>,
 }
 
 /// Directed edge of a triangle, from a known vertex.
 #[derive(Clone, Copy)]
-struct Side {
+struct DirectedEdge {
     to: u32,
     /// Third vertex of the triangle.
     third: u32,
@@ -107,11 +107,11 @@ impl Fans {
         for v in 0..vertices {
             starts[v + 1] += starts[v];
         }
-        let mut sides = vec![Side { to: 0, third: 0 }; 3 * faces.len()];
+        let mut sides = vec![DirectedEdge { to: 0, third: 0 }; 3 * faces.len()];
         let mut ends = starts.clone();
         for [from, to, third] in faces.iter().copied().flat_map(sides_of) {
             let end = &mut ends[from as usize];
-            sides[*end as usize] = Side { to, third };
+            sides[*end as usize] = DirectedEdge { to, third };
             *end += 1;
         }
         for (from, ends) in starts.windows(2).enumerate() {

@@ -9,9 +9,9 @@ use pt_scene::{Color, RenderHints};
 
 use super::color::index;
 use super::entity::Entity;
-use super::measured_media::Measured;
+use super::measured_media::MeasuredMedium;
 use super::medium::{DEFAULT_ABSORBED, DEFAULT_SCATTERED, extinction_and_albedo, mean_cosine};
-use super::world::World;
+use super::world::PbrtWorld;
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -31,7 +31,7 @@ pub(super) fn prepare(settings: &mut RenderHints) {
     settings.max_depth = settings.max_depth.map(|depth| depth.max(STEPS));
 }
 
-impl World {
+impl PbrtWorld {
     /// Reads the boundary, and the index of the medium behind it.
     pub(super) fn subsurface(&mut self, entity: &Entity) -> Result<(Glass, u32), LoadError> {
         let ior = index(entity, "eta", 1.33, &self.textures.folder)?;
@@ -60,8 +60,8 @@ impl World {
         let way = the_way(entity)?;
         let scale = entity.not_negative("scale", 1.0)? as f32;
         if let Some(name) = entity.text("name")? {
-            let Measured { absorbed, scattered, .. } =
-                Measured::named(name).map_err(|message| entity.refuse("name", message))?;
+            let MeasuredMedium { absorbed, scattered, .. } =
+                MeasuredMedium::named(name).map_err(|message| entity.refuse("name", message))?;
             let [extinction, albedo] = extinction_and_albedo(entity, absorbed, scattered, scale)?;
             return Ok((extinction, albedo, 0.0));
         }

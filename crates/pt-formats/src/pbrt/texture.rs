@@ -12,7 +12,7 @@ use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
 };
 
-use super::color::{Role, color};
+use super::color::{SpectrumType, color};
 use super::entity::Entity;
 use super::mapping;
 use super::position::TokenPosition;
@@ -63,7 +63,7 @@ struct ImageKey {
 }
 
 /// Textures of a scene, by name.
-pub(super) struct Textures {
+pub(super) struct PbrtTextures {
     pub(super) folder: Folder,
     colors: HashMap<String, Color>,
     /// Number textures, with three equal channels.
@@ -75,7 +75,7 @@ pub(super) struct Textures {
     loud: HashSet<(String, bool)>,
 }
 
-impl Textures {
+impl PbrtTextures {
     pub(super) fn new(folder: Folder) -> Self {
         Self {
             folder,
@@ -185,7 +185,7 @@ impl Textures {
         if is_number {
             return Ok(Input::Value([entity.float(name, f64::from(default))? as f32; 3]));
         }
-        let value = color(entity, name, Role::Unbounded, &self.folder)?;
+        let value = color(entity, name, SpectrumType::Unbounded, &self.folder)?;
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
@@ -208,7 +208,7 @@ impl Textures {
         if let Some(texture) = entity.texture_name(name)? {
             return self.named(entity, name, texture, false);
         }
-        let value = color(entity, name, Role::Share, &self.folder)?;
+        let value = color(entity, name, SpectrumType::Share, &self.folder)?;
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
@@ -217,7 +217,7 @@ impl Textures {
         &self,
         entity: &Entity,
         name: &'static str,
-        role: Role,
+        role: SpectrumType,
     ) -> Result<(Option<[f32; 3]>, bool), LoadError> {
         match entity.texture_name(name)? {
             Some(texture) => {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pt_scene::Warning;
 
-use super::parameter::Parameter;
+use super::parameter::ParsedParameter;
 use crate::LoadError;
 use crate::pbrt::position::TokenPosition;
 use crate::shared::names::quote;
@@ -14,7 +14,7 @@ use crate::shared::source_map;
 
 /// Kind of a token.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind<'a> {
+pub(super) enum TokenKind<'a> {
     /// A directive, a number, `true` or `false`.
     Word(&'a str),
     /// Text in quotes, with escapes resolved.
@@ -25,7 +25,7 @@ pub(super) enum Kind<'a> {
     Close,
 }
 
-impl Kind<'_> {
+impl TokenKind<'_> {
     /// Describes the token, for messages.
     pub(super) fn describe(&self) -> String {
         match self {
@@ -40,7 +40,7 @@ impl Kind<'_> {
 /// A token and its position.
 #[derive(Clone, Debug)]
 pub(super) struct Token<'a> {
-    pub(super) kind: Kind<'a>,
+    pub(super) kind: TokenKind<'a>,
     offset: usize,
     line: u32,
 }
@@ -57,7 +57,7 @@ pub(super) struct Tokens<'a> {
     is_broken: bool,
     /// Additional parameters of the last directive of the file, which follow the directive that
     /// includes the file.
-    tail: Vec<Parameter>,
+    tail: Vec<ParsedParameter>,
     /// Warnings about the tokens read.
     pub(super) notes: Vec<Warning>,
 }
@@ -70,12 +70,12 @@ impl<'a> Tokens<'a> {
 
     /// Creates the tokens of an included file, whose last directive continues with parameters of
     /// the including file.
-    pub(super) fn included(text: &'a str, file: &Path, tail: Vec<Parameter>) -> Self {
+    pub(super) fn included(text: &'a str, file: &Path, tail: Vec<ParsedParameter>) -> Self {
         Self { tail, ..Self::new(text, file) }
     }
 
     /// Returns the parameters with which the last directive continues, once the whole file is read.
-    pub(super) fn take_tail(&mut self) -> Result<Vec<Parameter>, LoadError> {
+    pub(super) fn take_tail(&mut self) -> Result<Vec<ParsedParameter>, LoadError> {
         Ok(if self.peek()?.is_none() { std::mem::take(&mut self.tail) } else { Vec::new() })
     }
 
@@ -113,7 +113,7 @@ impl<'a> Tokens<'a> {
     /// Skips tokens up to the next word that `fits`. After an unreadable token there is none.
     pub(super) fn skip_to(&mut self, fits: impl Fn(&str) -> bool) -> Result<(), LoadError> {
         while let Some(token) = self.peek()? {
-            if matches!(token.kind, Kind::Word(word) if fits(word)) {
+            if matches!(token.kind, TokenKind::Word(word) if fits(word)) {
                 break;
             }
             self.ahead = None;
@@ -136,20 +136,20 @@ impl<'a> Tokens<'a> {
         let rest = &self.text[offset..];
         let Some(first) = rest.bytes().next() else { return Ok(None) };
         let kind = match first {
-            b'[' => self.bracket(Kind::Open),
-            b']' => self.bracket(Kind::Close),
+            b'[' => self.bracket(TokenKind::Open),
+            b']' => self.bracket(TokenKind::Close),
             b'"' => self.quoted()?,
             _ => {
                 let ends = |c: char| c.is_ascii_whitespace() || "[]\"#".contains(c);
                 let length = rest.find(ends).unwrap_or(rest.len());
                 self.next += length;
-                Kind::Word(&rest[..length])
+                TokenKind::Word(&rest[..length])
             }
         };
         Ok(Some(Token { kind, offset, line }))
     }
 
-    fn bracket(&mut self, kind: Kind<'a>) -> Kind<'a> {
+    fn bracket(&mut self, kind: TokenKind<'a>) -> TokenKind<'a> {
         self.next += 1;
         kind
     }
@@ -172,7 +172,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// Reads a text in quotes and resolves its escapes; it ends on its line.
-    fn quoted(&mut self) -> Result<Kind<'a>, LoadError> {
+    fn quoted(&mut self) -> Result<TokenKind<'a>, LoadError> {
         let start = self.next + 1;
         let rest = &self.text[start..];
         let mut escaped = false;
@@ -194,7 +194,7 @@ impl<'a> Tokens<'a> {
                     } else {
                         Cow::Borrowed(text)
                     };
-                    return Ok(Kind::Text(text));
+                    return Ok(TokenKind::Text(text));
                 }
                 _ => {}
             }
@@ -234,7 +234,7 @@ fn unescape(text: &str) -> Result<String, char> {
 mod tests {
     use super::*;
 
-    fn kinds(text: &str) -> Result<Vec<Kind<'_>>, LoadError> {
+    fn kinds(text: &str) -> Result<Vec<TokenKind<'_>>, LoadError> {
         let mut tokens = Tokens::new(text, Path::new("a.pbrt"));
         let mut kinds = Vec::new();
         while let Some(token) = tokens.take()? {
@@ -247,13 +247,13 @@ mod tests {
     fn words_texts_and_brackets_need_no_space_between_them() {
         let text = "Shape\"a b\"[1 -2]#c ]\n\"\\\"x\\\\\"";
         let expected = vec![
-            Kind::Word("Shape"),
-            Kind::Text("a b".into()),
-            Kind::Open,
-            Kind::Word("1"),
-            Kind::Word("-2"),
-            Kind::Close,
-            Kind::Text("\"x\\".into()),
+            TokenKind::Word("Shape"),
+            TokenKind::Text("a b".into()),
+            TokenKind::Open,
+            TokenKind::Word("1"),
+            TokenKind::Word("-2"),
+            TokenKind::Close,
+            TokenKind::Text("\"x\\".into()),
         ];
         assert_eq!(kinds(text).expect("tokens"), expected);
         assert_eq!(kinds(" # nothing").expect("tokens"), []);

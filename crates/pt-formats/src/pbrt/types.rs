@@ -24,7 +24,7 @@ pub(super) type MaterialKey = (usize, Option<Rc<str>>);
 
 /// A shape with its graphics state.
 #[derive(Clone)]
-pub(super) struct Placed {
+pub(super) struct PlacedShape {
     pub(super) name: String,
     pub(super) to_world: Moving,
     pub(super) geometry: Geometry,
@@ -32,7 +32,7 @@ pub(super) struct Placed {
     /// Opacity.
     pub(super) alpha: Scalar,
     pub(super) light: Option<Rc<Entity>>,
-    pub(super) media: Rc<Interface>,
+    pub(super) media: Rc<MediumInterface>,
     pub(super) tube: Option<Tube>,
     pub(super) at: TokenPosition,
 }
@@ -40,7 +40,7 @@ pub(super) struct Placed {
 /// Maximum number of triangles of merged curves.
 const MAX_JOINED: usize = 1 << 22;
 
-impl Placed {
+impl PlacedShape {
     /// Merges a curve into the previous one if both have the same transform, material and media,
     /// since hair would otherwise consist of many shapes. Returns false if they differ.
     pub(super) fn joins(&mut self, curve: &Self) -> bool {
@@ -85,7 +85,7 @@ pub(super) fn is_same(a: &Scalar, b: &Scalar) -> bool {
 
 /// Names of the media on both sides of a surface; empty names are vacuum.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Interface {
+pub(super) struct MediumInterface {
     pub(super) inside: String,
     pub(super) outside: String,
     /// Position of the directive; `None` for the default.

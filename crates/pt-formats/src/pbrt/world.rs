@@ -10,26 +10,26 @@ use pt_scene::{Mesh, Scalar, Scene, Span, Surface};
 
 use crate::pbrt::camera::CameraSetup;
 use crate::pbrt::entity::Entity;
-use crate::pbrt::media::Media;
-use crate::pbrt::shape::Meshes;
-use crate::pbrt::texture::Textures;
-use crate::pbrt::types::{MaterialKey, Placed};
+use crate::pbrt::media::PbrtMedia;
+use crate::pbrt::shape::PbrtMeshCache;
+use crate::pbrt::texture::PbrtTextures;
+use crate::pbrt::types::{MaterialKey, PlacedShape};
 
 /// Content of the files read.
-pub(super) struct World {
+pub(super) struct PbrtWorld {
     pub(super) scene: Scene,
     pub(super) sight: CameraSetup,
-    pub(super) textures: Textures,
-    pub(super) media: Media,
+    pub(super) textures: PbrtTextures,
+    pub(super) media: PbrtMedia,
     pub(super) materials: Vec<Rc<Entity>>,
     pub(super) named_materials: HashMap<String, Rc<Entity>>,
     /// Names of materials that cannot be read, which was reported.
     pub(super) lost_materials: HashSet<String>,
-    pub(super) objects: HashMap<String, Rc<[Placed]>>,
+    pub(super) objects: HashMap<String, Rc<[PlacedShape]>>,
     /// Times of the first and the second transform.
     pub(super) times: [f64; 2],
-    pub(super) meshes: Meshes,
-    pub(super) shapes: Vec<Placed>,
+    pub(super) meshes: PbrtMeshCache,
+    pub(super) shapes: Vec<PlacedShape>,
     /// Surfaces by material index or name.
     pub(super) surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
     /// Media behind subsurface materials.

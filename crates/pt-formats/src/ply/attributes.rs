@@ -17,18 +17,18 @@ use crate::shared::{mesh_diagnostics, text};
 
 /// Names of the requested attributes.
 #[derive(Debug, Default)]
-pub(in super::super) struct Wanted {
+pub(in super::super) struct RequestedAttributes {
     pub(in super::super) vertices: BTreeSet<String>,
     pub(in super::super) faces: BTreeSet<String>,
 }
 
 /// Names of properties that are read in place of colours.
-pub(super) struct Shown {
+pub(super) struct ColorProperties {
     pub(super) vertices: Vec<String>,
     pub(super) faces: Vec<String>,
 }
 
-impl Wanted {
+impl RequestedAttributes {
     pub(in super::super) fn is_empty(&self) -> bool {
         self.vertices.is_empty() && self.faces.is_empty()
     }
@@ -41,7 +41,7 @@ impl Wanted {
 pub(in super::super) fn parse(
     bytes: &[u8],
     path: &Path,
-    wanted: &Wanted,
+    wanted: &RequestedAttributes,
 ) -> Result<Attributes, LoadError> {
     let mut attributes = Attributes::default();
     let bytes = text::unmarked(bytes, path)?;
@@ -49,18 +49,20 @@ pub(in super::super) fn parse(
     let header = Parser::<DefaultElement>::new().read_header(&mut Reader::new(&*lines));
     let Ok(header) = header else { return Ok(attributes) };
     let groups = |element| header.elements.get(element).map(groups).unwrap_or_default();
-    let is_wanted = |names: &BTreeSet<String>, mut all: Vec<Group>| {
+    let is_wanted = |names: &BTreeSet<String>, mut all: Vec<AttributeGroup>| {
         all.retain(|(name, _)| names.contains(name));
         all
     };
     let vertices = is_wanted(&wanted.vertices, groups("vertex"));
     let faces = is_wanted(&wanted.faces, groups("face"));
     for i in 0..vertices.len().max(faces.len()) {
-        let properties = |groups: &[Group]| groups.get(i).map_or(Vec::new(), |g| g.1.clone());
-        let shown = Shown { vertices: properties(&vertices), faces: properties(&faces) };
-        let read =
-            |faults: &mut _| super::read(&bytes, path, faults, Some(&shown), super::Wanted::Faces);
-        let super::Content { file, .. } = mesh_diagnostics::of_part(read)?;
+        let properties =
+            |groups: &[AttributeGroup]| groups.get(i).map_or(Vec::new(), |g| g.1.clone());
+        let shown = ColorProperties { vertices: properties(&vertices), faces: properties(&faces) };
+        let read = |faults: &mut _| {
+            super::read(&bytes, path, faults, Some(&shown), super::RequestedContent::Faces)
+        };
+        let super::PlyContent { file, .. } = mesh_diagnostics::of_part(read)?;
         let colors = file.mesh.colors.map(|colors| colors.values);
         for (group, values, to) in [
             (vertices.get(i), colors, &mut attributes.vertices),
@@ -79,10 +81,10 @@ pub(in super::super) fn parse(
 }
 
 /// Name of an attribute, and its properties.
-type Group = (String, Vec<String>);
+type AttributeGroup = (String, Vec<String>);
 
 /// Returns the attributes of an element.
-fn groups(element: &ElementDef) -> Vec<Group> {
+fn groups(element: &ElementDef) -> Vec<AttributeGroup> {
     const ENDINGS: [[&str; 4]; 4] =
         [["x", "y", "z", "w"], ["r", "g", "b", "a"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
     let mut groups: Vec<(&str, usize, Vec<String>)> = Vec::new();

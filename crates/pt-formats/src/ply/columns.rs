@@ -4,8 +4,8 @@ use std::path::Path;
 
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
-use super::layout::{Layout, SLOTS};
-use super::rows::{Body, Chunk};
+use super::layout::{ElementLayout, SLOTS};
+use super::rows::{Body, RowChunk};
 use super::{header_of, text_lines};
 use crate::LoadError;
 use crate::shared::names::quote;
@@ -50,9 +50,9 @@ fn read<const N: usize>(
             return Err(mesh_file::error(body.path, 0, message));
         }
     }
-    let layout = Layout::of_columns(element, &names);
+    let layout = ElementLayout::of_columns(element, &names);
     let mut all = pt_memory::with_capacity(body.least_count(&layout));
-    let read = |chunk: &Chunk, faults: &mut mesh_diagnostics::MeshDiagnostics| {
+    let read = |chunk: &RowChunk, faults: &mut mesh_diagnostics::MeshDiagnostics| {
         let mut rows = Vec::with_capacity(chunk.count);
         chunk.rows(faults, |i, row| {
             let row = row?;

@@ -2,8 +2,8 @@
 
 use ply_rs_bw::ply::ElementDef;
 
-use super::layout::Layout;
-use super::rows::{Body, Chunk};
+use super::layout::ElementLayout;
+use super::rows::{Body, RowChunk};
 use crate::LoadError;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
 
@@ -19,13 +19,13 @@ pub(super) fn read(
     element: &ElementDef,
     vertices: u32,
 ) -> Result<Vec<[u32; 2]>, LoadError> {
-    let layout = Layout::of_columns(element, &NAMES);
+    let layout = ElementLayout::of_columns(element, &NAMES);
     if !layout.has(&NAMES) || vertices > MAX_VERTICES {
         body.skip(element)?;
         return Ok(Vec::new());
     }
     let mut segments = Vec::new();
-    let rows = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
+    let rows = |chunk: &RowChunk, faults: &mut MeshDiagnostics| {
         let mut part = Vec::new();
         chunk.rows(faults, |i, row| {
             let row = row?;

@@ -7,12 +7,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::layout::{COLOR, Field, IMAGE_NAME, Kind, Layout, NORMAL, Number, POSITION, Role, UV};
+use super::layout::{
+    COLOR, ElementLayout, IMAGE_NAME, NORMAL, NumberType, POSITION, PlyProperty, PropertyKind,
+    PropertyRole, UV,
+};
 use super::rows::ROWS;
 use super::words::in_order;
 
 /// Rows of constant size, big-endian if `BIG`.
-struct Rows<'a, const BIG: bool> {
+struct FixedRows<'a, const BIG: bool> {
     bytes: &'a [u8],
     /// Bytes of a row, > 0.
     stride: usize,
@@ -20,10 +23,10 @@ struct Rows<'a, const BIG: bool> {
 
 /// A property of a row.
 #[derive(Clone, Copy)]
-struct Column {
+struct PropertyColumn {
     /// Offset in the row.
     offset: usize,
-    number: Number,
+    number: NumberType,
     levels: f32,
 }
 
@@ -32,14 +35,14 @@ struct Column {
 struct Lists {
     /// Offset in the row.
     offset: usize,
-    length: Number,
-    of: Number,
+    length: NumberType,
+    of: NumberType,
     /// Number of vertices, below which corners are.
     vertices: u32,
 }
 
 /// Vertices, with the attributes of the file.
-pub(super) struct Vertices {
+pub(super) struct PlyVertices {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Option<Vec<[f32; 3]>>,
     pub(super) uvs: Option<Vec<[f32; 2]>>,
@@ -49,7 +52,7 @@ pub(super) struct Vertices {
 /// Triangular faces, with colours, texture coordinates at their corners and image indices, if the
 /// file has them.
 #[derive(Default)]
-pub(super) struct Triangles {
+pub(super) struct TriangleFaces {
     pub(super) corners: Vec<[u32; 3]>,
     pub(super) colors: Option<Vec<[f32; 3]>>,
     pub(super) uvs: Option<Vec<[[f32; 2]; 3]>>,
@@ -58,17 +61,17 @@ pub(super) struct Triangles {
 
 /// Reads all vertices at the start of the bytes, and returns the number of bytes they take.
 pub(super) fn vertices<const BIG: bool>(
-    layout: &Layout,
+    layout: &ElementLayout,
     bytes: &[u8],
-) -> Option<(Vertices, usize)> {
+) -> Option<(PlyVertices, usize)> {
     let sizes = layout.fields.iter().map(|field| match field.kind {
-        Kind::Scalar(number) => Some(number.size()),
-        Kind::List(..) => None,
+        PropertyKind::Scalar(number) => Some(number.size()),
+        PropertyKind::List(..) => None,
     });
-    let (rows, size) = Rows::<BIG>::new(layout, sizes, bytes)?;
+    let (rows, size) = FixedRows::<BIG>::new(layout, sizes, bytes)?;
     let (has_normals, has_uvs) = (layout.has(&["nx", "ny", "nz"]), layout.has_uvs());
     let has_colors = layout.color_levels().is_some();
-    let vertices = Vertices {
+    let vertices = PlyVertices {
         positions: rows.values(layout, POSITION)?,
         normals: if has_normals { Some(rows.values(layout, NORMAL)?) } else { None },
         uvs: if has_uvs { Some(rows.values(layout, UV)?) } else { None },
@@ -80,38 +83,40 @@ pub(super) fn vertices<const BIG: bool>(
 /// Reads all faces at the start of the bytes if they are triangles with corners below `vertices`,
 /// and returns the number of bytes they take.
 pub(super) fn triangles<const BIG: bool>(
-    layout: &Layout,
+    layout: &ElementLayout,
     vertices: u32,
     bytes: &[u8],
-) -> Option<(Triangles, usize)> {
-    let (rows, size) = Rows::<BIG>::new(layout, sizes_of_triangles(layout), bytes)?;
-    let is_list = |field: &Field| field.role == Role::Corners;
+) -> Option<(TriangleFaces, usize)> {
+    let (rows, size) = FixedRows::<BIG>::new(layout, sizes_of_triangles(layout), bytes)?;
+    let is_list = |field: &PlyProperty| field.role == PropertyRole::Corners;
     let list = layout.fields.iter().position(is_list)?;
     if layout.fields.iter().rposition(is_list) != Some(list) || layout.has(&[IMAGE_NAME]) {
         return None;
     }
-    let Kind::List(length, of) = layout.fields[list].kind else { return None };
+    let PropertyKind::List(length, of) = layout.fields[list].kind else { return None };
     let offset = sizes_of_triangles(layout).take(list).sum::<Option<usize>>()?;
     let corners = rows.corners(Lists { offset, length, of, vertices })?;
     let has_colors = layout.color_levels().is_some();
     let colors = if has_colors { Some(rows.values(layout, COLOR)?) } else { None };
-    Some((Triangles { corners, colors, ..Triangles::default() }, size))
+    Some((TriangleFaces { corners, colors, ..TriangleFaces::default() }, size))
 }
 
 /// Returns the sizes of the properties of triangles, whose only list is that of the corners.
-fn sizes_of_triangles(layout: &Layout) -> impl Iterator<Item = Option<usize>> {
+fn sizes_of_triangles(layout: &ElementLayout) -> impl Iterator<Item = Option<usize>> {
     layout.fields.iter().map(|field| match (field.kind, field.role) {
-        (Kind::Scalar(number), _) => Some(number.size()),
-        (Kind::List(length, of), Role::Corners) => Some(length.size() + 3 * of.size()),
-        (Kind::List(..), _) => None,
+        (PropertyKind::Scalar(number), _) => Some(number.size()),
+        (PropertyKind::List(length, of), PropertyRole::Corners) => {
+            Some(length.size() + 3 * of.size())
+        }
+        (PropertyKind::List(..), _) => None,
     })
 }
 
-impl<'a, const BIG: bool> Rows<'a, BIG> {
+impl<'a, const BIG: bool> FixedRows<'a, BIG> {
     /// Creates a view of all rows of an element, whose properties have these sizes, and returns the
     /// number of bytes they take; `None` if they are few or truncated.
     fn new(
-        layout: &Layout,
+        layout: &ElementLayout,
         sizes: impl Iterator<Item = Option<usize>>,
         bytes: &'a [u8],
     ) -> Option<(Self, usize)> {
@@ -127,7 +132,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
     }
 
     /// Reads the values of all rows in the slots from this one; `None` if any is not finite.
-    fn values<const N: usize>(&self, layout: &Layout, slot: usize) -> Option<Vec<[f32; N]>> {
+    fn values<const N: usize>(&self, layout: &ElementLayout, slot: usize) -> Option<Vec<[f32; N]>> {
         let columns: [_; N] = std::array::from_fn(|k| column(layout, slot + k));
         let mut values = pt_memory::zeros(self.count());
         let all_good = self.fill(&mut values, |out, rows| {
@@ -158,23 +163,29 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
     }
 
     /// Sets component `k` of the values to the numbers of a column.
-    fn column<const N: usize>(&self, rows: &[u8], at: Column, out: &mut [[f32; N]], k: usize) {
+    fn column<const N: usize>(
+        &self,
+        rows: &[u8],
+        at: PropertyColumn,
+        out: &mut [[f32; N]],
+        k: usize,
+    ) {
         match at.number {
-            Number::Char => self.each(rows, at, out, k, |x| f32::from(i8::from_le_bytes(x))),
-            Number::UChar => self.each(rows, at, out, k, |x| f32::from(u8::from_le_bytes(x))),
-            Number::Short => self.each(rows, at, out, k, |x| f32::from(i16::from_le_bytes(x))),
-            Number::UShort => self.each(rows, at, out, k, |x| f32::from(u16::from_le_bytes(x))),
-            Number::Int => self.each(rows, at, out, k, |x| i32::from_le_bytes(x) as f32),
-            Number::UInt => self.each(rows, at, out, k, |x| u32::from_le_bytes(x) as f32),
-            Number::Float => self.each(rows, at, out, k, f32::from_le_bytes),
-            Number::Double => self.each(rows, at, out, k, |x| f64::from_le_bytes(x) as f32),
+            NumberType::Char => self.each(rows, at, out, k, |x| f32::from(i8::from_le_bytes(x))),
+            NumberType::UChar => self.each(rows, at, out, k, |x| f32::from(u8::from_le_bytes(x))),
+            NumberType::Short => self.each(rows, at, out, k, |x| f32::from(i16::from_le_bytes(x))),
+            NumberType::UShort => self.each(rows, at, out, k, |x| f32::from(u16::from_le_bytes(x))),
+            NumberType::Int => self.each(rows, at, out, k, |x| i32::from_le_bytes(x) as f32),
+            NumberType::UInt => self.each(rows, at, out, k, |x| u32::from_le_bytes(x) as f32),
+            NumberType::Float => self.each(rows, at, out, k, f32::from_le_bytes),
+            NumberType::Double => self.each(rows, at, out, k, |x| f64::from_le_bytes(x) as f32),
         }
     }
 
     fn each<const N: usize, const BYTES: usize>(
         &self,
         rows: &[u8],
-        at: Column,
+        at: PropertyColumn,
         out: &mut [[f32; N]],
         k: usize,
         number: impl Fn([u8; BYTES]) -> f32,
@@ -191,13 +202,15 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
     fn corners(&self, at: Lists) -> Option<Vec<[u32; 3]>> {
         match at.of {
             // Negative corners become larger than the number of vertices, and are rejected.
-            Number::Char => self.lists(at, |x| i32::from(i8::from_le_bytes(x)) as u32),
-            Number::UChar => self.lists(at, |x| u32::from(u8::from_le_bytes(x))),
-            Number::Short => self.lists(at, |x| i32::from(i16::from_le_bytes(x)) as u32),
-            Number::UShort => self.lists(at, |x| u32::from(u16::from_le_bytes(x))),
-            Number::Int if i32::try_from(at.vertices).is_ok() => self.lists(at, u32::from_le_bytes),
-            Number::UInt => self.lists(at, u32::from_le_bytes),
-            Number::Int | Number::Float | Number::Double => None,
+            NumberType::Char => self.lists(at, |x| i32::from(i8::from_le_bytes(x)) as u32),
+            NumberType::UChar => self.lists(at, |x| u32::from(u8::from_le_bytes(x))),
+            NumberType::Short => self.lists(at, |x| i32::from(i16::from_le_bytes(x)) as u32),
+            NumberType::UShort => self.lists(at, |x| u32::from(u16::from_le_bytes(x))),
+            NumberType::Int if i32::try_from(at.vertices).is_ok() => {
+                self.lists(at, u32::from_le_bytes)
+            }
+            NumberType::UInt => self.lists(at, u32::from_le_bytes),
+            NumberType::Int | NumberType::Float | NumberType::Double => None,
         }
     }
 
@@ -227,14 +240,15 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
 }
 
 /// Returns the column of a slot in the rows of an element; the last one if several have it.
-fn column(layout: &Layout, slot: usize) -> Option<Column> {
+fn column(layout: &ElementLayout, slot: usize) -> Option<PropertyColumn> {
     let mut offset = 0;
     let mut found = None;
     for (field, size) in layout.fields.iter().zip(sizes_of_triangles(layout)) {
-        if let (Role::Slot { slot: its, levels }, Kind::Scalar(number)) = (field.role, field.kind)
+        if let (PropertyRole::Slot { slot: its, levels }, PropertyKind::Scalar(number)) =
+            (field.role, field.kind)
             && its == slot
         {
-            found = Some(Column { offset, number, levels });
+            found = Some(PropertyColumn { offset, number, levels });
         }
         offset += size.unwrap_or_default();
     }

@@ -11,7 +11,7 @@ const CORNER_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Numeric types, named as in the parser of headers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum NumberType {
     Char,
     UChar,
     Short,
@@ -22,7 +22,7 @@ pub(super) enum Number {
     Double,
 }
 
-impl Number {
+impl NumberType {
     fn of(kind: &ScalarType) -> Self {
         match kind {
             ScalarType::Char => Self::Char,
@@ -64,9 +64,9 @@ impl Number {
 
 /// Type of a property: one number, or a list, with the types of its length and its items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Scalar(Number),
-    List(Number, Number),
+pub(super) enum PropertyKind {
+    Scalar(NumberType),
+    List(NumberType, NumberType),
 }
 
 /// Name of the list of texture coordinates of the corners of a face, and of the index of its image.
@@ -84,7 +84,7 @@ pub(super) const SLOTS: usize = 12;
 
 /// Role of a property.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Role {
+pub(super) enum PropertyRole {
     /// Ignored.
     Nothing,
     /// A number of the row, with its slot, divided by `levels`.
@@ -97,35 +97,37 @@ pub(super) enum Role {
 
 /// A property.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
-    pub(super) kind: Kind,
-    pub(super) role: Role,
+pub(super) struct PlyProperty {
+    pub(super) kind: PropertyKind,
+    pub(super) role: PropertyRole,
 }
 
 /// Properties of an element, in file order.
 #[derive(Debug)]
-pub(super) struct Layout<'a> {
+pub(super) struct ElementLayout<'a> {
     pub(super) element: &'a ElementDef,
-    pub(super) fields: Vec<Field>,
+    pub(super) fields: Vec<PlyProperty>,
     /// Maximum of a colour channel, if there are colours: 1 for real numbers.
     levels: Option<f32>,
     /// The first property whose type does not match its role, and that type.
-    pub(super) unsupported: Option<(&'a str, Kind)>,
+    pub(super) unsupported: Option<(&'a str, PropertyKind)>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> ElementLayout<'a> {
     pub(super) fn new(element: &'a ElementDef) -> Self {
         let mut unsupported = None;
         let field = |(name, property): (&'a String, &'a ply_rs_bw::ply::PropertyDef)| {
             let kind = match &property.data_type {
-                PropertyType::Scalar(kind) => Kind::Scalar(Number::of(kind)),
-                PropertyType::List(count, of) => Kind::List(Number::of(count), Number::of(of)),
+                PropertyType::Scalar(kind) => PropertyKind::Scalar(NumberType::of(kind)),
+                PropertyType::List(count, of) => {
+                    PropertyKind::List(NumberType::of(count), NumberType::of(of))
+                }
             };
             let role = role(&element.name, name, kind).unwrap_or_else(|| {
                 unsupported.get_or_insert((name.as_str(), kind));
-                Role::Nothing
+                PropertyRole::Nothing
             });
-            Field { kind, role }
+            PlyProperty { kind, role }
         };
         let fields = element.properties.iter().map(field).collect();
         let levels = levels_of_colors(element);
@@ -138,9 +140,10 @@ impl<'a> Layout<'a> {
         let colors = COLOR..COLOR + 3;
         for ((name, _), field) in self.element.properties.iter().zip(&mut self.fields) {
             if let Some(channel) = names.iter().position(|shown| shown == name) {
-                field.role = Role::Slot { slot: COLOR + channel, levels: 1.0 };
-            } else if matches!(field.role, Role::Slot { slot, .. } if colors.contains(&slot)) {
-                field.role = Role::Nothing;
+                field.role = PropertyRole::Slot { slot: COLOR + channel, levels: 1.0 };
+            } else if matches!(field.role, PropertyRole::Slot { slot, .. } if colors.contains(&slot))
+            {
+                field.role = PropertyRole::Nothing;
             }
         }
         self.levels = (!names.is_empty()).then_some(1.0);
@@ -152,7 +155,7 @@ impl<'a> Layout<'a> {
         let mut layout = Self::passed_over(element);
         for (name, field) in element.properties.keys().zip(&mut layout.fields) {
             if let Some(slot) = names.iter().position(|column| column == name) {
-                field.role = Role::Slot { slot, levels: 1.0 };
+                field.role = PropertyRole::Slot { slot, levels: 1.0 };
             }
         }
         layout
@@ -161,7 +164,7 @@ impl<'a> Layout<'a> {
     /// Creates the layout of an element of which nothing is read.
     pub(super) fn passed_over(element: &'a ElementDef) -> Self {
         let mut layout = Self::new(element);
-        layout.fields.iter_mut().for_each(|field| field.role = Role::Nothing);
+        layout.fields.iter_mut().for_each(|field| field.role = PropertyRole::Nothing);
         Self { unsupported: None, ..layout }
     }
 
@@ -176,7 +179,7 @@ impl<'a> Layout<'a> {
 
     /// Returns true if faces have texture coordinates of their own.
     pub(super) fn has_coordinates(&self) -> bool {
-        self.fields.iter().any(|field| field.role == Role::Coordinates)
+        self.fields.iter().any(|field| field.role == PropertyRole::Coordinates)
     }
 
     pub(super) fn has_corners(&self) -> bool {
@@ -191,25 +194,25 @@ impl<'a> Layout<'a> {
     /// Returns the size of a row of a binary file in bytes; `None` if it has lists.
     pub(super) fn stride(&self) -> Option<usize> {
         self.fields.iter().try_fold(0, |sum, field| match field.kind {
-            Kind::Scalar(kind) => Some(sum + kind.size()),
-            Kind::List(..) => None,
+            PropertyKind::Scalar(kind) => Some(sum + kind.size()),
+            PropertyKind::List(..) => None,
         })
     }
 
     /// Returns the minimum size of a row in bytes.
     pub(super) fn least_size(&self, is_text: bool) -> usize {
-        let size = |field: &Field| match (field.kind, is_text) {
+        let size = |field: &PlyProperty| match (field.kind, is_text) {
             (_, true) => 2, // "0 "
-            (Kind::Scalar(kind) | Kind::List(kind, _), false) => kind.size(),
+            (PropertyKind::Scalar(kind) | PropertyKind::List(kind, _), false) => kind.size(),
         };
         self.fields.iter().map(size).sum()
     }
 }
 
-/// See [`Layout::color_levels`].
+/// See [`ElementLayout::color_levels`].
 fn levels_of_colors(element: &ElementDef) -> Option<f32> {
     let of_channel = |name: &&str| match &element.properties.get(*name)?.data_type {
-        PropertyType::Scalar(kind) => Number::of(kind).levels(),
+        PropertyType::Scalar(kind) => NumberType::of(kind).levels(),
         PropertyType::List(..) => None,
     };
     let of_all = |names: &[&str; 3]| {
@@ -219,32 +222,37 @@ fn levels_of_colors(element: &ElementDef) -> Option<f32> {
 }
 
 /// Returns the role of a property of this name in this element; `None` if its type is not allowed.
-fn role(element: &str, name: &str, kind: Kind) -> Option<Role> {
+fn role(element: &str, name: &str, kind: PropertyKind) -> Option<PropertyRole> {
     let is_vertex = element == "vertex";
     if let Some(channel) = channel(name) {
         let levels = match kind {
-            Kind::Scalar(kind) => kind.levels(),
-            Kind::List(..) => None,
+            PropertyKind::Scalar(kind) => kind.levels(),
+            PropertyKind::List(..) => None,
         };
-        return Some(
-            levels.map_or(Role::Nothing, |levels| Role::Slot { slot: COLOR + channel, levels }),
-        );
+        return Some(levels.map_or(PropertyRole::Nothing, |levels| PropertyRole::Slot {
+            slot: COLOR + channel,
+            levels,
+        }));
     }
     if is_vertex {
         return match (vertex_slot(name), kind) {
-            (None, _) => Some(Role::Nothing),
-            (Some(slot), Kind::Scalar(_)) => Some(Role::Slot { slot, levels: 1.0 }),
-            (Some(_), Kind::List(..)) => None,
+            (None, _) => Some(PropertyRole::Nothing),
+            (Some(slot), PropertyKind::Scalar(_)) => Some(PropertyRole::Slot { slot, levels: 1.0 }),
+            (Some(_), PropertyKind::List(..)) => None,
         };
     }
     match kind {
-        Kind::Scalar(_) if name == IMAGE_NAME => Some(Role::Slot { slot: IMAGE, levels: 1.0 }),
-        Kind::List(count, _) if name == COORDINATES_NAME && !count.is_real() => {
-            Some(Role::Coordinates)
+        PropertyKind::Scalar(_) if name == IMAGE_NAME => {
+            Some(PropertyRole::Slot { slot: IMAGE, levels: 1.0 })
         }
-        _ if !CORNER_NAMES.contains(&name) => Some(Role::Nothing),
-        Kind::List(count, of) if !count.is_real() && !of.is_real() => Some(Role::Corners),
-        Kind::List(..) | Kind::Scalar(_) => None,
+        PropertyKind::List(count, _) if name == COORDINATES_NAME && !count.is_real() => {
+            Some(PropertyRole::Coordinates)
+        }
+        _ if !CORNER_NAMES.contains(&name) => Some(PropertyRole::Nothing),
+        PropertyKind::List(count, of) if !count.is_real() && !of.is_real() => {
+            Some(PropertyRole::Corners)
+        }
+        PropertyKind::List(..) | PropertyKind::Scalar(_) => None,
     }
 }
 

@@ -24,29 +24,33 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
-use attributes::Shown;
-use fixed::{Triangles, Vertices};
-use layout::{COLOR, IMAGE, IMAGE_NAME, Layout, NORMAL, POSITION, UV};
+use attributes::ColorProperties;
+use fixed::{PlyVertices, TriangleFaces};
+use layout::{COLOR, ElementLayout, IMAGE, IMAGE_NAME, NORMAL, POSITION, UV};
 use painted::Painted;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
 use pt_scene::shapes::single_part;
 use pt_scene::{Attribute, Mesh, Points, Scene, Warning};
-use rows::{Body, Chunk};
-use words::Row;
+use rows::{Body, RowChunk};
+use words::ElementRow;
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
 use crate::shared::mesh_file::{ColorLevels, MeshFile, PointsFile, Polygons};
 use crate::shared::names::quote;
 use crate::shared::{mesh_diagnostics, mesh_file, text};
 
 /// Reads a scene of one object.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let Content { mut file, mut painted, segments } =
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
+    let PlyContent { mut file, mut painted, segments } =
         mesh_diagnostics::of_scene(context, |faults| {
-            read(bytes, path, faults, None, Wanted::Anything)
+            read(bytes, path, faults, None, RequestedContent::Anything)
         })?;
     if file.mesh.triangles.is_empty() {
         return Ok(PointsFile::new(file, segments, path).into_scene(path));
@@ -63,7 +67,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// Returns an error if the content is no PLY, is truncated, has no faces, or refers to vertices
 /// that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    mesh_diagnostics::of_part(|faults| Ok(read(bytes, path, faults, None, Wanted::Faces)?.file))
+    mesh_diagnostics::of_part(|faults| {
+        Ok(read(bytes, path, faults, None, RequestedContent::Faces)?.file)
+    })
 }
 
 /// Reads the points of a file, which may have faces as well.
@@ -71,21 +77,22 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
 /// # Errors
 /// Returns the errors of [`parse_mesh`], except that faces are not required.
 pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
-    let Content { file, segments, .. } =
-        mesh_diagnostics::of_part(|faults| read(bytes, path, faults, None, Wanted::Anything))?;
+    let PlyContent { file, segments, .. } = mesh_diagnostics::of_part(|faults| {
+        read(bytes, path, faults, None, RequestedContent::Anything)
+    })?;
     Ok(PointsFile::new(file, segments, path).points)
 }
 
 /// Requested content.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Wanted {
+enum RequestedContent {
     Faces,
     /// Faces or, if there are none, points.
     Anything,
 }
 
 /// Content of a file.
-struct Content {
+struct PlyContent {
     file: MeshFile,
     painted: Painted,
     /// Segments of the element `edge`, in files without faces.
@@ -101,16 +108,16 @@ fn read(
     bytes: &[u8],
     path: &Path,
     faults: &mut MeshDiagnostics,
-    shown: Option<&Shown>,
-    wanted: Wanted,
-) -> Result<Content, LoadError> {
+    shown: Option<&ColorProperties>,
+    wanted: RequestedContent,
+) -> Result<PlyContent, LoadError> {
     let bytes = text::unmarked(bytes, path)?;
     let bytes = text_lines(&bytes);
     let (header, line, rest) = header_of(&bytes, path)?;
     let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
     let vertices = count("vertex");
     let has_faces = (count("face"), count("tristrips")) != (0, 0);
-    if !has_faces && wanted == Wanted::Faces || vertices == 0 {
+    if !has_faces && wanted == RequestedContent::Faces || vertices == 0 {
         let message = "the file has no faces; expected the elements \"vertex\" and \"face\" (or \
                        \"tristrips\")";
         return Err(mesh_file::error(path, 0, message));
@@ -126,7 +133,7 @@ fn read(
     let mut segments = Vec::new();
     let mut painted = Painted { files: painted::files(&header.comments), ..Painted::default() };
     for element in header.elements.values() {
-        let mut layout = Layout::new(element);
+        let mut layout = ElementLayout::new(element);
         match (shown, element.name.as_str()) {
             (Some(shown), "vertex") => layout.show(&shown.vertices),
             (Some(shown), "face") => layout.show(&shown.faces),
@@ -152,7 +159,7 @@ fn read(
     }
     if mesh.triangles.is_empty() && has_faces {
         let error = mesh_file::error(path, 0, "no face has three corners");
-        if wanted == Wanted::Faces || !body.faults.is_empty() {
+        if wanted == RequestedContent::Faces || !body.faults.is_empty() {
             return Err(body.faults.because_of(error));
         }
         body.faults.pardon(error, "the vertices are shown as points");
@@ -160,7 +167,7 @@ fn read(
     // Strips have no colours.
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
     mesh.submeshes = single_part(mesh.triangles.len());
-    Ok(Content { file: MeshFile { mesh, levels, warnings }, painted, segments })
+    Ok(PlyContent { file: MeshFile { mesh, levels, warnings }, painted, segments })
 }
 
 /// Parses the header of a file, and returns the line after it, and the rest of the file.
@@ -200,7 +207,7 @@ fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
 /// Reads all vertices.
 fn read_vertices(
     body: &mut Body,
-    layout: &Layout,
+    layout: &ElementLayout,
     has_faces: bool,
     mesh: &mut Mesh,
 ) -> Result<(), LoadError> {
@@ -230,16 +237,20 @@ fn read_vertices(
 
 /// Reads all vertices, of any encoding and with any properties. Those of a file without faces may
 /// be not finite, as scanners write missing measurements.
-fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Vertices, LoadError> {
-    let empty = |capacity| Vertices {
+fn any_vertices(
+    body: &mut Body,
+    layout: &ElementLayout,
+    has_faces: bool,
+) -> Result<PlyVertices, LoadError> {
+    let empty = |capacity| PlyVertices {
         positions: pt_memory::with_capacity(capacity),
         normals: layout.has(&["nx", "ny", "nz"]).then(|| pt_memory::with_capacity(capacity)),
         uvs: layout.has_uvs().then(|| pt_memory::with_capacity(capacity)),
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
-    let origin = Row::default();
+    let origin = ElementRow::default();
     let path = body.path;
-    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
+    let read = |chunk: &RowChunk, faults: &mut MeshDiagnostics| {
         let (mut vertices, mut without_color) = (empty(chunk.count), Vec::new());
         chunk.rows(faults, |i, row| {
             let row = row.and_then(|row| {
@@ -267,8 +278,8 @@ fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Ver
     Ok(all)
 }
 
-impl Vertices {
-    fn push(&mut self, Row { numbers, .. }: &Row) {
+impl PlyVertices {
+    fn push(&mut self, ElementRow { numbers, .. }: &ElementRow) {
         let three = |at: usize| [numbers[at], numbers[at + 1], numbers[at + 2]];
         self.positions.push(three(POSITION));
         self.normals.iter_mut().for_each(|normals| normals.push(three(NORMAL)));
@@ -301,7 +312,7 @@ type Laid = (Option<Vec<[[f32; 2]; 3]>>, Option<Vec<i64>>);
 /// indices.
 fn read_faces(
     body: &mut Body,
-    layout: &Layout,
+    layout: &ElementLayout,
     vertices: u32,
     mesh: &mut Mesh,
     warnings: &mut Vec<Warning>,
@@ -312,7 +323,7 @@ fn read_faces(
         Encoding::BinaryBigEndian => fixed::triangles::<true>(layout, vertices, body.rest),
         Encoding::BinaryLittleEndian => fixed::triangles::<false>(layout, vertices, body.rest),
     };
-    let Triangles { mut corners, colors, uvs, images } = match fixed {
+    let TriangleFaces { mut corners, colors, uvs, images } = match fixed {
         Some((triangles, size)) => {
             body.rest = &body.rest[size..];
             triangles
@@ -332,18 +343,18 @@ fn read_faces(
 /// Reads all faces, of any encoding and number of corners.
 fn any_faces(
     body: &mut Body,
-    layout: &Layout,
+    layout: &ElementLayout,
     vertices: u32,
     positions: &[[f32; 3]],
     warnings: &mut Vec<Warning>,
-) -> Result<Triangles, LoadError> {
-    let empty = |capacity| Triangles {
+) -> Result<TriangleFaces, LoadError> {
+    let empty = |capacity| TriangleFaces {
         corners: pt_memory::with_capacity(capacity),
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
         uvs: layout.has_coordinates().then(Vec::new),
         images: layout.has(&[IMAGE_NAME]).then(Vec::new),
     };
-    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
+    let read = |chunk: &RowChunk, faults: &mut MeshDiagnostics| {
         let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);
         let mut polygons = Polygons::default();
         chunk.rows(faults, |i, row| {
@@ -392,7 +403,7 @@ fn any_faces(
 ///
 /// # Errors
 /// Returns a message if their number is wrong.
-fn coordinates(row: &Row) -> Result<&[[f32; 2]], String> {
+fn coordinates(row: &ElementRow) -> Result<&[[f32; 2]], String> {
     let (pairs, rest) = row.coordinates.as_chunks::<2>();
     let (found, wanted) = (row.coordinates.len(), 2 * row.corners.len());
     if found > 0 && (!rest.is_empty() || found != wanted) {
@@ -410,12 +421,12 @@ fn coordinates(row: &Row) -> Result<&[[f32; 2]], String> {
 /// every other one reversed, and −1 starts a new strip. Degenerate triangles only join strips.
 fn read_strips(
     body: &mut Body,
-    layout: &Layout,
+    layout: &ElementLayout,
     vertices: u32,
     mesh: &mut Mesh,
 ) -> Result<(), LoadError> {
     check_corners(body, layout)?;
-    let read = |chunk: &Chunk, faults: &mut MeshDiagnostics| {
+    let read = |chunk: &RowChunk, faults: &mut MeshDiagnostics| {
         let mut triangles = Vec::new();
         chunk.rows(faults, |i, row| {
             let row = row?;
@@ -436,7 +447,7 @@ fn read_strips(
 }
 
 /// Checks that faces and strips have a list of corners, unless there are none of them.
-fn check_corners(body: &Body, layout: &Layout) -> Result<(), LoadError> {
+fn check_corners(body: &Body, layout: &ElementLayout) -> Result<(), LoadError> {
     let ElementDef { name, count, .. } = layout.element;
     if *count == 0 || layout.has_corners() {
         return Ok(());

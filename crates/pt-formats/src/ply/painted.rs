@@ -12,7 +12,7 @@ use pt_scene::material::Diffuse;
 use pt_scene::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
 use pt_scene::{Attribute, Material, Mesh, Scene, Submesh, Surface, Warning};
 
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_file::{folder_of, locate, place};
 use crate::shared::names::quote;
 use crate::shared::{mesh_file, placeholder};
@@ -66,7 +66,13 @@ impl Painted {
     }
 
     /// Assigns the images of the slots to the only object of a scene.
-    pub(super) fn dress(&self, scene: &mut Scene, slots: &[i64], path: &Path, context: &Context) {
+    pub(super) fn dress(
+        &self,
+        scene: &mut Scene,
+        slots: &[i64],
+        path: &Path,
+        context: &LoadContext,
+    ) {
         let Some(first) = self.files.first() else { return };
         let object = &scene.objects[0];
         let has_uvs =
@@ -91,7 +97,7 @@ impl Painted {
 }
 
 /// Returns a diffuse material with an image.
-fn shown(file: &str, path: &Path, context: &Context) -> Material {
+fn shown(file: &str, path: &Path, context: &LoadContext) -> Material {
     let image =
         context.picture(&locate(&folder_of(path), file), PixelEncoding::Light(Transfer::Srgb));
     let surface: Surface = match image {

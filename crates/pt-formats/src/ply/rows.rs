@@ -10,8 +10,8 @@ use std::path::Path;
 use ply_rs_bw::ply::{ElementDef, Encoding};
 use rayon::prelude::*;
 
-use super::layout::{Field, Kind, Layout, Number};
-use super::words::{Binary, Row, Text, Words};
+use super::layout::{ElementLayout, NumberType, PlyProperty, PropertyKind};
+use super::words::{BinaryWords, ElementRow, RowWords, Text};
 use crate::LoadError;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
 use crate::shared::mesh_file;
@@ -36,10 +36,10 @@ pub(super) struct Body<'a> {
 }
 
 /// A range of rows.
-pub(super) struct Chunk<'a> {
+pub(super) struct RowChunk<'a> {
     path: &'a Path,
     encoding: Encoding,
-    layout: &'a Layout<'a>,
+    layout: &'a ElementLayout<'a>,
     /// Index of the first row.
     pub(super) first: usize,
     /// Number of rows.
@@ -57,8 +57,8 @@ impl<'a> Body<'a> {
     /// Returns an error if nothing more can be read.
     pub(super) fn read<P: Send>(
         &mut self,
-        layout: &Layout,
-        read: impl Fn(&Chunk, &mut MeshDiagnostics) -> P + Sync,
+        layout: &ElementLayout,
+        read: impl Fn(&RowChunk, &mut MeshDiagnostics) -> P + Sync,
         mut take: impl FnMut(P),
     ) -> Result<(), LoadError> {
         let mut done = 0;
@@ -70,7 +70,7 @@ impl<'a> Body<'a> {
                     layout.element.name
                 )));
             }
-            let noting = |chunk: &Chunk| {
+            let noting = |chunk: &RowChunk| {
                 let mut faults = MeshDiagnostics::default();
                 (read(chunk, &mut faults), faults)
             };
@@ -93,16 +93,16 @@ impl<'a> Body<'a> {
         if element.properties.is_empty() && self.encoding != Encoding::Ascii {
             return Ok(());
         }
-        self.read(&Layout::passed_over(element), |_, _| (), |()| ())
+        self.read(&ElementLayout::passed_over(element), |_, _| (), |()| ())
     }
 
     /// Returns the next chunks of an element of which `done` rows are read, and the error that ends
     /// them, if any.
     fn batch<'l>(
         &mut self,
-        layout: &'l Layout<'l>,
+        layout: &'l ElementLayout<'l>,
         done: usize,
-    ) -> (Vec<Chunk<'l>>, Option<LoadError>)
+    ) -> (Vec<RowChunk<'l>>, Option<LoadError>)
     where
         'a: 'l,
     {
@@ -123,7 +123,7 @@ impl<'a> Body<'a> {
 
     /// Returns the next chunks of a text that consist of rows of an element only, of which `done`
     /// rows are read: their lines are counted in parallel. Empty if few rows are left.
-    fn text_chunks<'l>(&mut self, layout: &'l Layout<'l>, done: usize) -> Vec<Chunk<'l>>
+    fn text_chunks<'l>(&mut self, layout: &'l ElementLayout<'l>, done: usize) -> Vec<RowChunk<'l>>
     where
         'a: 'l,
     {
@@ -148,7 +148,7 @@ impl<'a> Body<'a> {
             }
             let (path, encoding, line) = (self.path, self.encoding, self.line);
             if count > 0 {
-                chunks.push(Chunk { path, encoding, layout, first, count, bytes, line });
+                chunks.push(RowChunk { path, encoding, layout, first, count, bytes, line });
             }
             first += count;
             self.line += lines;
@@ -157,7 +157,11 @@ impl<'a> Body<'a> {
         chunks
     }
 
-    fn chunk<'l>(&mut self, layout: &'l Layout<'l>, first: usize) -> (Chunk<'l>, Option<LoadError>)
+    fn chunk<'l>(
+        &mut self,
+        layout: &'l ElementLayout<'l>,
+        first: usize,
+    ) -> (RowChunk<'l>, Option<LoadError>)
     where
         'a: 'l,
     {
@@ -186,7 +190,7 @@ impl<'a> Body<'a> {
         });
         let bytes = &rest[..rest.len() - self.rest.len()];
         let (path, encoding) = (self.path, self.encoding);
-        (Chunk { path, encoding, layout, first, count, bytes, line }, end)
+        (RowChunk { path, encoding, layout, first, count, bytes, line }, end)
     }
 
     fn skip_blank_lines(&mut self) {
@@ -214,7 +218,7 @@ impl<'a> Body<'a> {
 
     /// Skips up to this many rows with lists. Returns their number, and the error of the next row,
     /// unless the file just ends.
-    fn rows_with_lists(&mut self, layout: &Layout, most: usize) -> (usize, Option<String>) {
+    fn rows_with_lists(&mut self, layout: &ElementLayout, most: usize) -> (usize, Option<String>) {
         for count in 0..most {
             let size = match self.encoding {
                 Encoding::BinaryBigEndian => row_size::<true>(&layout.fields, self.rest),
@@ -231,7 +235,7 @@ impl<'a> Body<'a> {
 
     /// Returns the expected number of rows: that of the header, but not more than the remaining
     /// bytes can hold.
-    pub(super) fn least_count(&self, layout: &Layout) -> usize {
+    pub(super) fn least_count(&self, layout: &ElementLayout) -> usize {
         let size = layout.least_size(self.encoding == Encoding::Ascii);
         layout.element.count.min(1 + self.rest.len() / size.max(1))
     }
@@ -243,21 +247,21 @@ impl<'a> Body<'a> {
     }
 }
 
-impl Chunk<'_> {
+impl RowChunk<'_> {
     /// Passes each row with its index, or its error, to `each`; records its errors, and those that
     /// `each` returns.
     pub(super) fn rows(
         &self,
         faults: &mut MeshDiagnostics,
-        each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+        each: impl FnMut(usize, Result<&ElementRow, String>) -> Result<(), String>,
     ) {
         match self.encoding {
             Encoding::Ascii => self.text_rows(faults, each),
             Encoding::BinaryBigEndian => {
-                self.binary_rows(Binary::<true> { rest: self.bytes }, faults, each);
+                self.binary_rows(BinaryWords::<true> { rest: self.bytes }, faults, each);
             }
             Encoding::BinaryLittleEndian => {
-                self.binary_rows(Binary::<false> { rest: self.bytes }, faults, each);
+                self.binary_rows(BinaryWords::<false> { rest: self.bytes }, faults, each);
             }
         }
     }
@@ -265,9 +269,9 @@ impl Chunk<'_> {
     fn text_rows(
         &self,
         faults: &mut MeshDiagnostics,
-        mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+        mut each: impl FnMut(usize, Result<&ElementRow, String>) -> Result<(), String>,
     ) {
-        let (mut row, mut number) = (Row::default(), self.first);
+        let (mut row, mut number) = (ElementRow::default(), self.first);
         for (i, line) in lines_of(self.bytes).enumerate().filter(|(_, line)| !is_blank(line)) {
             let read = self.row(&mut row, number, &mut Text::new(line));
             if let Err(fault) = each(number, read.map(|()| &row)) {
@@ -279,11 +283,11 @@ impl Chunk<'_> {
 
     fn binary_rows(
         &self,
-        mut words: impl Words,
+        mut words: impl RowWords,
         faults: &mut MeshDiagnostics,
-        mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+        mut each: impl FnMut(usize, Result<&ElementRow, String>) -> Result<(), String>,
     ) {
-        let mut row = Row::default();
+        let mut row = ElementRow::default();
         for number in self.first..self.first + self.count {
             let read = self.row(&mut row, number, &mut words);
             if let Err(fault) = each(number, read.map(|()| &row)) {
@@ -292,7 +296,12 @@ impl Chunk<'_> {
         }
     }
 
-    fn row(&self, row: &mut Row, number: usize, words: &mut impl Words) -> Result<(), String> {
+    fn row(
+        &self,
+        row: &mut ElementRow,
+        number: usize,
+        words: &mut impl RowWords,
+    ) -> Result<(), String> {
         let name = &self.layout.element.name;
         row.read(&self.layout.fields, words)
             .map_err(|fault| format!("{name} {number} is wrong: {fault}"))
@@ -337,16 +346,19 @@ fn is_blank(line: &[u8]) -> bool {
 
 /// Returns the size of the row at the start of the bytes, which has lists; `None` if it is
 /// truncated.
-fn row_size<const BIG: bool>(fields: &[Field], bytes: &[u8]) -> Result<Option<usize>, String> {
+fn row_size<const BIG: bool>(
+    fields: &[PlyProperty],
+    bytes: &[u8],
+) -> Result<Option<usize>, String> {
     let mut size = 0_usize;
     for field in fields {
         match field.kind {
-            Kind::Scalar(number) => size += number.size(),
-            Kind::List(Number::Float | Number::Double, _) => {
+            PropertyKind::Scalar(number) => size += number.size(),
+            PropertyKind::List(NumberType::Float | NumberType::Double, _) => {
                 return Err("the length of a list must be of an integer type".to_owned());
             }
-            Kind::List(length, of) => {
-                let mut words = Binary::<BIG> { rest: bytes.get(size..).unwrap_or_default() };
+            PropertyKind::List(length, of) => {
+                let mut words = BinaryWords::<BIG> { rest: bytes.get(size..).unwrap_or_default() };
                 let Ok(count) = words.whole(length) else { return Ok(None) };
                 let count = usize::try_from(count).map_err(|_| {
                     format!("List length cannot be negative (i{})", 8 * length.size())

@@ -1,12 +1,12 @@
 //! Sequential readers of the numbers of a row, in text and binary files.
 
-use super::layout::{Field, Kind, Number, Role, SLOTS};
+use super::layout::{NumberType, PlyProperty, PropertyKind, PropertyRole, SLOTS};
 use crate::shared::decimal::{leading_f32, leading_f64, leading_whole, next};
 use crate::shared::names::quote;
 
 /// Error of reading a number.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Fault {
+pub(super) enum WordError {
     /// The row ends.
     Missing,
     /// The number is invalid for its type.
@@ -14,11 +14,11 @@ pub(super) enum Fault {
 }
 
 /// Sequential reader of the numbers of a row.
-pub(super) trait Words {
+pub(super) trait RowWords {
     /// Reads the next number as a real number.
-    fn real(&mut self, kind: Number) -> Result<f32, Fault>;
+    fn real(&mut self, kind: NumberType) -> Result<f32, WordError>;
     /// Reads the next number as an integer.
-    fn whole(&mut self, kind: Number) -> Result<i64, Fault>;
+    fn whole(&mut self, kind: NumberType) -> Result<i64, WordError>;
     /// Returns the row for messages.
     fn shown(&self) -> String;
 }
@@ -38,27 +38,27 @@ impl<'a> Text<'a> {
     fn number<T: std::str::FromStr>(
         &mut self,
         quick: impl Fn(&[u8]) -> Option<(T, &[u8])>,
-    ) -> Result<T, Fault> {
+    ) -> Result<T, WordError> {
         let rest = self.rest.trim_ascii_start();
         if rest.is_empty() {
-            return Err(Fault::Missing);
+            return Err(WordError::Missing);
         }
-        let (number, rest) = next(rest, quick).ok_or(Fault::NoNumber)?;
+        let (number, rest) = next(rest, quick).ok_or(WordError::NoNumber)?;
         self.rest = rest;
         Ok(number)
     }
 }
 
-impl Words for Text<'_> {
-    fn real(&mut self, kind: Number) -> Result<f32, Fault> {
+impl RowWords for Text<'_> {
+    fn real(&mut self, kind: NumberType) -> Result<f32, WordError> {
         match kind {
-            Number::Float => self.number(leading_f32),
-            Number::Double => self.number(leading_f64).map(|x| x as f32),
+            NumberType::Float => self.number(leading_f32),
+            NumberType::Double => self.number(leading_f64).map(|x| x as f32),
             _ => self.whole(kind).map(|x| x as f32),
         }
     }
 
-    fn whole(&mut self, _: Number) -> Result<i64, Fault> {
+    fn whole(&mut self, _: NumberType) -> Result<i64, WordError> {
         self.number(|text| {
             let (number, rest) = leading_whole(text)?;
             Some((i64::try_from(number).ok()?, rest))
@@ -71,14 +71,14 @@ impl Words for Text<'_> {
 }
 
 /// Bytes of a row, big-endian if `BIG`.
-pub(super) struct Binary<'a, const BIG: bool> {
+pub(super) struct BinaryWords<'a, const BIG: bool> {
     pub(super) rest: &'a [u8],
 }
 
-impl<const BIG: bool> Binary<'_, BIG> {
+impl<const BIG: bool> BinaryWords<'_, BIG> {
     /// Reads the next bytes, and returns them in little-endian order.
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let (bytes, rest) = self.rest.split_first_chunk().ok_or(Fault::Missing)?;
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], WordError> {
+        let (bytes, rest) = self.rest.split_first_chunk().ok_or(WordError::Missing)?;
         self.rest = rest;
         Ok(in_order::<N, BIG>(*bytes))
     }
@@ -92,24 +92,24 @@ pub(super) fn in_order<const N: usize, const BIG: bool>(mut bytes: [u8; N]) -> [
     bytes
 }
 
-impl<const BIG: bool> Words for Binary<'_, BIG> {
-    fn real(&mut self, kind: Number) -> Result<f32, Fault> {
+impl<const BIG: bool> RowWords for BinaryWords<'_, BIG> {
+    fn real(&mut self, kind: NumberType) -> Result<f32, WordError> {
         match kind {
-            Number::Float => self.take().map(f32::from_le_bytes),
-            Number::Double => self.take().map(|x| f64::from_le_bytes(x) as f32),
+            NumberType::Float => self.take().map(f32::from_le_bytes),
+            NumberType::Double => self.take().map(|x| f64::from_le_bytes(x) as f32),
             _ => self.whole(kind).map(|x| x as f32),
         }
     }
 
-    fn whole(&mut self, kind: Number) -> Result<i64, Fault> {
+    fn whole(&mut self, kind: NumberType) -> Result<i64, WordError> {
         match kind {
-            Number::Char => self.take().map(|x| i8::from_le_bytes(x).into()),
-            Number::UChar => self.take().map(|x| u8::from_le_bytes(x).into()),
-            Number::Short => self.take().map(|x| i16::from_le_bytes(x).into()),
-            Number::UShort => self.take().map(|x| u16::from_le_bytes(x).into()),
-            Number::Int => self.take().map(|x| i32::from_le_bytes(x).into()),
-            Number::UInt => self.take().map(|x| u32::from_le_bytes(x).into()),
-            Number::Float | Number::Double => Err(Fault::NoNumber),
+            NumberType::Char => self.take().map(|x| i8::from_le_bytes(x).into()),
+            NumberType::UChar => self.take().map(|x| u8::from_le_bytes(x).into()),
+            NumberType::Short => self.take().map(|x| i16::from_le_bytes(x).into()),
+            NumberType::UShort => self.take().map(|x| u16::from_le_bytes(x).into()),
+            NumberType::Int => self.take().map(|x| i32::from_le_bytes(x).into()),
+            NumberType::UInt => self.take().map(|x| u32::from_le_bytes(x).into()),
+            NumberType::Float | NumberType::Double => Err(WordError::NoNumber),
         }
     }
 
@@ -120,29 +120,33 @@ impl<const BIG: bool> Words for Binary<'_, BIG> {
 
 /// Content of a row.
 #[derive(Default)]
-pub(super) struct Row {
+pub(super) struct ElementRow {
     pub(super) numbers: [f32; SLOTS],
     pub(super) corners: Vec<i64>,
     /// Texture coordinates, two numbers per corner.
     pub(super) coordinates: Vec<f32>,
 }
 
-impl Row {
+impl ElementRow {
     /// Reads the numbers of a row; slots without a property are unchanged.
     ///
     /// # Errors
     /// Returns a message about the first invalid number.
-    pub(super) fn read(&mut self, fields: &[Field], words: &mut impl Words) -> Result<(), String> {
-        for Field { kind, role } in fields {
+    pub(super) fn read(
+        &mut self,
+        fields: &[PlyProperty],
+        words: &mut impl RowWords,
+    ) -> Result<(), String> {
+        for PlyProperty { kind, role } in fields {
             match (*kind, *role) {
-                (Kind::Scalar(number), role) => {
+                (PropertyKind::Scalar(number), role) => {
                     let read = words.real(number);
                     let value = read.map_err(|fault| explain(fault, *kind, words))?;
-                    if let Role::Slot { slot, levels } = role {
+                    if let PropertyRole::Slot { slot, levels } = role {
                         self.numbers[slot] = value / levels;
                     }
                 }
-                (Kind::List(count, number), role) => {
+                (PropertyKind::List(count, number), role) => {
                     let read = words.whole(count);
                     let count = read.map_err(|fault| explain(fault, *kind, words))?;
                     self.read_list(count, number, role, words)?;
@@ -155,40 +159,42 @@ impl Row {
     fn read_list(
         &mut self,
         count: i64,
-        number: Number,
-        role: Role,
-        words: &mut impl Words,
+        number: NumberType,
+        role: PropertyRole,
+        words: &mut impl RowWords,
     ) -> Result<(), String> {
         if count < 0 {
             return Err("List length cannot be negative".to_owned());
         }
         match role {
-            Role::Corners => self.corners.clear(),
-            Role::Coordinates => self.coordinates.clear(),
-            Role::Nothing | Role::Slot { .. } => {}
+            PropertyRole::Corners => self.corners.clear(),
+            PropertyRole::Coordinates => self.coordinates.clear(),
+            PropertyRole::Nothing | PropertyRole::Slot { .. } => {}
         }
         for i in 0..count {
             let read = match role {
-                Role::Corners => words.whole(number).map(|corner| self.corners.push(corner)),
-                Role::Coordinates => words.real(number).map(|x| self.coordinates.push(x)),
-                Role::Nothing | Role::Slot { .. } => words.real(number).map(drop),
+                PropertyRole::Corners => {
+                    words.whole(number).map(|corner| self.corners.push(corner))
+                }
+                PropertyRole::Coordinates => words.real(number).map(|x| self.coordinates.push(x)),
+                PropertyRole::Nothing | PropertyRole::Slot { .. } => words.real(number).map(drop),
             };
             read.map_err(|fault| match fault {
-                Fault::Missing => format!("Expected {count} list elements, but found only {i}"),
-                Fault::NoNumber => no_number(words),
+                WordError::Missing => format!("Expected {count} list elements, but found only {i}"),
+                WordError::NoNumber => no_number(words),
             })?;
         }
         Ok(())
     }
 }
 
-fn explain(fault: Fault, kind: Kind, words: &impl Words) -> String {
+fn explain(fault: WordError, kind: PropertyKind, words: &impl RowWords) -> String {
     match fault {
-        Fault::Missing => format!("Expected element of type '{kind:?}', but found nothing"),
-        Fault::NoNumber => no_number(words),
+        WordError::Missing => format!("Expected element of type '{kind:?}', but found nothing"),
+        WordError::NoNumber => no_number(words),
     }
 }
 
-fn no_number(words: &impl Words) -> String {
+fn no_number(words: &impl RowWords) -> String {
     format!("Couldn't parse element line: {}", quote(&words.shown()))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pt_scene::{Hint, Scene, Warning};
 
-use super::context::Context;
+use super::context::LoadContext;
 use super::mesh_file;
 use super::names::quote;
 use crate::LoadError;
@@ -50,7 +50,11 @@ fn list(names: &[&str]) -> String {
 ///
 /// # Errors
 /// Returns an error if the scene does not have the camera.
-pub(crate) fn choose(scene: &mut Scene, path: &Path, context: &Context) -> Result<(), LoadError> {
+pub(crate) fn choose(
+    scene: &mut Scene,
+    path: &Path,
+    context: &LoadContext,
+) -> Result<(), LoadError> {
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     if let Some(wanted) = &context.options().camera {
         let message = |message: String| mesh_file::error(path, 0, format!("camera: {message}"));

@@ -1,7 +1,7 @@
 //! State shared by the readers of scenes: files, limits and diagnostics.
 //!
 //! An error about an item of a scene (a shape, a material, a parameter …) does not end the read:
-//! [`Context::ok_or_report`] records it, and the reader continues without the item, so that all
+//! [`LoadContext::ok_or_report`] records it, and the reader continues without the item, so that all
 //! errors are reported at once. A consequence of an error that was reported is
 //! [`LoadError::AlreadyReported`], and is not reported again.
 
@@ -28,7 +28,7 @@ const MAX_FAILURES: usize = 20_000;
 
 /// State shared by the readers of a scene.
 #[derive(Debug)]
-pub(crate) struct Context {
+pub(crate) struct LoadContext {
     options: LoadOptions,
     /// Scene file.
     file: PathBuf,
@@ -36,12 +36,12 @@ pub(crate) struct Context {
     root: PathBuf,
     start: Instant,
     noted: Mutex<Noted>,
-    pictures: Prefetcher<(PathBuf, PixelEncoding), Result<Picture, String>>,
+    pictures: Prefetcher<(PathBuf, PixelEncoding), Result<DecodedFile, String>>,
 }
 
 /// A decoded image file.
 #[derive(Debug)]
-struct Picture {
+struct DecodedFile {
     source: SourceFile,
     decoded: Result<Decoded, ImageError>,
 }
@@ -76,7 +76,7 @@ struct Noted {
     placeholder_used: bool,
 }
 
-impl Context {
+impl LoadContext {
     /// Maximum number of recorded errors, and of missing files; beyond it, the rest of the scene is
     /// not read.
     pub(crate) const MAX_NOTED: usize = 1000;
@@ -200,7 +200,7 @@ impl Context {
         let ahead = self.pictures.get(&key, Clone::clone, |key| self.inspect_picture(&key))?;
         // There may be too little memory for several images at the same time.
         let alone = if ahead.decoded.is_err() { self.inspect_picture(&key)? } else { ahead };
-        let Picture { source, decoded } = alone;
+        let DecodedFile { source, decoded } = alone;
         self.noted().sources.push(source);
         let mut decoded = self.check_picture(decoded, path)?;
         if let Some(message) = decoded.image.make_finite() {
@@ -224,13 +224,13 @@ impl Context {
     fn inspect_picture(
         &self,
         (path, numbers): &(PathBuf, PixelEncoding),
-    ) -> Result<Picture, String> {
+    ) -> Result<DecodedFile, String> {
         self.length(path)?;
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         let grant = |bytes| self.grant_picture(bytes);
         let decoded = pt_image::decode_in(&bytes, path, *numbers, &ImageMemory::new(&grant));
-        Ok(Picture { source, decoded })
+        Ok(DecodedFile { source, decoded })
     }
 
     /// Grants the memory to decode an image, half of which is retained, if the limits allow it.
@@ -525,7 +525,7 @@ fn unreadable(path: &Path, why: &str) -> String {
 #[derive(Clone, Debug)]
 pub(crate) struct Folder {
     pub(crate) path: PathBuf,
-    pub(crate) context: Arc<Context>,
+    pub(crate) context: Arc<LoadContext>,
 }
 
 impl Folder {

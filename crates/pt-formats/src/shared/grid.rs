@@ -5,11 +5,15 @@ use pt_scene::shapes::single_part;
 use pt_scene::{Attribute, Attributes, Mesh};
 
 /// Position and normal of a surface at (u, v).
-pub(crate) type Point = (DVec3, DVec3);
+pub(crate) type GridPoint = (DVec3, DVec3);
 
 /// Returns the mesh of a surface with these numbers of pieces along u and v. The front is in the
 /// direction of ∂p/∂u × ∂p/∂v, and the texture coordinates are (u, v).
-pub(crate) fn grid(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
+pub(crate) fn grid(
+    name: &str,
+    [columns, rows]: [u32; 2],
+    at: impl Fn(f64, f64) -> GridPoint,
+) -> Mesh {
     let share = |i: u32, count: u32| f64::from(i) / f64::from(count);
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     for j in 0..=rows {

@@ -23,7 +23,7 @@ const TETRAHEDRA: [[usize; 4]; 6] =
 
 /// Normals of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Normals {
+pub(crate) enum IsosurfaceNormals {
     /// Gradient, which is discontinuous between voxels.
     Analytic,
     /// Continuous normals, blended from the gradients of eight voxels. [§4 of the paper]
@@ -51,7 +51,7 @@ impl<'a> Distances<'a> {
     ///
     /// # Errors
     /// Returns a message if there are more than `most` triangles.
-    pub(crate) fn surface(&self, normals: Normals, most: usize) -> Result<Mesh, String> {
+    pub(crate) fn surface(&self, normals: IsosurfaceNormals, most: usize) -> Result<Mesh, String> {
         let too_many = || format!("the surface has more than {most} triangles, the limit");
         // Each corner of a voxel belongs to at least two tetrahedra, so that each crossed voxel has
         // at least two triangles.
@@ -61,7 +61,7 @@ impl<'a> Distances<'a> {
         }
         let triangles = |cut: usize| voxels.len().saturating_mul(cut * cut * TRIANGLES_PER_CELL);
         let cut = [8, 4, 2].into_iter().find(|&cut| triangles(cut) <= FINE_TRIANGLES.min(most));
-        let mut builder = Builder::new(self, cut.unwrap_or(1), normals);
+        let mut builder = IsosurfaceBuilder::new(self, cut.unwrap_or(1), normals);
         for voxel in voxels {
             builder.add_voxel(voxel);
             if builder.triangles.len() > most {
@@ -167,11 +167,11 @@ fn real(point: [usize; 3]) -> DVec3 {
 /// A mesh under construction: voxels are divided into cells, and those into tetrahedra, each of
 /// whose edges the surface crosses at most once. Neighbours share their vertices. [Doi & Koide
 /// 1991, "An Efficient Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells"]
-struct Builder<'a> {
+struct IsosurfaceBuilder<'a> {
     distances: &'a Distances<'a>,
     /// Number of cells of a voxel along an axis.
     cut: usize,
-    normals: Normals,
+    normals: IsosurfaceNormals,
     /// Vertices by the lower end of their edge, and the axes along which it runs.
     vertices: HashMap<([usize; 3], usize), u32>,
     /// Positions in units of voxels.
@@ -181,8 +181,8 @@ struct Builder<'a> {
     normal_indices: Vec<[u32; 3]>,
 }
 
-impl<'a> Builder<'a> {
-    fn new(distances: &'a Distances<'a>, cut: usize, normals: Normals) -> Self {
+impl<'a> IsosurfaceBuilder<'a> {
+    fn new(distances: &'a Distances<'a>, cut: usize, normals: IsosurfaceNormals) -> Self {
         Self {
             distances,
             cut,
@@ -211,7 +211,7 @@ impl<'a> Builder<'a> {
                 }
             }
         }
-        if self.normals == Normals::Analytic {
+        if self.normals == IsosurfaceNormals::Analytic {
             self.add_gradients(voxel, first);
         }
     }
@@ -290,10 +290,10 @@ impl<'a> Builder<'a> {
         let Self { distances, points, triangles, .. } = self;
         let size = DVec3::from_array(distances.samples.map(|n| (n - 1) as f64));
         let normals = match self.normals {
-            Normals::Analytic => {
+            IsosurfaceNormals::Analytic => {
                 Attribute { values: self.normal_values, indices: Some(self.normal_indices) }
             }
-            Normals::Smooth => Attribute {
+            IsosurfaceNormals::Smooth => Attribute {
                 values: points.iter().map(|&p| unit(distances.smooth_gradient(p))).collect(),
                 indices: None,
             },
@@ -343,7 +343,7 @@ mod tests {
             |p: DVec3| 2.0 * (4321.1 * p.dot(DVec3::new(1.3, 2.7, 5.1)).sin()).fract() - 1.0;
         for grid in [sampled([9, 6, 12], sphere), sampled([5, 6, 4], jumble)] {
             let distances = Distances::new(&grid).unwrap();
-            for normals in [Normals::Analytic, Normals::Smooth] {
+            for normals in [IsosurfaceNormals::Analytic, IsosurfaceNormals::Smooth] {
                 let mesh = distances.surface(normals, usize::MAX).unwrap();
                 let cut = 1.0 / 8.0; // few voxels, the finest cut
                 let size = DVec3::from_array(grid.resolution.map(|n| f64::from(n - 1)));
@@ -372,7 +372,7 @@ mod tests {
     #[test]
     fn the_front_and_its_normals_look_to_positive_distances() {
         let grid = sampled([17, 17, 17], sphere);
-        for normals in [Normals::Analytic, Normals::Smooth] {
+        for normals in [IsosurfaceNormals::Analytic, IsosurfaceNormals::Smooth] {
             let mesh = Distances::new(&grid).unwrap().surface(normals, usize::MAX).unwrap();
             let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
             let given = mesh.normals.as_ref().unwrap();
@@ -397,7 +397,8 @@ mod tests {
         assert!(Distances::new(&Grid::uniform(1.0)).is_none());
         let grid = sampled([9, 9, 9], sphere);
         assert!(Distances::new(&Grid { channels: 3, ..grid.clone() }).is_none());
-        let refused = Distances::new(&grid).unwrap().surface(Normals::Smooth, 100).unwrap_err();
+        let refused =
+            Distances::new(&grid).unwrap().surface(IsosurfaceNormals::Smooth, 100).unwrap_err();
         assert!(refused.contains("more than 100 triangles"), "{refused}");
     }
 }

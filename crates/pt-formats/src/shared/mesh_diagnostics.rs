@@ -4,7 +4,7 @@
 //! so that the following data keep their meaning. Pieces of a file that are read in parallel have
 //! separate lists, which are concatenated in file order.
 
-use super::context::Context;
+use super::context::LoadContext;
 use crate::LoadError;
 
 /// Errors of a file, or of a piece of one: the first ones in file order.
@@ -18,7 +18,7 @@ pub(crate) struct MeshDiagnostics {
 
 impl MeshDiagnostics {
     /// Maximum number of errors that are kept; no list of errors has more.
-    pub(crate) const MAX: usize = Context::MAX_NOTED;
+    pub(crate) const MAX: usize = LoadContext::MAX_NOTED;
 
     /// Adds an error after all others, up to [`Self::MAX`].
     pub(crate) fn add(&mut self, fault: LoadError) {
@@ -27,7 +27,8 @@ impl MeshDiagnostics {
         }
     }
 
-    /// Adds an error without further consequences, up to [`Self::MAX`]; see [`Context::forgive`].
+    /// Adds an error without further consequences, up to [`Self::MAX`]; see
+    /// [`LoadContext::forgive`].
     pub(crate) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
         if self.pardoned.len() < Self::MAX {
             self.pardoned.push((fault, instead));
@@ -85,7 +86,7 @@ fn place(error: &LoadError) -> Option<(u32, u32)> {
 /// # Errors
 /// Returns an error if nothing more can be read.
 pub(crate) fn of_scene<T>(
-    context: &Context,
+    context: &LoadContext,
     read: impl FnOnce(&mut MeshDiagnostics) -> Result<T, LoadError>,
 ) -> Result<T, LoadError> {
     let mut faults = MeshDiagnostics::default();

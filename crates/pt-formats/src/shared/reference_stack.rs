@@ -4,7 +4,7 @@
 //! Limits are checked before an item is read: the depth of the stack, and the number of items,
 //! counted once per reference, so that references that double at each level end as early as others;
 //! and cycles are errors. Memory is requested from the ledger
-//! ([`super::context::Context::reserve`]).
+//! ([`super::context::LoadContext::reserve`]).
 
 use std::path::{Path, PathBuf};
 

@@ -11,7 +11,7 @@ use pt_math::cie;
 
 /// Colours of a function of the wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spectrum {
+pub(crate) struct SpectrumColors {
     /// Colour as emission.
     pub(crate) emitted: [f64; 3],
     /// Colour as a factor of light.
@@ -20,7 +20,7 @@ pub(crate) struct Spectrum {
     pub(crate) most: f64,
 }
 
-impl Spectrum {
+impl SpectrumColors {
     /// Returns a constant spectrum: equal energy as emission, and grey as a factor.
     pub(crate) fn constant(value: f64) -> Self {
         let equal_energy = cie::rec709_from_xyz([1.0; 3]);
@@ -81,7 +81,7 @@ impl Spectrum {
 }
 
 /// Returns the colours of a function, and its maximum.
-fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
+fn integrals(value_at: impl Fn(f64) -> f64) -> SpectrumColors {
     let (mut emitted, mut reflected, mut most) = ([0.0; 3], [0.0; 3], 0.0_f64);
     for Seen { nanometres, light, daylight } in seen() {
         let value = value_at(nanometres);
@@ -92,7 +92,7 @@ fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
         most = most.max(value);
     }
     let color = |xyz| cie::rec709_from_xyz(xyz).map(|c| c.max(0.0));
-    Spectrum { emitted: color(emitted), reflected: color(reflected), most }
+    SpectrumColors { emitted: color(emitted), reflected: color(reflected), most }
 }
 
 /// Returns the contribution of each wavelength (in nanometres) to the colour of a factor of light
@@ -171,7 +171,7 @@ mod tests {
             .iter()
             .map(|&n| (f64::from(n), 0.5 + 0.4 * libm::sin(f64::from(n) / 60.0)))
             .collect();
-        let expected = Spectrum::sampled(&samples).unwrap().reflected;
+        let expected = SpectrumColors::sampled(&samples).unwrap().reflected;
         let weights = reflectance_weights(&wavelengths).unwrap();
         for c in 0..3 {
             let sum: f64 = weights.iter().zip(&samples).map(|(w, (_, value))| w[c] * value).sum();
@@ -179,7 +179,7 @@ mod tests {
         }
         // The function is constant beyond its ends.
         let weights = reflectance_weights(&[500.0, 600.0]).unwrap();
-        let white = Spectrum::sampled(&[(300.0, 1.0), (900.0, 1.0)]).unwrap().reflected;
+        let white = SpectrumColors::sampled(&[(300.0, 1.0), (900.0, 1.0)]).unwrap().reflected;
         for c in 0..3 {
             assert!((weights[0][c] + weights[1][c] - white[c]).abs() < 1e-12, "{weights:?}");
         }

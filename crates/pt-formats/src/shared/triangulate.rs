@@ -16,12 +16,12 @@ pub(crate) struct Triangulator {
     next: Vec<usize>,
     previous: Vec<usize>,
     /// Concave corners of the rest of the polygon.
-    concave: Cells,
+    concave: PointGrid,
 }
 
 /// Points of the plane in a grid of cells.
 #[derive(Default)]
-struct Cells {
+struct PointGrid {
     /// Lower corner of the bounding box.
     low: [f64; 2],
     /// Number of cells per unit of length along each axis.
@@ -32,7 +32,7 @@ struct Cells {
     points: Vec<Vec<usize>>,
 }
 
-impl Cells {
+impl PointGrid {
     /// Replaces the content by the points with these indices.
     fn hold(&mut self, plane: &[[f64; 2]], points: &[usize]) {
         let bounds = |fold: fn(f64, f64) -> f64, start: f64| {
@@ -329,7 +329,7 @@ mod tests {
             let n = 100 + 10 * round;
             let plane: Vec<_> = (0..n).map(|_| [random(), 1e-3 * random()]).collect();
             let points: Vec<_> = (0..n).filter(|i| i % 3 > 0).collect();
-            let mut cells = Cells::default();
+            let mut cells = PointGrid::default();
             cells.hold(&plane, &points);
             cells.remove(points[0], plane[points[0]]);
             for p in points.iter().copied() {

@@ -2,8 +2,8 @@
 //! numbers.
 //!
 //! The parser is `roxmltree`, which rejects document type definitions (and with them the entities
-//! that expand a small file to a large one). [`Document::parse`] adds limits on other growth that a
-//! hostile file could cause.
+//! that expand a small file to a large one). [`XmlDocument::parse`] adds limits on other growth
+//! that a hostile file could cause.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -18,8 +18,8 @@ use super::source_map::SourceMap;
 use super::text::{unmarked, with_line_feeds};
 use crate::LoadError;
 
-/// An element, a text or a comment of a [`Document`].
-pub(crate) type Node<'a> = roxmltree::Node<'a, 'a>;
+/// An element, a text or a comment of an [`XmlDocument`].
+pub(crate) type XmlNode<'a> = roxmltree::Node<'a, 'a>;
 
 /// Maximum nesting of elements. Scenes of modelling tools stay below 100; readers may recurse.
 const MAX_DEPTH: usize = 1000;
@@ -30,14 +30,14 @@ const MAX_NAMESPACES: usize = 10_000;
 /// Maximum number of elements, texts and comments of a file; each takes about 100 bytes.
 const MAX_NODES: usize = 20_000_000;
 /// A parsed file with the locations of its elements.
-pub(crate) struct Document<'a> {
+pub(crate) struct XmlDocument<'a> {
     path: &'a Path,
     tree: roxmltree::Document<'a>,
     map: SourceMap,
     first_comma: RefCell<Option<Span>>,
 }
 
-impl<'a> Document<'a> {
+impl<'a> XmlDocument<'a> {
     /// Parses a text returned by [`decode`].
     ///
     /// # Errors
@@ -65,13 +65,13 @@ impl<'a> Document<'a> {
     }
 
     /// Returns the outermost element.
-    pub(crate) fn root(&'a self) -> Node<'a> {
+    pub(crate) fn root(&'a self) -> XmlNode<'a> {
         self.tree.root_element()
     }
 
     /// Iterates over all elements in document order.
-    pub(crate) fn elements(&'a self) -> impl Iterator<Item = Node<'a>> {
-        self.tree.descendants().filter(Node::is_element)
+    pub(crate) fn elements(&'a self) -> impl Iterator<Item = XmlNode<'a>> {
+        self.tree.descendants().filter(XmlNode::is_element)
     }
 
     /// Returns the size of the file, in bytes.
@@ -85,19 +85,19 @@ impl<'a> Document<'a> {
     }
 
     /// Returns the location and the description of an element.
-    pub(crate) fn span(&self, node: Node<'_>) -> Span {
+    pub(crate) fn span(&self, node: XmlNode<'_>) -> Span {
         self.span_at(node, node.range().start)
     }
 
     /// Returns an error about an element.
-    pub(crate) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
+    pub(crate) fn error(&self, node: XmlNode<'_>, message: impl Into<String>) -> LoadError {
         LoadError::Content { at: self.span(node), message: message.into() }
     }
 
     /// Returns an error about a piece of the content or of an attribute of an element.
     pub(crate) fn error_at(
         &self,
-        node: Node<'_>,
+        node: XmlNode<'_>,
         piece: &str,
         message: impl Into<String>,
     ) -> LoadError {
@@ -106,7 +106,7 @@ impl<'a> Document<'a> {
     }
 
     /// Returns a warning about an element.
-    pub(crate) fn warning(&self, node: Node<'_>, message: impl Into<String>) -> Warning {
+    pub(crate) fn warning(&self, node: XmlNode<'_>, message: impl Into<String>) -> Warning {
         Warning { at: self.span(node), message: message.into() }
     }
 
@@ -114,7 +114,7 @@ impl<'a> Document<'a> {
     ///
     /// # Errors
     /// Returns an error about the first word that is no such number.
-    pub(crate) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
+    pub(crate) fn numbers<T: XmlNumber>(&self, node: XmlNode<'_>) -> Result<Vec<T>, LoadError> {
         let mut numbers = Vec::new();
         for word in words(node) {
             let parsed = word.parse().ok().or_else(|| {
@@ -138,7 +138,7 @@ impl<'a> Document<'a> {
     }
 
     /// Returns the location of an offset into the text, with the description of an element.
-    fn span_at(&self, node: Node<'_>, offset: usize) -> Span {
+    fn span_at(&self, node: XmlNode<'_>, offset: usize) -> Span {
         let place_in_text = self.map.line_and_column(self.tree.input_text(), offset);
         place(self.path, place_in_text, describe(node))
     }
@@ -152,13 +152,13 @@ impl<'a> Document<'a> {
 }
 
 /// Returns the words of an element, separated by white space and comments.
-pub(crate) fn words(node: Node<'_>) -> impl Iterator<Item = &str> {
-    let texts = node.children().filter(Node::is_text).filter_map(|text| text.text());
+pub(crate) fn words(node: XmlNode<'_>) -> impl Iterator<Item = &str> {
+    let texts = node.children().filter(XmlNode::is_text).filter_map(|text| text.text());
     texts.flat_map(str::split_ascii_whitespace)
 }
 
-/// Number types of [`Document::numbers`].
-pub(crate) trait Number: FromStr {
+/// Number types of [`XmlDocument::numbers`].
+pub(crate) trait XmlNumber: FromStr {
     /// Name of the expected type, for messages.
     const NAME: &str;
 
@@ -170,15 +170,15 @@ pub(crate) trait Number: FromStr {
     }
 }
 
-impl Number for f32 {
+impl XmlNumber for f32 {
     const NAME: &str = "a number such as 0.5 or 1e-3";
 }
 
-impl Number for f64 {
+impl XmlNumber for f64 {
     const NAME: &str = f32::NAME;
 }
 
-impl Number for u32 {
+impl XmlNumber for u32 {
     const NAME: &str = "a whole number from 0 to 4294967295";
 }
 
@@ -219,8 +219,8 @@ fn place(path: &Path, (line, column): (u32, u32), element: String) -> Span {
 }
 
 /// Describes an element by the nearest name around it, as in `<polylist> of geometry "bunny"`.
-fn describe(node: Node<'_>) -> String {
-    let name_of = |n: Node<'_>| n.attribute("id").or(n.attribute("name")).map(quote);
+fn describe(node: XmlNode<'_>) -> String {
+    let name_of = |n: XmlNode<'_>| n.attribute("id").or(n.attribute("name")).map(quote);
     let tag = node.tag_name().name();
     let named = node.ancestors().find_map(|n| name_of(n).map(|name| (n, name)));
     match named {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::weld::{Welded, Welder, join};
+use super::weld::{WeldedTriangles, Welder, join};
 use super::{HEADER, PIECE, TRIANGLE};
 use crate::LoadError;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
@@ -25,7 +25,7 @@ pub(super) fn read(
     count: usize,
     path: &Path,
     faults: &mut MeshDiagnostics,
-) -> Result<Welded, LoadError> {
+) -> Result<WeldedTriangles, LoadError> {
     let rows = bytes[HEADER..].as_chunks::<TRIANGLE>().0;
     let rows = &rows[..count.min(rows.len())];
     let mut triangles = pt_memory::zeros(rows.len());

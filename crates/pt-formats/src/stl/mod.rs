@@ -26,10 +26,10 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::shapes::single_part;
 use pt_scene::{Attributes, Mesh, Scene};
-use weld::Welded;
+use weld::WeldedTriangles;
 
 use crate::LoadError;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
 use crate::shared::mesh_file::{ColorLevels, MeshFile};
 use crate::shared::{mesh_diagnostics, mesh_file};
@@ -51,7 +51,11 @@ pub(super) const IN_PIECES: Option<super::PieceReader> = Some(pieces::parse);
 pub(super) const IN_PIECES: Option<super::PieceReader> = None;
 
 /// Reads a scene of one object, with z up.
-pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     Ok(scene_of(mesh_diagnostics::of_scene(context, |faults| read(bytes, path, faults))?, path))
 }
 
@@ -100,7 +104,7 @@ fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Mesh,
     Ok(mesh_of(welded, path))
 }
 
-fn mesh_of(Welded { positions, triangles }: Welded, path: &Path) -> Mesh {
+fn mesh_of(WeldedTriangles { positions, triangles }: WeldedTriangles, path: &Path) -> Mesh {
     Mesh {
         name: mesh_file::name_of(path),
         submeshes: single_part(triangles.len()),

@@ -15,23 +15,23 @@ use rayon::prelude::*;
 use super::binary::{ROWS, piece};
 use super::weld::{Welder, join};
 use super::{HEADER, PIECE, TRIANGLE, count, mesh_of, scene_of};
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 use crate::shared::source::{Large, PART, PartHash};
 
 // Pieces are aligned to parts.
 const _: () = assert!(PIECE.is_multiple_of(PART));
 
 /// Working memory of a thread for a piece, which the next one reuses.
-struct Bench {
+struct PieceScratch {
     welder: Welder,
     buffer: Vec<u8>,
 }
 
 /// Result of a piece: its vertices, its number of triangles, and the hashes of its parts.
-type Done = ((Vec<[f32; 3]>, usize), Vec<PartHash>);
+type PieceResult = ((Vec<[f32; 3]>, usize), Vec<PartHash>);
 
 /// Reads the scene of a large binary file; `None` if there is any error in it.
-pub(super) fn parse(path: &Path, context: &Context) -> Option<Scene> {
+pub(super) fn parse(path: &Path, context: &LoadContext) -> Option<Scene> {
     let file = Large::open(path).ok()??;
     let mut head = [0; HEADER];
     file.read(0, &mut head).ok()?;
@@ -50,7 +50,7 @@ fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
     let spare = Mutex::new(Vec::new());
     let spare = || spare.lock().unwrap_or_else(PoisonError::into_inner);
     let work = |(i, triangles): (usize, &mut [[u32; 3]])| {
-        let new = || Bench { welder: Welder::new(), buffer: Vec::new() };
+        let new = || PieceScratch { welder: Welder::new(), buffer: Vec::new() };
         let mut bench = { spare().pop() }.unwrap_or_else(new);
         let done = bench.work(file, i, i == last, triangles);
         spare().push(bench);
@@ -58,12 +58,12 @@ fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, SourceFile)> {
     };
     let done = triangles.par_chunks_mut(ROWS).enumerate().map(work);
     let (vertices, hashes): (Vec<_>, Vec<_>) =
-        done.collect::<Option<Vec<Done>>>()?.into_iter().unzip();
+        done.collect::<Option<Vec<PieceResult>>>()?.into_iter().unzip();
     let welded = join(&vertices, triangles, path).ok()?;
     Some((mesh_of(welded, path), file.source(&hashes.concat())))
 }
 
-impl Bench {
+impl PieceScratch {
     /// Reads the triangles of piece `i`, and hashes the parts that begin in it; the last piece
     /// hashes all remaining parts.
     fn work(
@@ -72,7 +72,7 @@ impl Bench {
         i: usize,
         is_last: bool,
         mut triangles: &mut [[u32; 3]],
-    ) -> Option<Done> {
+    ) -> Option<PieceResult> {
         let Self { welder, buffer } = self;
         let (count, mut hashes) = (triangles.len(), Vec::new());
         let mut row = HEADER + i * ROWS * TRIANGLE;

@@ -5,7 +5,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::PIECE;
-use super::weld::{Welded, Welder, join};
+use super::weld::{WeldedTriangles, Welder, join};
 use crate::LoadError;
 use crate::shared::line::Line;
 use crate::shared::mesh_diagnostics::MeshDiagnostics;
@@ -16,7 +16,7 @@ use crate::shared::names::{meant, quote};
 const WORDS: [&str; 7] = ["vertex", "endloop", "solid", "facet", "outer", "endfacet", "endsolid"];
 
 /// Consecutive lines, the last of which ends a loop if others follow.
-struct Piece<'a> {
+struct LinePiece<'a> {
     bytes: &'a [u8],
     /// Number of the first line.
     line: u32,
@@ -31,9 +31,9 @@ pub(super) fn read(
     bytes: &[u8],
     path: &Path,
     faults: &mut MeshDiagnostics,
-) -> Result<Welded, LoadError> {
+) -> Result<WeldedTriangles, LoadError> {
     let pieces = cut(bytes, PIECE);
-    let work = |welder: &mut Welder, piece: &Piece| {
+    let work = |welder: &mut Welder, piece: &LinePiece| {
         let (mut loops, mut faults) = (Loops::new(welder), MeshDiagnostics::default());
         let mut last = piece.line;
         for (number, line) in (piece.line..).zip(piece.bytes.split(|b| *b == b'\n')) {
@@ -93,11 +93,11 @@ fn statements(line: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Splits a text after ends of loops, into pieces of at least `least` bytes except the last one.
-fn cut(bytes: &[u8], least: usize) -> Vec<Piece<'_>> {
+fn cut(bytes: &[u8], least: usize) -> Vec<LinePiece<'_>> {
     let (mut pieces, mut rest, mut line) = (Vec::new(), bytes, 1_u32);
     while !rest.is_empty() {
         let (piece, others) = rest.split_at(piece_end(rest, least));
-        pieces.push(Piece { bytes: piece, line });
+        pieces.push(LinePiece { bytes: piece, line });
         line = line.saturating_add(memchr::memchr_iter(b'\n', piece).count() as u32);
         rest = others;
     }

@@ -12,7 +12,7 @@ use crate::shared::mesh_file;
 const PLACES_LOG2: u32 = 15;
 
 /// Triangles with shared vertices.
-pub(super) struct Welded {
+pub(super) struct WeldedTriangles {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -74,7 +74,7 @@ pub(super) fn join(
     pieces: &[(Vec<[f32; 3]>, usize)],
     mut triangles: Vec<[u32; 3]>,
     path: &Path,
-) -> Result<Welded, LoadError> {
+) -> Result<WeldedTriangles, LoadError> {
     let vertices = pieces.iter().map(|(vertices, _)| vertices.len()).sum();
     if u32::try_from(vertices).is_err() {
         let message = format!("{vertices} vertices are more than can be numbered with 32 bits");
@@ -93,7 +93,7 @@ pub(super) fn join(
         places.copy_from_slice(vertices);
         corners.as_flattened_mut().iter_mut().for_each(|corner| *corner += first);
     });
-    Ok(Welded { positions, triangles })
+    Ok(WeldedTriangles { positions, triangles })
 }
 
 #[cfg(test)]

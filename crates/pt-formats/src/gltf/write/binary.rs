@@ -22,13 +22,13 @@ const U32: u32 = 5125;
 
 /// The only buffer of a file, with its views and accessors.
 #[derive(Default)]
-pub(super) struct Binary {
+pub(super) struct BinaryBuffer {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
-impl Binary {
+impl BinaryBuffer {
     /// Adds bytes and returns the index of their view.
     pub(super) fn view(&mut self, bytes: impl IntoIterator<Item = u8>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn indices_are_as_short_as_they_may_be() {
         for (vertices, component) in [(3, U16), (65_535, U16), (65_536, U32)] {
-            let mut binary = Binary::default();
+            let mut binary = BinaryBuffer::default();
             binary.indices(&[0, 1, 2], vertices);
             assert_eq!(binary.accessors[0]["componentType"], component);
         }
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn positions_are_told_with_their_box() {
-        let mut binary = Binary::default();
+        let mut binary = BinaryBuffer::default();
         binary.view([1]);
         binary.vertices(&[[0.1, -1.0], [0.2, -2.0]], true);
         assert_eq!(binary.views[1]["byteOffset"], 4);

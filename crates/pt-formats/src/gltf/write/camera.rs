@@ -8,7 +8,7 @@ use pt_scene::{
 use serde_json::{Map, Value, json};
 
 use super::super::camera::unscaled;
-use super::Writer;
+use super::GltfWriter;
 use super::exact::near_f64;
 use super::layer::power_of_two;
 use crate::shared::names::quote;
@@ -16,7 +16,7 @@ use crate::shared::names::quote;
 /// Distance of the far plane of orthographic cameras whose scene has none.
 const FAR: f64 = 1e6;
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes the cameras. The one that is used comes first, since other programs use the first
     /// one.
     pub(super) fn cameras(&mut self) -> Result<(), String> {

@@ -7,14 +7,14 @@ use pt_scene::material::{CoatNormals, MetallicRoughness};
 use pt_scene::texture::{Blend, Input, NormalOrBump, Pattern, Scalar};
 use serde_json::{Map, Value, json};
 
-use super::super::texture::Content;
-use super::Writer;
-use super::layer::Parameter;
+use super::super::texture::TextureUsage;
+use super::GltfWriter;
+use super::layer::MaterialParameter;
 use super::material::Writing;
 
 const NONE: Scalar = Scalar::Value(0.0);
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes the extensions of all layers of a material. Returns true if the clearcoat has a
     /// normal map.
     pub(super) fn layers(
@@ -40,13 +40,13 @@ impl Writer<'_> {
         what: &str,
         cx: &mut Writing,
     ) -> Result<(), String> {
-        let made = Parameter::of(color);
+        let made = MaterialParameter::of(color);
         if made.lost || made.colors.is_some() {
             let note = format!("of the textures that its {what} is made of, one is left out");
             self.notes.tell(&cx.place, note);
         }
         fields.insert(factor.to_owned(), made.factor.to_vec().into());
-        let image = made.layer.as_ref().map(|layer| (Content::Colors, layer));
+        let image = made.layer.as_ref().map(|layer| (TextureUsage::Colors, layer));
         self.put_texture(fields, texture, image.as_slice(), cx)
     }
 
@@ -55,7 +55,7 @@ impl Writer<'_> {
         &mut self,
         fields: &mut Map<String, Value>,
         [factor, texture]: [&str; 2],
-        (number, content): (&Scalar, Content),
+        (number, content): (&Scalar, TextureUsage),
         what: &str,
         cx: &mut Writing,
     ) -> Result<(), String> {
@@ -70,7 +70,7 @@ impl Writer<'_> {
         let mut fields = Map::new();
         if look.specular != Scalar::Value(1.0) {
             let names = ["specularFactor", "specularTexture"];
-            let number = (&look.specular, Content::Opacity);
+            let number = (&look.specular, TextureUsage::Opacity);
             self.put_factor(&mut fields, names, number, "reflection", cx)?;
         }
         if look.specular_color != Color::Value([1.0; 3]) {
@@ -99,16 +99,16 @@ impl Writer<'_> {
         let mut rotation = look.anisotropy_rotation;
         let mut images = Vec::new();
         let directions = [x, y].map(|number| self.number(number, "direction of anisotropy", cx));
-        if let [Some(x), Some(y)] = directions.each_ref().map(Parameter::number) {
+        if let [Some(x), Some(y)] = directions.each_ref().map(MaterialParameter::number) {
             if (x, y) != (1.0, 0.5) {
                 rotation += libm::atan2f(2.0 * y - 1.0, 2.0 * x - 1.0);
             }
         } else {
             for (channel, number) in directions.iter().enumerate() {
-                images.extend(number.layer.as_ref().map(|l| (Content::Channel(channel), l)));
+                images.extend(number.layer.as_ref().map(|l| (TextureUsage::Channel(channel), l)));
             }
         }
-        images.extend(strength.layer.as_ref().map(|layer| (Content::Channel(2), layer)));
+        images.extend(strength.layer.as_ref().map(|layer| (TextureUsage::Channel(2), layer)));
         self.put_texture(&mut fields, "anisotropyTexture", &images, cx)?;
         if rotation != 0.0 {
             fields.insert("anisotropyRotation".to_owned(), rotation.into());
@@ -128,7 +128,7 @@ impl Writer<'_> {
         }
         let mut fields = Map::new();
         let names = ["diffuseTransmissionFactor", "diffuseTransmissionTexture"];
-        let number = (&look.diffuse_transmission, Content::Opacity);
+        let number = (&look.diffuse_transmission, TextureUsage::Opacity);
         self.put_factor(&mut fields, names, number, "diffuse transmission", cx)?;
         let names = ["diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture"];
         let color = &look.diffuse_transmission_color;
@@ -144,7 +144,7 @@ impl Writer<'_> {
         }
         let mut fields = Map::new();
         let names = ["iridescenceFactor", "iridescenceTexture"];
-        let number = (&look.iridescence, Content::Channel(0));
+        let number = (&look.iridescence, TextureUsage::Channel(0));
         self.put_factor(&mut fields, names, number, "film", cx)?;
         fields.insert("iridescenceIor".to_owned(), look.film_ior.into());
         let (least, most, image) = match &look.film_thickness {
@@ -162,7 +162,7 @@ impl Writer<'_> {
         };
         fields.extend(least.map(|least| ("iridescenceThicknessMinimum".to_owned(), json!(least))));
         fields.insert("iridescenceThicknessMaximum".to_owned(), most.into());
-        let image = image.as_ref().map(|layer| (Content::Channel(1), layer));
+        let image = image.as_ref().map(|layer| (TextureUsage::Channel(1), layer));
         self.put_texture(&mut fields, "iridescenceThicknessTexture", image.as_slice(), cx)?;
         cx.extensions.push(("KHR_materials_iridescence", fields.into()));
         Ok(())
@@ -181,10 +181,10 @@ impl Writer<'_> {
         }
         let mut fields = Map::new();
         let names = ["clearcoatFactor", "clearcoatTexture"];
-        let number = (&look.clearcoat, Content::Channel(0));
+        let number = (&look.clearcoat, TextureUsage::Channel(0));
         self.put_factor(&mut fields, names, number, "coat", cx)?;
         let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
-        let number = (&look.clearcoat_roughness, Content::Channel(1));
+        let number = (&look.clearcoat_roughness, TextureUsage::Channel(1));
         self.put_factor(&mut fields, names, number, "roughness of the coat", cx)?;
         let relief = match &look.clearcoat_normals {
             CoatNormals::Base => base,
@@ -205,7 +205,7 @@ impl Writer<'_> {
         let names = ["sheenColorFactor", "sheenColorTexture"];
         self.put_color(&mut fields, names, &look.sheen_color, "sheen", cx)?;
         let names = ["sheenRoughnessFactor", "sheenRoughnessTexture"];
-        let number = (&look.sheen_roughness, Content::Opacity);
+        let number = (&look.sheen_roughness, TextureUsage::Opacity);
         self.put_factor(&mut fields, names, number, "roughness of the sheen", cx)?;
         cx.extensions.push(("KHR_materials_sheen", fields.into()));
         Ok(())

@@ -9,26 +9,26 @@ use pt_scene::image::Image;
 use pt_scene::texture::{Edge, Filter, Wrap};
 use serde_json::{Map, Value, json};
 
-use super::super::texture::{Content, part};
-use super::Writer;
-use super::binary::Binary;
+use super::super::texture::{TextureUsage, part};
+use super::GltfWriter;
+use super::binary::BinaryBuffer;
 use super::layer::Layer;
 
 /// Images, samplers and textures of a file.
 #[derive(Default)]
-pub(super) struct Images {
+pub(super) struct ImageTables {
     files: Vec<Value>,
     samplers: Vec<Value>,
     textures: Vec<Value>,
     /// Files by the addresses of their source images.
-    made: HashMap<Vec<(Content, usize)>, usize>,
+    made: HashMap<Vec<(TextureUsage, usize)>, usize>,
     /// Source images, kept alive so that their addresses remain unique.
     kept: Vec<Arc<Image>>,
     /// Files by their hashes.
     known: HashMap<blake3::Hash, usize>,
 }
 
-impl Images {
+impl ImageTables {
     /// Returns the arrays of a file with their names.
     pub(super) fn lists(self) -> [(&'static str, Vec<Value>); 3] {
         [("images", self.files), ("samplers", self.samplers), ("textures", self.textures)]
@@ -37,8 +37,8 @@ impl Images {
     /// Returns the index of an image that contains these channels.
     fn image(
         &mut self,
-        parts: Vec<(Content, Arc<Image>)>,
-        binary: &mut Binary,
+        parts: Vec<(TextureUsage, Arc<Image>)>,
+        binary: &mut BinaryBuffer,
     ) -> Result<usize, String> {
         let key = parts.iter().map(|(content, image)| (*content, Arc::as_ptr(image).addr()));
         let key: Vec<_> = key.collect();
@@ -72,12 +72,12 @@ impl Images {
     }
 }
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes a texture with channels from several layers; all of them use the mapping of the first
     /// one.
     pub(super) fn texture(
         &mut self,
-        parts: &[(Content, &Layer)],
+        parts: &[(TextureUsage, &Layer)],
         place: &str,
     ) -> Result<Value, String> {
         let first = parts[0].1;
@@ -130,7 +130,7 @@ fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
 }
 
 /// Encodes an image with these channels: with 8 bits if that is lossless, otherwise with 16.
-fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
+fn encoded(parts: &[(TextureUsage, Arc<Image>)]) -> Result<Vec<u8>, String> {
     let eight = stored(parts, 255.0);
     let is_exact = parts.iter().all(|(content, image)| part(&eight, *content) == **image);
     if is_exact {
@@ -141,7 +141,7 @@ fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
 
 /// Combines channels of images of the same size, quantized to multiples of 1/`highest`. Unused
 /// channels are 1.
-fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
+fn stored(parts: &[(TextureUsage, Arc<Image>)], highest: f32) -> Decoded {
     let &Image { width, height, ref pixels } = &*parts[0].1;
     let mut pixels = vec![[1.0; 3]; pixels.len()];
     let mut alpha = None;
@@ -149,17 +149,17 @@ fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
     for (content, image) in parts {
         let numbers = pixels.iter_mut().zip(&image.pixels);
         match content {
-            Content::Colors => numbers.for_each(|(pixel, color)| {
+            TextureUsage::Colors => numbers.for_each(|(pixel, color)| {
                 *pixel = color.map(|c| level(srgb_from_linear(c)));
             }),
-            Content::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
-            Content::Opposite(c) => {
+            TextureUsage::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
+            TextureUsage::Opposite(c) => {
                 numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(1.0 - *x));
             }
-            Content::Normals { .. } => numbers.for_each(|(pixel, normal)| {
+            TextureUsage::Normals { .. } => numbers.for_each(|(pixel, normal)| {
                 *pixel = normal.map(level);
             }),
-            Content::Opacity | Content::Mask(_) => {
+            TextureUsage::Opacity | TextureUsage::Mask(_) => {
                 alpha = Some(image.pixels.iter().map(|[x, ..]| level(*x)).collect());
             }
         }
@@ -180,7 +180,8 @@ mod tests {
         let eight = image(&[[0.2; 3], [1.0; 3]]);
         let sixteen = image(&[[0.2; 3], [1.0 / 65_535.0; 3]]);
         for (image, bits) in [(eight, 8), (sixteen, 16)] {
-            let bytes = encoded(&[(Content::Channel(2), Arc::clone(&image))]).expect("it fits");
+            let bytes =
+                encoded(&[(TextureUsage::Channel(2), Arc::clone(&image))]).expect("it fits");
             assert_eq!(bytes[24], bits, "the depth of a PNG file is its byte 24");
         }
     }
@@ -189,7 +190,7 @@ mod tests {
     fn contents_are_read_from_one_image_as_they_were() {
         let colors = image(&[[0.0, 1.0, 0.0], [1.0, 0.0, 1.0]]);
         let opacity = image(&[[0.2; 3], [0.6; 3]]);
-        let parts = [(Content::Colors, colors), (Content::Opacity, opacity)];
+        let parts = [(TextureUsage::Colors, colors), (TextureUsage::Opacity, opacity)];
         let both = stored(&parts, 255.0);
         for (content, image) in parts {
             assert_eq!(part(&both, content), *image);

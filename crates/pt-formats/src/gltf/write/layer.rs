@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 /// Colours of a mesh that a material uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum MeshColors {
+pub(super) enum ColorSource {
     /// Vertex colours.
     Vertices,
     /// Face colours.
@@ -32,15 +32,15 @@ pub(super) struct Layer {
 
 /// A parameter of a material: the product of its fields.
 #[derive(Clone, Debug)]
-pub(super) struct Parameter {
+pub(super) struct MaterialParameter {
     pub(super) factor: [f32; 3],
     pub(super) layer: Option<Layer>,
-    pub(super) colors: Option<MeshColors>,
+    pub(super) colors: Option<ColorSource>,
     /// True if textures were omitted from the product.
     pub(super) lost: bool,
 }
 
-impl Parameter {
+impl MaterialParameter {
     /// Converts a colour.
     pub(super) fn of(color: &Color) -> Self {
         let mut made = Self { factor: [1.0; 3], layer: None, colors: None, lost: false };
@@ -79,8 +79,8 @@ impl Parameter {
         };
         match &texture.pattern {
             Pattern::Product(factors) => factors.iter().for_each(|factor| self.add(factor)),
-            Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
-            Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
+            Pattern::VertexColors => self.colors = Some(ColorSource::Vertices),
+            Pattern::FaceColors => self.colors = self.colors.or(Some(ColorSource::Faces)),
             Pattern::Bitmap(_) | Pattern::Checkerboard(_)
                 if texture.layout == TextureMapping::Surface =>
             {
@@ -170,7 +170,7 @@ impl Layer {
     ///
     /// # Errors
     /// If the mapping has a shear, which the extension does not support.
-    pub(super) fn transform(&self) -> Result<Option<Value>, Sheared> {
+    pub(super) fn transform(&self) -> Result<Option<Value>, ShearError> {
         if self.to_pattern == DMat3::IDENTITY {
             return Ok(None);
         }
@@ -186,7 +186,7 @@ impl Layer {
             if is_along_axes { [u.x, v.y] } else { [u.truncate().length(), v.x * sin + v.y * cos] };
         let across = (v.x * cos - v.y * sin).abs();
         if across > 1e-6 * (scale[0].abs() + scale[1].abs()) {
-            return Err(Sheared);
+            return Err(ShearError);
         }
         let mut fields = Map::new();
         let mut put = |name: &str, value: Value| fields.insert(name.to_owned(), value);
@@ -204,7 +204,7 @@ impl Layer {
 }
 
 /// Error of a texture mapping with a shear.
-pub(super) struct Sheared;
+pub(super) struct ShearError;
 
 /// Converts a texture that is an image or a checkerboard.
 fn layer(texture: &Texture) -> Option<Layer> {
@@ -230,9 +230,9 @@ fn layer(texture: &Texture) -> Option<Layer> {
 /// constants.
 fn blended(blend: &Blend) -> Option<Layer> {
     let parts = [
-        Parameter::of(&blend.first),
-        Parameter::of(&blend.second),
-        Parameter::of_number(&blend.amount),
+        MaterialParameter::of(&blend.first),
+        MaterialParameter::of(&blend.second),
+        MaterialParameter::of_number(&blend.amount),
     ];
     if parts.iter().any(|part| part.lost || part.colors.is_some()) {
         return None;

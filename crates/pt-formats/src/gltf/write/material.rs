@@ -10,11 +10,11 @@ use pt_scene::texture::{NormalOrBump, Pattern, Scalar};
 use pt_scene::{Color, Material, Medium, Surface};
 use serde_json::{Map, Value, json};
 
-use super::super::texture::Content;
-use super::Writer;
+use super::super::texture::TextureUsage;
+use super::GltfWriter;
 use super::approximate::{ApproximateMaterial, BaseMaterial, approximate};
 use super::exact::near_f32;
-use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
+use super::layer::{ColorSource, Layer, MaterialParameter, normals, power_of_two};
 use crate::shared::names::quote;
 
 /// Names and values of the extensions of a material.
@@ -26,7 +26,7 @@ pub(super) struct Worn {
     /// Index of the material in the file.
     pub(super) index: usize,
     /// Mesh colours that the material uses.
-    pub(super) colors: Option<MeshColors>,
+    pub(super) colors: Option<ColorSource>,
     /// True if the material has textures, which require texture coordinates.
     pub(super) has_textures: bool,
     /// True if the material has a normal map.
@@ -41,7 +41,7 @@ pub(super) struct Writing {
     pub(super) extensions: Extensions,
 }
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes a material with an interior medium, once, and returns it. `None` is the default
     /// material.
     pub(super) fn material(
@@ -120,8 +120,8 @@ impl Writer<'_> {
         look: &MetallicRoughness,
         opacity: &Scalar,
         cx: &mut Writing,
-    ) -> Result<Parameter, String> {
-        let color = Parameter::of(&look.base_color);
+    ) -> Result<MaterialParameter, String> {
+        let color = MaterialParameter::of(&look.base_color);
         if color.lost {
             self.notes
                 .tell(&cx.place, "of the textures that its colour is made of, one is left out");
@@ -129,16 +129,16 @@ impl Writer<'_> {
         let opacity = self.number(opacity, "opacity", cx);
         let mut pbr = Map::new();
         let mut images = Vec::new();
-        images.extend(color.layer.as_ref().map(|layer| (Content::Colors, layer)));
+        images.extend(color.layer.as_ref().map(|layer| (TextureUsage::Colors, layer)));
         let content = match (&opacity.layer, opacity.number()) {
             (_, Some(1.0)) => None,
             (Some(layer), _) if is_mask(layer) && opacity.factor[0] == 1.0 => {
                 cx.fields.insert("alphaMode".to_owned(), "MASK".into());
-                Some(Content::Mask(0.5_f32.to_bits()))
+                Some(TextureUsage::Mask(0.5_f32.to_bits()))
             }
             _ => {
                 cx.fields.insert("alphaMode".to_owned(), "BLEND".into());
-                Some(Content::Opacity)
+                Some(TextureUsage::Opacity)
             }
         };
         images.extend(content.and_then(|content| Some((content, opacity.layer.as_ref()?))));
@@ -151,8 +151,8 @@ impl Writer<'_> {
         let metallic = self.number(&look.metallic, "metal", cx);
         let roughness = self.number(&look.roughness, "roughness", cx);
         let mut images = Vec::new();
-        images.extend(roughness.layer.as_ref().map(|layer| (Content::Channel(1), layer)));
-        images.extend(metallic.layer.as_ref().map(|layer| (Content::Channel(2), layer)));
+        images.extend(roughness.layer.as_ref().map(|layer| (TextureUsage::Channel(1), layer)));
+        images.extend(metallic.layer.as_ref().map(|layer| (TextureUsage::Channel(2), layer)));
         self.put_texture(&mut pbr, "metallicRoughnessTexture", &images, cx)?;
         for (name, what, number) in
             [("metallicFactor", "metal", &metallic), ("roughnessFactor", "roughness", &roughness)]
@@ -167,8 +167,13 @@ impl Writer<'_> {
     }
 
     /// Converts a number to a factor and an image.
-    pub(super) fn number(&mut self, number: &Scalar, what: &str, cx: &Writing) -> Parameter {
-        let made = Parameter::of_number(number);
+    pub(super) fn number(
+        &mut self,
+        number: &Scalar,
+        what: &str,
+        cx: &Writing,
+    ) -> MaterialParameter {
+        let made = MaterialParameter::of_number(number);
         if made.colors.is_some() {
             let note = format!("its {what} does not follow the colours of the mesh");
             self.notes.tell(&cx.place, note);
@@ -195,7 +200,7 @@ impl Writer<'_> {
         &mut self,
         fields: &mut Map<String, Value>,
         name: &str,
-        images: &[(Content, &Layer)],
+        images: &[(TextureUsage, &Layer)],
         cx: &mut Writing,
     ) -> Result<(), String> {
         if !images.is_empty() {
@@ -210,13 +215,13 @@ impl Writer<'_> {
         &mut self,
         fields: &mut Map<String, Value>,
         [factor, texture]: [&str; 2],
-        number: &Parameter,
+        number: &MaterialParameter,
         what: &str,
         cx: &mut Writing,
     ) -> Result<(), String> {
         let value = self.share(number.factor[0], what, cx);
         fields.insert(factor.to_owned(), value.into());
-        let image = number.layer.as_ref().map(|layer| (Content::Channel(0), layer));
+        let image = number.layer.as_ref().map(|layer| (TextureUsage::Channel(0), layer));
         self.put_texture(fields, texture, image.as_slice(), cx)
     }
 
@@ -291,7 +296,7 @@ impl Writer<'_> {
             self.notes.tell(&cx.place, "its relief by heights is left out: glTF has normals alone");
             return Ok(false);
         };
-        let content = Content::Normals { scale: 1.0_f32.to_bits(), is_mirrored: false };
+        let content = TextureUsage::Normals { scale: 1.0_f32.to_bits(), is_mirrored: false };
         self.put_texture(fields, name, &[(content, &layer)], cx).map(|()| true)
     }
 
@@ -303,7 +308,7 @@ impl Writer<'_> {
         cx: &mut Writing,
     ) -> Result<bool, String> {
         let (whole, is_certain) = emitted_by_the_whole(&material.emission, opacity);
-        let emission = Parameter::of(&whole);
+        let emission = MaterialParameter::of(&whole);
         if emission.factor == [0.0; 3] {
             return Ok(false);
         }
@@ -326,7 +331,7 @@ impl Writer<'_> {
             let extension = json!({"emissiveStrength": strength});
             cx.extensions.push(("KHR_materials_emissive_strength", extension));
         }
-        let image = emission.layer.as_ref().map(|layer| (Content::Colors, layer));
+        let image = emission.layer.as_ref().map(|layer| (TextureUsage::Colors, layer));
         let mut fields = std::mem::take(&mut cx.fields);
         let done = self.put_texture(&mut fields, "emissiveTexture", image.as_slice(), cx);
         cx.fields = fields;

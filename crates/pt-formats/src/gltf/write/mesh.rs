@@ -7,8 +7,8 @@ use pt_math::DVec3;
 use pt_scene::{Attribute, Mesh, Submesh};
 use serde_json::{Value, json};
 
-use super::Writer;
-use super::layer::MeshColors;
+use super::GltfWriter;
+use super::layer::ColorSource;
 use super::material::Worn;
 
 /// Tolerance of the length of a unit normal: the rounding error of 8-bit normals, ½ √3 / 127.
@@ -19,19 +19,19 @@ const BARYCENTRIC: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 /// Attributes of a mesh that a material requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Needs {
-    colors: Option<MeshColors>,
+    colors: Option<ColorSource>,
     has_textures: bool,
 }
 
 /// Address of a mesh, and the first triangle and the material of each part.
-pub(super) type MeshKey = (usize, Vec<(u32, usize)>);
+pub(super) type MeshPartsKey = (usize, Vec<(u32, usize)>);
 
 /// Primitives by the address of the mesh, the range of triangles and the required attributes.
 /// Meshes are kept alive so that their addresses remain unique.
-pub(super) type Primitives = HashMap<(usize, u32, u32, Needs), (Value, Arc<Mesh>)>;
+pub(super) type PrimitiveCache = HashMap<(usize, u32, u32, Needs), (Value, Arc<Mesh>)>;
 
 /// Triangles with all attributes at their vertices.
-struct Welded {
+struct WeldedPrimitive {
     positions: Vec<[f32; 3]>,
     normals: Option<Vec<[f32; 3]>>,
     uvs: Option<Vec<[f32; 2]>>,
@@ -39,7 +39,7 @@ struct Welded {
     triangles: Vec<[u32; 3]>,
 }
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes a mesh whose parts have these materials and returns its index; `None` if it has no
     /// triangles.
     ///
@@ -82,7 +82,8 @@ impl Writer<'_> {
         if let Some((known, _)) = self.primitives.get(&key) {
             return known.clone();
         }
-        let Welded { positions, normals, uvs, colors, triangles } = welded(mesh, part, needs);
+        let WeldedPrimitive { positions, normals, uvs, colors, triangles } =
+            welded(mesh, part, needs);
         let binary = &mut self.binary;
         let mut attributes = json!({"POSITION": binary.vertices(&positions, true)});
         if let Some(mut normals) = normals {
@@ -136,18 +137,19 @@ fn check(mesh: &Mesh) -> Result<(), String> {
 
 /// Returns the triangles of a part with one index per corner. Vertices are unchanged if all
 /// attributes are indexed like the positions.
-fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
+fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> WeldedPrimitive {
     fn own<T>(attribute: Option<&Attribute<T>>) -> bool {
         attribute.is_some_and(|attribute| attribute.indices.is_some())
     }
-    let colors = mesh.colors.as_ref().filter(|_| needs.colors == Some(MeshColors::Vertices));
-    let face_colors = mesh.face_colors.as_ref().filter(|_| needs.colors == Some(MeshColors::Faces));
+    let colors = mesh.colors.as_ref().filter(|_| needs.colors == Some(ColorSource::Vertices));
+    let face_colors =
+        mesh.face_colors.as_ref().filter(|_| needs.colors == Some(ColorSource::Faces));
     let lacks_uvs = mesh.uvs.is_none() && needs.has_textures;
     let is_whole = part.triangles.len() == mesh.triangles.len();
     let is_split = own(mesh.normals.as_ref()) || own(mesh.uvs.as_ref()) || own(colors);
     if is_whole && !is_split && !lacks_uvs && face_colors.is_none() {
         let values = |attribute: &Attribute<[f32; 3]>| attribute.values.clone();
-        return Welded {
+        return WeldedPrimitive {
             positions: mesh.positions.clone(),
             normals: mesh.normals.as_ref().map(values),
             uvs: mesh.uvs.as_ref().map(|uvs| uvs.values.clone()),
@@ -155,7 +157,7 @@ fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> Welded {
             triangles: mesh.triangles.clone(),
         };
     }
-    let mut made = Welded {
+    let mut made = WeldedPrimitive {
         positions: Vec::new(),
         normals: mesh.normals.as_ref().map(|_| Vec::new()),
         uvs: (mesh.uvs.is_some() || lacks_uvs).then(Vec::new),
@@ -277,7 +279,7 @@ mod tests {
         let colors: Vec<_> = (0..12).map(|i| [i as f32 / 12.0; 3]).collect();
         let mesh =
             Mesh { uvs: None, normals: None, face_colors: Some(colors.clone()), ..shapes::cube() };
-        let needs = Needs { colors: Some(MeshColors::Faces), has_textures: false };
+        let needs = Needs { colors: Some(ColorSource::Faces), has_textures: false };
         let made = welded(&mesh, &whole(&mesh), needs);
         let shown = made.colors.expect("they are asked for");
         for (triangle, color) in made.triangles.iter().zip(colors) {

@@ -27,11 +27,11 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
-use binary::Binary;
-use image::Images;
+use binary::BinaryBuffer;
+use image::ImageTables;
 use material::Worn;
-use mesh::{MeshKey, Primitives};
-use notes::Notes;
+use mesh::{MeshPartsKey, PrimitiveCache};
+use notes::WriteNotes;
 use pt_math::{DAffine3, DVec3};
 use pt_scene::{Geometry, Hidden, Mesh, Object, RenderHints, Scene, Submesh, shapes};
 use serde_json::{Map, Value, json};
@@ -43,7 +43,7 @@ use super::super::encoded::Encoded;
 /// # Errors
 /// If numbers are not finite, indices are out of range, or the file would exceed 4 GiB.
 pub(crate) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, String> {
-    let mut writer = Writer::new(scene);
+    let mut writer = GltfWriter::new(scene);
     writer.cameras()?;
     writer.lights()?;
     for object in &scene.objects {
@@ -54,13 +54,13 @@ pub(crate) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, String> {
 }
 
 /// State of the writer of a file.
-struct Writer<'a> {
+struct GltfWriter<'a> {
     scene: &'a Scene,
     /// Metres per unit of the scene; lengths of glTF are metres.
     metres: f64,
-    binary: Binary,
-    images: Images,
-    notes: Notes,
+    binary: BinaryBuffer,
+    images: ImageTables,
+    notes: WriteNotes,
     /// Extensions that are used.
     extensions: BTreeSet<&'static str>,
     materials: Vec<Value>,
@@ -68,10 +68,10 @@ struct Writer<'a> {
     worn: HashMap<(Option<u32>, Option<u32>), Worn>,
     meshes: Vec<Value>,
     /// Indices of written meshes; `None` if they have no triangles.
-    known_meshes: HashMap<MeshKey, Option<usize>>,
+    known_meshes: HashMap<MeshPartsKey, Option<usize>>,
     /// Meshes of points and lines by address and material.
     known_points: HashMap<(usize, Option<usize>), usize>,
-    primitives: Primitives,
+    primitives: PrimitiveCache,
     /// Mesh of a unit sphere, created on first use.
     sphere: Option<Arc<Mesh>>,
     cameras: Vec<Value>,
@@ -81,14 +81,14 @@ struct Writer<'a> {
     roots: Vec<usize>,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> GltfWriter<'a> {
     fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
             metres: scene.metres_per_unit,
-            binary: Binary::default(),
-            images: Images::default(),
-            notes: Notes::default(),
+            binary: BinaryBuffer::default(),
+            images: ImageTables::default(),
+            notes: WriteNotes::default(),
             extensions: BTreeSet::new(),
             materials: Vec::new(),
             worn: HashMap::new(),

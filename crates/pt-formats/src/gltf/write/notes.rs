@@ -5,14 +5,14 @@ use std::fmt::Display;
 
 /// Distinct messages, each with its first location and the number of others.
 #[derive(Default)]
-pub(super) struct Notes {
+pub(super) struct WriteNotes {
     /// Messages in the order of their first occurrence, and their locations.
     all: Vec<(String, Vec<String>)>,
     numbers: HashMap<String, usize>,
     told: HashSet<(usize, String)>,
 }
 
-impl Notes {
+impl WriteNotes {
     /// Adds a message about a location, once.
     pub(super) fn tell(&mut self, place: impl Display, message: impl Into<String>) {
         let (place, message) = (place.to_string(), message.into());
@@ -45,7 +45,7 @@ mod tests {
 
     #[test]
     fn what_is_said_of_many_places_is_one_note() {
-        let mut notes = Notes::default();
+        let mut notes = WriteNotes::default();
         for place in ["a", "b", "a"] {
             notes.tell(place, "it is gone");
         }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use pt_scene::Points;
 use serde_json::{Map, Value, json};
 
-use super::Writer;
+use super::GltfWriter;
 
-impl Writer<'_> {
+impl GltfWriter<'_> {
     /// Writes a mesh with primitives of points and of lines, and returns the fields of a node that
     /// refers to it.
     ///

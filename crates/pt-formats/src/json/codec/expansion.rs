@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use super::super::context::{JsonReader, JsonWriter};
-use super::super::node::{Document, Node, parse};
+use super::super::node::{JsonDocument, JsonNode, parse};
 use super::super::schema;
 use super::JsonCodec;
 use crate::LoadOptions;
-use crate::shared::context::Context;
+use crate::shared::context::LoadContext;
 
 mod by_macro {
     use super::super::{Plain, json_enum, json_struct, json_unit_enum};
@@ -37,7 +37,7 @@ mod by_macro {
 mod by_hand {
     use super::super::super::context::{JsonReader, JsonWriter};
     use super::super::super::former_names::current_type;
-    use super::super::super::node::{Keys, Node, TYPE};
+    use super::super::super::node::{JsonNode, ObjectKeys, TYPE};
     use super::super::super::printer::{Entries, Out};
     use super::super::super::schema::{Properties, Schemas};
     use super::super::{JsonCodec, Plain, StructCodec, put};
@@ -51,7 +51,10 @@ mod by_hand {
     impl StructCodec for Extent {
         const IS_TAGGED: bool = false;
 
-        fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+        fn read_fields(
+            keys: &mut ObjectKeys<'_>,
+            cx: &mut JsonReader<'_>,
+        ) -> Result<Self, LoadError> {
             Ok(Self {
                 width: keys.read("width", &Plain, None, cx)?,
                 height: keys.read("height", &Plain, Some(1), cx)?,
@@ -79,7 +82,7 @@ mod by_hand {
     }
 
     impl JsonCodec for Axis {
-        fn read(node: &Node<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+        fn read(node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Self, LoadError> {
             let name = node.text().ok_or_else(|| node.unexpected("a name"))?;
             match current_type(name) {
                 "x" => Ok(Self::X),
@@ -110,7 +113,10 @@ mod by_hand {
     impl StructCodec for Shape {
         const IS_TAGGED: bool = true;
 
-        fn read_fields(keys: &mut Keys<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+        fn read_fields(
+            keys: &mut ObjectKeys<'_>,
+            cx: &mut JsonReader<'_>,
+        ) -> Result<Self, LoadError> {
             let tag = keys.tag()?;
             let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
             match current_type(name) {
@@ -166,10 +172,10 @@ mod by_hand {
 fn rewritten<T: JsonCodec>(text: &str) -> String {
     let file = Path::new("scene.json");
     let value = parse(text, file).expect("it is JSON");
-    let document = Document::new(text, file);
-    let context = Context::new(file, &LoadOptions::default());
+    let document = JsonDocument::new(text, file);
+    let context = LoadContext::new(file, &LoadOptions::default());
     let mut reader = JsonReader::new(Path::new(""), &context);
-    match T::read(&Node::root(&value, &document), &mut reader) {
+    match T::read(&JsonNode::root(&value, &document), &mut reader) {
         Ok(value) => value.write(&mut JsonWriter::default()).expect("it can be written").print(),
         Err(error) => error.to_string(),
     }

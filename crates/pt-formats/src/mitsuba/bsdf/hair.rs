@@ -2,7 +2,7 @@
 
 use pt_scene::material::{Hair, Pigment};
 
-use super::super::object::Role;
+use super::super::object::ColorRole;
 use super::inputs::Inputs;
 use super::refraction::relative_index;
 use crate::LoadError;
@@ -29,7 +29,7 @@ pub(super) fn hair(inputs: &mut Inputs<'_, '_>) -> Result<Hair, LoadError> {
 fn pigment(inputs: &mut Inputs<'_, '_>) -> Result<Pigment, LoadError> {
     const NAMES: [&str; 2] = ["eumelanin", "pheomelanin"];
     let scale = number(inputs, "scale", 1.0, [0.0, f64::from(f32::MAX)])?;
-    let Some(absorption) = inputs.parameters.given_color("sigma_a", Role::Extinction)? else {
+    let Some(absorption) = inputs.parameters.given_color("sigma_a", ColorRole::Extinction)? else {
         let [eumelanin, pheomelanin] =
             [0, 1].map(|i: usize| number(inputs, NAMES[i], MELANIN[i], [0.0, 1e6]));
         return Ok(Pigment::Melanin([eumelanin?, pheomelanin?]));

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use pt_scene::texture::{Color, Input, Pattern, Scalar, Texture};
 
-use super::super::object::{Child, Object, Parameters, Role, error};
-use super::super::texture::{Textures, as_number};
+use super::super::object::{ChildObject, ColorRole, MitsubaObject, Parameters, error};
+use super::super::texture::{MitsubaTextureCache, as_number};
 use crate::LoadError;
 use crate::shared::names::quote;
 
 /// Reads the parameters and nested objects of a bsdf, and records which were requested.
 pub(super) struct Inputs<'a, 't> {
-    pub(super) textures: &'a mut Textures<'t>,
-    pub(super) object: &'a Object,
+    pub(super) textures: &'a mut MitsubaTextureCache<'t>,
+    pub(super) object: &'a MitsubaObject,
     pub(super) parameters: Parameters<'a>,
     /// Names of textures that were requested.
     known: Vec<&'static str>,
@@ -23,14 +23,17 @@ pub(super) struct Inputs<'a, 't> {
 }
 
 impl<'a, 't> Inputs<'a, 't> {
-    pub(super) fn new(textures: &'a mut Textures<'t>, object: &'a Object) -> Self {
+    pub(super) fn new(
+        textures: &'a mut MitsubaTextureCache<'t>,
+        object: &'a MitsubaObject,
+    ) -> Self {
         let parameters = Parameters::new(object);
         let known = Vec::new();
         Self { textures, object, parameters, known, takes_textures: false, takes_bsdfs: false }
     }
 
     /// Returns the children with a tag, and the indices of their objects.
-    fn children(&self, tag: &str) -> Result<Vec<(&'a Child, usize)>, LoadError> {
+    fn children(&self, tag: &str) -> Result<Vec<(&'a ChildObject, usize)>, LoadError> {
         let tree = self.textures.tree;
         let mut found = Vec::new();
         for child in &self.object.children {
@@ -76,7 +79,7 @@ impl<'a, 't> Inputs<'a, 't> {
             return Ok(texture);
         }
         if self.parameters.find(name).is_some() {
-            let color = self.parameters.color(name, Role::Level, 0.0)?;
+            let color = self.parameters.color(name, ColorRole::Level, 0.0)?;
             return Ok(Arc::new(Pattern::Checkerboard([color; 2]).into()));
         }
         match self.children("texture")?.as_slice() {
@@ -93,7 +96,7 @@ impl<'a, 't> Inputs<'a, 't> {
         if let Some(texture) = self.texture(name)? {
             return Ok(Input::Texture(texture));
         }
-        self.parameters.color(name, Role::Share, default).map(Input::Value)
+        self.parameters.color(name, ColorRole::Share, default).map(Input::Value)
     }
 
     /// Reads a number from 0 to 1.
@@ -101,7 +104,7 @@ impl<'a, 't> Inputs<'a, 't> {
         if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
         }
-        let [r, g, b] = self.parameters.color(name, Role::Share, default)?;
+        let [r, g, b] = self.parameters.color(name, ColorRole::Share, default)?;
         if r == g && g == b {
             return Ok(Input::Value(r));
         }
@@ -138,7 +141,11 @@ impl<'a, 't> Inputs<'a, 't> {
     }
 
     /// Returns the nested bsdfs, between `least` and `most` of them.
-    pub(super) fn bsdfs(&mut self, least: usize, most: usize) -> Result<Vec<&'a Object>, LoadError>
+    pub(super) fn bsdfs(
+        &mut self,
+        least: usize,
+        most: usize,
+    ) -> Result<Vec<&'a MitsubaObject>, LoadError>
     where
         't: 'a,
     {

@@ -17,8 +17,8 @@ use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::Scalar;
 use refraction::relative_index;
 
-use super::object::{Object, Role, unsupported};
-use super::texture::Textures;
+use super::object::{ColorRole, MitsubaObject, unsupported};
+use super::texture::MitsubaTextureCache;
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -56,8 +56,8 @@ pub(super) struct Scattering {
 
 /// Reads a bsdf, with its opacity.
 pub(super) fn scattering(
-    textures: &mut Textures<'_>,
-    object: &Object,
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
 ) -> Result<Scattering, LoadError> {
     match object.kind.as_str() {
         "mask" => wrappers::mask(textures, object),
@@ -67,7 +67,10 @@ pub(super) fn scattering(
 }
 
 /// Reads the surface of a bsdf.
-fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, LoadError> {
+fn surface(
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
+) -> Result<Surface, LoadError> {
     let mut inputs = Inputs::new(textures, object);
     let surface = match object.kind.as_str() {
         "diffuse" => {
@@ -131,8 +134,10 @@ fn conductor(
         );
         return Err(parameters.refuse("material", message));
     };
-    let (eta, k) =
-        (parameters.given_color("eta", Role::Index)?, parameters.given_color("k", Role::Index)?);
+    let (eta, k) = (
+        parameters.given_color("eta", ColorRole::Index)?,
+        parameters.given_color("k", ColorRole::Index)?,
+    );
     if name.is_some() && (eta.is_some() || k.is_some()) {
         let message = "both a material and eta or k are given; give one of the two";
         return Err(parameters.refuse("material", message));

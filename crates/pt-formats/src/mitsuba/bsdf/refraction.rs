@@ -1,7 +1,7 @@
 //! Indices of refraction, by number or name.
 
 use super::super::object::Parameters;
-use super::super::value::Value;
+use super::super::value::ParameterValue;
 use crate::LoadError;
 use crate::shared::names::quote;
 
@@ -52,7 +52,7 @@ fn refractive_index(
 ) -> Result<f64, LoadError> {
     let text = match parameters.find(name).map(|p| &p.value) {
         None => default,
-        Some(Value::Text(text)) => text,
+        Some(ParameterValue::Text(text)) => text,
         Some(_) => return parameters.positive(name, 1.0),
     };
     let lower = text.to_lowercase();

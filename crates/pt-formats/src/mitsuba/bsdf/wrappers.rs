@@ -7,15 +7,18 @@ use pt_scene::material::{
 };
 use pt_scene::texture::NormalOrBump;
 
-use super::super::object::{Object, error};
-use super::super::texture::Textures;
+use super::super::object::{MitsubaObject, error};
+use super::super::texture::MitsubaTextureCache;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::LoadError;
 use crate::shared::names::quote;
 
 /// Reads a surface with an opacity.
-pub(super) fn mask(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
+pub(super) fn mask(
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
+) -> Result<Scattering, LoadError> {
     let mut inputs = Inputs::new(textures, object);
     let opacity = inputs.share("opacity", 0.5)?;
     let inner = inputs.bsdfs(1, 1)?;
@@ -25,7 +28,10 @@ pub(super) fn mask(textures: &mut Textures<'_>, object: &Object) -> Result<Scatt
 }
 
 /// Reads a `null`: an invisible surface.
-pub(super) fn null(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
+pub(super) fn null(
+    textures: &mut MitsubaTextureCache<'_>,
+    object: &MitsubaObject,
+) -> Result<Scattering, LoadError> {
     Inputs::new(textures, object).finish()?;
     Ok(Scattering { surface: Black.into(), opacity: 0.0.into() })
 }

@@ -3,20 +3,20 @@
 use pt_math::{DAffine3, DVec3};
 use pt_scene::{Key, Motion};
 
-use super::{Document, Node, Reader, value};
+use super::{MitsubaReader, XmlDocument, XmlNode, value};
 use crate::LoadError;
 use crate::shared::number::number;
 use crate::shared::transform::{look_at, matrix, perpendicular, rotate};
 
-impl Reader {
+impl MitsubaReader {
     /// Returns the product of the steps of a transform, which are applied in order.
     pub(super) fn transform<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
     ) -> Result<DAffine3, LoadError> {
         let mut product = DAffine3::IDENTITY;
-        for step in node.children().filter(Node::is_element) {
+        for step in node.children().filter(XmlNode::is_element) {
             product = self.step(document, step)? * product;
             if !product.is_finite() {
                 return Err(document.error(step, "the transform is no longer finite"));
@@ -28,8 +28,8 @@ impl Reader {
     /// Reads a step of a transform.
     fn step<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
     ) -> Result<DAffine3, LoadError> {
         const VECTOR: [&str; 4] = ["value", "x", "y", "z"];
         let error = |message: &str| document.error(node, message);
@@ -69,8 +69,8 @@ impl Reader {
 
     fn rotation<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
     ) -> Result<DAffine3, LoadError> {
         const UNIT_TOLERANCE: f64 = 1e-4; // axes are written with a few digits
         let attributes = self.attributes(document, node, &["angle"], &["value", "x", "y", "z"])?;
@@ -90,11 +90,11 @@ impl Reader {
     /// Reads an `<animation>` with a `<transform time="…">` for each key, as in Mitsuba 0.6.
     pub(super) fn animation<'a>(
         &mut self,
-        document: &'a Document<'a>,
-        node: Node<'a>,
+        document: &'a XmlDocument<'a>,
+        node: XmlNode<'a>,
     ) -> Result<Motion, LoadError> {
         let (mut keys, mut nodes) = (Vec::new(), vec![]);
-        for child in node.children().filter(Node::is_element) {
+        for child in node.children().filter(XmlNode::is_element) {
             if child.tag_name().name() != "transform" {
                 let message = "expected <transform time=\"…\"> in an <animation>";
                 return Err(document.error(child, message));

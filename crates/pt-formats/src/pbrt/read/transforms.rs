@@ -6,12 +6,12 @@ use super::super::arguments::{active, numbers, text};
 use super::super::position::TokenPosition;
 use super::super::state::matrix;
 use super::super::token::Tokens;
-use super::Reader;
+use super::PbrtReader;
 use crate::LoadError;
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::transform::{look_at, rotate};
 
-impl Reader {
+impl PbrtReader {
     /// Processes a directive that changes the current transform.
     pub(super) fn transform(
         &mut self,
