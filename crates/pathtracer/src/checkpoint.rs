@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use pt_core::Film;
 
 use crate::film_file::{self, FilmFile, FilmFileError, FilmHeader};
-use crate::fingerprint::{self, Difference};
+use crate::fingerprint::{self, FingerprintDifference};
 
 /// Film found when a render begins.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub enum ExistingFilm {
         trouble: Option<FilmFileError>,
     },
     /// A finished film of another image, which this render replaces; with the differences.
-    Another(Vec<Difference>),
+    Another(Vec<FingerprintDifference>),
 }
 
 /// Reasons for which a render cannot begin.
@@ -37,7 +37,7 @@ pub enum CheckpointError {
         /// The film.
         path: PathBuf,
         /// Differences between the film and the render.
-        differences: Vec<Difference>,
+        differences: Vec<FingerprintDifference>,
     },
     /// Samples exist that cannot be read.
     #[error(transparent)]
@@ -45,9 +45,9 @@ pub enum CheckpointError {
 }
 
 /// Formats differences, one per line: `NAME: BEFORE before, NOW now`.
-pub fn in_lines(differences: &[Difference]) -> String {
+pub fn in_lines(differences: &[FingerprintDifference]) -> String {
     let word = |value: &Option<String>| value.clone().unwrap_or("none".into());
-    let line = |(name, before, now): &Difference| {
+    let line = |(name, before, now): &FingerprintDifference| {
         format!("\n  {name}: {} before, {} now", word(before), word(now))
     };
     differences.iter().map(line).collect()
@@ -55,7 +55,7 @@ pub fn in_lines(differences: &[Difference]) -> String {
 
 /// Compares two films: version, scene and settings. Missing files are compared by their number,
 /// since their messages depend on the folder in which the program runs.
-pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
+pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<FingerprintDifference> {
     let version = (before.version != now.version)
         .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
     let files = fingerprint::differences(&before.files, &now.files);
@@ -68,7 +68,7 @@ pub fn differences(before: &FilmHeader, now: &FilmHeader) -> Vec<Difference> {
 
 /// Difference of first sample, region and channels, which prevents adding the samples of one film
 /// to another.
-fn of_films(before: &Film, now: &Film) -> Option<Difference> {
+fn of_films(before: &Film, now: &Film) -> Option<FingerprintDifference> {
     let words = |film: &Film| {
         let groups = film.light_groups().iter().map(String::as_str);
         let kept: Vec<_> = film.aovs().iter().map(|aov| aov.name()).chain(groups).collect();

@@ -15,8 +15,8 @@ use pt_core::film::FilmError;
 use pt_io::{file, folder_of, sync_folder};
 use serde::{Deserialize, Serialize};
 
-use crate::cryptomatte::Names;
-use crate::fingerprint::Entry;
+use crate::cryptomatte::MatteNames;
+use crate::fingerprint::FingerprintEntry;
 
 /// First line of a file.
 const MAGIC: &[u8] = b"pathtracer film 7\n";
@@ -39,12 +39,12 @@ pub struct FilmHeader {
     /// Version of the program.
     pub version: String,
     /// Files of the scene, each with the hash of its content.
-    pub files: Vec<Entry>,
+    pub files: Vec<FingerprintEntry>,
     /// Files that the scene references and that could not be used, with place and reason.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// Names and values of everything that the samples depend on besides the scene.
-    pub settings: Vec<Entry>,
+    pub settings: Vec<FingerprintEntry>,
     /// End of the range of sample numbers that the render takes of each pixel, exclusive.
     pub spp: u32,
     /// Number of samples per pixel for which the points of the sampler are generated.
@@ -63,8 +63,8 @@ pub struct FilmHeader {
     /// Number of rays so far.
     pub rays: u64,
     /// Names of the objects and materials that the film counts.
-    #[serde(default, skip_serializing_if = "Names::is_empty")]
-    pub names: Names,
+    #[serde(default, skip_serializing_if = "MatteNames::is_empty")]
+    pub names: MatteNames,
 }
 
 /// A film with its header.

@@ -6,16 +6,16 @@ use pt_core::settings::{DirectLight, Hidden, LightGroup, LightGroups, Roulette, 
 use pt_core::{CompileOptions, Region};
 
 /// Name and value as text.
-pub type Entry = (String, String);
+pub type FingerprintEntry = (String, String);
 
 /// Difference between two lists: name, value in the first, value in the second; `None` if the name
 /// is missing.
-pub type Difference = (String, Option<String>, Option<String>);
+pub type FingerprintDifference = (String, Option<String>, Option<String>);
 
 /// Returns everything that the samples depend on besides the scene and the version: the options
 /// with which the scene is compiled, and the settings except for the number of samples. Equal lists
 /// give the same samples.
-pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
+pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<FingerprintEntry> {
     let mut list = Vec::new();
     let mut say = |name: &str, value: String| list.push((name.to_owned(), value));
     let CompileOptions {
@@ -119,15 +119,18 @@ fn in_words(LightGroups { named, each }: &LightGroups) -> String {
 }
 
 /// Entries of the resolution of an image and of the region of its film.
-pub(crate) fn of_pixels([width, height]: [u32; 2], region: Region) -> [Entry; 2] {
+pub(crate) fn of_pixels([width, height]: [u32; 2], region: Region) -> [FingerprintEntry; 2] {
     let Region { x, y, width: w, height: h } = region;
     let part = format!("{w} x {h} pixels from column {x}, row {y}");
     [("resolution".into(), format!("{width} x {height}")), ("part of the image".into(), part)]
 }
 
 /// Returns the differences between two lists, in the order of the first.
-pub fn differences(first: &[Entry], second: &[Entry]) -> Vec<Difference> {
-    let value = |list: &[Entry], name: &str| {
+pub fn differences(
+    first: &[FingerprintEntry],
+    second: &[FingerprintEntry],
+) -> Vec<FingerprintDifference> {
+    let value = |list: &[FingerprintEntry], name: &str| {
         list.iter().find(|entry| entry.0 == name).map(|entry| entry.1.clone())
     };
     let mut names: Vec<_> = first.iter().chain(second).map(|entry| entry.0.clone()).collect();

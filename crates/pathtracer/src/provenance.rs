@@ -6,7 +6,7 @@ use pt_core::Film;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::film_file::{FilmHeader, hash_of_film};
-use crate::fingerprint::Entry;
+use crate::fingerprint::FingerprintEntry;
 
 /// Key of the metadata of an image whose value is the provenance as JSON.
 pub const KEY: &str = "pathtracer receipt";
@@ -17,13 +17,13 @@ pub struct Provenance {
     /// Version of the program.
     pub version: String,
     /// Files of the scene, each with the BLAKE3 hash of its content.
-    pub files: Vec<Entry>,
+    pub files: Vec<FingerprintEntry>,
     /// Files that the scene references and that could not be used, with place and reason: the image
     /// is not that of the complete scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// Settings on which the samples depend.
-    pub settings: Vec<Entry>,
+    pub settings: Vec<FingerprintEntry>,
     /// Number of the first sample of each pixel.
     pub first: u32,
     /// End of the range of requested sample numbers, exclusive.

@@ -18,7 +18,7 @@ pub struct SceneStats {
     /// Metres per unit of length.
     pub metres_per_unit: f64,
     /// Counts by kind.
-    pub counts: Counts,
+    pub counts: SceneCounts,
     /// Minimum and maximum coordinates of surfaces in world space, or `None` without surfaces.
     pub bounds: Option<[[f64; 3]; 2]>,
     /// Memory by use.
@@ -48,7 +48,7 @@ pub struct Item {
 
 /// Counts by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Counts {
+pub struct SceneCounts {
     /// Number of objects placed in the world.
     pub objects: usize,
     /// Number of objects whose mesh is that of an earlier object.
@@ -159,8 +159,8 @@ fn bytes_of_points(scene: &Scene) -> u64 {
     scene.objects.iter().map(&mut bytes).sum()
 }
 
-fn counts(scene: &Scene) -> Counts {
-    let mut counts = Counts { objects: scene.objects.len(), ..Counts::default() };
+fn counts(scene: &Scene) -> SceneCounts {
+    let mut counts = SceneCounts { objects: scene.objects.len(), ..SceneCounts::default() };
     for object in &scene.objects {
         counts.moving += usize::from(object.motion.is_some());
         match &object.geometry {

@@ -12,8 +12,8 @@ use pt_cpu::{Feature, LightGroups, Outcome, RenderError, RenderStatistics, Rende
 use pt_scene::image::{Channel, Image};
 use pt_scene::{Hint, Notes, Placement, Scene};
 
-use crate::cryptomatte::{self, Names};
-use crate::fingerprint::{self, Entry};
+use crate::cryptomatte::{self, MatteNames};
+use crate::fingerprint::{self, FingerprintEntry};
 use crate::{light_groups, unlit, view};
 
 /// A compiled scene, its settings, and its film.
@@ -26,8 +26,8 @@ pub struct Session {
     bvh_time: Duration,
     counts_tests: bool,
     /// Everything that the samples depend on besides scene, version and region.
-    entries: Vec<Entry>,
-    names: Names,
+    entries: Vec<FingerprintEntry>,
+    names: MatteNames,
     light_groups: Option<LightGroups>,
 }
 
@@ -47,7 +47,7 @@ impl Session {
         let entries = fingerprint::entries(&options, &settings);
         let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
         let placed = options.placement.or(scene.camera().map(|camera| camera.placement));
-        let names = Names::of(scene, &settings.aovs);
+        let names = MatteNames::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
         let light_groups = settings.light_groups.as_ref();
@@ -130,7 +130,7 @@ impl Session {
 
     /// Returns everything that the samples depend on besides the scene and the version of the
     /// program, as text.
-    pub fn identity(&self) -> Vec<Entry> {
+    pub fn identity(&self) -> Vec<FingerprintEntry> {
         let of_pixels = fingerprint::of_pixels(self.scene.camera.resolution, self.film.region());
         of_pixels.into_iter().chain(self.entries.iter().cloned()).collect()
     }
@@ -175,7 +175,7 @@ impl Session {
     }
 
     /// Names of the objects and materials that the film counts.
-    pub fn names(&self) -> &Names {
+    pub fn names(&self) -> &MatteNames {
         &self.names
     }
 

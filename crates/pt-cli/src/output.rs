@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use pathtracer::cryptomatte::{self, Names};
+use pathtracer::cryptomatte::{self, MatteNames};
 use pathtracer::image::{self, Extreme, Image, SaveOptions};
 use pathtracer::provenance::{self, Provenance};
 use pathtracer::{Film, Region, Session, aov, groups};
@@ -137,7 +137,7 @@ impl Output {
     pub(crate) fn write_film(
         &self,
         film: &Film,
-        names: &Names,
+        names: &MatteNames,
         provenance: &Provenance,
     ) -> Result<Vec<PathBuf>> {
         let path = &self.job.path;

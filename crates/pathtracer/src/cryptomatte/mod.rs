@@ -14,7 +14,7 @@ mod names;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-pub use names::Names;
+pub use names::MatteNames;
 pub(crate) use names::{distinct, objects};
 use pt_core::Film;
 use pt_core::film::{Aov, IdCount};
@@ -48,7 +48,7 @@ pub fn is_among(aovs: &[Aov]) -> bool {
 
 /// Returns the channels of all mattes of a film; `names` are those of the objects and materials it
 /// counts.
-pub fn channels(film: &Film, names: &Names) -> Vec<Channel> {
+pub fn channels(film: &Film, names: &MatteNames) -> Vec<Channel> {
     kept(film).flat_map(|(aov, layer)| channels_of(film, aov, layer, names)).collect()
 }
 
@@ -58,7 +58,7 @@ pub fn channels(film: &Film, names: &Names) -> Vec<Channel> {
 ///
 /// # Panics
 /// Never: names and ids can be written as JSON.
-pub fn metadata(film: &Film, names: &Names) -> Vec<(String, String)> {
+pub fn metadata(film: &Film, names: &MatteNames) -> Vec<(String, String)> {
     let mut metadata = Vec::new();
     for (aov, layer) in kept(film) {
         let key = &digits(id_of(layer))[..7];
@@ -86,7 +86,7 @@ fn digits(id: f32) -> String {
 }
 
 /// Names and ids of all objects or materials that are visible.
-fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, String> {
+fn manifest<'a>(film: &Film, aov: Aov, names: &'a MatteNames) -> BTreeMap<&'a str, String> {
     let names = names.counted_by(aov);
     let mut is_seen = vec![false; names.len()];
     for things in film.id_coverage(aov).into_iter().flatten() {
@@ -101,7 +101,7 @@ fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, St
 }
 
 /// Channels of one kind of mattes: ids and coverages in turn.
-fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel> {
+fn channels_of(film: &Film, aov: Aov, layer: &str, names: &MatteNames) -> Vec<Channel> {
     let ids: Vec<_> = names.counted_by(aov).iter().map(|name| id_of(name)).collect();
     let plane = |_| Vec::with_capacity(film.region().area());
     let mut planes: Vec<Vec<f32>> = (0..2 * RANKS).map(plane).collect();

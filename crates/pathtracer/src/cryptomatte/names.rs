@@ -18,14 +18,14 @@ const DEFAULT: &str = "default";
 /// names of objects are unique, and so are those of materials; both lists are empty if the film
 /// counts none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Names {
+pub struct MatteNames {
     /// Names of [`Aov::CryptomatteObject`].
     objects: Vec<String>,
     /// Names of [`Aov::CryptomatteMaterial`].
     materials: Vec<String>,
 }
 
-impl Names {
+impl MatteNames {
     /// Returns the names that a film with these AOVs needs. Names of objects are those of
     /// [`crate::explain`], materials have their own name; a name that is already taken gets a
     /// number as a suffix.
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn names_are_those_of_the_author_and_all_differ() {
         let mut scene = crate::default_scene();
-        let of = |scene: &Scene, aov| Names::of(scene, &[aov]).counted_by(aov).to_vec();
+        let of = |scene: &Scene, aov| MatteNames::of(scene, &[aov]).counted_by(aov).to_vec();
         let (objects, materials) = (Aov::CryptomatteObject, Aov::CryptomatteMaterial);
         let own: Vec<_> = scene.objects.iter().map(|object| object.name.clone()).collect();
         assert_eq!(of(&scene, objects), [own, vec!["lights".into()]].concat());
@@ -115,6 +115,6 @@ mod tests {
         scene.materials.push(scene.materials[3].clone());
         let wanted = ["default", "default 2", "material 1", "x 2", "x", "x 3"];
         assert_eq!(of(&scene, materials), wanted);
-        assert!(Names::of(&scene, &[Aov::Object, Aov::Material]).is_empty());
+        assert!(MatteNames::of(&scene, &[Aov::Object, Aov::Material]).is_empty());
     }
 }

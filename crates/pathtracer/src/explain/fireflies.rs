@@ -135,7 +135,7 @@ impl Suspects {
     /// Returns the fireflies; `luminances` are those of all samples.
     pub(super) fn finish(self, luminances: &[f64]) -> Fireflies {
         let Self { brightest, usual } = self;
-        let rule = Rule::new(luminances);
+        let rule = FireflyRule::new(luminances);
         let fireflies = brightest.into_sorted().into_iter();
         let fireflies = fireflies.filter(|&(_, luminance)| rule.is_firefly(luminance));
         let with_share = |(sample, luminance)| Firefly {
@@ -155,14 +155,14 @@ impl Suspects {
 }
 
 /// Definition of a firefly; see [`Fireflies`].
-struct Rule {
+struct FireflyRule {
     count: f64,
     total: f64,
     /// Σ(y − ȳ)²
     squares: f64,
 }
 
-impl Rule {
+impl FireflyRule {
     fn new(luminances: &[f64]) -> Self {
         let (count, total) = (luminances.len() as f64, luminances.iter().sum());
         let mean = total / count.max(1.0);
@@ -320,13 +320,13 @@ mod tests {
 
     #[test]
     fn samples_that_are_alike_are_no_fireflies_nor_are_a_few() {
-        let rule = Rule::new(&[0.0; 64]);
+        let rule = FireflyRule::new(&[0.0; 64]);
         assert!(!rule.is_firefly(0.0));
-        let rule = Rule::new(&[0.0, 0.0, 0.0, 9.0]);
+        let rule = FireflyRule::new(&[0.0, 0.0, 0.0, 9.0]);
         assert!(!rule.is_firefly(9.0));
         let mut some = [0.0; 64];
         some[56..].fill(5.0);
-        assert!(!Rule::new(&some).is_firefly(5.0));
+        assert!(!FireflyRule::new(&some).is_firefly(5.0));
     }
 
     #[test]

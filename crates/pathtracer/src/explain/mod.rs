@@ -13,7 +13,7 @@ use std::ops::Range;
 use fireflies::Suspects;
 pub use fireflies::{Cause, Fireflies, Firefly};
 pub(crate) use names::title;
-pub use names::{Names, SceneItem};
+pub use names::{NameLookup, SceneItem};
 use path_expressions::PathExpressions;
 pub use path_expressions::{PathExpression, expression};
 use pt_core::film::{HalfBuffer, InvalidSamples};

@@ -9,7 +9,7 @@ use super::{LightRef, SampledLight};
 
 /// Lookup of names.
 #[derive(Clone, Copy)]
-pub struct Names<'a> {
+pub struct NameLookup<'a> {
     scene: &'a Scene,
     compiled: &'a RenderScene,
 }
@@ -26,7 +26,7 @@ pub struct SceneItem {
     pub material: Option<String>,
 }
 
-impl<'a> Names<'a> {
+impl<'a> NameLookup<'a> {
     /// Creates the lookup for a scene and its compiled form.
     pub fn new(scene: &'a Scene, compiled: &'a RenderScene) -> Self {
         Self { scene, compiled }

@@ -2,16 +2,20 @@
 
 use pathtracer::Session;
 use pathtracer::explain::{
-    Cause, Contribution, Explanation, Fireflies, Firefly, LightPath, LightRef, LightSource, Names,
-    PathExpression, Sample, SampledLight, ScatterEvent, ScatterSite, SceneItem, Trace, Vertex,
-    expression,
+    Cause, Contribution, Explanation, Fireflies, Firefly, LightPath, LightRef, LightSource,
+    NameLookup, PathExpression, Sample, SampledLight, ScatterEvent, ScatterSite, SceneItem, Trace,
+    Vertex, expression,
 };
 use serde_json::{Value, json};
 
 use super::words::{advice, cause};
 
 /// Formats the explanation of a pixel.
-pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
+pub(super) fn explanation(
+    names: NameLookup,
+    session: &Session,
+    explanation: &Explanation,
+) -> String {
     let Explanation { pixel, samples, mean, luminance, variance, rejected, .. } = explanation;
     let Fireflies { ordinary, share_of_mean, share_of_variance, all } = &explanation.fireflies;
     let firefly = |firefly: &Firefly| {
@@ -46,7 +50,7 @@ pub(super) fn explanation(names: Names, session: &Session, explanation: &Explana
 }
 
 /// Formats one sample of a pixel completely.
-pub(super) fn sample(names: Names, pixel: [u32; 2], sample: &Sample) -> String {
+pub(super) fn sample(names: NameLookup, pixel: [u32; 2], sample: &Sample) -> String {
     let mut value = sample_value(names, sample);
     value["pixel"] = json!(pixel);
     print(&value)
@@ -67,14 +71,14 @@ fn type_value(of_type: &PathExpression) -> Value {
     })
 }
 
-fn path_value(names: Names, path: &LightPath) -> Value {
+fn path_value(names: NameLookup, path: &LightPath) -> Value {
     let mut value = trace_value(names, &path.trace);
     value["sample"] = json!(path.sample);
     value["luminance"] = json!(path.luminance);
     value
 }
 
-fn sample_value(names: Names, sample: &Sample) -> Value {
+fn sample_value(names: NameLookup, sample: &Sample) -> Value {
     let mut value = trace_value(names, &sample.trace);
     value["sample"] = json!(sample.number);
     value["weight"] = json!(sample.weight);
@@ -83,7 +87,7 @@ fn sample_value(names: Names, sample: &Sample) -> Value {
     value
 }
 
-fn trace_value(names: Names, trace: &Trace) -> Value {
+fn trace_value(names: NameLookup, trace: &Trace) -> Value {
     let vertices = trace.vertices.iter().map(|v| vertex_value(names, v));
     let contributions = trace.contributions.iter().map(|c| contribution_value(names, trace, c));
     json!({
@@ -98,7 +102,7 @@ fn thing_value(thing: &SceneItem) -> Value {
     json!({ "kind": thing.kind, "object": thing.object, "material": thing.material })
 }
 
-fn vertex_value(names: Names, vertex: &Vertex) -> Value {
+fn vertex_value(names: NameLookup, vertex: &Vertex) -> Value {
     let place = match vertex.site {
         ScatterSite::Surface { primitive, lobe, .. } => json!({
             "surface": thing_value(&names.primitive(primitive)),
@@ -127,7 +131,7 @@ fn vertex_value(names: Names, vertex: &Vertex) -> Value {
     })
 }
 
-fn contribution_value(names: Names, trace: &Trace, contribution: &Contribution) -> Value {
+fn contribution_value(names: NameLookup, trace: &Trace, contribution: &Contribution) -> Value {
     json!({
         "expression": expression(trace, contribution),
         "vertices": contribution.vertices,
@@ -137,7 +141,7 @@ fn contribution_value(names: Names, trace: &Trace, contribution: &Contribution) 
     })
 }
 
-fn source_value(names: Names, source: &LightSource) -> Value {
+fn source_value(names: NameLookup, source: &LightSource) -> Value {
     match source {
         LightSource::Emitter { p, primitive, radiance, weight, is_sampled } => json!({
             "kind": "emitter",
@@ -170,7 +174,7 @@ fn source_value(names: Names, source: &LightSource) -> Value {
     }
 }
 
-fn light_value(names: Names, light: &SampledLight) -> Value {
+fn light_value(names: NameLookup, light: &SampledLight) -> Value {
     let (moves, number) = match light.light {
         LightRef::Static(number) => (false, number),
         LightRef::Animated(number) => (true, number),

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Result, bail, ensure};
-use pathtracer::explain::{self, Names};
+use pathtracer::explain::{self, NameLookup};
 use pathtracer::{HALF_B_OFFSET, Region, Session};
 
 use crate::command_args::{Explain, OfPixel};
@@ -45,7 +45,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
             "note: the first of two halves of the samples; the other one begins with sample {HALF_B_OFFSET}"
         );
     }
-    let names = Names::new(scene, session.scene());
+    let names = NameLookup::new(scene, session.scene());
     let text = if let Some(number) = of.sample {
         check_sample(number, first, session)?;
         match explain::explain_sample(session, pixel, number)? {

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use pathtracer::Session;
 use pathtracer::explain::{
-    Contribution, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, PathExpression,
-    Sample, SampledLight, ScatterEvent, ScatterSample, ScatterSite, Trace, Vertex, expression,
+    Contribution, Explanation, Fireflies, Firefly, LightPath, LightSource, NameLookup,
+    PathExpression, Sample, SampledLight, ScatterEvent, ScatterSample, ScatterSite, Trace, Vertex,
+    expression,
 };
 
 use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
@@ -14,7 +15,11 @@ use super::words::{advice, cause, number, numbers, paragraph, path, percent, sou
 const MIN_SHARE: f64 = 0.01;
 
 /// Formats the explanation of a pixel.
-pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
+pub(super) fn explanation(
+    names: NameLookup,
+    session: &Session,
+    explanation: &Explanation,
+) -> String {
     let mut text = head(session, explanation);
     text += &types(explanation);
     text += &paths(names, explanation);
@@ -92,7 +97,7 @@ fn types(explanation: &Explanation) -> String {
     text
 }
 
-fn paths(names: Names, explanation: &Explanation) -> String {
+fn paths(names: NameLookup, explanation: &Explanation) -> String {
     let mut text = String::new();
     let whole = explanation.luminance * explanation.samples.len() as f64;
     for (i, bright) in explanation.brightest.iter().enumerate() {
@@ -109,7 +114,7 @@ fn paths(names: Names, explanation: &Explanation) -> String {
 
 /// Formats a path, beginning at the camera: with all of its contributions if `is_whole`, or else
 /// with those of a brightest path, which has one.
-fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
+fn followed(names: NameLookup, trace: &Trace, is_whole: bool) -> String {
     let mut text = line("eye", &place(trace.eye.to_array()));
     text += &finds(names, trace, 0);
     // If the path ends with a light sample, the scattering at its last vertex is not shown.
@@ -126,13 +131,13 @@ fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
 }
 
 /// Light samples taken at the vertex with the number `vertices`.
-fn asks(names: Names, trace: &Trace, vertices: usize) -> String {
+fn asks(names: NameLookup, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
 
 /// Emission found by rays that leave the vertex with the number `vertices`; 0 is the camera.
-fn finds(names: Names, trace: &Trace, vertices: usize) -> String {
+fn finds(names: NameLookup, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
@@ -145,7 +150,7 @@ fn place(p: [f32; 3]) -> String {
     format!("at {}", numbers(p))
 }
 
-fn vertex(names: Names, number: usize, vertex: &Vertex, event: ScatterEvent) -> String {
+fn vertex(names: NameLookup, number: usize, vertex: &Vertex, event: ScatterEvent) -> String {
     let (letter, what) = match (event, vertex.site) {
         (_, ScatterSite::Medium { phase }) => ("V", format!("a medium, {phase}")),
         (event, ScatterSite::Surface { primitive, lobe, .. }) => {
@@ -174,7 +179,7 @@ fn goes_on(departure: &ScatterSample) -> String {
 }
 
 /// Formats a contribution: its light, how it was sampled or hit, and its value.
-fn contribution(names: Names, contribution: &Contribution) -> String {
+fn contribution(names: NameLookup, contribution: &Contribution) -> String {
     let from = source(names, &contribution.source);
     let (label, how) = match &contribution.source {
         LightSource::Emitter { p, radiance, weight, .. } => {
@@ -237,7 +242,7 @@ fn one_of(samples: u32) -> String {
     if samples > 1 { format!(", one of {samples}") } else { String::new() }
 }
 
-fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> String {
+fn fireflies(names: NameLookup, session: &Session, explanation: &Explanation) -> String {
     let Fireflies { ordinary, share_of_mean, share_of_variance, all } = &explanation.fireflies;
     let rule = format!(
         "more than {} times as bright as the mean of the others, with more than {} of the variance",
@@ -297,7 +302,7 @@ fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
 }
 
 /// Formats one sample of a pixel completely.
-pub(super) fn sample(names: Names, [x, y]: [u32; 2], sample: &Sample) -> String {
+pub(super) fn sample(names: NameLookup, [x, y]: [u32; 2], sample: &Sample) -> String {
     let Sample { number, trace, weight, radiance, fault } = sample;
     let radiance = numbers(radiance.to_array());
     let mut text = paragraph(

@@ -1,7 +1,8 @@
 //! Words, numbers and paragraphs of explanations.
 
 use pathtracer::explain::{
-    Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, SceneItem,
+    Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, NameLookup, ScatterSite,
+    SceneItem,
 };
 use pathtracer::{DirectLight, Feature, Session, integrator};
 
@@ -66,7 +67,7 @@ pub(super) fn thing(thing: &SceneItem) -> String {
 }
 
 /// Describes the light source of a contribution.
-pub(super) fn source(names: Names, source: &LightSource) -> String {
+pub(super) fn source(names: NameLookup, source: &LightSource) -> String {
     match source {
         LightSource::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
         LightSource::Sky { .. } => "the sky".into(),
@@ -84,7 +85,7 @@ pub(super) fn source(names: Names, source: &LightSource) -> String {
 }
 
 /// Describes the cause of a firefly.
-pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
+pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
     let trace = &firefly.sample.trace;
     let Some(bright) = trace.contributions.get(firefly.contribution) else { return String::new() };
     let light = source(names, &bright.source);
