@@ -55,7 +55,7 @@ impl Show {
 
 /// Builders of the hierarchy.
 #[derive(ValueEnum, Clone, Copy, Debug)]
-pub(crate) enum Bvh {
+pub(crate) enum BvhBuilder {
     /// Surface area heuristic
     Sah,
     /// Split at the mean centroid along the longest axis, as in the course
@@ -64,19 +64,19 @@ pub(crate) enum Bvh {
     None,
 }
 
-impl From<Bvh> for Builder {
-    fn from(b: Bvh) -> Self {
+impl From<BvhBuilder> for Builder {
+    fn from(b: BvhBuilder) -> Self {
         match b {
-            Bvh::Sah => Self::Sah,
-            Bvh::Mean => Self::Mean,
-            Bvh::None => Self::None,
+            BvhBuilder::Sah => Self::Sah,
+            BvhBuilder::Mean => Self::Mean,
+            BvhBuilder::None => Self::None,
         }
     }
 }
 
 /// Build qualities of the hierarchy.
 #[derive(ValueEnum, Clone, Copy, Debug)]
-pub(crate) enum Quality {
+pub(crate) enum BvhQuality {
     /// Fast build, slower traversal
     Fast,
     /// Spatial splits where there are many long thin triangles
@@ -85,12 +85,12 @@ pub(crate) enum Quality {
     High,
 }
 
-impl From<Quality> for pathtracer::Quality {
-    fn from(q: Quality) -> Self {
+impl From<BvhQuality> for pathtracer::Quality {
+    fn from(q: BvhQuality) -> Self {
         match q {
-            Quality::Fast => Self::Fast,
-            Quality::Balanced => Self::Balanced,
-            Quality::High => Self::High,
+            BvhQuality::Fast => Self::Fast,
+            BvhQuality::Balanced => Self::Balanced,
+            BvhQuality::High => Self::High,
         }
     }
 }
@@ -134,7 +134,7 @@ pub(crate) enum ReceiptKind {
 
 /// Sample generators.
 #[derive(ValueEnum, Clone, Copy, Debug)]
-pub(crate) enum Sampler {
+pub(crate) enum SampleGenerator {
     /// Owen-scrambled Sobol' points
     Sobol,
     /// Sobol' points in Morton order: blue-noise error distribution
@@ -145,20 +145,20 @@ pub(crate) enum Sampler {
     Independent,
 }
 
-impl From<Sampler> for SamplerKind {
-    fn from(s: Sampler) -> Self {
+impl From<SampleGenerator> for SamplerKind {
+    fn from(s: SampleGenerator) -> Self {
         match s {
-            Sampler::Sobol => Self::Sobol,
-            Sampler::Zsobol => Self::ZSobol,
-            Sampler::Stratified => Self::Stratified,
-            Sampler::Independent => Self::Independent,
+            SampleGenerator::Sobol => Self::Sobol,
+            SampleGenerator::Zsobol => Self::ZSobol,
+            SampleGenerator::Stratified => Self::Stratified,
+            SampleGenerator::Independent => Self::Independent,
         }
     }
 }
 
 /// Reconstruction filters.
 #[derive(ValueEnum, Clone, Copy, Debug)]
-pub(crate) enum Filter {
+pub(crate) enum PixelFilter {
     /// Uniform weight over the pixel
     Box,
     /// A pyramid, 2 pixels wide
@@ -175,16 +175,16 @@ pub(crate) enum Filter {
     Lanczos,
 }
 
-impl From<Filter> for pathtracer::Filter {
-    fn from(f: Filter) -> Self {
+impl From<PixelFilter> for pathtracer::Filter {
+    fn from(f: PixelFilter) -> Self {
         match f {
-            Filter::Box => Self::Box,
-            Filter::Tent => Self::TENT,
-            Filter::Gaussian => Self::GAUSSIAN,
-            Filter::Mitchell => Self::MITCHELL,
-            Filter::BlackmanHarris => Self::BLACKMAN_HARRIS,
-            Filter::CatmullRom => Self::CATMULL_ROM,
-            Filter::Lanczos => Self::LANCZOS,
+            PixelFilter::Box => Self::Box,
+            PixelFilter::Tent => Self::TENT,
+            PixelFilter::Gaussian => Self::GAUSSIAN,
+            PixelFilter::Mitchell => Self::MITCHELL,
+            PixelFilter::BlackmanHarris => Self::BLACKMAN_HARRIS,
+            PixelFilter::CatmullRom => Self::CATMULL_ROM,
+            PixelFilter::Lanczos => Self::LANCZOS,
         }
     }
 }

@@ -8,10 +8,10 @@ use clap::Parser;
 use pathtracer::{Aov, LightGroups};
 
 use crate::arg_values::{
-    Bvh, Direct, ExrCompression, ExrType, Filter, PngBits, ProgressKind, Quality, ReceiptKind,
-    Sampler, Show, Tonemap,
+    BvhBuilder, BvhQuality, Direct, ExrCompression, ExrType, PixelFilter, PngBits, ProgressKind,
+    ReceiptKind, SampleGenerator, Show, Tonemap,
 };
-use crate::compat::{Policies, cs184};
+use crate::compat::{CompatPolicies, cs184};
 use crate::environment::EnvironmentLayout;
 use crate::loading::Loading;
 use crate::opacity::Opacity;
@@ -168,11 +168,11 @@ pub(crate) struct Cli {
 
     /// Sample generator
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
-    pub(crate) sampler: Sampler,
+    pub(crate) sampler: SampleGenerator,
 
     /// Pixel reconstruction filter [default: the file's, or box; box with --cs184]
     #[arg(long, value_name = "FILTER", help_heading = "Sampling")]
-    pub(crate) filter: Option<Filter>,
+    pub(crate) filter: Option<PixelFilter>,
 
     /// Seed of the sample generator
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
@@ -276,7 +276,7 @@ pub(crate) struct Cli {
 
     /// Builder of the bounding volume hierarchy; none tests every shape
     #[arg(long, value_name = "BUILDER", default_value = "sah", help_heading = "Machine")]
-    pub(crate) bvh: Bvh,
+    pub(crate) bvh: BvhBuilder,
 
     /// Build quality of --bvh sah: higher quality takes longer to build and may be faster to
     /// traverse; the image is the same
@@ -287,7 +287,7 @@ pub(crate) struct Cli {
         default_value = "balanced",
         help_heading = "Machine"
     )]
-    pub(crate) quality: Quality,
+    pub(crate) quality: BvhQuality,
 
     /// Maximum number of shapes in a leaf of the hierarchy
     #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
@@ -369,7 +369,7 @@ Each has --help. A scene with the name of a command is written ./resume.";
 
 impl Cli {
     /// Behaviour in which programs differ.
-    pub(crate) fn policies(&self) -> &'static Policies {
-        if self.cs184 { &cs184::POLICIES } else { &Policies::OWN }
+    pub(crate) fn policies(&self) -> &'static CompatPolicies {
+        if self.cs184 { &cs184::POLICIES } else { &CompatPolicies::OWN }
     }
 }

@@ -14,7 +14,7 @@ pub(crate) const WITHOUT_RECORDS: &str = "--path-reuse, --path-splitting and --c
 
 /// Behaviour in which programs differ.
 #[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
-pub(crate) struct Policies {
+pub(crate) struct CompatPolicies {
     /// Interpretation of the scene.
     pub(crate) scene: compat::Policies,
     /// True if the attenuation of the lights of COLLADA files is ignored.
@@ -24,7 +24,7 @@ pub(crate) struct Policies {
     /// True if the crop window of the scene file applies.
     pub(crate) crop_of_file: bool,
     /// Settings that the command line does not give; `None` are those of the scene file.
-    pub(crate) settings: Option<Defaults>,
+    pub(crate) settings: Option<DefaultSettings>,
     /// Number of threads without a request; `None` is one for each core.
     pub(crate) threads: Option<usize>,
     /// Transfer function of images of integers.
@@ -48,7 +48,7 @@ pub(crate) struct Policies {
     pub(crate) lines: Option<Lines>,
 }
 
-impl Policies {
+impl CompatPolicies {
     /// Policies of this program.
     pub(crate) const OWN: Self = Self {
         scene: compat::Policies::PHYSICAL,
@@ -74,7 +74,7 @@ pub(crate) type WriteImage = fn(&Image) -> Result<(), ImageError>;
 
 /// Settings that the command line does not give.
 #[derive(Clone)]
-pub(crate) struct Defaults {
+pub(crate) struct DefaultSettings {
     pub(crate) spp: u32,
     pub(crate) max_depth: u32,
     pub(crate) integrator: &'static str,
@@ -87,7 +87,7 @@ pub(crate) struct Defaults {
     pub(crate) roulette_at_depth: Roulette,
 }
 
-impl Defaults {
+impl DefaultSettings {
     /// Settings of a scene file, completed by the defaults.
     pub(crate) fn of_file(file: &RenderHints) -> Self {
         let Settings { spp, max_depth, direct, filter, roulette, .. } = Settings::default();

@@ -28,7 +28,7 @@ pub(crate) struct Console {
     display: Display,
     stop: Arc<AtomicBool>,
     start: Instant,
-    state: Mutex<State>,
+    state: Mutex<ConsoleState>,
 }
 
 enum Display {
@@ -41,7 +41,7 @@ enum Display {
 }
 
 /// Progress of the render, and of its display.
-struct State {
+struct ConsoleState {
     eta: Eta,
     /// Latest update; threads may report updates out of order.
     latest: ProgressUpdate,
@@ -79,7 +79,7 @@ impl Console {
         };
         let latest =
             ProgressUpdate { done, estimated_totals: [total; 3], ..ProgressUpdate::default() };
-        let state = State {
+        let state = ConsoleState {
             eta: Eta::new(done, total, job.is_adaptive),
             latest,
             shown: Duration::ZERO,
@@ -117,7 +117,7 @@ impl Console {
     }
 
     /// Shows the latest update, if the interval of the display has passed.
-    fn show(&self, state: &mut State, now: Duration) {
+    fn show(&self, state: &mut ConsoleState, now: Duration) {
         let advance = state.latest;
         let percent = advance.done * 100 / advance.total().max(1);
         let waited = now.saturating_sub(state.shown);
@@ -154,7 +154,7 @@ fn bar(total: u64) -> ProgressBar {
 }
 
 /// Rays per second, error, and remaining time.
-fn message(state: &State, now: Duration) -> String {
+fn message(state: &ConsoleState, now: Duration) -> String {
     let rays = state.latest.rays as f64 / now.as_secs_f64().max(1e-9) * 1e-6;
     let error =
         state.latest.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error));
@@ -172,7 +172,7 @@ fn message(state: &State, now: Duration) -> String {
 const MAX_SECONDS: f64 = 3e9;
 
 /// Prints a JSON line.
-fn json(word: &str, state: &State, now: Duration) {
+fn json(word: &str, state: &ConsoleState, now: Duration) {
     let ProgressUpdate { done, estimated_totals: [_, total, _], rays, error } = state.latest;
     let left =
         state.eta.left().map(|l| json!({ "least": l.least, "likely": l.likely, "most": l.most }));

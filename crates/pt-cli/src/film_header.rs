@@ -7,12 +7,12 @@ use pathtracer::film_file::FilmHeader;
 use pathtracer::provenance::RunStatistics;
 use pathtracer::{LoadOptions, Session, SourceFile, Warning};
 
-use crate::job::Input;
+use crate::job::InputFiles;
 use crate::{machine, seal};
 
 /// Header of a film that is written for the image at `path`.
 pub(crate) fn film_header(
-    input: &Input,
+    input: &InputFiles,
     session: &Session,
     sources: &[SourceFile],
     missing: &[Warning],

@@ -9,13 +9,13 @@ use pathtracer::provenance::Provenance;
 use pathtracer::{CompileOptions, LightGroups, LoadOptions, SkyLayout};
 
 use crate::arg_values::{ProgressKind, ReceiptKind};
-use crate::compat::{Lines, Policies};
+use crate::compat::{CompatPolicies, Lines};
 use crate::settings::SettingsRequest;
 
 /// A render.
 pub(crate) struct RenderJob {
     pub(crate) mode: Mode,
-    pub(crate) input: Input,
+    pub(crate) input: InputFiles,
     pub(crate) compile: CompileJob,
     pub(crate) memory: MemoryPlan,
     pub(crate) schedule: Schedule,
@@ -32,7 +32,7 @@ pub(crate) struct Mode {
     pub(crate) quiet: bool,
     /// True if missing files are errors, and invalid samples and missed targets have a status.
     pub(crate) strict: bool,
-    pub(crate) policies: &'static Policies,
+    pub(crate) policies: &'static CompatPolicies,
 }
 
 impl Mode {
@@ -43,7 +43,7 @@ impl Mode {
 }
 
 /// Files to be read.
-pub(crate) struct Input {
+pub(crate) struct InputFiles {
     /// Scene, or `None` for the embedded one.
     pub(crate) scene: Option<PathBuf>,
     pub(crate) load: LoadOptions,

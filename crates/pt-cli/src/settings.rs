@@ -5,12 +5,12 @@ use pathtracer::{
     Settings, Target, denoise,
 };
 
-use crate::compat::{Defaults, Policies};
+use crate::compat::{CompatPolicies, DefaultSettings};
 use crate::opacity::Opacity;
 
 /// Settings of the command line; `None` is decided by the scene file or the defaults.
 pub(crate) struct SettingsRequest {
-    pub(crate) policies: &'static Policies,
+    pub(crate) policies: &'static CompatPolicies,
     pub(crate) spp: Option<u32>,
     /// Number of samples for which the points of the sampler are generated, if it differs.
     pub(crate) layout: Option<u32>,
@@ -39,7 +39,7 @@ impl SettingsRequest {
     pub(crate) fn for_scene(&self, scene: &Scene) -> Settings {
         let file = &scene.settings;
         let policies = self.policies;
-        let defaults = policies.settings.clone().unwrap_or_else(|| Defaults::of_file(file));
+        let defaults = policies.settings.clone().unwrap_or_else(|| DefaultSettings::of_file(file));
         let metres = policies.scene.metres_per_unit(scene);
         let max_depth = self.max_depth.unwrap_or(defaults.max_depth);
         let (min_bounce, max_bounce) = self.bounces.unwrap_or((max_depth, max_depth));

@@ -20,7 +20,7 @@ use crate::resolve::{EarlierRun, resolve};
 use crate::{output, seal};
 
 /// A film, its path, and the range of its samples.
-struct Part {
+struct FilmPart {
     path: PathBuf,
     file: FilmFile,
     samples: Range<u32>,
@@ -71,14 +71,14 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
 
 /// Returns true if the program made the film for this user in its place: as an output, or beside an
 /// image.
-fn is_ours(part: &Part) -> bool {
+fn is_ours(part: &FilmPart) -> bool {
     let FilmHeader { seal, folder, command, .. } = &part.file.about;
     let outputs = [part.path.clone(), part.path.with_extension("")];
     outputs.iter().any(|output| seal::is_ours(seal, output, folder, command))
 }
 
 /// Reads a film, all pixels of which must have the same samples.
-fn read(path: &Path) -> Result<Part> {
+fn read(path: &Path) -> Result<FilmPart> {
     let file = film_file::read(path)?;
     ensure!(
         !file.film.has_half_buffers(),
@@ -96,12 +96,12 @@ fn read(path: &Path) -> Result<Part> {
         );
     };
     let first = file.film.first();
-    Ok(Part { path: path.to_owned(), file, samples: first..first + count })
+    Ok(FilmPart { path: path.to_owned(), file, samples: first..first + count })
 }
 
 /// Returns an error if the films do not match: if they are of different images, if samples are
 /// repeated, or if samples are missing in between or, with `from_first`, before the first.
-fn check(parts: &[Part], from_first: bool) -> Result<()> {
+fn check(parts: &[FilmPart], from_first: bool) -> Result<()> {
     for pair in parts.windows(2) {
         let [first, second] = [&pair[0], &pair[1]];
         let (a, b) = (first.path.display(), second.path.display());
@@ -141,7 +141,7 @@ fn check(parts: &[Part], from_first: bool) -> Result<()> {
 }
 
 /// Merges the films; returns their paths and the sum.
-fn sum(parts: Vec<Part>) -> (Vec<PathBuf>, FilmFile) {
+fn sum(parts: Vec<FilmPart>) -> (Vec<PathBuf>, FilmFile) {
     let paths = parts.iter().map(|part| part.path.clone()).collect();
     let sum = parts.into_iter().map(|part| part.file).reduce(|mut sum, next| {
         sum.film.merge(&next.film);

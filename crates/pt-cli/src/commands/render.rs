@@ -17,7 +17,7 @@ use crate::checkpointing::Checkpointer;
 use crate::compat::WITHOUT_RECORDS;
 use crate::console::Console;
 use crate::film_header::film_header;
-use crate::job::{CompileJob, EnvironmentFile, Input, Mode, RenderJob};
+use crate::job::{CompileJob, EnvironmentFile, InputFiles, Mode, RenderJob};
 use crate::limits::Limit;
 use crate::lock::Lock;
 use crate::message::WithHints;
@@ -39,7 +39,7 @@ pub(crate) const MISSING: u8 = 4;
 const MAX_NAMED: usize = 100;
 
 /// Result of a render.
-pub(crate) struct Done {
+pub(crate) struct RenderResult {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
     /// Provenance metadata of the image, if one was written.
@@ -58,7 +58,7 @@ pub(crate) fn run(job: RenderJob) -> Result<ExitCode> {
 ///
 /// # Errors
 /// If a file cannot be read or written, or a scene is invalid.
-pub(crate) fn render(job: RenderJob) -> Result<Done> {
+pub(crate) fn render(job: RenderJob) -> Result<RenderResult> {
     let RenderJob { mode, input, compile, memory, schedule, output, display, command } = job;
     let output = Output::new(output, mode, schedule.threads)?;
     let _lock = Lock::take(output.path())?;
@@ -70,7 +70,7 @@ pub(crate) fn render(job: RenderJob) -> Result<Done> {
     warn_missing(&prepared.scene.missing);
     prepared.report_notes(mode);
     let header = prepared.film_header(&input, output.path(), command);
-    let Prepared { scene, session, load, .. } = &mut prepared;
+    let PreparedScene { scene, session, load, .. } = &mut prepared;
     let words = header.command.clone();
     let mut checkpointing =
         Checkpointer::begin(&schedule, mode, session, header, output.path(), start)?;
@@ -126,7 +126,7 @@ pub(crate) fn render(job: RenderJob) -> Result<Done> {
     } else {
         ended(scene, session, progress, mode, resumable)
     };
-    Ok(Done { status, progress, provenance })
+    Ok(RenderResult { status, progress, provenance })
 }
 
 /// Exit status of a render that was not interrupted, after warnings about what it misses.
@@ -175,7 +175,7 @@ fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
 }
 
 /// A scene that is ready to be rendered.
-pub(crate) struct Prepared {
+pub(crate) struct PreparedScene {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
     /// The files that were read.
@@ -188,9 +188,9 @@ pub(crate) struct Prepared {
     load: Duration,
 }
 
-impl Prepared {
+impl PreparedScene {
     /// Header of the film of the image at `path`.
-    fn film_header(&self, input: &Input, path: &Path, command: Vec<String>) -> FilmHeader {
+    fn film_header(&self, input: &InputFiles, path: &Path, command: Vec<String>) -> FilmHeader {
         let Self { scene, session, sources, .. } = self;
         film_header(input, session, sources, &scene.missing, (path, command))
     }
@@ -222,12 +222,12 @@ impl Prepared {
 /// # Errors
 /// If a file cannot be read, or a scene is invalid.
 pub(crate) fn prepare(
-    input: &Input,
+    input: &InputFiles,
     CompileJob { options, crop, settings }: CompileJob,
     limit: &Limit,
     mode: Mode,
     start: Instant,
-) -> Result<Prepared> {
+) -> Result<PreparedScene> {
     let mut sources = Vec::new();
     let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
     let (scene, hints) = load_scene(input, mode, &mut sources)?;
@@ -248,7 +248,7 @@ pub(crate) fn prepare(
     if mode.policies.counts_tests {
         session.count_tests();
     }
-    Ok(Prepared { scene, session, sources, leaves_channels_out, hints, load })
+    Ok(PreparedScene { scene, session, sources, leaves_channels_out, hints, load })
 }
 
 /// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of the
@@ -287,7 +287,7 @@ fn total(session: &Session) -> u64 {
 }
 
 fn load_scene(
-    input: &Input,
+    input: &InputFiles,
     mode: Mode,
     sources: &mut Vec<SourceFile>,
 ) -> Result<(Scene, Vec<Hint>)> {

@@ -9,7 +9,7 @@ use pathtracer::{Outcome, image};
 
 use super::{render, resume};
 use crate::command_args::Rerender;
-use crate::commands::render::Done;
+use crate::commands::render::RenderResult;
 use crate::resolve::{EarlierRun, resolve};
 use crate::trust;
 
@@ -59,7 +59,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
         expected: Some(Box::new(receipt.clone())),
     };
     let job = resolve(cli, about.command, earlier).map_err(anyhow::Error::msg)?;
-    let Done { status, progress, provenance: second } = render::render(job)?;
+    let RenderResult { status, progress, provenance: second } = render::render(job)?;
     if progress == Outcome::Cancelled {
         return Ok(status);
     }

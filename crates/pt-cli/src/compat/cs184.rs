@@ -7,15 +7,15 @@ use pathtracer::compat::cs184::{POLICIES as SCENE, cs184_log, probability_debug}
 use pathtracer::image::{self, Image, ImageError, Transfer};
 use pathtracer::{Adaptive, DirectLight, Filter, RenderStatistics, Roulette, Session};
 
-use super::{Defaults, Lines, Policies};
+use super::{CompatPolicies, DefaultSettings, Lines};
 
 /// Policies of the program.
-pub(crate) const POLICIES: Policies = Policies {
+pub(crate) const POLICIES: CompatPolicies = CompatPolicies {
     scene: SCENE,
     ignores_attenuation: true,
     studio: false,
     crop_of_file: false,
-    settings: Some(Defaults {
+    settings: Some(DefaultSettings {
         spp: 1,
         max_depth: 1,
         integrator: "cs184",

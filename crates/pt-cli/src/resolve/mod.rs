@@ -14,7 +14,7 @@ use pathtracer::{
 
 use crate::args::Cli;
 use crate::job::{
-    CompileJob, DisplayJob, EnvironmentFile, Input, MemoryPlan, Mode, PixelBytes, RenderJob,
+    CompileJob, DisplayJob, EnvironmentFile, InputFiles, MemoryPlan, Mode, PixelBytes, RenderJob,
     Schedule,
 };
 use crate::output::is_film;
@@ -79,7 +79,7 @@ pub(crate) fn resolve(
         schedule: schedule(&cli, earlier),
         output: image::output(&cli, scene.as_deref()),
         display: DisplayJob { kind: cli.progress, is_adaptive: adaptive.is_some() },
-        input: Input {
+        input: InputFiles {
             load: LoadOptions {
                 ignore_attenuation: policies.ignores_attenuation,
                 ..cli.loading.options(cli.strict)

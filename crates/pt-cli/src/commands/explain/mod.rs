@@ -12,7 +12,7 @@ use pathtracer::explain::{self, NameLookup};
 use pathtracer::{HALF_B_OFFSET, Region, Session};
 
 use crate::command_args::{Explain, OfPixel};
-use crate::commands::render::{self, Prepared};
+use crate::commands::render::{self, PreparedScene};
 use crate::job::RenderJob;
 use crate::limits::Limit;
 use crate::{command_line, output};
@@ -35,7 +35,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     let job = command_line::resolved(cli, Vec::new()).map_err(anyhow::Error::msg)?;
     let RenderJob { mode, input, compile, memory, schedule, .. } = job;
     let prepared = render::prepare(&input, compile, &Limit::new(memory), mode, Instant::now())?;
-    let Prepared { scene, session, .. } = &prepared;
+    let PreparedScene { scene, session, .. } = &prepared;
     let pixel = pixel(&of, session)?;
     let first = schedule.first;
     render::warn_missing(&scene.missing);
