@@ -5,7 +5,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::project::{build_program, output_folder, root, step};
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Scenes of `scenes/gltf` that are compared. `lights` is excluded, since the falloff of its spot
 /// light differs in Blender.
@@ -25,8 +25,8 @@ pub(crate) struct Args {
 /// If it cannot be installed, or the images differ.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let python = match step("installing Blender", prepare)? {
-        Prepared::Python(python) => python,
-        Prepared::Missing(reason) => bail!("{reason}"),
+        Installation::Python(python) => python,
+        Installation::Missing(reason) => bail!("{reason}"),
     };
     let mut command = Command::new(&python);
     command.arg(root().join("crates/xtask/python/blender.py"));
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 ///
 /// # Errors
 /// If the target folder cannot be found.
-pub(crate) fn prepare() -> Result<Prepared> {
+pub(crate) fn prepare() -> Result<Installation> {
     let probe = "import numpy, bpy; from importlib.metadata import version; assert version('bpy') == '5.0.1'";
     venv::prepare_by("python3.11", "cycles-venv", &["bpy==5.0.1"], probe)
 }

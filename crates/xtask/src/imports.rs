@@ -90,7 +90,7 @@ fn crates() -> Result<Vec<(String, std::path::PathBuf)>> {
 
 /// Names that a file imports or uses with a path, by the modules in which they are written.
 #[derive(Default)]
-struct Names {
+struct ModuleNames {
     /// Names that `use` brings into scope, with the paths for which they stand.
     imported: Vec<(String, Vec<String>)>,
     /// Paths elsewhere in the code.
@@ -99,7 +99,7 @@ struct Names {
     depth: usize,
 }
 
-impl Names {
+impl ModuleNames {
     /// Removes a `super` for each module inside of the file; `None` if the path stays in the file.
     fn outside(&self, path: &[String]) -> Option<Vec<String>> {
         let ups = path.iter().take_while(|name| *name == "super").count();
@@ -135,7 +135,7 @@ impl Names {
     }
 }
 
-impl<'ast> Visit<'ast> for Names {
+impl<'ast> Visit<'ast> for ModuleNames {
     fn visit_item_use(&mut self, item: &'ast ItemUse) {
         self.import(&item.tree, Vec::new());
     }
@@ -164,7 +164,7 @@ impl<'ast> Visit<'ast> for Names {
 }
 
 /// Parses the files below a folder of sources.
-fn parse(source: &Path) -> Result<BTreeMap<Module, Names>> {
+fn parse(source: &Path) -> Result<BTreeMap<Module, ModuleNames>> {
     let mut modules = BTreeMap::new();
     let mut folders = vec![source.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -175,7 +175,7 @@ fn parse(source: &Path) -> Result<BTreeMap<Module, Names>> {
             } else if path.extension().is_some_and(|ending| ending == "rs") {
                 let text = fs::read_to_string(&path)?;
                 let file = syn::parse_file(&text).with_context(|| path.display().to_string())?;
-                let mut names = Names::default();
+                let mut names = ModuleNames::default();
                 names.visit_file(&file);
                 modules.insert(module_of(path.strip_prefix(source)?), names);
             }
@@ -196,7 +196,7 @@ fn module_of(path: &Path) -> Module {
 
 /// Absolute path in the crate of a path that is written in a module; `None` if it is outside.
 fn absolute(
-    modules: &BTreeMap<Module, Names>,
+    modules: &BTreeMap<Module, ModuleNames>,
     module: &Module,
     path: &[String],
 ) -> Option<Vec<String>> {
@@ -215,7 +215,11 @@ fn absolute(
 }
 
 /// Module that defines the item of an absolute path: imported names are followed.
-fn definition(modules: &BTreeMap<Module, Names>, path: &[String], depth: usize) -> Option<Module> {
+fn definition(
+    modules: &BTreeMap<Module, ModuleNames>,
+    path: &[String],
+    depth: usize,
+) -> Option<Module> {
     const MAX_DEPTH: usize = 16;
     let length = (0..=path.len()).rev().find(|n| modules.contains_key(&path[..*n]))?;
     let (module, rest) = path.split_at(length);
@@ -233,8 +237,8 @@ fn definition(modules: &BTreeMap<Module, Names>, path: &[String], depth: usize) 
 }
 
 /// Modules whose items each module of a crate names.
-fn graph(modules: &BTreeMap<Module, Names>) -> Graph {
-    let targets = |module: &Module, names: &Names| {
+fn graph(modules: &BTreeMap<Module, ModuleNames>) -> Graph {
+    let targets = |module: &Module, names: &ModuleNames| {
         let imported = names.imported.iter().map(|(_, path)| path);
         let paths = imported.chain(&names.used);
         let absolute = paths.filter_map(|path| absolute(modules, module, path));
@@ -303,9 +307,9 @@ fn folders_of(graph: &Graph) -> BTreeMap<String, BTreeSet<String>> {
 mod tests {
     use super::*;
 
-    fn modules(files: &[(&str, &str)]) -> BTreeMap<Module, Names> {
+    fn modules(files: &[(&str, &str)]) -> BTreeMap<Module, ModuleNames> {
         let parse = |(path, text): &(&str, &str)| {
-            let mut names = Names::default();
+            let mut names = ModuleNames::default();
             names.visit_file(&syn::parse_file(text).expect("valid code"));
             (module_of(Path::new(path)), names)
         };

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Python package with the library.
 const PACKAGE: &str = "pyoidn";
@@ -25,8 +25,8 @@ pub(crate) fn prepare() -> Result<Result<PathBuf, String>> {
         format!("import importlib.metadata as m; assert m.version('{PACKAGE}') == '{VERSION}'");
     // Only the library: the dependencies of the Python package are not needed.
     let python = match venv::prepare("oidn-venv", &["--no-deps", &package], &probe)? {
-        Prepared::Python(python) => python,
-        Prepared::Missing(reason) => return Ok(Err(reason)),
+        Installation::Python(python) => python,
+        Installation::Missing(reason) => return Ok(Err(reason)),
     };
     let script = "import sysconfig; print(sysconfig.get_path('platlib'))";
     let output = Command::new(&python)

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for (name, spp) in scenes {
         let theirs = pt_image::load_raw(&folder.join(name).with_extension("exr"))?;
-        let ours = Rendered::new(&program, &folder.join(name).with_extension("pbrt"), spp)?;
+        let ours = RenderedImage::new(&program, &folder.join(name).with_extension("pbrt"), spp)?;
         let comparison = Comparison::new(&theirs, &ours)?;
         comparison.print(name, spp);
         if !comparison.is_good() {
@@ -84,14 +84,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 /// Image of a scene, and the variance of its pixels.
-struct Rendered {
+struct RenderedImage {
     image: Image,
     variance: Vec<[f32; 3]>,
     /// Variance of luminance.
     variance_of_luminance: Vec<f32>,
 }
 
-impl Rendered {
+impl RenderedImage {
     /// Renders a scene with `spp` samples of each pixel, and saves its image.
     fn new(program: &Path, scene: &Path, spp: u32) -> Result<Self> {
         let name = scene.file_stem().context("a scene without a name")?.to_string_lossy();
@@ -163,7 +163,7 @@ impl Comparison {
     ///
     /// # Errors
     /// If the images differ in size.
-    fn new(theirs: &Image, ours: &Rendered) -> Result<Self> {
+    fn new(theirs: &Image, ours: &RenderedImage) -> Result<Self> {
         let Image { width, height, .. } = ours.image;
         let sizes = [[theirs.width, theirs.height], [width, height]];
         ensure!(
@@ -225,12 +225,12 @@ mod tests {
     }
 
     fn is_good(theirs: &Image, ours: [[f32; 3]; 2]) -> bool {
-        Comparison::new(theirs, &Rendered::of(&ours.map(plain))).unwrap().is_good()
+        Comparison::new(theirs, &RenderedImage::of(&ours.map(plain))).unwrap().is_good()
     }
 
     #[test]
     fn the_mean_and_its_variance_are_those_of_the_images() {
-        let rendered = Rendered::of(&[plain([1.0, 2.0, 0.0]), plain([3.0, 2.0, 0.0])]);
+        let rendered = RenderedImage::of(&[plain([1.0, 2.0, 0.0]), plain([3.0, 2.0, 0.0])]);
         assert_eq!(rendered.image.pixels[7], [2.0, 2.0, 0.0]);
         // (1 + 1) / (2 · 1), and for luminance times the square of the weight of red.
         assert_eq!(rendered.variance[7], [1.0, 0.0, 0.0]);

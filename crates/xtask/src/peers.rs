@@ -6,7 +6,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::project::{build_program, output_folder, root, step};
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Version of Mitsuba, which renders and reads the images.
 const MITSUBA: &str = "3.9.1";
@@ -16,7 +16,7 @@ const MITSUBA: &str = "3.9.1";
 pub(crate) struct Args {
     /// Amount of rendering
     #[arg(long, default_value = "full")]
-    size: Size,
+    size: RenderSize,
     /// Only the scene of this name
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
@@ -24,7 +24,7 @@ pub(crate) struct Args {
 
 /// Amount of rendering.
 #[derive(clap::ValueEnum, Clone, Copy)]
-pub(crate) enum Size {
+pub(crate) enum RenderSize {
     /// 64 pixels wide, seconds
     Small,
     /// 320 pixels wide and converged, minutes
@@ -37,8 +37,8 @@ pub(crate) enum Size {
 /// If something cannot be installed, or the images differ.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let python = match step("installing Mitsuba", prepare)? {
-        Prepared::Python(python) => python,
-        Prepared::Missing(reason) => bail!("{reason}"),
+        Installation::Python(python) => python,
+        Installation::Missing(reason) => bail!("{reason}"),
     };
     compare(&python, &build_program()?, args.size, args.scene.as_deref())
 }
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 ///
 /// # Errors
 /// If the target folder cannot be found.
-pub(crate) fn prepare() -> Result<Prepared> {
+pub(crate) fn prepare() -> Result<Installation> {
     let package = format!("mitsuba=={MITSUBA}");
     let probe = format!("import numpy, mitsuba; assert mitsuba.__version__ == '{MITSUBA}'");
     venv::prepare("peers-venv", &[&package, "numpy"], &probe)
@@ -60,12 +60,12 @@ pub(crate) fn prepare() -> Result<Prepared> {
 pub(crate) fn compare(
     python: &Path,
     program: &Path,
-    size: Size,
+    size: RenderSize,
     scene: Option<&str>,
 ) -> Result<()> {
     let size = match size {
-        Size::Small => "small",
-        Size::Full => "full",
+        RenderSize::Small => "small",
+        RenderSize::Full => "full",
     };
     let run = |script: &str, scenes: &str, scene: Option<&str>| {
         let mut command = Command::new(python);

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use crate::project::root;
 
 /// A rule with the maximum number of violations.
-struct Rule {
+struct StyleRule {
     name: &'static str,
     limit: usize,
     /// Returns true for a line of source code that breaks the rule.
@@ -21,32 +21,32 @@ struct Rule {
 const WITH_OPTIONS: &[&str] =
     &["crates/pt-cli/", "crates/xtask/", "/tests/", "/examples/", "pt-denoise/src/find.rs"];
 
-const RULES: [Rule; 5] = [
-    Rule {
+const RULES: [StyleRule; 5] = [
+    StyleRule {
         name: "comment lines over 100 columns",
         limit: 0,
         is_broken: is_wide_comment,
         except: &[],
     },
-    Rule {
+    StyleRule {
         name: "comment lines that begin with What, How, Whether, Where, Who, Those or Likewise",
         limit: 0,
         is_broken: begins_with_clause,
         except: &[],
     },
-    Rule {
+    StyleRule {
         name: "doc comments of one or two words",
         limit: 0,
         is_broken: says_nothing,
         except: &[],
     },
-    Rule {
+    StyleRule {
         name: "comment lines with told, tells, hears, glow or glows",
         limit: 0,
         is_broken: has_banned_word,
         except: &[],
     },
-    Rule {
+    StyleRule {
         name: "texts of libraries with options of the command line",
         limit: 1, // an option of pbrt
         is_broken: names_option,
@@ -87,7 +87,7 @@ pub(crate) fn check() -> Result<()> {
         }
     }
     let mut broken = false;
-    for (Rule { name, limit, .. }, places) in RULES.iter().zip(&places) {
+    for (StyleRule { name, limit, .. }, places) in RULES.iter().zip(&places) {
         let count = places.len();
         println!("{count} {name}; the limit is {limit}");
         if count > *limit {

@@ -7,9 +7,9 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args as Arguments;
 
-use crate::peers::{self, Size};
+use crate::peers::{self, RenderSize};
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
-use crate::venv::Prepared;
+use crate::venv::Installation;
 use crate::{guide, imports, oidn, style};
 
 /// Options of `cargo xtask test`.
@@ -33,7 +33,7 @@ struct Packages {
     /// Folder of Open Image Denoise, or the reason why it is missing.
     oidn: Result<PathBuf, String>,
     /// A Python with Mitsuba, or the reason why it is missing.
-    mitsuba: Prepared,
+    mitsuba: Installation,
 }
 
 /// Runs every check until one fails.
@@ -98,9 +98,9 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
     report.step("fuzz targets", |_| FUZZ.iter().try_for_each(|manifest| fuzz_target(manifest)))?;
-    if let Prepared::Python(python) = &packages.mitsuba {
+    if let Installation::Python(python) = &packages.mitsuba {
         report.step("comparison with Mitsuba, small", |_| {
-            peers::compare(python, &build_checked_program()?, Size::Small, None)
+            peers::compare(python, &build_checked_program()?, RenderSize::Small, None)
         })?;
     }
     Ok(())

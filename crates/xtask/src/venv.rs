@@ -8,14 +8,14 @@ use anyhow::Result;
 use crate::project::{shown, target};
 
 /// Result of the installation of packages.
-pub(crate) enum Prepared {
+pub(crate) enum Installation {
     /// A Python with all packages.
     Python(PathBuf),
     /// Reason why they are not available.
     Missing(String),
 }
 
-impl Prepared {
+impl Installation {
     /// Reason why the packages are not available, or `None` if they are.
     pub(crate) fn missing(&self) -> Option<&String> {
         match self {
@@ -30,7 +30,7 @@ impl Prepared {
 ///
 /// # Errors
 /// If the target folder cannot be found.
-pub(crate) fn prepare(name: &str, install: &[&str], probe: &str) -> Result<Prepared> {
+pub(crate) fn prepare(name: &str, install: &[&str], probe: &str) -> Result<Installation> {
     prepare_by("python3", name, install, probe)
 }
 
@@ -43,12 +43,12 @@ pub(crate) fn prepare_by(
     name: &str,
     install: &[&str],
     probe: &str,
-) -> Result<Prepared> {
+) -> Result<Installation> {
     let folder = target()?.join(name);
     let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
     let python = folder.join(bin);
     if succeeds(&python, probe) {
-        return Ok(Prepared::Python(python));
+        return Ok(Installation::Python(python));
     }
     let mut make = Command::new(interpreter);
     make.args(["-m", "venv"]).arg(&folder);
@@ -56,13 +56,13 @@ pub(crate) fn prepare_by(
     pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(install);
     for command in [&mut make, &mut pip] {
         if let Err(reason) = try_to(command) {
-            return Ok(Prepared::Missing(reason));
+            return Ok(Installation::Missing(reason));
         }
     }
     if succeeds(&python, probe) {
-        Ok(Prepared::Python(python))
+        Ok(Installation::Python(python))
     } else {
-        Ok(Prepared::Missing(format!("{} fails in {}", install.join(" "), python.display())))
+        Ok(Installation::Missing(format!("{} fails in {}", install.join(" "), python.display())))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::project::{output_folder, succeed};
 
 /// Summary of a run.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Measured {
+pub(crate) struct RunSummary {
     pub(crate) triangles: f64,
     pub(crate) samples: f64,
     pub(crate) rays: f64,
@@ -26,7 +26,7 @@ pub(crate) struct Measured {
 ///
 /// # Errors
 /// If it cannot be rendered.
-pub(crate) fn measure(program: &Path, args: &str, scene: &Path) -> Result<Measured> {
+pub(crate) fn measure(program: &Path, args: &str, scene: &Path) -> Result<RunSummary> {
     let folder = output_folder("bench")?;
     let summary = folder.join("summary.json");
     let mut command = Command::new(program);
@@ -40,14 +40,14 @@ pub(crate) fn measure(program: &Path, args: &str, scene: &Path) -> Result<Measur
 ///
 /// # Errors
 /// If it cannot be read, or lacks a number.
-pub(crate) fn read_summary(summary: &Path) -> Result<Measured> {
+pub(crate) fn read_summary(summary: &Path) -> Result<RunSummary> {
     let text = std::fs::read(summary).with_context(|| summary.display().to_string())?;
     let json: Value = serde_json::from_slice(&text).context("the summary is no JSON")?;
     let number = |key: &str| {
         json.get(key).and_then(Value::as_f64).with_context(|| format!("{key} is not known"))
     };
     let seconds = number("render_seconds")?;
-    Ok(Measured {
+    Ok(RunSummary {
         triangles: number("triangles")?,
         samples: number("samples")?,
         rays: number("rays")?,

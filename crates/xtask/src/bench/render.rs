@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::measure::{Measured, least_and_median, measure, verdict};
+use super::measure::{RunSummary, least_and_median, measure, verdict};
 use super::mesh;
 use crate::project::{build_program, course_scene, output_folder};
 
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 impl Case {
-    fn print(&self, mode: &str, runs: &[Measured]) {
+    fn print(&self, mode: &str, runs: &[RunSummary]) {
         let [cpu, _] = least_and_median(runs.iter().map(|m| m.cpu_seconds).collect());
         let [wall, _] = least_and_median(runs.iter().map(|m| m.seconds).collect());
         let Some(any) = runs.first() else { return };

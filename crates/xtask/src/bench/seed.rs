@@ -18,7 +18,7 @@ pub(crate) struct Args {
 }
 
 /// Mesh with the results of others.
-struct Mesh {
+struct ReferenceMesh {
     scene: &'static str,
     /// Seconds without and with a tree, in the report.
     report: [f64; 2],
@@ -26,9 +26,9 @@ struct Mesh {
     course: f64,
 }
 
-const MESHES: [Mesh; 2] = [
-    Mesh { scene: "meshedit/cow.dae", report: [36.0, 0.4], course: 4.7 },
-    Mesh { scene: "meshedit/maxplanck.dae", report: [390.0, 0.58], course: 3.1 },
+const MESHES: [ReferenceMesh; 2] = [
+    ReferenceMesh { scene: "meshedit/cow.dae", report: [36.0, 0.4], course: 4.7 },
+    ReferenceMesh { scene: "meshedit/maxplanck.dae", report: [390.0, 0.58], course: 3.1 },
 ];
 
 /// Required speedup by the tree, relative to that in the report.
@@ -88,7 +88,7 @@ struct Time {
     rate: f64,
 }
 
-impl Mesh {
+impl ReferenceMesh {
     /// Compares measurements on one core with the results of others: times with each of [`SPP`],
     /// and one `without` a tree.
     fn judge(&self, with: &[Time], without: &Time) {

@@ -25,7 +25,7 @@ const MEMORY: u32 = 2048;
 const THREADS: &str = "2";
 
 /// Result of one target.
-struct Outcome {
+struct FuzzResult {
     target: String,
     seconds: f64,
     /// Number of inputs that were tried.
@@ -118,7 +118,7 @@ impl Tool {
 }
 
 /// Runs one target, and returns its result.
-fn fuzz(tool: &Tool, folder: &Path, name: String, minutes: f64) -> Result<Outcome> {
+fn fuzz(tool: &Tool, folder: &Path, name: String, minutes: f64) -> Result<FuzzResult> {
     let folder = folder.join(&name);
     let [corpus, findings, temporary] = ["corpus", "findings", "temporary"].map(|f| folder.join(f));
     for folder in [&corpus, &findings, &temporary] {
@@ -144,7 +144,7 @@ fn fuzz(tool: &Tool, folder: &Path, name: String, minutes: f64) -> Result<Outcom
     std::fs::remove_dir_all(&temporary).with_context(|| temporary.display().to_string())?;
     let mut new = files(&findings)?;
     new.retain(|file| !before.contains(file));
-    let outcome = Outcome::of(name, start.elapsed(), &text, new, log);
+    let outcome = FuzzResult::of(name, start.elapsed(), &text, new, log);
     outcome.print(seeds.count);
     ensure!(
         output.status.success() || !outcome.findings.is_empty(),
@@ -164,7 +164,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-impl Outcome {
+impl FuzzResult {
     /// Parses the output of libFuzzer.
     fn of(
         target: String,
@@ -220,8 +220,8 @@ mod tests {
                     #99\tNEW    cov: 345 ft: 900 corp: 20/9Kb lim: 4 exec/s: 0 rss: 60Mb\n\
                     Done 1234 runs in 3 second(s)\n\
                     stat::number_of_executed_units: 1234\n";
-        let Outcome { executions, coverage, .. } =
-            Outcome::of("ply".into(), Duration::ZERO, text, Vec::new(), PathBuf::new());
+        let FuzzResult { executions, coverage, .. } =
+            FuzzResult::of("ply".into(), Duration::ZERO, text, Vec::new(), PathBuf::new());
         assert_eq!((executions, coverage), (1234, [120, 345]));
     }
 }

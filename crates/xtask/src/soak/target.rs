@@ -42,10 +42,10 @@ struct Subject<'a> {
 }
 
 /// Image in linear light, and the summary of the render.
-type Rendered = (Vec<[f32; 3]>, Value);
+type ImageAndSummary = (Vec<[f32; 3]>, Value);
 
 impl Subject<'_> {
-    fn render(&self, options: &str) -> Result<Rendered> {
+    fn render(&self, options: &str) -> Result<ImageAndSummary> {
         let json = self.image.with_extension("json");
         let mut command = Command::new(self.program);
         command.args(self.options.split(' ')).args(options.split(' '));

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 use rayon::prelude::*;
 
 use crate::project::{output_folder, succeed};
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Packages of Python, whose wheels are unpacked but not run, and their versions.
 const PYTHON: [(&str, &str); 4] = [
@@ -30,7 +30,7 @@ const LIMIT: Duration = Duration::from_mins(2);
 
 /// Outcome of a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
+enum FileOutcome {
     Shown,
     Missing,
     Refused,
@@ -38,7 +38,7 @@ enum Outcome {
     Hung,
 }
 
-impl Outcome {
+impl FileOutcome {
     const ALL: [(Self, &str); 5] = [
         (Self::Shown, "shown"),
         (Self::Missing, "with something missing"),
@@ -62,7 +62,7 @@ impl Outcome {
 struct Tried {
     package: String,
     file: PathBuf,
-    outcome: Outcome,
+    outcome: FileOutcome,
     /// Last line of the messages.
     message: String,
 }
@@ -93,7 +93,8 @@ pub(super) fn run(program: &Path) -> Result<()> {
     let place = folder.join("report.md");
     fs::write(&place, &report).with_context(|| place.display().to_string())?;
     println!("{report}\nwritten to {}", place.display());
-    let is_broken = |tried: &&Tried| matches!(tried.outcome, Outcome::Crashed | Outcome::Hung);
+    let is_broken =
+        |tried: &&Tried| matches!(tried.outcome, FileOutcome::Crashed | FileOutcome::Hung);
     let broken: Vec<_> =
         tried.iter().filter(is_broken).map(|tried| tried.file.display().to_string()).collect();
     ensure!(broken.is_empty(), "files that crash or hang the program:\n{}", broken.join("\n"));
@@ -102,7 +103,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
 
 /// Downloads and unpacks the packages; returns their names and folders.
 fn unpack(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
-    let Prepared::Python(python) = venv::prepare("wild-venv", &["pip"], "import pip")? else {
+    let Installation::Python(python) = venv::prepare("wild-venv", &["pip"], "import pip")? else {
         bail!("there is no Python with pip");
     };
     let mut all = Vec::new();
@@ -159,7 +160,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
 }
 
 /// Renders a file as a small image.
-fn render(program: &Path, file: &Path, image: &Path) -> Result<(Outcome, String)> {
+fn render(program: &Path, file: &Path, image: &Path) -> Result<(FileOutcome, String)> {
     let messages = image.with_extension("txt");
     let mut command = Command::new(program);
     command.args(["-t", "1", "-s", "1", "-r", "32", "24", "--restart", "-f"]);
@@ -182,29 +183,32 @@ fn render(program: &Path, file: &Path, image: &Path) -> Result<(Outcome, String)
     let text = String::from_utf8_lossy(&text);
     let is_message = |line: &&str| line.starts_with("pathtracer:") || line.starts_with("missing:");
     let message = text.lines().find(is_message).unwrap_or_default().to_owned();
-    Ok((status.map_or(Outcome::Hung, |status| Outcome::of_status(status.code())), message))
+    Ok((status.map_or(FileOutcome::Hung, |status| FileOutcome::of_status(status.code())), message))
 }
 
 /// Table of the outcomes of all files.
 fn report(tried: &[Tried], folder: &Path) -> String {
-    let mut rows: BTreeMap<(&str, String), BTreeMap<Outcome, usize>> = BTreeMap::new();
+    let mut rows: BTreeMap<(&str, String), BTreeMap<FileOutcome, usize>> = BTreeMap::new();
     for Tried { package, file, outcome, .. } in tried {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let row = rows.entry((package.as_str(), ending)).or_default();
         *row.entry(*outcome).or_default() += 1;
     }
-    let heads = Outcome::ALL.map(|(_, name)| name).join(" | ");
+    let heads = FileOutcome::ALL.map(|(_, name)| name).join(" | ");
     let mut text = format!("| package | files | {heads} |\n|---|---|---|---|---|---|---|\n");
     for ((package, ending), row) in &rows {
         let all: usize = row.values().sum();
-        let counts = Outcome::ALL.map(|(outcome, _)| row.get(&outcome).unwrap_or(&0).to_string());
+        let counts =
+            FileOutcome::ALL.map(|(outcome, _)| row.get(&outcome).unwrap_or(&0).to_string());
         // Writing to a string cannot fail.
         let _ = writeln!(text, "| {package} | {all} `.{ending}` | {} |", counts.join(" | "));
     }
-    for Tried { file, outcome, message, .. } in tried.iter().filter(|t| t.outcome != Outcome::Shown)
+    for Tried { file, outcome, message, .. } in
+        tried.iter().filter(|t| t.outcome != FileOutcome::Shown)
     {
         let name = file.strip_prefix(folder).unwrap_or(file).display();
-        let words = Outcome::ALL.iter().find(|(which, _)| which == outcome).map_or("", |(_, n)| n);
+        let words =
+            FileOutcome::ALL.iter().find(|(which, _)| which == outcome).map_or("", |(_, n)| n);
         let message = message.replace(&folder.display().to_string(), "");
         let _ = writeln!(text, "\n{words}: {name}\n  {message}");
     }

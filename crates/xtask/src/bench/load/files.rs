@@ -13,7 +13,7 @@ use crate::bench::mesh::{waves, write_waves};
 pub(super) const TRIANGLES: usize = 2_000_000;
 
 /// File to be read.
-pub(super) struct Kind {
+pub(super) struct FileKind {
     pub(super) name: &'static str,
     pub(super) write: fn(&Path) -> Result<()>,
     /// Required speed of its reader in MB/s (10⁶ bytes per second).
@@ -21,13 +21,13 @@ pub(super) struct Kind {
 }
 
 /// All files.
-pub(super) const KINDS: &[Kind] = &[
-    Kind { name: "little_endian.ply", write: write_waves, wanted: 1000.0 },
-    Kind { name: "big_endian.ply", write: |path| written(path, big_endian), wanted: 1000.0 },
-    Kind { name: "ascii.ply", write: |path| written(path, ascii), wanted: 200.0 },
-    Kind { name: "mesh.obj", write: |path| written(path, obj), wanted: 200.0 },
-    Kind { name: "mesh.glb", write: |path| written(path, glb), wanted: 1000.0 },
-    Kind { name: "mesh.stl", write: |path| written(path, stl), wanted: 1000.0 },
+pub(super) const KINDS: &[FileKind] = &[
+    FileKind { name: "little_endian.ply", write: write_waves, wanted: 1000.0 },
+    FileKind { name: "big_endian.ply", write: |path| written(path, big_endian), wanted: 1000.0 },
+    FileKind { name: "ascii.ply", write: |path| written(path, ascii), wanted: 200.0 },
+    FileKind { name: "mesh.obj", write: |path| written(path, obj), wanted: 200.0 },
+    FileKind { name: "mesh.glb", write: |path| written(path, glb), wanted: 1000.0 },
+    FileKind { name: "mesh.stl", write: |path| written(path, stl), wanted: 1000.0 },
 ];
 
 /// Writes a file.

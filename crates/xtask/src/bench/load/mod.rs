@@ -14,8 +14,8 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use pt_scene::Geometry;
 
-use self::files::Kind;
-use self::peer::Peer;
+use self::files::FileKind;
+use self::peer::PeerReader;
 use super::measure::{least_and_median, print_busyness, verdict};
 use crate::project::{cargo, output_folder, succeed};
 
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 /// Reads a file with all readers in turn, prints the times, and returns the verdict on the speed.
-fn race(kind: &Kind, path: &Path, peers: &mut [Peer], repeats: usize) -> Result<String> {
+fn race(kind: &FileKind, path: &Path, peers: &mut [PeerReader], repeats: usize) -> Result<String> {
     let mut ours = Vec::new();
     let mut theirs = vec![Vec::new(); peers.len()];
     for round in 0..=repeats {

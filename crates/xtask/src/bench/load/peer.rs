@@ -7,13 +7,13 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use anyhow::{Context, Result};
 
 use crate::project::root;
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// A library: its name in `python/bench_load.py`, and the function that installs its Python module.
-type Library = (&'static str, fn() -> Result<Prepared>);
+type PeerLibrary = (&'static str, fn() -> Result<Installation>);
 
 /// The package `assimp_py` contains assimp itself.
-const LIBRARIES: [Library; 3] = [
+const LIBRARIES: [PeerLibrary; 3] = [
     ("assimp", || {
         let packages = ["assimp_py==1.1.0", "numpy"];
         venv::prepare("load-assimp-venv", &packages, "import numpy, assimp_py")
@@ -26,7 +26,7 @@ const LIBRARIES: [Library; 3] = [
 ];
 
 /// Process of a reader, which waits for file names.
-pub(super) struct Peer {
+pub(super) struct PeerReader {
     pub(super) name: &'static str,
     process: Child,
     to: ChildStdin,
@@ -37,18 +37,18 @@ pub(super) struct Peer {
 ///
 /// # Errors
 /// If a process cannot be started.
-pub(super) fn start_all() -> Result<Vec<Peer>> {
+pub(super) fn start_all() -> Result<Vec<PeerReader>> {
     let mut peers = Vec::new();
     for (name, prepare) in LIBRARIES {
         match prepare()? {
-            Prepared::Missing(why) => println!("{name} cannot be had: {why}"),
-            Prepared::Python(python) => peers.push(Peer::start(name, &python)?),
+            Installation::Missing(why) => println!("{name} cannot be had: {why}"),
+            Installation::Python(python) => peers.push(PeerReader::start(name, &python)?),
         }
     }
     Ok(peers)
 }
 
-impl Peer {
+impl PeerReader {
     fn start(name: &'static str, python: &Path) -> Result<Self> {
         let mut command = Command::new(python);
         command.arg(root().join("crates/xtask/python/bench_load.py")).arg(name);
@@ -73,7 +73,7 @@ impl Peer {
     }
 }
 
-impl Drop for Peer {
+impl Drop for PeerReader {
     fn drop(&mut self) {
         // The process ends with its input; a failure to kill it needs no action.
         self.process.kill().ok();

@@ -7,7 +7,7 @@ use pt_scene::image::Image;
 
 /// Difference of an image from the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Difference {
+pub(super) struct ImageDifference {
     /// See [`relative_mse`].
     pub(super) relative_mse: f64,
     /// The same error for means of squares of [`COARSE`]² pixels: it measures correlated noise of
@@ -21,7 +21,7 @@ pub(super) struct Difference {
 ///
 /// # Errors
 /// If one cannot be read, or their sizes differ.
-pub(super) fn compare(path: &Path, reference: &Path) -> Result<Difference> {
+pub(super) fn compare(path: &Path, reference: &Path) -> Result<ImageDifference> {
     let [found, wanted] = [pt_image::load(path)?, pt_image::load(reference)?];
     let [size, asked] = [&found, &wanted].map(|i| (i.width, i.height));
     ensure!(
@@ -33,9 +33,9 @@ pub(super) fn compare(path: &Path, reference: &Path) -> Result<Difference> {
     Ok(difference(&found, &wanted))
 }
 
-fn difference(found: &Image, wanted: &Image) -> Difference {
+fn difference(found: &Image, wanted: &Image) -> ImageDifference {
     let [mean, asked] = [found, wanted].map(means);
-    Difference {
+    ImageDifference {
         relative_mse: relative_mse(found, wanted),
         coarse_mse: relative_mse(&coarse(found), &coarse(wanted)),
         mean_ratio: [0, 1, 2].map(|c| mean[c] / asked[c]),
@@ -52,7 +52,7 @@ fn relative_mse(found: &Image, wanted: &Image) -> f64 {
     pairs.map(error).sum::<f64>() / (3 * wanted.pixels.len()) as f64
 }
 
-/// Side of the squares of [`Difference::coarse_mse`].
+/// Side of the squares of [`ImageDifference::coarse_mse`].
 pub(super) const COARSE: u32 = 8;
 
 /// Means of squares of pixels; incomplete squares at the right and bottom are omitted.

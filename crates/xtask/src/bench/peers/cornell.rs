@@ -2,7 +2,7 @@
 
 use pt_math::Vec3;
 
-use super::scene::{Camera, Mesh, Scene, Surface};
+use super::scene::{PeerCamera, PeerMesh, PeerScene, PeerSurface};
 use super::shapes;
 
 const WHITE: [f32; 3] = [0.885_809, 0.698_859, 0.666_422];
@@ -15,9 +15,9 @@ const LAMP: [f32; 3] = [18.387, 13.9873, 6.75357];
 const SEGMENTS: u32 = 160;
 
 /// The scene `cornell_box` of Mitsuba 3 with its small box replaced.
-pub(super) fn scene() -> Scene {
+pub(super) fn scene() -> PeerScene {
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|v| 2.0 * v);
-    let diffuse = |name: &str, albedo| Mesh::new(name, Surface::Diffuse(albedo));
+    let diffuse = |name: &str, albedo| PeerMesh::new(name, PeerSurface::Diffuse(albedo));
     let (positions, triangles) = shapes::blob(SEGMENTS, 0.62, [0.36, -0.999, 0.33]);
     let meshes = vec![
         diffuse("floor", WHITE).quad([-1.0, -1.0, 1.0], x, -z),
@@ -27,12 +27,13 @@ pub(super) fn scene() -> Scene {
         diffuse("red_wall", RED).quad([-1.0, -1.0, 1.0], -z, y),
         diffuse("tall_box", WHITE).cuboid([-0.33, -0.4, -0.28], [0.3, 0.61, 0.3], 18.25),
         diffuse("blob", STONE).with(positions, &triangles),
-        Mesh::new("lamp", Surface::Emission(LAMP)).quad(
+        PeerMesh::new("lamp", PeerSurface::Emission(LAMP)).quad(
             [-0.23, 0.99, -0.18],
             [0.46, 0.0, 0.0],
             [0.0, 0.0, 0.38],
         ),
     ];
-    let camera = Camera { eye: Vec3::new(0.0, 0.0, 3.9), look: Vec3::ZERO, fov_degrees: 39.3077 };
-    Scene { camera, sky: false, meshes }
+    let camera =
+        PeerCamera { eye: Vec3::new(0.0, 0.0, 3.9), look: Vec3::ZERO, fov_degrees: 39.3077 };
+    PeerScene { camera, sky: false, meshes }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Returns a Python program that asserts the version of a package.
 fn probe(module: &str, package: &str, version: &str) -> String {
@@ -18,11 +18,11 @@ fn probe(module: &str, package: &str, version: &str) -> String {
 ///
 /// # Errors
 /// If the target folder cannot be found.
-pub(super) fn prepare(kind: Kind) -> Result<Prepared> {
+pub(super) fn prepare(kind: PeerPackage) -> Result<Installation> {
     match kind {
-        Kind::Mitsuba | Kind::MitsubaLlvm => crate::peers::prepare(),
-        Kind::Cycles => crate::blender::prepare(),
-        Kind::LuxCore => {
+        PeerPackage::Mitsuba | PeerPackage::MitsubaLlvm => crate::peers::prepare(),
+        PeerPackage::Cycles => crate::blender::prepare(),
+        PeerPackage::LuxCore => {
             let probe = probe("numpy, pyluxcore", "pyluxcore", "2.11.2");
             venv::prepare("luxcore-venv", &["pyluxcore==2.11.2", "numpy"], &probe)
         }
@@ -65,7 +65,7 @@ fn llvm_version(name: &str) -> Option<u32> {
 
 /// Package of a peer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Kind {
+pub(super) enum PeerPackage {
     Mitsuba,
     /// Mitsuba with the modes that compile by LLVM.
     MitsubaLlvm,

@@ -2,7 +2,7 @@
 
 use pt_math::Vec3;
 
-use super::scene::{Camera, Mesh, Scene, Surface};
+use super::scene::{PeerCamera, PeerMesh, PeerScene, PeerSurface};
 use super::shapes;
 
 /// Index of refraction and extinction of metals at 630, 532 and 467 nm. [Johnson & Christy 1972;
@@ -23,57 +23,57 @@ const LINTEL: f32 = 2.3;
 const JAMB: f32 = 1.1;
 
 /// The room, seen from its open end.
-pub(super) fn scene() -> Scene {
+pub(super) fn scene() -> PeerScene {
     let mut meshes = vec![room(), window_wall()];
     meshes.extend(furniture());
     meshes.extend([
         // Outside, so that the sill and the lintel cast shadows.
-        Mesh::new("daylight", Surface::Emission([9.0, 10.0, 12.0])).quad(
+        PeerMesh::new("daylight", PeerSurface::Emission([9.0, 10.0, 12.0])).quad(
             [-ROOM.x - 0.6, SILL - 0.2, JAMB + 0.3],
             [0.0, 0.0, -2.0 * JAMB - 0.6],
             [0.0, LINTEL - SILL + 0.8, 0.0],
         ),
-        Mesh::new("lamp", Surface::Emission([24.0, 17.0, 10.0])).quad(
+        PeerMesh::new("lamp", PeerSurface::Emission([24.0, 17.0, 10.0])).quad(
             [1.6, 2.1, -1.9],
             [0.3, 0.0, 0.0],
             [0.0, 0.0, 0.3],
         ),
     ]);
-    let camera = Camera {
+    let camera = PeerCamera {
         eye: Vec3::new(0.6, 1.5, 5.6),
         look: Vec3::new(0.0, 1.3, -0.5),
         fov_degrees: 46.0,
     };
-    Scene { camera, sky: false, meshes }
+    PeerScene { camera, sky: false, meshes }
 }
 
 /// Ceiling and walls except that of the window, single-sided towards the inside.
-fn room() -> Mesh {
+fn room() -> PeerMesh {
     let Vec3 { x, y, z } = ROOM;
-    Mesh::new("room", Surface::Diffuse(PLASTER))
+    PeerMesh::new("room", PeerSurface::Diffuse(PLASTER))
         .quad([-x, y, -z], [2.0 * x, 0.0, 0.0], [0.0, 0.0, 2.0 * z])
         .quad([-x, 0.0, -z], [2.0 * x, 0.0, 0.0], [0.0, y, 0.0])
         .quad([x, 0.0, -z], [0.0, 0.0, 2.0 * z], [0.0, y, 0.0])
 }
 
 /// The left wall, as four boards around the window that are 20 cm thick.
-fn window_wall() -> Mesh {
+fn window_wall() -> PeerMesh {
     let Vec3 { x, y, z } = ROOM;
-    let board = |mesh: Mesh, [low, high]: [f32; 2], [near, far]: [f32; 2]| {
+    let board = |mesh: PeerMesh, [low, high]: [f32; 2], [near, far]: [f32; 2]| {
         let centre = [-x - 0.1, 0.5 * (low + high), 0.5 * (near + far)];
         mesh.cuboid(centre, [0.1, 0.5 * (high - low), 0.5 * (far - near)], 0.0)
     };
-    let mesh = Mesh::new("window_wall", Surface::Diffuse(PLASTER));
+    let mesh = PeerMesh::new("window_wall", PeerSurface::Diffuse(PLASTER));
     let mesh = board(mesh, [0.0, SILL], [-z, z]);
     let mesh = board(mesh, [LINTEL, y], [-z, z]);
     let mesh = board(mesh, [SILL, LINTEL], [-z, -JAMB]);
     board(mesh, [SILL, LINTEL], [JAMB, z])
 }
 
-fn furniture() -> Vec<Mesh> {
+fn furniture() -> Vec<PeerMesh> {
     let Vec3 { x, z, .. } = ROOM;
     let metal = |name: &str, alpha, [eta, k]: [[f32; 3]; 2]| {
-        Mesh::new(name, Surface::Metal { alpha, eta, k })
+        PeerMesh::new(name, PeerSurface::Metal { alpha, eta, k })
     };
     let (positions, triangles) = shapes::blob(48, 0.55, [-1.2, 0.8, -1.2]);
     vec![
@@ -82,11 +82,11 @@ fn furniture() -> Vec<Mesh> {
             [2.0 * x, 0.0, 0.0],
             [0.0, 0.0, -2.0 * z],
         ),
-        table(Mesh::new("table", Surface::Diffuse(WOOD))),
-        Mesh::new("sofa", Surface::Diffuse(CLOTH))
+        table(PeerMesh::new("table", PeerSurface::Diffuse(WOOD))),
+        PeerMesh::new("sofa", PeerSurface::Diffuse(CLOTH))
             .cuboid([1.9, 0.25, -0.2], [0.5, 0.25, 1.1], 0.0)
             .cuboid([2.5, 0.5, -0.2], [0.15, 0.5, 1.1], 0.0),
-        Mesh::new("plinth", Surface::Diffuse(PLASTER)).cuboid(
+        PeerMesh::new("plinth", PeerSurface::Diffuse(PLASTER)).cuboid(
             [-1.2, 0.4, -1.2],
             [0.35, 0.4, 0.35],
             20.0,
@@ -101,7 +101,7 @@ fn furniture() -> Vec<Mesh> {
     ]
 }
 
-fn table(mesh: Mesh) -> Mesh {
+fn table(mesh: PeerMesh) -> PeerMesh {
     let mesh = mesh.cuboid([0.0, 0.75, 0.6], [0.8, 0.03, 0.45], 0.0);
     [[-0.7, 0.25], [0.7, 0.25], [-0.7, 0.95], [0.7, 0.95]]
         .iter()

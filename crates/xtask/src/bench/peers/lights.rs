@@ -3,7 +3,7 @@
 use pt_math::Vec3;
 use pt_testing::Random;
 
-use super::scene::{Camera, Mesh, Scene, Surface};
+use super::scene::{PeerCamera, PeerMesh, PeerScene, PeerSurface};
 use super::shapes;
 
 /// Number of meshes, each of one colour, and number of lights per mesh.
@@ -16,9 +16,9 @@ const HALL: Vec3 = Vec3::new(8.0, 6.0, 12.0);
 const HALF: f32 = 0.012;
 
 /// The hall, seen from its open end.
-pub(super) fn scene() -> Scene {
+pub(super) fn scene() -> PeerScene {
     let Vec3 { x, y, z } = HALL;
-    let diffuse = |name: &str, albedo| Mesh::new(name, Surface::Diffuse(albedo));
+    let diffuse = |name: &str, albedo| PeerMesh::new(name, PeerSurface::Diffuse(albedo));
     let (positions, triangles) = shapes::blob(60, 1.6, [0.0, 0.0, -3.0]);
     let columns = [-4.5, 4.5]
         .iter()
@@ -42,16 +42,16 @@ pub(super) fn scene() -> Scene {
     ];
     let mut random = Random::new(1);
     meshes.extend((0..COLOURS).map(|i| lights(i, &mut random)));
-    let camera = Camera {
+    let camera = PeerCamera {
         eye: Vec3::new(0.0, 2.5, 13.0),
         look: Vec3::new(0.0, 2.2, 0.0),
         fov_degrees: 55.0,
     };
-    Scene { camera, sky: false, meshes }
+    PeerScene { camera, sky: false, meshes }
 }
 
 /// Lights of one colour with random orientations. Some are alone, and more are in clusters.
-fn lights(number: usize, random: &mut Random) -> Mesh {
+fn lights(number: usize, random: &mut Random) -> PeerMesh {
     let hue = number as f32 / COLOURS as f32;
     let channel = |shift: f32| {
         let distance = ((hue - shift + 1.5) % 1.0 - 0.5).abs();
@@ -60,7 +60,7 @@ fn lights(number: usize, random: &mut Random) -> Mesh {
     let bright = 40.0 * (1.0 + (number % 4) as f32);
     let colour = [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|shift| bright * channel(shift));
     let cluster = place(random);
-    let mesh = Mesh::new(format!("lights_{number}"), Surface::Emission(colour));
+    let mesh = PeerMesh::new(format!("lights_{number}"), PeerSurface::Emission(colour));
     (0..LIGHTS).fold(mesh, |mesh, i| {
         let at = if i % 5 < 2 { place(random) } else { cluster + random.in_cube() };
         let (u, v) = sides(random);

@@ -20,12 +20,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use self::install::Kind;
-use self::race::{PEERS, Peer, Taken};
-use self::report::Row;
-use self::scene::{Files, Scene};
+use self::install::PeerPackage;
+use self::race::{PEERS, PeerRenderer, ResourceUse};
+use self::report::ReportRow;
+use self::scene::{PeerScene, SceneFiles};
 use crate::project::{build_program, output_folder, shared, step};
-use crate::venv::Prepared;
+use crate::venv::Installation;
 
 /// Options of the measurement.
 #[derive(clap::Args)]
@@ -57,10 +57,10 @@ pub(crate) struct Args {
 }
 
 /// Name of a scene, and the function that creates it.
-type Source = (&'static str, fn() -> Scene);
+type SceneSource = (&'static str, fn() -> PeerScene);
 
 /// All scenes.
-const SCENES: [Source; 4] = [
+const SCENES: [SceneSource; 4] = [
     ("cornell_blob", cornell::scene),
     ("glossy_interior", interior::scene),
     ("sky", sky::scene),
@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let peers = chosen(&args.peers, &PEERS, |p| p.name, "peer")?;
     let program = build_program()?;
     let pythons = install(&peers)?;
-    let Prepared::Python(mitsuba) = install::prepare(Kind::Mitsuba)? else {
+    let Installation::Python(mitsuba) = install::prepare(PeerPackage::Mitsuba)? else {
         bail!("Mitsuba, which renders the references, cannot be installed");
     };
     let folder = output_folder("bench-peers")?;
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let scene = make();
         println!("\n{name}: {} triangles", scene.triangles());
         let files = scene.write(&folder.join(name))?;
-        let bench = Bench { name, files, folder: &folder, args };
+        let bench = BenchScene { name, files, folder: &folder, args };
         let reference = bench.reference(&mitsuba)?;
         let ours = report::OURS.iter().map(|&way| bench.ours(&program, way, &reference));
         let ours = ours.collect::<Result<Vec<_>>>()?;
@@ -122,17 +122,17 @@ fn chosen<'a, T>(
 }
 
 /// Installs the peers, and prints which are missing. Returns the Pythons of the others.
-fn install(peers: &[&Peer]) -> Result<HashMap<&'static str, PathBuf>> {
+fn install(peers: &[&PeerRenderer]) -> Result<HashMap<&'static str, PathBuf>> {
     let mut pythons = HashMap::new();
     step("installing peers", || {
         for peer in peers {
             let prepared = match (peer.kind, install::llvm()) {
-                (Kind::MitsubaLlvm, Err(reason)) => Prepared::Missing(reason),
+                (PeerPackage::MitsubaLlvm, Err(reason)) => Installation::Missing(reason),
                 _ => install::prepare(peer.kind)?,
             };
             match prepared {
-                Prepared::Python(python) => drop(pythons.insert(peer.name, python)),
-                Prepared::Missing(reason) => println!("left out {}: {reason}", peer.name),
+                Installation::Python(python) => drop(pythons.insert(peer.name, python)),
+                Installation::Missing(reason) => println!("left out {}: {reason}", peer.name),
             }
         }
         Ok(())
@@ -141,14 +141,14 @@ fn install(peers: &[&Peer]) -> Result<HashMap<&'static str, PathBuf>> {
 }
 
 /// Scene that is being measured.
-struct Bench<'a> {
+struct BenchScene<'a> {
     name: &'static str,
-    files: Files,
+    files: SceneFiles,
     folder: &'a Path,
     args: &'a Args,
 }
 
-impl Bench<'_> {
+impl BenchScene<'_> {
     /// Converged image, and an estimate of its own error.
     fn reference(&self, mitsuba: &Path) -> Result<(PathBuf, f64)> {
         let Args { res, reference_spp, .. } = *self.args;
@@ -185,20 +185,25 @@ impl Bench<'_> {
         program: &Path,
         (name, reuse): (&'static str, u32),
         reference: &(PathBuf, f64),
-    ) -> Result<Row> {
+    ) -> Result<ReportRow> {
         let image = self.image(&name.replace(' ', "_"));
         let taken = race::render_ours(program, reuse, &self.files, self.args, &image)?;
         row(name, taken, &image, reference)
     }
 
-    fn peer(&self, peer: &Peer, python: &Path, reference: &(PathBuf, f64)) -> Result<Row> {
+    fn peer(
+        &self,
+        peer: &PeerRenderer,
+        python: &Path,
+        reference: &(PathBuf, f64),
+    ) -> Result<ReportRow> {
         let Args { res, spp, threads, .. } = *self.args;
         let mark = self.files.mark;
         let image = self.image(&format!("{}_{res}_{spp}_{threads}_{mark:016x}", peer.name));
         let kept = image.with_extension("kept.json");
         let taken = if self.args.keep && kept.is_file() && image.is_file() {
             let text = std::fs::read(&kept).with_context(|| kept.display().to_string())?;
-            Taken::from_json(&serde_json::from_slice::<Value>(&text)?)?
+            ResourceUse::from_json(&serde_json::from_slice::<Value>(&text)?)?
         } else {
             let taken = race::render(peer, python, &self.files, self.args, &image)?;
             std::fs::write(&kept, taken.to_json().to_string())
@@ -212,12 +217,12 @@ impl Bench<'_> {
 /// Compares an image with the reference, and subtracts the reference's own error.
 fn row(
     name: &'static str,
-    taken: Taken,
+    taken: ResourceUse,
     image: &Path,
     (reference, error): &(PathBuf, f64),
-) -> Result<Row> {
+) -> Result<ReportRow> {
     let mut difference = compare::compare(image, reference)?;
     difference.relative_mse -= error;
     difference.coarse_mse -= error / f64::from(compare::COARSE * compare::COARSE);
-    Ok(Row { name, taken, difference })
+    Ok(ReportRow { name, taken, difference })
 }

@@ -9,49 +9,61 @@ use serde_json::{Value, json};
 
 use super::Args;
 use super::install::LLVM;
-use super::scene::Files;
+use super::scene::SceneFiles;
 use crate::bench::measure::read_summary;
-use crate::bench::peers::install::Kind;
+use crate::bench::peers::install::PeerPackage;
 use crate::project::{root, succeed};
 
 /// Maximum number of surfaces of a path, including the lamp: Mitsuba's depth.
 const DEPTH: u32 = 6;
 
 /// A renderer in one of its modes.
-pub(super) struct Peer {
+pub(super) struct PeerRenderer {
     pub(super) name: &'static str,
-    pub(super) kind: Kind,
+    pub(super) kind: PeerPackage,
     arguments: &'static [&'static str],
 }
 
 const LLVM_MODE: &str = "llvm_ad_rgb";
 
 /// All measured peers.
-pub(super) const PEERS: [Peer; 7] = [
-    peer("mitsuba-scalar", Kind::Mitsuba, &["--variant", "scalar_rgb", "--sampler", "independent"]),
-    peer("mitsuba-llvm", Kind::MitsubaLlvm, &["--variant", LLVM_MODE, "--sampler", "independent"]),
+pub(super) const PEERS: [PeerRenderer; 7] = [
+    peer(
+        "mitsuba-scalar",
+        PeerPackage::Mitsuba,
+        &["--variant", "scalar_rgb", "--sampler", "independent"],
+    ),
+    peer(
+        "mitsuba-llvm",
+        PeerPackage::MitsubaLlvm,
+        &["--variant", LLVM_MODE, "--sampler", "independent"],
+    ),
     peer(
         "mitsuba-multijitter",
-        Kind::MitsubaLlvm,
+        PeerPackage::MitsubaLlvm,
         &["--variant", LLVM_MODE, "--sampler", "multijitter"],
     ),
     peer(
         "mitsuba-ldsampler",
-        Kind::MitsubaLlvm,
+        PeerPackage::MitsubaLlvm,
         &["--variant", LLVM_MODE, "--sampler", "ldsampler"],
     ),
-    peer("cycles", Kind::Cycles, &[]),
-    peer("cycles-no-light-tree", Kind::Cycles, &["--no-light-tree"]),
-    peer("luxcore", Kind::LuxCore, &[]),
+    peer("cycles", PeerPackage::Cycles, &[]),
+    peer("cycles-no-light-tree", PeerPackage::Cycles, &["--no-light-tree"]),
+    peer("luxcore", PeerPackage::LuxCore, &[]),
 ];
 
-const fn peer(name: &'static str, kind: Kind, arguments: &'static [&'static str]) -> Peer {
-    Peer { name, kind, arguments }
+const fn peer(
+    name: &'static str,
+    kind: PeerPackage,
+    arguments: &'static [&'static str],
+) -> PeerRenderer {
+    PeerRenderer { name, kind, arguments }
 }
 
 /// Resources that a renderer used for an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Taken {
+pub(super) struct ResourceUse {
     /// Wall-clock seconds of rendering, the minimum of all repeats.
     pub(super) wall: f64,
     /// Processor seconds of rendering per thread, the minimum of all repeats: the wall-clock time
@@ -65,7 +77,7 @@ pub(super) struct Taken {
     pub(super) peak_bytes: f64,
 }
 
-impl Taken {
+impl ResourceUse {
     /// Converts to JSON for storage.
     pub(super) fn to_json(self) -> Value {
         let Self { wall, cpu, start, imports, peak_bytes } = self;
@@ -90,7 +102,7 @@ impl Taken {
     }
 }
 
-impl Kind {
+impl PeerPackage {
     fn script(self) -> PathBuf {
         let name = match self {
             Self::Mitsuba | Self::MitsubaLlvm => "mitsuba",
@@ -101,7 +113,7 @@ impl Kind {
     }
 
     /// Command line of the peer for a scene, with a Python that has the peer.
-    fn command(self, python: &Path, files: &Files, args: &Args) -> Command {
+    fn command(self, python: &Path, files: &SceneFiles, args: &Args) -> Command {
         let scene = if self.script() == Self::Mitsuba.script() { &files.xml } else { &files.json };
         let mut command = Command::new(python);
         command.args(["-W", "ignore"]).arg(self.script()).arg("--scene").arg(scene);
@@ -121,12 +133,12 @@ impl Kind {
 /// # Errors
 /// If it fails: the last line of its output.
 pub(super) fn render(
-    peer: &Peer,
+    peer: &PeerRenderer,
     python: &Path,
-    files: &Files,
+    files: &SceneFiles,
     args: &Args,
     image: &Path,
-) -> Result<Taken> {
+) -> Result<ResourceUse> {
     let result = image.with_extension("json");
     let mut command = peer.kind.command(python, files, args);
     command.args(["--spp", &args.spp.to_string(), "--repeats", &args.repeats.to_string()]);
@@ -137,7 +149,7 @@ pub(super) fn render(
     let said = String::from_utf8_lossy(&output.stderr);
     let last = said.lines().rfind(|l| !l.trim().is_empty()).unwrap_or("no message");
     ensure!(output.status.success(), "{}: {last}", output.status);
-    Taken::from_json(&read(&result)?)
+    ResourceUse::from_json(&read(&result)?)
 }
 
 /// Renders a converged image with Mitsuba, and returns the relative mean squared error of that
@@ -145,12 +157,20 @@ pub(super) fn render(
 ///
 /// # Errors
 /// If it fails.
-pub(super) fn reference(python: &Path, files: &Files, args: &Args, image: &Path) -> Result<f64> {
+pub(super) fn reference(
+    python: &Path,
+    files: &SceneFiles,
+    args: &Args,
+    image: &Path,
+) -> Result<f64> {
     let result = image.with_extension("json");
     if !(image.is_file() && result.is_file()) {
         let is_fast = super::install::llvm().is_ok();
-        let (kind, variant) =
-            if is_fast { (Kind::MitsubaLlvm, LLVM_MODE) } else { (Kind::Mitsuba, "scalar_rgb") };
+        let (kind, variant) = if is_fast {
+            (PeerPackage::MitsubaLlvm, LLVM_MODE)
+        } else {
+            (PeerPackage::Mitsuba, "scalar_rgb")
+        };
         let mut command = kind.command(python, files, args);
         command.args(["--variant", variant, "--sampler", "multijitter"]);
         command.args(["--reference", "--spp", &args.reference_spp.to_string()]);
@@ -167,12 +187,12 @@ pub(super) fn reference(python: &Path, files: &Files, args: &Args, image: &Path)
 pub(super) fn render_ours(
     program: &Path,
     reuse: u32,
-    files: &Files,
+    files: &SceneFiles,
     args: &Args,
     image: &Path,
-) -> Result<Taken> {
+) -> Result<ResourceUse> {
     let summary = image.with_extension("json");
-    let mut taken = Taken {
+    let mut taken = ResourceUse {
         wall: f64::INFINITY,
         cpu: f64::INFINITY,
         start: f64::INFINITY,

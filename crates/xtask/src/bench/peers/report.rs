@@ -1,15 +1,15 @@
 //! Table of a scene, and requirements on our numbers.
 
-use super::compare::Difference;
-use super::race::Taken;
+use super::compare::ImageDifference;
+use super::race::ResourceUse;
 use crate::bench::measure::verdict;
 
 /// Result of a renderer on a scene.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct ReportRow {
     pub(super) name: &'static str,
-    pub(super) taken: Taken,
-    pub(super) difference: Difference,
+    pub(super) taken: ResourceUse,
+    pub(super) difference: ImageDifference,
 }
 
 /// Our modes: name, and side of the squares of pixels that reuse paths.
@@ -23,7 +23,7 @@ const START_SHARE: f64 = 0.5;
 /// A peer whose mean differs by more has rendered another scene: its noise is not comparable.
 const MAX_OFF: f64 = 0.01;
 
-impl Row {
+impl ReportRow {
     /// 1 / (relMSE · s): proportional to the number of images of a given noise per unit of time.
     fn efficiency(&self) -> f64 {
         1.0 / (self.difference.relative_mse * self.taken.cpu)
@@ -40,8 +40,8 @@ impl Row {
 }
 
 /// Prints our rows, those of the peers, and verdicts.
-pub(super) fn print(ours: &[Row], peers: &[Row]) {
-    let best = ours.iter().map(Row::efficiency).fold(0.0, f64::max);
+pub(super) fn print(ours: &[ReportRow], peers: &[ReportRow]) {
+    let best = ours.iter().map(ReportRow::efficiency).fold(0.0, f64::max);
     println!(
         "  {:<20} {:>7} {:>7} {:>9} {:>10} {:>6} {:>9} {:>7} {:>6} {:>7} {:>20}",
         "renderer",
@@ -57,7 +57,7 @@ pub(super) fn print(ours: &[Row], peers: &[Row]) {
         "mean over reference"
     );
     for row in ours.iter().chain(peers) {
-        let Row { name, taken, difference } = row;
+        let ReportRow { name, taken, difference } = row;
         let [r, g, b] = difference.mean_ratio;
         println!(
             "  {name:<20} {:>7.2} {:>7.2} {:>9.6} {:>10.2} {:>6.2} {:>9.1} {:>7.2} {:>6.2} {:>7.0} \
@@ -81,10 +81,10 @@ pub(super) fn print(ours: &[Row], peers: &[Row]) {
 
 /// Requirements with their verdicts; empty without peers. Efficiency is required of each of our
 /// modes, start and memory of the slowest and largest one.
-fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
-    let best = peers.iter().filter(|p| p.is_alike()).max_by(|a, b| by(Row::efficiency, a, b));
+fn bars(ours: &[ReportRow], peers: &[ReportRow]) -> Vec<String> {
+    let best = peers.iter().filter(|p| p.is_alike()).max_by(|a, b| by(ReportRow::efficiency, a, b));
     let quick = peers.iter().min_by(|a, b| by(|p| p.taken.start, a, b));
-    let bare: fn(&Row) -> f64 = |row| row.taken.start - row.taken.imports;
+    let bare: fn(&ReportRow) -> f64 = |row| row.taken.start - row.taken.imports;
     let bare_quick = peers.iter().min_by(|a, b| by(bare, a, b));
     let small = peers.iter().min_by(|a, b| by(|p| p.taken.peak_bytes, a, b));
     let say = |what: &str, peer: &str, ratio: f64, asked: &str, reached: bool| {
@@ -97,7 +97,7 @@ fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
             say(&what, best.name, ratio, "2, better 3", ratio >= FACTOR)
         })
     });
-    let most = |number: fn(&Row) -> f64| ours.iter().map(number).fold(0.0, f64::max);
+    let most = |number: fn(&ReportRow) -> f64| ours.iter().map(number).fold(0.0, f64::max);
     let start = quick.map(|quick| {
         let ratio = most(|row| row.taken.start) / quick.taken.start;
         say("start", quick.name, ratio, "at most 0.5", ratio <= START_SHARE)
@@ -114,7 +114,7 @@ fn bars(ours: &[Row], peers: &[Row]) -> Vec<String> {
 }
 
 /// Compares two rows by a number.
-fn by(number: impl Fn(&Row) -> f64, a: &Row, b: &Row) -> std::cmp::Ordering {
+fn by(number: impl Fn(&ReportRow) -> f64, a: &ReportRow, b: &ReportRow) -> std::cmp::Ordering {
     number(a).total_cmp(&number(b))
 }
 
@@ -122,11 +122,11 @@ fn by(number: impl Fn(&Row) -> f64, a: &Row, b: &Row) -> std::cmp::Ordering {
 mod tests {
     use super::*;
 
-    fn row(name: &'static str, cpu: f64, relative_mse: f64, mean: f64) -> Row {
-        let taken = Taken { wall: cpu, cpu, start: cpu, imports: 0.0, peak_bytes: 1e8 * cpu };
+    fn row(name: &'static str, cpu: f64, relative_mse: f64, mean: f64) -> ReportRow {
+        let taken = ResourceUse { wall: cpu, cpu, start: cpu, imports: 0.0, peak_bytes: 1e8 * cpu };
         let difference =
-            Difference { relative_mse, coarse_mse: 0.1 * relative_mse, mean_ratio: [mean; 3] };
-        Row { name, taken, difference }
+            ImageDifference { relative_mse, coarse_mse: 0.1 * relative_mse, mean_ratio: [mean; 3] };
+        ReportRow { name, taken, difference }
     }
 
     #[test]

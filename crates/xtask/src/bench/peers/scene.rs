@@ -13,15 +13,15 @@ use super::environment;
 use crate::bench::ply;
 
 /// Scene to be rendered. +y is up, colours are linear Rec. 709, images are square.
-pub(super) struct Scene {
-    pub(super) camera: Camera,
+pub(super) struct PeerScene {
+    pub(super) camera: PeerCamera,
     /// True if the environment map is [`environment::pixels`].
     pub(super) sky: bool,
-    pub(super) meshes: Vec<Mesh>,
+    pub(super) meshes: Vec<PeerMesh>,
 }
 
 /// A pinhole camera with +y up.
-pub(super) struct Camera {
+pub(super) struct PeerCamera {
     pub(super) eye: Vec3,
     pub(super) look: Vec3,
     /// Horizontal and vertical field of view.
@@ -29,16 +29,16 @@ pub(super) struct Camera {
 }
 
 /// Flat-shaded triangles of one material, counter-clockwise as seen from outside.
-pub(super) struct Mesh {
+pub(super) struct PeerMesh {
     pub(super) name: String,
-    pub(super) surface: Surface,
+    pub(super) surface: PeerSurface,
     pub(super) positions: Vec<Vec3>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Material of a mesh.
 #[derive(Clone, Copy)]
-pub(super) enum Surface {
+pub(super) enum PeerSurface {
     /// Lambertian, with this albedo.
     Diffuse([f32; 3]),
     /// Conductor with GGX microfacets.
@@ -47,9 +47,9 @@ pub(super) enum Surface {
     Emission([f32; 3]),
 }
 
-impl Mesh {
+impl PeerMesh {
     /// Creates a mesh without triangles.
-    pub(super) fn new(name: impl Into<String>, surface: Surface) -> Self {
+    pub(super) fn new(name: impl Into<String>, surface: PeerSurface) -> Self {
         Self { name: name.into(), surface, positions: Vec::new(), triangles: Vec::new() }
     }
 
@@ -64,7 +64,7 @@ impl Mesh {
 }
 
 /// Paths of the files of a scene.
-pub(super) struct Files {
+pub(super) struct SceneFiles {
     /// Description for programs that build the scene piece by piece.
     pub(super) json: PathBuf,
     /// File in Mitsuba's format.
@@ -73,7 +73,7 @@ pub(super) struct Files {
     pub(super) mark: u64,
 }
 
-impl Scene {
+impl PeerScene {
     /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
         self.meshes.iter().map(|m| m.triangles.len()).sum()
@@ -83,7 +83,7 @@ impl Scene {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub(super) fn write(&self, folder: &Path) -> Result<Files> {
+    pub(super) fn write(&self, folder: &Path) -> Result<SceneFiles> {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         let mut hasher = DefaultHasher::new();
         for mesh in &self.meshes {
@@ -103,18 +103,18 @@ impl Scene {
             text.hash(&mut hasher);
             std::fs::write(&path, text).with_context(|| path.display().to_string()).map(|()| path)
         });
-        Ok(Files { json: json?, xml: xml?, mark: hasher.finish() })
+        Ok(SceneFiles { json: json?, xml: xml?, mark: hasher.finish() })
     }
 
     fn json(&self) -> Value {
-        let Camera { eye, look, fov_degrees } = self.camera;
-        let mesh = |m: &Mesh| {
+        let PeerCamera { eye, look, fov_degrees } = self.camera;
+        let mesh = |m: &PeerMesh| {
             let surface = match m.surface {
-                Surface::Diffuse(albedo) => json!({"diffuse": albedo}),
-                Surface::Metal { alpha, eta, k } => {
+                PeerSurface::Diffuse(albedo) => json!({"diffuse": albedo}),
+                PeerSurface::Metal { alpha, eta, k } => {
                     json!({"metal": {"alpha": alpha, "eta": eta, "k": k}})
                 }
-                Surface::Emission(radiance) => json!({"emission": radiance}),
+                PeerSurface::Emission(radiance) => json!({"emission": radiance}),
             };
             json!({"name": m.name, "ply": m.file(), "surface": surface})
         };
@@ -126,7 +126,7 @@ impl Scene {
     }
 
     fn xml(&self) -> String {
-        let Camera { eye, look, fov_degrees } = self.camera;
+        let PeerCamera { eye, look, fov_degrees } = self.camera;
         let [eye, look] = [eye, look].map(|v| triple(v.to_array()));
         let mut xml = format!(
             r#"<scene version="3.0.0">
@@ -172,15 +172,15 @@ impl Scene {
 /// File name of the environment map of a scene.
 const SKY: &str = "sky.exr";
 
-impl Mesh {
+impl PeerMesh {
     fn file(&self) -> String {
         format!("{}.ply", self.name)
     }
 
     fn add_xml(&self, xml: &mut String) {
         let (bsdf, emitter) = match self.surface {
-            Surface::Diffuse(albedo) => (diffuse(albedo), String::new()),
-            Surface::Metal { alpha, eta, k } => (
+            PeerSurface::Diffuse(albedo) => (diffuse(albedo), String::new()),
+            PeerSurface::Metal { alpha, eta, k } => (
                 format!(
                     "<bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/>\
                      <float name=\"alpha\" value=\"{alpha}\"/><rgb name=\"eta\" value=\"{}\"/>\
@@ -190,7 +190,7 @@ impl Mesh {
                 ),
                 String::new(),
             ),
-            Surface::Emission(radiance) => (
+            PeerSurface::Emission(radiance) => (
                 diffuse([0.0; 3]),
                 format!(
                     "    <emitter type=\"area\"><rgb name=\"radiance\" value=\"{}\"/></emitter>\n",

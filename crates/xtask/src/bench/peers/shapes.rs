@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use pt_math::{DVec3, Vec3, trig};
 
-use super::scene::Mesh;
+use super::scene::PeerMesh;
 
 /// Positions, and triangles that index them.
-pub(super) type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
+pub(super) type IndexedTriangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
-impl Mesh {
+impl PeerMesh {
     /// Adds a parallelogram: a corner, and two sides whose cross product points outside.
     #[must_use]
     pub(super) fn quad(self, a: impl Into<Vec3>, u: impl Into<Vec3>, v: impl Into<Vec3>) -> Self {
@@ -77,7 +77,7 @@ pub(super) fn sphere(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 
 /// Sphere displaced by six octaves of noise: lobes, and bumps on them. It fits a ball of `radius`,
 /// has its center at `x` and `z`, and stands on `floor`.
-pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> Triangles {
+pub(super) fn blob(n: u32, radius: f64, [x, floor, z]: [f64; 3]) -> IndexedTriangles {
     let (mut positions, triangles) = sphere(n);
     for p in &mut positions {
         let octave = |o: u32| {
@@ -132,8 +132,8 @@ mod tests {
 
     #[test]
     fn boxes_and_balls_are_closed_and_face_outward() {
-        use super::super::scene::Surface;
-        let empty = || Mesh::new("", Surface::Diffuse([0.0; 3]));
+        use super::super::scene::PeerSurface;
+        let empty = || PeerMesh::new("", PeerSurface::Diffuse([0.0; 3]));
         let cuboid = empty().cuboid([0.0; 3], [1.0, 2.0, 3.0], 30.0);
         assert!((volume((&cuboid.positions, &cuboid.triangles)) - 6.0 * 48.0).abs() < 1e-3);
         let ball = empty().ball(40, [0.0; 3], 1.0);

@@ -9,8 +9,8 @@ use pt_bvh::Bvh;
 use pt_math::Ray;
 use rayon::prelude::*;
 
-use super::embree::{self, Scene, Single};
-use super::input::Mesh;
+use super::embree::{self, EmbreeScene, Single};
+use super::input::TriangleMesh;
 use super::referee::{self, Claim};
 
 /// Maximum number of disputed rays of a set that are judged, spread over all.
@@ -21,7 +21,7 @@ const NEAR: f64 = 1e-3;
 
 /// Result of a comparison.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Verdict {
+pub(super) struct HitComparison {
     /// Number of rays on which the two disagree.
     pub(super) disputed: usize,
     /// Number of disputed rays that the referee judged.
@@ -45,7 +45,12 @@ struct Answers {
 ///
 /// # Errors
 /// If our four kinds of queries disagree with each other.
-pub(super) fn compare(mesh: &Mesh, bvh: &Bvh, robust: &Scene, rays: &[Ray]) -> Result<Verdict> {
+pub(super) fn compare(
+    mesh: &TriangleMesh,
+    bvh: &Bvh,
+    robust: &EmbreeScene,
+    rays: &[Ray],
+) -> Result<HitComparison> {
     let ours = ours(bvh, rays)?;
     let single: Vec<Single> = rays.iter().map(embree::single).collect();
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
@@ -73,7 +78,7 @@ fn ours(bvh: &Bvh, rays: &[Ray]) -> Result<Vec<(Claim, bool)>> {
     Ok(claims.zip(occluded).collect())
 }
 
-fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
+fn judge(mesh: &TriangleMesh, disputes: &[(&Ray, Answers)]) -> HitComparison {
     let step = disputes.len().div_ceil(MAX_JUDGED).max(1);
     let near = NEAR * f64::from(mesh.bounds().diagonal().length());
     let judged: Vec<[bool; 3]> = disputes
@@ -89,7 +94,7 @@ fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
         })
         .collect();
     let count = |what: usize| judged.iter().filter(|found| found[what]).count();
-    Verdict {
+    HitComparison {
         disputed: disputes.len(),
         judged: judged.len(),
         ours_wrong: count(0),
@@ -98,7 +103,7 @@ fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
     }
 }
 
-impl std::fmt::Display for Verdict {
+impl std::fmt::Display for HitComparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} disputed", self.disputed)?;
         if self.judged < self.disputed {
@@ -134,7 +139,7 @@ mod tests {
         let verdict = judge(&mesh, &disputes);
         assert_eq!(
             verdict,
-            Verdict { disputed: 9, judged: 9, ours_wrong: 0, ours_near: 0, theirs_wrong: 9 }
+            HitComparison { disputed: 9, judged: 9, ours_wrong: 0, ours_near: 0, theirs_wrong: 9 }
         );
     }
 }

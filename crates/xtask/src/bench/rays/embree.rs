@@ -20,7 +20,7 @@ use pt_bvh::Geometry;
 use pt_math::{Ray, Vec3};
 
 /// Handle of a device, scene or geometry.
-type Handle = *mut c_void;
+type EmbreeHandle = *mut c_void;
 type Monitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
 
 /// Constants of the interface.
@@ -65,7 +65,7 @@ struct SingleHit {
 /// `N` rays in Embree's layout; `N` is 8 or 16.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
-pub(super) struct Packet<const N: usize> {
+pub(super) struct EmbreePacket<const N: usize> {
     origin: [[f32; N]; 3],
     t_near: [f32; N],
     direction: [[f32; N]; 3],
@@ -79,7 +79,7 @@ pub(super) struct Packet<const N: usize> {
 /// `N` rays with room for their hits.
 #[repr(C, align(64))]
 struct PacketHit<const N: usize> {
-    rays: Packet<N>,
+    rays: EmbreePacket<N>,
     normal_and_uv: [[MaybeUninit<f32>; N]; 5],
     primitive: [MaybeUninit<u32>; N],
     geometry: [u32; N],
@@ -117,13 +117,13 @@ impl Arguments {
 /// Declares the functions that are used, and loads them from a library.
 macro_rules! functions {
     ($($name:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        struct Functions {
+        struct EmbreeFunctions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
             /// Keeps the functions loaded.
             _library: Library,
         }
 
-        impl Functions {
+        impl EmbreeFunctions {
             /// Loads the library.
             ///
             /// # Errors
@@ -145,45 +145,45 @@ macro_rules! functions {
 }
 
 functions! {
-    new_device = b"rtcNewDevice": fn(*const c_char) -> Handle;
-    release_device = b"rtcReleaseDevice": fn(Handle);
-    device_error = b"rtcGetDeviceError": fn(Handle) -> c_int;
-    device_property = b"rtcGetDeviceProperty": fn(Handle, c_int) -> isize;
-    monitor = b"rtcSetDeviceMemoryMonitorFunction": fn(Handle, Monitor, *mut c_void);
-    new_scene = b"rtcNewScene": fn(Handle) -> Handle;
-    release_scene = b"rtcReleaseScene": fn(Handle);
-    scene_quality = b"rtcSetSceneBuildQuality": fn(Handle, c_int);
-    scene_flags = b"rtcSetSceneFlags": fn(Handle, c_int);
-    new_geometry = b"rtcNewGeometry": fn(Handle, c_int) -> Handle;
-    release_geometry = b"rtcReleaseGeometry": fn(Handle);
-    geometry_quality = b"rtcSetGeometryBuildQuality": fn(Handle, c_int);
+    new_device = b"rtcNewDevice": fn(*const c_char) -> EmbreeHandle;
+    release_device = b"rtcReleaseDevice": fn(EmbreeHandle);
+    device_error = b"rtcGetDeviceError": fn(EmbreeHandle) -> c_int;
+    device_property = b"rtcGetDeviceProperty": fn(EmbreeHandle, c_int) -> isize;
+    monitor = b"rtcSetDeviceMemoryMonitorFunction": fn(EmbreeHandle, Monitor, *mut c_void);
+    new_scene = b"rtcNewScene": fn(EmbreeHandle) -> EmbreeHandle;
+    release_scene = b"rtcReleaseScene": fn(EmbreeHandle);
+    scene_quality = b"rtcSetSceneBuildQuality": fn(EmbreeHandle, c_int);
+    scene_flags = b"rtcSetSceneFlags": fn(EmbreeHandle, c_int);
+    new_geometry = b"rtcNewGeometry": fn(EmbreeHandle, c_int) -> EmbreeHandle;
+    release_geometry = b"rtcReleaseGeometry": fn(EmbreeHandle);
+    geometry_quality = b"rtcSetGeometryBuildQuality": fn(EmbreeHandle, c_int);
     share_buffer = b"rtcSetSharedGeometryBuffer":
-        fn(Handle, c_int, c_uint, c_int, *const c_void, usize, usize, usize);
-    commit_geometry = b"rtcCommitGeometry": fn(Handle);
-    attach_geometry = b"rtcAttachGeometry": fn(Handle, Handle) -> c_uint;
-    commit_scene = b"rtcCommitScene": fn(Handle);
-    intersect1 = b"rtcIntersect1": fn(Handle, *mut SingleHit, *mut Arguments);
-    occluded1 = b"rtcOccluded1": fn(Handle, *mut Single, *mut Arguments);
-    intersect8 = b"rtcIntersect8": fn(*const c_int, Handle, *mut PacketHit<8>, *mut Arguments);
-    occluded8 = b"rtcOccluded8": fn(*const c_int, Handle, *mut Packet<8>, *mut Arguments);
-    intersect16 = b"rtcIntersect16": fn(*const c_int, Handle, *mut PacketHit<16>, *mut Arguments);
-    occluded16 = b"rtcOccluded16": fn(*const c_int, Handle, *mut Packet<16>, *mut Arguments);
+        fn(EmbreeHandle, c_int, c_uint, c_int, *const c_void, usize, usize, usize);
+    commit_geometry = b"rtcCommitGeometry": fn(EmbreeHandle);
+    attach_geometry = b"rtcAttachGeometry": fn(EmbreeHandle, EmbreeHandle) -> c_uint;
+    commit_scene = b"rtcCommitScene": fn(EmbreeHandle);
+    intersect1 = b"rtcIntersect1": fn(EmbreeHandle, *mut SingleHit, *mut Arguments);
+    occluded1 = b"rtcOccluded1": fn(EmbreeHandle, *mut Single, *mut Arguments);
+    intersect8 = b"rtcIntersect8": fn(*const c_int, EmbreeHandle, *mut PacketHit<8>, *mut Arguments);
+    occluded8 = b"rtcOccluded8": fn(*const c_int, EmbreeHandle, *mut EmbreePacket<8>, *mut Arguments);
+    intersect16 = b"rtcIntersect16": fn(*const c_int, EmbreeHandle, *mut PacketHit<16>, *mut Arguments);
+    occluded16 = b"rtcOccluded16": fn(*const c_int, EmbreeHandle, *mut EmbreePacket<16>, *mut Arguments);
 }
 
 type IntersectPacket<const N: usize> =
-    unsafe extern "C" fn(*const c_int, Handle, *mut PacketHit<N>, *mut Arguments);
+    unsafe extern "C" fn(*const c_int, EmbreeHandle, *mut PacketHit<N>, *mut Arguments);
 type OccludedPacket<const N: usize> =
-    unsafe extern "C" fn(*const c_int, Handle, *mut Packet<N>, *mut Arguments);
+    unsafe extern "C" fn(*const c_int, EmbreeHandle, *mut EmbreePacket<N>, *mut Arguments);
 
 /// Embree library.
 #[derive(Clone)]
 pub(super) struct Embree {
-    functions: Arc<Functions>,
+    functions: Arc<EmbreeFunctions>,
 }
 
 /// Quality of a build.
 #[derive(Clone, Copy)]
-pub(super) enum Quality {
+pub(super) enum EmbreeQuality {
     /// Embree's default.
     Medium = 1,
     /// High quality, with spatial splits.
@@ -192,7 +192,7 @@ pub(super) enum Quality {
 
 /// Result of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Found {
+pub(super) struct EmbreeHit {
     /// Ray parameter.
     pub(super) t: f32,
     /// Number of the triangle.
@@ -200,10 +200,10 @@ pub(super) struct Found {
 }
 
 /// Mesh with its tree.
-pub(super) struct Scene {
-    functions: Arc<Functions>,
-    device: Handle,
-    handle: Handle,
+pub(super) struct EmbreeScene {
+    functions: Arc<EmbreeFunctions>,
+    device: EmbreeHandle,
+    handle: EmbreeHandle,
     /// Memory used by the device, in bytes; updated by the library until the device is released.
     bytes: Box<AtomicIsize>,
     /// The library reads these, and up to 16 bytes from the start of the last element.
@@ -219,7 +219,7 @@ impl Embree {
     /// # Errors
     /// If the library cannot be opened, or is not Embree 4.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        Ok(Self { functions: Arc::new(Functions::load(path)?) })
+        Ok(Self { functions: Arc::new(EmbreeFunctions::load(path)?) })
     }
 
     /// Builds the tree of the triangles of `geometry` with up to `threads` threads. The number of
@@ -230,10 +230,10 @@ impl Embree {
     pub(super) fn build(
         &self,
         geometry: &Geometry<'_>,
-        quality: Quality,
+        quality: EmbreeQuality,
         robust: bool,
         threads: usize,
-    ) -> Result<Scene> {
+    ) -> Result<EmbreeScene> {
         let mut scene = self.empty_scene(geometry, threads)?;
         let f = &*self.functions;
         let start = Instant::now();
@@ -262,7 +262,7 @@ impl Embree {
         Ok(scene)
     }
 
-    fn empty_scene(&self, geometry: &Geometry<'_>, threads: usize) -> Result<Scene> {
+    fn empty_scene(&self, geometry: &Geometry<'_>, threads: usize) -> Result<EmbreeScene> {
         let f = &*self.functions;
         let configuration = format!("threads={threads},start_threads=1,set_affinity=0");
         let configuration = CString::new(configuration)?;
@@ -279,7 +279,7 @@ impl Embree {
         let positions = geometry.positions.iter().copied().chain([Vec3::ZERO]).collect();
         let triangles = geometry.triangles.iter().copied().chain([[0; 3]]).collect();
         let functions = Arc::clone(&self.functions);
-        Ok(Scene { functions, device, handle, bytes, positions, triangles, seconds: 0.0 })
+        Ok(EmbreeScene { functions, device, handle, bytes, positions, triangles, seconds: 0.0 })
     }
 }
 
@@ -291,7 +291,7 @@ unsafe extern "C" fn count_bytes(counter: *mut c_void, bytes: isize, _after: boo
     true
 }
 
-impl Drop for Scene {
+impl Drop for EmbreeScene {
     fn drop(&mut self) {
         // SAFETY: both are alive, and not used any more.
         unsafe {
@@ -301,7 +301,7 @@ impl Drop for Scene {
     }
 }
 
-impl Scene {
+impl EmbreeScene {
     /// Memory used by the library for the mesh and its tree, without the shared buffers.
     pub(super) fn bytes(&self) -> isize {
         self.bytes.load(Ordering::Relaxed)
@@ -316,7 +316,7 @@ impl Scene {
 
     /// Passes the nearest hit of each ray to `take`, in order.
     #[inline]
-    pub(super) fn intersect(&self, rays: &[Single], mut take: impl FnMut(Option<Found>)) {
+    pub(super) fn intersect(&self, rays: &[Single], mut take: impl FnMut(Option<EmbreeHit>)) {
         let (call, scene, arguments) =
             (self.functions.intersect1, self.handle, Arguments::new(false));
         for ray in rays {
@@ -331,7 +331,7 @@ impl Scene {
             };
             // SAFETY: the scene is committed; the structures are Embree's, and live for the call.
             unsafe { call(scene, &raw mut query, &raw mut arguments) };
-            let found = Found { t: query.ray.t_far, primitive: query.primitive };
+            let found = EmbreeHit { t: query.ray.t_far, primitive: query.primitive };
             take((query.geometry != ALL_ONES).then_some(found));
         }
     }
@@ -350,22 +350,22 @@ impl Scene {
     }
 
     /// Returns the number of rays that hit something: nearest hits, 8 at a time.
-    pub(super) fn intersect8(&self, packets: &[Packet<8>], coherent: bool) -> usize {
+    pub(super) fn intersect8(&self, packets: &[EmbreePacket<8>], coherent: bool) -> usize {
         self.intersect_packets(self.functions.intersect8, packets, coherent)
     }
 
     /// Returns the number of rays that hit something: nearest hits, 16 at a time.
-    pub(super) fn intersect16(&self, packets: &[Packet<16>], coherent: bool) -> usize {
+    pub(super) fn intersect16(&self, packets: &[EmbreePacket<16>], coherent: bool) -> usize {
         self.intersect_packets(self.functions.intersect16, packets, coherent)
     }
 
     /// Returns the number of rays that hit anything, 8 at a time.
-    pub(super) fn occluded8(&self, packets: &[Packet<8>], coherent: bool) -> usize {
+    pub(super) fn occluded8(&self, packets: &[EmbreePacket<8>], coherent: bool) -> usize {
         self.occluded_packets(self.functions.occluded8, packets, coherent)
     }
 
     /// Returns the number of rays that hit anything, 16 at a time.
-    pub(super) fn occluded16(&self, packets: &[Packet<16>], coherent: bool) -> usize {
+    pub(super) fn occluded16(&self, packets: &[EmbreePacket<16>], coherent: bool) -> usize {
         self.occluded_packets(self.functions.occluded16, packets, coherent)
     }
 
@@ -373,7 +373,7 @@ impl Scene {
     fn intersect_packets<const N: usize>(
         &self,
         call: IntersectPacket<N>,
-        packets: &[Packet<N>],
+        packets: &[EmbreePacket<N>],
         coherent: bool,
     ) -> usize {
         let (valid, scene, arguments) = (Valid([-1; 16]), self.handle, Arguments::new(coherent));
@@ -399,7 +399,7 @@ impl Scene {
     fn occluded_packets<const N: usize>(
         &self,
         call: OccludedPacket<N>,
-        packets: &[Packet<N>],
+        packets: &[EmbreePacket<N>],
         coherent: bool,
     ) -> usize {
         let (valid, scene, arguments) = (Valid([-1; 16]), self.handle, Arguments::new(coherent));
@@ -433,10 +433,10 @@ pub(super) fn single(ray: &Ray) -> Single {
 }
 
 /// Packs each `N` consecutive rays; an incomplete packet is omitted.
-pub(super) fn packets<const N: usize>(rays: &[Ray]) -> Vec<Packet<N>> {
+pub(super) fn packets<const N: usize>(rays: &[Ray]) -> Vec<EmbreePacket<N>> {
     let (whole, _) = rays.as_chunks::<N>();
     let transposed = |v: &[Vec3; N]| [0, 1, 2].map(|axis| v.map(|v| v[axis]));
-    let packet = |rays: &[Ray; N]| Packet {
+    let packet = |rays: &[Ray; N]| EmbreePacket {
         origin: transposed(&rays.map(|r| r.origin)),
         t_near: rays.map(|r| r.t_min),
         direction: transposed(&rays.map(|r| r.direction)),
@@ -459,7 +459,7 @@ mod tests {
         assert_eq!((size_of::<Single>(), align_of::<Single>()), (48, 16));
         assert_eq!(std::mem::offset_of!(SingleHit, primitive), 68);
         assert_eq!(std::mem::offset_of!(SingleHit, geometry), 72);
-        assert_eq!((size_of::<Packet<8>>(), size_of::<Packet<16>>()), (384, 768));
+        assert_eq!((size_of::<EmbreePacket<8>>(), size_of::<EmbreePacket<16>>()), (384, 768));
         assert_eq!(std::mem::offset_of!(PacketHit<16>, geometry), 768 + 6 * 64);
     }
 

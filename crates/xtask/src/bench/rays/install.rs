@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::venv::{self, Prepared};
+use crate::venv::{self, Installation};
 
 /// Python package with Embree 4.4.0.
 const PACKAGE: &str = "embreex==4.4.0.post1";
@@ -22,8 +22,8 @@ pub(super) fn library() -> Result<PathBuf> {
     ensure!(cfg!(target_arch = "x86_64"), "Embree's package is for x86-64 processors only");
     // Without the dependencies of the package: only its library is used.
     let python = match venv::prepare("embree-venv", &["--no-deps", PACKAGE], PROBE)? {
-        Prepared::Python(python) => python,
-        Prepared::Missing(reason) => bail!("Embree cannot be installed: {reason}"),
+        Installation::Python(python) => python,
+        Installation::Missing(reason) => bail!("Embree cannot be installed: {reason}"),
     };
     let output = Command::new(&python).args(["-c", SITE]).output();
     let output = output.with_context(|| format!("{} does not run", python.display()))?;

@@ -5,28 +5,31 @@ use pt_bvh::Geometry;
 use pt_math::{Bounds3, DVec3, Vec3, trig};
 
 use super::shapes;
-use crate::bench::rays::input::{Mesh, View};
+use crate::bench::rays::input::{PinholeCamera, TriangleMesh};
 use crate::project::course_scene;
 
 /// Mesh that can be selected.
-pub(super) struct Source {
+pub(super) struct MeshSource {
     pub(super) name: &'static str,
     from: From,
 }
 
 enum From {
     /// File of the university course.
-    File { path: &'static str, view: Option<View> },
+    File { path: &'static str, view: Option<PinholeCamera> },
     /// Generated mesh.
-    Made(fn() -> Mesh),
+    Made(fn() -> TriangleMesh),
 }
 
 /// View of the opening of the course's Cornell box, filling the image.
-const BOX: View =
-    View { eye: Vec3::new(0.0, 0.75, -4.0), look: Vec3::new(0.0, 0.75, 0.0), fov_degrees: 30.0 };
+const BOX: PinholeCamera = PinholeCamera {
+    eye: Vec3::new(0.0, 0.75, -4.0),
+    look: Vec3::new(0.0, 0.75, 0.0),
+    fov_degrees: 30.0,
+};
 
 /// All meshes.
-pub(super) const SOURCES: &[Source] = &[
+pub(super) const SOURCES: &[MeshSource] = &[
     file("cow", "meshedit/cow.dae", None),
     file("maxplanck", "meshedit/maxplanck.dae", None),
     file("CBbunny", "sky/CBbunny.dae", Some(BOX)),
@@ -37,19 +40,19 @@ pub(super) const SOURCES: &[Source] = &[
     made("hall_ropes", || shapes::hall(260)),
 ];
 
-const fn file(name: &'static str, path: &'static str, view: Option<View>) -> Source {
-    Source { name, from: From::File { path, view } }
+const fn file(name: &'static str, path: &'static str, view: Option<PinholeCamera>) -> MeshSource {
+    MeshSource { name, from: From::File { path, view } }
 }
 
-const fn made(name: &'static str, make: fn() -> Mesh) -> Source {
-    Source { name, from: From::Made(make) }
+const fn made(name: &'static str, make: fn() -> TriangleMesh) -> MeshSource {
+    MeshSource { name, from: From::Made(make) }
 }
 
 /// Returns the meshes with these names.
 ///
 /// # Errors
 /// If a name is unknown.
-pub(super) fn named(names: &[String]) -> Result<Vec<&'static Source>> {
+pub(super) fn named(names: &[String]) -> Result<Vec<&'static MeshSource>> {
     let find = |name: &String| {
         let Some(source) = SOURCES.iter().find(|s| s.name == name) else {
             let known: Vec<_> = SOURCES.iter().map(|s| s.name).collect();
@@ -60,12 +63,12 @@ pub(super) fn named(names: &[String]) -> Result<Vec<&'static Source>> {
     names.iter().map(find).collect()
 }
 
-impl Source {
+impl MeshSource {
     /// Loads the mesh; the inner error is the path of a missing file.
     ///
     /// # Errors
     /// If the file cannot be read.
-    pub(super) fn load(&self) -> Result<Result<Mesh, String>> {
+    pub(super) fn load(&self) -> Result<Result<TriangleMesh, String>> {
         let (path, view) = match self.from {
             From::Made(make) => return Ok(Ok(make())),
             From::File { path, view } => (path, view),
@@ -74,13 +77,13 @@ impl Source {
             return Ok(Err(format!("../shared/scenes/dae/{path}")));
         };
         let scene = pt_formats::load(&found).context(self.name)?;
-        Ok(Ok(Mesh { view, ..in_world(&scene) }))
+        Ok(Ok(TriangleMesh { view, ..in_world(&scene) }))
     }
 }
 
 /// Triangles of all meshes of a scene, in world space.
-fn in_world(scene: &pt_scene::Scene) -> Mesh {
-    let mut all = Mesh::default();
+fn in_world(scene: &pt_scene::Scene) -> TriangleMesh {
+    let mut all = TriangleMesh::default();
     for object in &scene.objects {
         let pt_scene::Geometry::Mesh(mesh) = &object.geometry else { continue };
         let base = all.positions.len() as u32;
@@ -93,7 +96,7 @@ fn in_world(scene: &pt_scene::Scene) -> Mesh {
     all
 }
 
-impl Mesh {
+impl TriangleMesh {
     pub(super) fn geometry(&self) -> Geometry<'_> {
         Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &[] }
     }
@@ -110,14 +113,14 @@ impl Mesh {
 
     /// Camera of the mesh. The default looks along −z and somewhat down, so that three quarters of
     /// the sphere around the bounds fill the image.
-    pub(super) fn view(&self) -> View {
+    pub(super) fn view(&self) -> PinholeCamera {
         self.view.unwrap_or_else(|| {
             let bounds = self.bounds();
             let (fov_degrees, look) = (40.0f32, bounds.center());
             let radius = bounds.diagonal().length() / 2.0;
             let (sin, _) = trig::sin_cos(fov_degrees.to_radians() / 2.0);
             let eye = look + Vec3::new(0.0, 0.25, 1.0).normalize() * (0.75 * radius / sin);
-            View { eye, look, fov_degrees }
+            PinholeCamera { eye, look, fov_degrees }
         })
     }
 }

@@ -17,10 +17,10 @@ mod shapes;
 use anyhow::Result;
 
 use self::embree::Embree;
-use self::input::Mesh;
-use self::mesh::Source;
-use self::race::{Prepared, Query, Trees};
-use self::report::Outcome;
+use self::input::TriangleMesh;
+use self::mesh::MeshSource;
+use self::race::{PreparedRays, QueryKind, Trees};
+use self::report::MeshMeasurements;
 use super::measure::print_busyness;
 use crate::project::{cargo, succeed};
 
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 /// Selected meshes.
-fn sources(args: &Args) -> Result<Vec<&'static Source>> {
+fn sources(args: &Args) -> Result<Vec<&'static MeshSource>> {
     match (args.meshes.is_empty(), args.quick) {
         (false, _) => mesh::named(&args.meshes),
         (true, true) => mesh::named(&QUICK.map(String::from)),
@@ -77,7 +77,12 @@ fn sources(args: &Args) -> Result<Vec<&'static Source>> {
     }
 }
 
-fn measure(embree: &Embree, source: &Source, mesh: &Mesh, args: &Args) -> Result<Outcome> {
+fn measure(
+    embree: &Embree,
+    source: &MeshSource,
+    mesh: &TriangleMesh,
+    args: &Args,
+) -> Result<MeshMeasurements> {
     println!("\n{}: {} triangles", source.name, mesh.triangles.len());
     let builds = race::builds(embree, mesh, 2 * args.repeats)?;
     report::print_builds(mesh, &builds);
@@ -93,11 +98,11 @@ fn measure(embree: &Embree, source: &Source, mesh: &Mesh, args: &Args) -> Result
     report::print_heading();
     let mut rates = Vec::new();
     for set in &rays {
-        let prepared = Prepared::new(set);
+        let prepared = PreparedRays::new(set);
         let of = |query| prepared.race(&trees, query, args.repeats);
-        let both = [of(Query::Closest), of(Query::Any)];
+        let both = [of(QueryKind::Closest), of(QueryKind::Any)];
         report::print_rates(set.kind, &both);
         rates.push((set.kind, both));
     }
-    Ok(Outcome { name: source.name, sets: rates, builds })
+    Ok(MeshMeasurements { name: source.name, sets: rates, builds })
 }

@@ -9,9 +9,9 @@ use pt_bvh::{BuildOptions, Bvh};
 use pt_math::RayColumns;
 
 use super::clock;
-use super::embree::{self, Embree, Packet, Quality, Scene, Single};
-use super::input::Mesh;
-use super::sets::{Kind, RaySet};
+use super::embree::{self, Embree, EmbreePacket, EmbreeQuality, EmbreeScene, Single};
+use super::input::TriangleMesh;
+use super::sets::{RaySet, RaySetKind};
 
 /// Maximum number of builds with spatial splits.
 const MAX_HIGH: usize = 3;
@@ -52,7 +52,7 @@ pub(super) const COMPETITORS: [(Who, &str); 9] = [
 
 /// Kind of query.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Query {
+pub(super) enum QueryKind {
     /// Nearest hit.
     Closest,
     /// Occlusion.
@@ -76,9 +76,9 @@ impl Rates {
 
 /// Trees of a mesh.
 pub(super) struct Trees {
-    pub(super) default: Scene,
-    pub(super) robust: Scene,
-    pub(super) high: Scene,
+    pub(super) default: EmbreeScene,
+    pub(super) robust: EmbreeScene,
+    pub(super) high: EmbreeScene,
     pub(super) ours: Bvh,
 }
 
@@ -87,28 +87,28 @@ impl Trees {
     ///
     /// # Errors
     /// If one cannot be built.
-    pub(super) fn build(embree: &Embree, mesh: &Mesh) -> Result<Self> {
+    pub(super) fn build(embree: &Embree, mesh: &TriangleMesh) -> Result<Self> {
         let geometry = mesh.geometry();
         Ok(Self {
-            default: embree.build(&geometry, Quality::Medium, false, 2)?,
-            robust: embree.build(&geometry, Quality::Medium, true, 2)?,
-            high: embree.build(&geometry, Quality::High, false, 2)?,
+            default: embree.build(&geometry, EmbreeQuality::Medium, false, 2)?,
+            robust: embree.build(&geometry, EmbreeQuality::Medium, true, 2)?,
+            high: embree.build(&geometry, EmbreeQuality::High, false, 2)?,
             ours: Bvh::build(geometry, &BuildOptions::default())?,
         })
     }
 }
 
 /// Rays in the layouts of all competitors.
-pub(super) struct Prepared<'a> {
+pub(super) struct PreparedRays<'a> {
     set: &'a RaySet,
     single: Vec<Single>,
-    eight: Vec<Packet<8>>,
-    sixteen: Vec<Packet<16>>,
+    eight: Vec<EmbreePacket<8>>,
+    sixteen: Vec<EmbreePacket<16>>,
     /// By columns, like packets.
     batches: Vec<RayColumns>,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> PreparedRays<'a> {
     pub(super) fn new(set: &'a RaySet) -> Self {
         Self {
             set,
@@ -120,7 +120,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Rates on one thread, from the minimum time of `repeats` passes over all rays.
-    pub(super) fn race(&self, trees: &Trees, query: Query, repeats: usize) -> Rates {
+    pub(super) fn race(&self, trees: &Trees, query: QueryKind, repeats: usize) -> Rates {
         let mut least = [f64::INFINITY; COMPETITORS.len()];
         for _ in 0..repeats.max(1) {
             for (who, _) in COMPETITORS {
@@ -134,16 +134,16 @@ impl<'a> Prepared<'a> {
     }
 
     /// Returns the number of rays with a hit.
-    fn pass(&self, trees: &Trees, query: Query, who: Who) -> usize {
+    fn pass(&self, trees: &Trees, query: QueryKind, who: Who) -> usize {
         let Trees { default, robust, high, ours } = trees;
-        let coherent = self.set.kind == Kind::Primary;
-        let eight = |scene: &Scene| match query {
-            Query::Closest => scene.intersect8(&self.eight, coherent),
-            Query::Any => scene.occluded8(&self.eight, coherent),
+        let coherent = self.set.kind == RaySetKind::Primary;
+        let eight = |scene: &EmbreeScene| match query {
+            QueryKind::Closest => scene.intersect8(&self.eight, coherent),
+            QueryKind::Any => scene.occluded8(&self.eight, coherent),
         };
-        let sixteen = |scene: &Scene| match query {
-            Query::Closest => scene.intersect16(&self.sixteen, coherent),
-            Query::Any => scene.occluded16(&self.sixteen, coherent),
+        let sixteen = |scene: &EmbreeScene| match query {
+            QueryKind::Closest => scene.intersect16(&self.sixteen, coherent),
+            QueryKind::Any => scene.occluded16(&self.sixteen, coherent),
         };
         match who {
             Who::Single => self.single(default, query),
@@ -158,30 +158,32 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    fn single(&self, scene: &Scene, query: Query) -> usize {
+    fn single(&self, scene: &EmbreeScene, query: QueryKind) -> usize {
         let mut hits = 0;
         match query {
-            Query::Closest => {
+            QueryKind::Closest => {
                 scene.intersect(&self.single, |hit| hits += usize::from(hit.is_some()));
             }
-            Query::Any => scene.occluded(&self.single, |hit| hits += usize::from(hit)),
+            QueryKind::Any => scene.occluded(&self.single, |hit| hits += usize::from(hit)),
         }
         hits
     }
 
-    fn ours(&self, bvh: &Bvh, query: Query) -> usize {
+    fn ours(&self, bvh: &Bvh, query: QueryKind) -> usize {
         let rays = self.set.rays.iter();
         match query {
             // The whole hit is computed, as in a call to an opaque library.
-            Query::Closest => rays.filter(|ray| black_box(bvh.intersect(ray)).is_some()).count(),
-            Query::Any => rays.filter(|ray| bvh.occluded(ray)).count(),
+            QueryKind::Closest => {
+                rays.filter(|ray| black_box(bvh.intersect(ray)).is_some()).count()
+            }
+            QueryKind::Any => rays.filter(|ray| bvh.occluded(ray)).count(),
         }
     }
 
-    fn batch(&self, bvh: &Bvh, query: Query) -> usize {
+    fn batch(&self, bvh: &Bvh, query: QueryKind) -> usize {
         let batches = self.batches.iter();
         match query {
-            Query::Closest => {
+            QueryKind::Closest => {
                 let mut hits = Vec::with_capacity(BATCH);
                 let count = |rays| {
                     bvh.intersect_batch(rays, &mut hits);
@@ -189,7 +191,7 @@ impl<'a> Prepared<'a> {
                 };
                 batches.map(count).sum()
             }
-            Query::Any => {
+            QueryKind::Any => {
                 let mut occluded = Vec::with_capacity(BATCH);
                 let count = |rays| {
                     bvh.occluded_batch(rays, &mut occluded);
@@ -216,7 +218,7 @@ pub(super) struct Builds {
 ///
 /// # Errors
 /// If one cannot be built.
-pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Builds> {
+pub(super) fn builds(embree: &Embree, mesh: &TriangleMesh, repeats: usize) -> Result<Builds> {
     let never = [f64::INFINITY; 2];
     let mut builds = Builds { medium: never, high: never, ours: never, bytes: [0.0; 2] };
     let geometry = mesh.geometry();
@@ -232,12 +234,12 @@ pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Bui
             if repeat >= repeats.max(1) && !is_quick {
                 break;
             }
-            let scene = embree.build(&geometry, Quality::Medium, false, threads)?;
+            let scene = embree.build(&geometry, EmbreeQuality::Medium, false, threads)?;
             keep(&mut builds.medium, scene.seconds);
             builds.bytes[0] = scene.bytes() as f64;
             drop(scene);
             if repeat < MAX_HIGH {
-                let scene = embree.build(&geometry, Quality::High, false, threads)?;
+                let scene = embree.build(&geometry, EmbreeQuality::High, false, threads)?;
                 keep(&mut builds.high, scene.seconds);
             }
             let start = Instant::now();

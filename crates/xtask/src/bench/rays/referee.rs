@@ -2,7 +2,7 @@
 
 use pt_math::{DVec3, Ray, Vec3};
 
-use super::input::Mesh;
+use super::input::TriangleMesh;
 
 /// Relative difference below which two ray parameters are considered equal.
 const SAME: f64 = 1e-5;
@@ -34,7 +34,7 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 /// Nearest hit of a ray in its open interval, and of several the one with the least number.
-pub(super) fn nearest(mesh: &Mesh, ray: &Ray) -> Option<(f64, u32)> {
+pub(super) fn nearest(mesh: &TriangleMesh, ray: &Ray) -> Option<(f64, u32)> {
     let mut best: Option<(f64, u32)> = None;
     for i in 0..mesh.triangles.len() {
         if let Some(t) = hit(mesh.corners(i), ray)
@@ -71,9 +71,9 @@ mod tests {
     use super::*;
 
     /// A square of two triangles at z = 2, and one triangle behind it.
-    fn square() -> Mesh {
+    fn square() -> TriangleMesh {
         let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
-        Mesh {
+        TriangleMesh {
             positions: vec![
                 at(-1.0, -1.0, 2.0),
                 at(1.0, -1.0, 2.0),

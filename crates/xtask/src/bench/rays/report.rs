@@ -1,22 +1,23 @@
 //! Printed results, and requirements.
 
 use super::super::measure::verdict;
-use super::input::Mesh;
-use super::race::{Builds, COMPETITORS, Query, Rates, Who};
-use super::sets::Kind;
+use super::input::TriangleMesh;
+use super::race::{Builds, COMPETITORS, QueryKind, Rates, Who};
+use super::sets::RaySetKind;
 
 /// Measurements on a mesh.
-pub(super) struct Outcome {
+pub(super) struct MeshMeasurements {
     pub(super) name: &'static str,
     /// Rates of nearest hits and of occlusion.
-    pub(super) sets: Vec<(Kind, [Rates; 2])>,
+    pub(super) sets: Vec<(RaySetKind, [Rates; 2])>,
     pub(super) builds: Builds,
 }
 
 /// Embree's default modes of queries.
 const DEFAULT: [Who; 3] = [Who::Single, Who::Eight, Who::Sixteen];
 const PACKETS: [Who; 2] = [Who::Eight, Who::Sixteen];
-const QUERIES: [(Query, &str); 2] = [(Query::Closest, "closest hit"), (Query::Any, "occlusion")];
+const QUERIES: [(QueryKind, &str); 2] =
+    [(QueryKind::Closest, "closest hit"), (QueryKind::Any, "occlusion")];
 
 /// Ratios: our single queries to Embree's default, the same to Embree's robust mode, and our
 /// batches to Embree's best.
@@ -30,7 +31,7 @@ fn ratios(rates: &Rates) -> [f64; 3] {
 }
 
 /// Prints times and memory of the builds of a mesh.
-pub(super) fn print_builds(mesh: &Mesh, builds: &Builds) {
+pub(super) fn print_builds(mesh: &TriangleMesh, builds: &Builds) {
     let triangles = mesh.triangles.len() as f64;
     let ms = |seconds: [f64; 2]| {
         let [one, two] = seconds.map(|s| s * 1e3);
@@ -53,7 +54,7 @@ pub(super) fn print_heading() {
 }
 
 /// Prints one line of rates for nearest hits, and one for occlusion.
-pub(super) fn print_rates(kind: Kind, rates: &[Rates; 2]) {
+pub(super) fn print_rates(kind: RaySetKind, rates: &[Rates; 2]) {
     for ((_, query), rates) in QUERIES.iter().zip(rates) {
         let cells = COMPETITORS.map(|(who, _)| format!("{:>8.2}", rates.of(who))).concat();
         let [default, robust, batch] = ratios(rates);
@@ -67,17 +68,18 @@ pub(super) fn print_rates(kind: Kind, rates: &[Rates; 2]) {
 /// Requirement on rates: a ratio of ours to theirs, as a geometric mean over meshes.
 struct Bar {
     what: &'static str,
-    kinds: &'static [Kind],
-    query: Query,
+    kinds: &'static [RaySetKind],
+    query: QueryKind,
     ratio: fn(&Rates) -> f64,
     asked: f64,
 }
 
-const ALL: &[Kind] = &[Kind::Primary, Kind::Bounce, Kind::Shadow, Kind::Random];
+const ALL: &[RaySetKind] =
+    &[RaySetKind::Primary, RaySetKind::Bounce, RaySetKind::Shadow, RaySetKind::Random];
 
 const fn bar(
     what: &'static str,
-    (kinds, query): (&'static [Kind], Query),
+    (kinds, query): (&'static [RaySetKind], QueryKind),
     ratio: fn(&Rates) -> f64,
     asked: f64,
 ) -> Bar {
@@ -85,15 +87,35 @@ const fn bar(
 }
 
 const BARS: [Bar; 9] = [
-    bar("single / Embree single, closest hit", (ALL, Query::Closest), |r| ratios(r)[0], 1.0),
-    bar("single / Embree robust, closest hit", (ALL, Query::Closest), |r| ratios(r)[1], 1.25),
-    bar("single / Embree single, occlusion", (ALL, Query::Any), |r| ratios(r)[0], 1.0),
-    bar("batch / best, bounce, closest hit", (&[Kind::Bounce], Query::Closest), best, 1.2),
-    bar("batch / best, bounce, occlusion", (&[Kind::Bounce], Query::Any), best, 1.2),
-    bar("batch / best, random, closest hit", (&[Kind::Random], Query::Closest), best, 1.2),
-    bar("batch / best, random, occlusion", (&[Kind::Random], Query::Any), best, 1.2),
-    bar("batch / packets, primary, closest hit", (&[Kind::Primary], Query::Closest), packets, 1.0),
-    bar("batch / packets, primary, occlusion", (&[Kind::Primary], Query::Any), packets, 1.0),
+    bar("single / Embree single, closest hit", (ALL, QueryKind::Closest), |r| ratios(r)[0], 1.0),
+    bar("single / Embree robust, closest hit", (ALL, QueryKind::Closest), |r| ratios(r)[1], 1.25),
+    bar("single / Embree single, occlusion", (ALL, QueryKind::Any), |r| ratios(r)[0], 1.0),
+    bar(
+        "batch / best, bounce, closest hit",
+        (&[RaySetKind::Bounce], QueryKind::Closest),
+        best,
+        1.2,
+    ),
+    bar("batch / best, bounce, occlusion", (&[RaySetKind::Bounce], QueryKind::Any), best, 1.2),
+    bar(
+        "batch / best, random, closest hit",
+        (&[RaySetKind::Random], QueryKind::Closest),
+        best,
+        1.2,
+    ),
+    bar("batch / best, random, occlusion", (&[RaySetKind::Random], QueryKind::Any), best, 1.2),
+    bar(
+        "batch / packets, primary, closest hit",
+        (&[RaySetKind::Primary], QueryKind::Closest),
+        packets,
+        1.0,
+    ),
+    bar(
+        "batch / packets, primary, occlusion",
+        (&[RaySetKind::Primary], QueryKind::Any),
+        packets,
+        1.0,
+    ),
 ];
 
 /// Minimum ratio for each mesh, whatever the mean.
@@ -109,14 +131,14 @@ fn packets(rates: &Rates) -> f64 {
 
 impl Bar {
     /// Geometric mean over the kinds of rays; NaN without any.
-    fn on(&self, outcome: &Outcome) -> f64 {
+    fn on(&self, outcome: &MeshMeasurements) -> f64 {
         let of_kind = outcome.sets.iter().filter(|(kind, _)| self.kinds.contains(kind));
         geometric_mean(of_kind.map(|(_, rates)| (self.ratio)(&rates[self.query as usize])))
     }
 }
 
 /// Prints means over all meshes, each with its requirement.
-pub(super) fn print_summary(outcomes: &[Outcome]) {
+pub(super) fn print_summary(outcomes: &[MeshMeasurements]) {
     println!("\ngeometric means over {} meshes, ours / theirs:", outcomes.len());
     let mut all = Vec::new();
     for bar in &BARS {

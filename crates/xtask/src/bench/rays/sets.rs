@@ -3,7 +3,7 @@
 use pt_bvh::{Bvh, Hit};
 use pt_math::{DVec3, Frame, Ray, Vec3, trig, warp};
 
-use super::input::Mesh;
+use super::input::TriangleMesh;
 use super::random::random as numbers;
 
 /// Edge of the square tiles in which the camera's pixels are ordered, in pixels.
@@ -13,7 +13,7 @@ pub(super) const WIDEST_PACKET: usize = 16;
 
 /// Origin of the rays of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum RaySetKind {
     /// From a pinhole, through a random position in each pixel, ordered in tiles.
     Primary,
     /// From the primary hits, in cosine-distributed directions.
@@ -24,7 +24,7 @@ pub(super) enum Kind {
     Random,
 }
 
-impl Kind {
+impl RaySetKind {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Primary => "primary",
@@ -37,22 +37,22 @@ impl Kind {
 
 /// Rays of one kind. Directions have unit length.
 pub(super) struct RaySet {
-    pub(super) kind: Kind,
+    pub(super) kind: RaySetKind,
     pub(super) rays: Vec<Ray>,
 }
 
 /// Sets of a mesh, with `resolution`² primary and random rays.
-pub(super) fn all(mesh: &Mesh, bvh: &Bvh, resolution: usize) -> Vec<RaySet> {
+pub(super) fn all(mesh: &TriangleMesh, bvh: &Bvh, resolution: usize) -> Vec<RaySet> {
     let primary = primary(mesh, resolution);
     let (bounce, shadow) = secondary(mesh, bvh, &primary);
     let random = random(mesh, primary.len());
     let sets = [
-        (Kind::Primary, primary),
-        (Kind::Bounce, bounce),
-        (Kind::Shadow, shadow),
-        (Kind::Random, random),
+        (RaySetKind::Primary, primary),
+        (RaySetKind::Bounce, bounce),
+        (RaySetKind::Shadow, shadow),
+        (RaySetKind::Random, random),
     ];
-    let cut = |(kind, mut rays): (Kind, Vec<Ray>)| {
+    let cut = |(kind, mut rays): (RaySetKind, Vec<Ray>)| {
         rays.truncate(rays.len() / WIDEST_PACKET * WIDEST_PACKET);
         RaySet { kind, rays }
     };
@@ -60,7 +60,7 @@ pub(super) fn all(mesh: &Mesh, bvh: &Bvh, resolution: usize) -> Vec<RaySet> {
 }
 
 /// Rays of the mesh's camera through a square image, row of tiles by row of tiles.
-fn primary(mesh: &Mesh, resolution: usize) -> Vec<Ray> {
+fn primary(mesh: &TriangleMesh, resolution: usize) -> Vec<Ray> {
     let view = mesh.view();
     let forward = (view.look - view.eye).normalize();
     let right = forward.cross(Vec3::Y).normalize();
@@ -82,7 +82,7 @@ fn primary(mesh: &Mesh, resolution: usize) -> Vec<Ray> {
 }
 
 /// For each hit of `rays` one bounce and, unless it is too close to the light, one shadow ray.
-fn secondary(mesh: &Mesh, bvh: &Bvh, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
+fn secondary(mesh: &TriangleMesh, bvh: &Bvh, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
     let bounds = bvh.bounds();
     let extent = bounds.diagonal();
     let away = 1e-4 * extent.length();
@@ -109,7 +109,7 @@ fn secondary(mesh: &Mesh, bvh: &Bvh, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
 
 /// Origin of rays that leave a hit, `away` from the surface on the ray's side, and the unit normal
 /// there; `None` for triangles that are too thin to have one.
-fn leave(mesh: &Mesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
+fn leave(mesh: &TriangleMesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
     let [a, b, c] = mesh.corners(hit.primitive as usize).map(Vec3::as_dvec3);
     let normal: DVec3 = (b - a).cross(c - a).try_normalize()?;
     let normal = normal.as_vec3().normalize();
@@ -118,7 +118,7 @@ fn leave(mesh: &Mesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
 }
 
 /// `count` rays from random points in the bounds in uniform directions.
-fn random(mesh: &Mesh, count: usize) -> Vec<Ray> {
+fn random(mesh: &TriangleMesh, count: usize) -> Vec<Ray> {
     let bounds = mesh.bounds();
     let ray = |i: usize| {
         let mut random = numbers(3, i);

@@ -5,14 +5,14 @@ use std::f32::consts::{PI, TAU};
 
 use pt_math::{Vec3, trig, warp};
 
-use super::input::{Mesh, View};
+use super::input::{PinholeCamera, TriangleMesh};
 use super::random::random as numbers;
 
 /// A sphere with lobes and bumps, from an octahedron with `n` segments along each edge: 8n²
 /// triangles, closed, without a preferred direction.
-pub(super) fn blob(n: i32) -> Mesh {
+pub(super) fn blob(n: i32) -> TriangleMesh {
     // On the octahedron |x| + |y| + |z| = n, vertices are the points with integer coordinates.
-    let (mut numbers, mut mesh) = (HashMap::new(), Mesh::default());
+    let (mut numbers, mut mesh) = (HashMap::new(), TriangleMesh::default());
     for octant in 0..8 {
         let sign = [1, 2, 4].map(|bit| if octant & bit == 0 { 1 } else { -1 });
         let mut at = |i: i32, j: i32| {
@@ -48,8 +48,8 @@ fn displaced(p: Vec3) -> Vec3 {
 /// A hall of columns, arches, drapes, plants and statues, of a third of a million triangles between
 /// 60 m and a few centimetres long, with `ropes` diagonal ropes of long thin triangles. It is a
 /// soup: parts intersect each other, and its walls are single sheets.
-pub(super) fn hall(ropes: usize) -> Mesh {
-    let mut mesh = Mesh { view: Some(HALL_VIEW), ..Mesh::default() };
+pub(super) fn hall(ropes: usize) -> TriangleMesh {
+    let mut mesh = TriangleMesh { view: Some(HALL_VIEW), ..TriangleMesh::default() };
     shell(&mut mesh);
     for (i, (x, side)) in places(COLUMNS).enumerate() {
         for storey in [0.0, STOREY] {
@@ -87,8 +87,11 @@ const AISLE: f32 = 8.0;
 const COLUMNS: usize = 11;
 const PLANTS: usize = 6;
 /// View from one end along the hall.
-const HALL_VIEW: View =
-    View { eye: Vec3::new(-25.0, 5.5, 2.5), look: Vec3::new(20.0, 7.5, -2.0), fov_degrees: 65.0 };
+const HALL_VIEW: PinholeCamera = PinholeCamera {
+    eye: Vec3::new(-25.0, 5.5, 2.5),
+    look: Vec3::new(20.0, 7.5, -2.0),
+    fov_degrees: 65.0,
+};
 
 /// `count` positions along the hall, each on both sides: x, and the sign of z.
 fn places(count: usize) -> impl Iterator<Item = (f32, f32)> {
@@ -100,7 +103,7 @@ fn places(count: usize) -> impl Iterator<Item = (f32, f32)> {
 const BAY: f32 = 52.0 / COLUMNS as f32;
 
 /// Floor, walls, galleries, and a vault with ribs.
-fn shell(mesh: &mut Mesh) {
+fn shell(mesh: &mut TriangleMesh) {
     let size = Vec3::new(2.0 * LENGTH, HEIGHT, 2.0 * WIDTH);
     let corner = Vec3::new(-LENGTH, 0.0, -WIDTH);
     // Boards as long as the hall.
@@ -122,7 +125,7 @@ fn shell(mesh: &mut Mesh) {
 }
 
 /// A fluted column with base and capital that stands on `foot`.
-fn column(mesh: &mut Mesh, foot: Vec3) {
+fn column(mesh: &mut TriangleMesh, foot: Vec3) {
     mesh.sheet([44, 25], |u, v| {
         let y = 9.5 * v;
         let flute = 1.0 + 0.05 * sin(TAU * 11.0 * u);
@@ -134,7 +137,7 @@ fn column(mesh: &mut Mesh, foot: Vec3) {
 }
 
 /// The inside of a round arch from the column at `spring` to the next.
-fn arch(mesh: &mut Mesh, spring: Vec3) {
+fn arch(mesh: &mut TriangleMesh, spring: Vec3) {
     mesh.sheet([36, 4], |u, v| {
         let (s, c) = trig::sin_cos(PI * u);
         spring + Vec3::new(BAY * (0.5 - 0.45 * c), 2.2 * s, 1.6 * (v - 0.5))
@@ -142,7 +145,7 @@ fn arch(mesh: &mut Mesh, spring: Vec3) {
 }
 
 /// A wavy cloth between two columns.
-fn drape(mesh: &mut Mesh, top: Vec3, number: usize) {
+fn drape(mesh: &mut TriangleMesh, top: Vec3, number: usize) {
     let phase = numbers(4, number).between(0.0, TAU);
     mesh.sheet([64, 38], |u, v| {
         let fold = (0.1 + 0.35 * v) * sin(38.0 * u + phase) + 0.2 * sin(7.0 * v + phase);
@@ -152,7 +155,7 @@ fn drape(mesh: &mut Mesh, top: Vec3, number: usize) {
 }
 
 /// A vase with 2600 loose leaves.
-fn plant(mesh: &mut Mesh, foot: Vec3, number: usize) {
+fn plant(mesh: &mut TriangleMesh, foot: Vec3, number: usize) {
     mesh.sheet([40, 20], |u, v| {
         let radius = 0.35 + 0.4 * sin(PI * (0.15 + 0.8 * v));
         let (s, c) = trig::sin_cos(TAU * u);
@@ -170,7 +173,7 @@ fn plant(mesh: &mut Mesh, foot: Vec3, number: usize) {
 }
 
 /// A straight rope with six sides across the hall.
-fn rope(mesh: &mut Mesh, number: usize) {
+fn rope(mesh: &mut TriangleMesh, number: usize) {
     let mut random = numbers(6, number);
     let mut end = |low: f32| {
         let side = if random.unit() < 0.5 { -AISLE } else { AISLE };
@@ -188,7 +191,7 @@ fn sin(x: f32) -> f32 {
     trig::sin_cos(x).0
 }
 
-impl Mesh {
+impl TriangleMesh {
     /// Adds triangles with their own vertices.
     fn add(&mut self, triangles: &[[u32; 3]], positions: impl IntoIterator<Item = Vec3>) {
         let base = self.positions.len() as u32;
@@ -216,7 +219,7 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    fn check(mesh: &Mesh, triangles: usize) {
+    fn check(mesh: &TriangleMesh, triangles: usize) {
         assert_eq!(mesh.triangles.len(), triangles);
         assert!(mesh.positions.iter().all(|p| p.is_finite()));
         let last = mesh.positions.len() as u32 - 1;
