@@ -58,8 +58,8 @@ pub(super) fn read<'a>(
     instance: Node<'a>,
 ) -> Result<(Surface, Color), LoadError> {
     let Some(scope) = scope(effect, instance) else {
-        let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
-                       grey (0.5) is taken";
+        let message = "missing <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
+                       grey (0.5) is used";
         reader.warn(effect, message);
         return Ok((
             Diffuse { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
@@ -103,7 +103,7 @@ fn opaque<'a>(
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
-        let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
+        let message = "mirrors that are also diffuse are not supported; <reflective> is ignored";
         reader.warn(scope.shader, message);
     }
     if kind == "lambert" || reader.has_cgl_shading {
@@ -129,7 +129,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
         Some(Paint::Color(color)) => transmittance(reader, scope, transparent, color)?,
         Some(Paint::Texture(Painting { file, .. })) => {
             let message =
-                format!("the texture {} is not read; the material is opaque", quote(&file));
+                format!("the texture {} is ignored; the material is opaque", quote(&file));
             reader.warn(transparent, message);
             return Ok(None);
         }
@@ -170,8 +170,8 @@ fn transmittance<'a>(
         "RGB_ZERO" => scaled([r, g, b]),
         other => {
             let message = format!(
-                "opaque={} is unknown; expected A_ONE, A_ZERO, RGB_ONE or RGB_ZERO; the material \
-                 is opaque",
+                "unknown value opaque={}; expected A_ONE, A_ZERO, RGB_ONE or RGB_ZERO; the \
+                 material is opaque",
                 quote(other)
             );
             reader.warn(transparent, message);
@@ -205,7 +205,7 @@ fn plain_or<'a>(
     Ok(match paint(reader, scope, element)? {
         Some(Paint::Color([r, g, b, _])) => clamped(reader, element, [r, g, b]),
         Some(Paint::Texture(Painting { file, .. })) => {
-            let message = format!("the texture {} is not read", quote(&file));
+            let message = format!("the texture {} is ignored", quote(&file));
             instead(reader, element, &message, default)
         }
         None => default,
@@ -225,7 +225,7 @@ fn painted_or<'a>(
     Ok(match paint(reader, scope, element)? {
         Some(Paint::Color([r, g, b, _])) => [r, g, b].into(),
         Some(Paint::Texture(Painting { file, .. })) if reader.has_cgl_shading => {
-            let message = format!("the texture {} is not read", quote(&file));
+            let message = format!("the texture {} is ignored", quote(&file));
             instead(reader, element, &message, default).into()
         }
         Some(Paint::Texture(Painting { file, wrap })) => match texture::read(reader, &file, wrap) {
@@ -253,7 +253,7 @@ fn instead<'a>(
     color: [f32; 3],
 ) -> [f32; 3] {
     let [r, g, b] = color;
-    reader.warn(element, format!("{message}; the colour {r} {g} {b} is taken"));
+    reader.warn(element, format!("{message}; the colour {r} {g} {b} is used"));
     color
 }
 
@@ -306,7 +306,8 @@ fn parameter<'a>(
     let name = param.attribute("ref").unwrap_or_default();
     definition(scope, name).and_then(|definition| elements(definition).find(is_value)).ok_or_else(
         || {
-            let message = format!("ref={} names no <newparam> with a value", quote(name));
+            let message =
+                format!("found ref={}, expected the sid of a <newparam> with a value", quote(name));
             reader.error(param, message)
         },
     )
@@ -350,7 +351,7 @@ fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> Stri
 /// Clamps a reflectance to at most 1, with a warning.
 pub(super) fn clamped<'a>(reader: &mut Reader<'a>, element: Node<'a>, color: [f32; 3]) -> [f32; 3] {
     if color.iter().any(|c| *c > 1.0) {
-        let message = "it would reflect more light than arrives; components above 1 become 1";
+        let message = "found a reflectance above 1; its components are clamped to 1";
         reader.warn(element, message);
     }
     color.map(|c| c.min(1.0))
