@@ -38,18 +38,18 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
         Surface::SurfaceDetail(embossed) => {
             let inner = approximate(&embossed.surface, tell);
             if inner.relief.is_some() {
-                tell("of two reliefs, the outer one alone is written");
+                tell("nested normal or bump maps: only the outer one is written");
             }
             if embossed.shadowing {
-                tell("its relief shadows nothing");
+                tell("shadows of the bump map are not written");
             }
             if embossed.mirrored {
-                tell("what is raised on its front becomes a dent on its back");
+                tell("bumps of the front side become dents of the back side");
             }
             ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
         }
         Surface::TwoSided(sided) => {
-            tell("its back becomes like its front");
+            tell("the back side becomes like the front side");
             let inner = approximate(&sided.front, tell);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
             ApproximateMaterial { look, ..inner }
@@ -61,12 +61,15 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
-            tell("its fibres become matte, of the colour that many of them have together");
+            tell("hair becomes diffuse, with the colour of many fibres");
             let matte = Diffuse { reflectance: hair.color(), two_sided: true };
             approximate(&matte.into(), tell)
         }
         Surface::Measured(measured) => {
-            tell("what was measured of it becomes a metal of about the same colour and roughness");
+            tell(
+                "the measured material becomes a metal of approximately the same colour and \
+                 roughness",
+            );
             let metal = MetallicRoughness {
                 base_color: measured.measurements.color().into(),
                 metallic: 1.0.into(),
@@ -85,7 +88,7 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
 
 /// Returns the surface with the larger weight.
 fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    tell("of the surfaces that it mixes, the one with the larger share is written");
+    tell("of the mixed surfaces, only the one with the larger weight is written");
     let is_second = matches!(mix.amount, Input::Value(share) if share > 0.5);
     approximate(if is_second { &mix.second } else { &mix.first }, tell)
 }
@@ -105,20 +108,20 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Approximat
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of its reflection and its sheen are left out");
+        tell("the tints of specular reflection and sheen are omitted");
     }
     let clearcoat_roughness = match &principled.clearcoat_gloss {
         _ if principled.clearcoat == zero => zero.clone(),
         Scalar::Value(gloss) => legacy_specular::roughness_of_coat(*gloss).into(),
         Scalar::Texture(_) => {
-            tell("the gloss of its coat is left out, as it has a texture");
+            tell("the textured gloss of the coat is omitted");
             zero.clone()
         }
     };
     if principled.flatness != zero {
-        tell("its flatness is left out");
+        tell("flatness is omitted");
     }
-    tell("its diffuse part becomes Lambertian, under a gloss that takes light from it");
+    tell("diffuse reflection becomes Lambertian below a specular layer that attenuates it");
     let look = MetallicRoughness {
         base_color: principled.base_color.clone(),
         metallic: principled.metallic.clone(),
@@ -139,7 +142,7 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMateri
     let zero = Scalar::Value(0.0);
     let left = [&thin.spec_tint, &thin.sheen_tint, &thin.flatness];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of its reflection and its sheen, and its flatness, are left out");
+        tell("the tints of specular reflection and sheen, and flatness, are omitted");
     }
     let look = MetallicRoughness {
         base_color: thin.base_color.clone(),
@@ -169,7 +172,7 @@ fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
     if ior >= 1.0 {
         return ior;
     }
-    tell("its index of refraction is below 1, which glTF does not know; the inverse is written");
+    tell("an index of refraction below 1 is not representable in glTF; the inverse is written");
     1.0 / ior.max(0.01)
 }
 
@@ -193,7 +196,7 @@ fn brushed(
             stretched([root * root / aspect, root * root * aspect])
         }
         _ => {
-            tell("its highlights become round, as a texture says how long they are");
+            tell("textured anisotropy is not representable in glTF; highlights become isotropic");
             round()
         }
     }
@@ -226,7 +229,7 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     };
     let (Input::Value(reflected), Input::Value(sent)) = (&sheet.reflectance, &sheet.transmittance)
     else {
-        tell("no light goes through it diffusely, as its colours have textures");
+        tell("textured diffuse transmission is not representable in glTF; it is omitted");
         return matte;
     };
     let most = |color: &[f32; 3]| color.iter().fold(0.0_f32, |a, b| a.max(*b));
@@ -248,7 +251,10 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
 
 /// Converts a coated metal to one with the clearcoat of glTF.
 fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    tell("its coat reflects white over the metal, whose reflectance becomes that of Schlick");
+    tell(
+        "the white reflection of the coat and the reflectance of the metal become Schlick's \
+         approximation",
+    );
     let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
     // Light passes through the coat twice.
     let passed = libm::expf(-2.0 * m.thickness);
@@ -289,7 +295,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     match surface {
         Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
         Surface::RoughDiffuse(m) => {
-            tell("it becomes Lambertian");
+            tell("the surface becomes Lambertian");
             matte(&m.reflectance, m.two_sided)
         }
         Surface::DiffuseTransmission(m) => leaf(m, tell),
@@ -299,7 +305,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
             MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
         }
         Surface::Conductor(m) => {
-            tell("its reflectance between straight and grazing light becomes that of Schlick");
+            tell("the angular dependence of the reflectance becomes Schlick's approximation");
             let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
             let base_color = times(&m.reflectance, at_normal);
             let mut look =
@@ -310,7 +316,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
         Surface::CoatedConductor(m) => coated_metal(m, tell),
         Surface::Glass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of what it reflects is left out");
+                tell("the tint of reflection is omitted");
             }
             // In glTF, the colour is the transmittance of two interfaces.
             let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
@@ -318,12 +324,12 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
             look
         }
         Surface::Refraction(m) => {
-            tell("it reflects as glass does");
+            tell("the reflectance becomes that of glass");
             glass(squared(&m.transmittance), index(m.ior, tell))
         }
         Surface::ThinGlass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of what it reflects is left out");
+                tell("the tint of reflection is omitted");
             }
             let look = glass(m.transmittance.clone(), index(m.ior, tell));
             MetallicRoughness { thin: true, ..look }
@@ -343,7 +349,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
             look
         }
         Surface::Plastic(m) => {
-            tell("its gloss becomes a grey one of GGX facets");
+            tell("the specular lobe becomes an achromatic GGX lobe");
             let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
             let ior = (1.0 + root) / (1.0 - root);
             coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
@@ -360,7 +366,8 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
 }
 
 /// Note about a diffuse base under a coat.
-const COATED: &str = "its coat becomes a gloss over a base that keeps its colour";
+const COATED: &str =
+    "the coat becomes a specular layer that does not change the colour of its base";
 
 /// Sets √α and the anisotropy along u.
 fn roughen(
@@ -370,7 +377,7 @@ fn roughen(
 ) {
     let Some(Roughness { alpha: [along_u, along_v], distribution, .. }) = roughness else { return };
     if *distribution == pt_scene::material::Distribution::Beckmann {
-        tell("its facets become those of GGX");
+        tell("the microfacet distribution becomes GGX");
     }
     match (along_u, along_v) {
         (Input::Value(u), Input::Value(v)) if u > v => {
@@ -379,13 +386,13 @@ fn roughen(
         }
         (Input::Value(u), Input::Value(v)) => {
             if u < v {
-                tell("its highlights, which are long along v, become round");
+                tell("anisotropic highlights along v become isotropic");
             }
             look.roughness = (u * v).sqrt().sqrt().into();
         }
         _ => {
             if along_u != along_v {
-                tell("its roughness becomes the same in all directions, that along u");
+                tell("the roughness becomes isotropic, with the value along u");
             }
             look.roughness = mapped(along_u, f32::sqrt, f32::sqrt);
         }
