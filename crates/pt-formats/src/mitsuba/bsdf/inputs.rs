@@ -61,7 +61,7 @@ impl<'a, 't> Inputs<'a, 't> {
             [(_, index)] => self.textures.get(*index),
             found => {
                 let message = format!(
-                    "expected one <texture> inside of {}, but there are {}",
+                    "expected one <texture> inside of {}, found {}",
                     self.object.describe(),
                     found.len()
                 );
@@ -82,7 +82,7 @@ impl<'a, 't> Inputs<'a, 't> {
         match self.children("texture")?.as_slice() {
             [(child, index)] if child.name.is_empty() => self.textures.get(*index),
             _ => {
-                let message = format!("the <texture name={}> is missing", quote(name));
+                let message = format!("missing <texture name={}>", quote(name));
                 Err(error(&self.object.at, message))
             }
         }
@@ -105,7 +105,8 @@ impl<'a, 't> Inputs<'a, 't> {
         if r == g && g == b {
             return Ok(Input::Value(r));
         }
-        let message = format!("{} is a colour; expected one number from 0 to 1", quote(name));
+        let message =
+            format!("found a colour for {}, expected one number from 0 to 1", quote(name));
         Err(self.parameters.refuse(name, message))
     }
 
@@ -118,7 +119,8 @@ impl<'a, 't> Inputs<'a, 't> {
         if (0.0..=most).contains(&value) {
             return Ok(Input::Value(value as f32));
         }
-        let message = format!("{} is {value}; expected a number from 0 to {most}", quote(name));
+        let message =
+            format!("found {} = {value}, expected a number from 0 to {most}", quote(name));
         Err(self.parameters.refuse(name, message))
     }
 
@@ -149,7 +151,7 @@ impl<'a, 't> Inputs<'a, 't> {
             let wanted =
                 if least == most { least.to_string() } else { format!("{least} or {most}") };
             let message = format!(
-                "expected {wanted} <bsdf> inside of {}, but there are {}",
+                "expected {wanted} <bsdf> inside of {}, found {}",
                 self.object.describe(),
                 found.len()
             );
@@ -182,7 +184,7 @@ impl<'a, 't> Inputs<'a, 't> {
                     known => known.join(", "),
                 };
                 let message = format!(
-                    "<{}{name}> inside of {} is not supported; textures are supported for: {known}",
+                    "unsupported <{}{name}> inside of {}; textures are supported for: {known}",
                     object.tag,
                     self.object.describe(),
                 );

@@ -36,12 +36,14 @@ pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErro
     let mut sides = Vec::new();
     for side in inner {
         if side.kind == "twosided" {
-            return Err(error(&side.at, "it is inside of another bsdf \"twosided\" already"));
+            return Err(error(&side.at, "bsdf \"twosided\" inside of another bsdf \"twosided\""));
         }
         let surface = surface(inputs.textures, side)?;
         if transmits(&surface) {
-            let message =
-                format!("{} transmits light; \"twosided\" is for opaque ones", quote(&side.kind));
+            let message = format!(
+                "{} transmits light, expected an opaque bsdf inside of \"twosided\"",
+                quote(&side.kind)
+            );
             return Err(error(&side.at, message));
         }
         sides.push(surface);
@@ -73,7 +75,7 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
     let texture = inputs.any_texture()?;
     if texture.shows_colors_of_mesh() {
         let message =
-            "the heights of a \"bumpmap\" are those of an image; a \"mesh_attribute\" has no slope";
+            "found a \"mesh_attribute\" in a \"bumpmap\", expected the heights of an image";
         return Err(error(&inputs.object.at, message));
     }
     let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
