@@ -64,20 +64,20 @@ const STATEMENTS: [(&str, Kind); 44] = [
     ("map_Ka", Kind::Silent),
     ("sharpness", Kind::Silent),
     ("map_aat", Kind::Silent),
-    ("map_Ns", Kind::PassedOver("the gloss is as sharp everywhere as \"Ns\" says")),
+    ("map_Ns", Kind::PassedOver("the gloss is constant (\"Ns\")")),
     ("map_Tr", Kind::PassedOver("use \"map_d\"")),
-    ("map_Tf", Kind::PassedOver("the colour of what goes through is that of \"Tf\"")),
-    ("map_Ps", Kind::PassedOver("the sheen is the same everywhere")),
-    ("map_Pc", Kind::PassedOver("the coat is the same everywhere")),
-    ("map_Pcr", Kind::PassedOver("the coat is the same everywhere")),
-    ("map_aniso", Kind::PassedOver("highlights are alike everywhere")),
-    ("map_anisor", Kind::PassedOver("highlights are alike everywhere")),
+    ("map_Tf", Kind::PassedOver("the colour of transmission is constant (\"Tf\")")),
+    ("map_Ps", Kind::PassedOver("the sheen is constant")),
+    ("map_Pc", Kind::PassedOver("the coat is constant")),
+    ("map_Pcr", Kind::PassedOver("the coat is constant")),
+    ("map_aniso", Kind::PassedOver("highlights are isotropic")),
+    ("map_anisor", Kind::PassedOver("highlights are isotropic")),
     ("refl", Kind::PassedOver("reflections are those of the scene")),
     ("map_refl", Kind::PassedOver("reflections are those of the scene")),
-    ("disp", Kind::PassedOver("shapes are not displaced")),
-    ("map_disp", Kind::PassedOver("shapes are not displaced")),
-    ("decal", Kind::PassedOver("decals are not shown")),
-    ("map_decal", Kind::PassedOver("decals are not shown")),
+    ("disp", Kind::PassedOver("displacement is not supported")),
+    ("map_disp", Kind::PassedOver("displacement is not supported")),
+    ("decal", Kind::PassedOver("decals are not supported")),
+    ("map_decal", Kind::PassedOver("decals are not supported")),
     ("map_RMA", Kind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
 ];
 
@@ -153,7 +153,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
         let hint =
             near.first().map_or(String::new(), |near| format!("; did you mean {}?", quote(near)));
         let message =
-            format!("statements like {} are unknown and passed over{hint}", quote(keyword));
+            format!("unknown statement {}; such statements are ignored{hint}", quote(keyword));
         notes.add(line.at(keyword), message);
         return Ok(None);
     };
@@ -161,7 +161,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
         Kind::Share => color(line, notes)?.map(|color| {
             if color.iter().any(|c| *c > 1.0) {
                 let message = format!(
-                    "{}: it would give more light than arrives; components above 1 become 1",
+                    "{}: found a component above 1, expected at most 1; it is clamped",
                     quote(keyword)
                 );
                 notes.add(line.at(keyword), message);
@@ -173,7 +173,7 @@ fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Valu
         Kind::Map => Map::parse(line, notes)?.map(Value::Map),
         Kind::Silent => None,
         Kind::PassedOver(meaning) => {
-            notes.add(line.at(keyword), format!("{} is passed over: {meaning}", quote(keyword)));
+            notes.add(line.at(keyword), format!("{} is ignored: {meaning}", quote(keyword)));
             None
         }
     };
@@ -185,7 +185,7 @@ fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(kind @ ("spectral" | "xyz")) = words.peek().copied() {
         let message =
-            format!("colours by {} are passed over; expected red, green and blue", quote(kind));
+            format!("colours by {} are ignored; expected red, green and blue", quote(kind));
         notes.add(line.at(kind), message);
         return Ok(None);
     }
@@ -206,10 +206,7 @@ fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
 fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(halo) = words.next_if_eq(&"-halo") {
-        notes.add(
-            line.at(halo),
-            "\"-halo\" is passed over: edges are as clear as middles".to_owned(),
-        );
+        notes.add(line.at(halo), "\"-halo\" is ignored".to_owned());
     }
     let word = words.peek().copied().unwrap_or(line.text.trim_start());
     let [number] = line.numbers(words)?;
