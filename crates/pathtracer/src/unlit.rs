@@ -3,7 +3,7 @@
 use pt_scene::{LightKind, Scene};
 
 /// Text of the note; scenes without lights get studio lighting, or have another note.
-const NOTE: &str = "no light of the scene emits anything: the image will be black";
+const NOTE: &str = "no light of the scene has an emission above 0: the image will be black";
 
 /// Returns the note if the scene has lights, but all lights and materials are black and there are
 /// no media.

@@ -204,7 +204,7 @@ fn faults_of_lights_are_refused_and_told() {
             // In environment maps, such values are replaced, and negative values of emission count
             // as 0.
             let is_told = |note: &String| {
-                note.contains("image of the sky") || note.contains("negative radiance")
+                note.contains("environment image") || note.contains("negative radiance")
             };
             let is_noted = compiled.notes.lines().iter().any(is_told);
             for integrator in ["path", "volpath"] {
