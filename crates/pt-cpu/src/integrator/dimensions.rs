@@ -9,9 +9,9 @@ use super::estimator::PathEstimator;
 use super::light_sampling::light_sample_count;
 use super::scatterer::ScatterNumbers;
 
-/// Sampler dimensions of one bounce, in pairs: one for each light sample, one for the direction of
-/// the BSDF, one for Russian roulette and the choice of a BSDF component, and one for stochastic
-/// materials.
+/// Sampler dimensions of one bounce, in pairs: with media, one for the distance; one for each light
+/// sample, one for the direction of the BSDF, one for Russian roulette and the choice of a BSDF
+/// component, and one for stochastic materials.
 #[derive(Clone, Copy)]
 pub(super) struct BounceDimensions {
     /// Number of pairs.
@@ -21,7 +21,7 @@ pub(super) struct BounceDimensions {
     /// Number of pairs for direct light.
     light_pairs: u32,
     /// True if some materials are stochastic; their pair is the last.
-    pub(super) stochastic_materials: bool,
+    stochastic_materials: bool,
 }
 
 /// Random numbers of a bounce for an unknown number of events: those of a path itself, or those of

@@ -1,4 +1,5 @@
-//! Direct lighting at surface points: light samples with shadow rays, and hemisphere samples.
+//! Direct lighting at the vertices of paths: light samples with shadow rays, and hemisphere
+//! samples.
 
 use pt_bvh::Hit;
 use pt_core::light::{Light, LightSample, LightSampleContext, LightTables, LightVisitor};

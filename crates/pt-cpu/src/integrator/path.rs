@@ -57,7 +57,7 @@ impl Path {
             DirectLight::Light => DirectLight::Light,
             _ => DirectLight::Mis,
         };
-        Self { max_depth: u32::MAX, direct }
+        Self { direct, ..Self::new(settings) }
     }
 
     /// MIS weight of emission found by a ray.

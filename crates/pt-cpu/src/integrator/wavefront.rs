@@ -69,7 +69,6 @@ struct PathHit<H> {
 type BlockMaterials = Option<Vec<Option<EvaluatedMaterial>>>;
 
 /// Buffers of the paths that scatter.
-#[derive(Default)]
 struct ScatteringBuffers<H> {
     /// Paths that scatter at a vertex.
     paths: Vec<PathHit<H>>,
@@ -440,8 +439,9 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
                 bounces + 1,
             );
             let Some(ScatteredPath { mut state, sample, survival }) = next else { continue };
-            let is_last = S::counted(bounces, &vertex.space) + 1 >= self.max_depth;
-            if is_last && !estimator.counts_emission(settings, state.bsdf_pdf) {
+            let counted = S::counted(bounces, &vertex.space);
+            let finds_emission_only = counted + 1 >= self.max_depth;
+            if finds_emission_only && !estimator.counts_emission(settings, state.bsdf_pdf) {
                 continue;
             }
             let scatter = || ScatterSample::new(&sample, survival);
@@ -456,11 +456,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
             if let Some(reuse) = &mut self.reuse {
                 reuse.continue_path(vertex, &mut state, ray.direction, &mut batch.accumulator);
             }
-            let departure = Departure {
-                cx: *cx,
-                vertex,
-                is_last: S::counted(bounces, &vertex.space) >= self.max_depth,
-            };
+            let departure = Departure { cx: *cx, vertex, is_last: counted >= self.max_depth };
             let before = &self.queue.paths[index];
             let start = state.start;
             let stream =

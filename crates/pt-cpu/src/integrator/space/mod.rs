@@ -48,11 +48,11 @@ pub(super) trait Space: Default {
     /// State of a path at the camera; `stream` returns its random numbers.
     fn at_camera(scene: &RenderScene, stream: impl FnOnce() -> RngStream) -> Self::PathState;
 
-    /// Number of interactions that count among the first `bounces` ones of a path.
+    /// Number of interactions of a path that count towards the maximum depth, of `bounces` in all.
     fn counted(bounces: u32, path: &Self::PathState) -> u32;
 
     /// Moves all paths to their next vertices; adds the emission of media, and of the transparent
-    /// surfaces that they pass.
+    /// surfaces that the paths pass.
     fn fly<W: PathObserver>(
         &mut self,
         flight: Flight<impl PathEstimator, Self::PathState>,
@@ -65,7 +65,7 @@ pub(super) trait Space: Default {
     /// The surface, if a vertex is on one.
     fn surface_hit(hit: &Self::Hit) -> Option<&Hit>;
 
-    /// Returns true if a path may be undeflected at a vertex after its last interaction.
+    /// Returns true if a path that had its last interaction may pass a vertex undeflected.
     fn may_pass(settings: &Settings, hit: &Self::Hit) -> bool;
 
     /// Geometry of the vertex that a ray reached at a time.
