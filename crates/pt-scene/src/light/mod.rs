@@ -139,7 +139,96 @@ pub enum LightKind {
     },
 }
 
+/// Matches a [`LightKind`] by reference, shared or mutable, to the colour of
+/// [`LightKind::strength`].
+macro_rules! strength {
+    ($kind:expr) => {
+        match $kind {
+            LightKind::Hemisphere { radiance: color }
+            | LightKind::Constant { radiance: color, .. }
+            | LightKind::Directional { irradiance: color }
+            | LightKind::DistantDisk { irradiance: color, .. }
+            | LightKind::Point { intensity: color }
+            | LightKind::Spot { intensity: color, .. }
+            | LightKind::LinearSpot { intensity: color, .. }
+            | LightKind::PunctualSpot { intensity: color, .. }
+            | LightKind::Projector { intensity: color, .. }
+            | LightKind::Ies { scale: color, .. }
+            | LightKind::Area { radiance: color } => Some(color),
+            LightKind::Environment { .. } | LightKind::Daylight(_) => None,
+        }
+    };
+}
+
 impl LightKind {
+    /// Returns the colour by which the emission is scaled. `None` if it is scaled by a number, as
+    /// that of an environment map, or by several.
+    pub fn strength(&self) -> Option<&[f32; 3]> {
+        strength!(self)
+    }
+
+    /// Variant of [`Self::strength`] that allows to change it.
+    pub fn strength_mut(&mut self) -> Option<&mut [f32; 3]> {
+        strength!(self)
+    }
+
+    /// Returns the texture that the light projects.
+    pub fn slide(&self) -> Option<&Arc<Texture>> {
+        match self {
+            Self::LinearSpot { texture, .. } => texture.as_ref(),
+            Self::Projector { texture, .. } => Some(texture),
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::Directional { .. }
+            | Self::DistantDisk { .. }
+            | Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Ies { .. }
+            | Self::Daylight(_)
+            | Self::Area { .. } => None,
+        }
+    }
+
+    /// Returns true if the light has a position; others are infinite.
+    pub fn is_local(&self) -> bool {
+        match self {
+            Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::LinearSpot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Projector { .. }
+            | Self::Ies { .. }
+            | Self::Area { .. } => true,
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::Directional { .. }
+            | Self::DistantDisk { .. }
+            | Self::Daylight(_) => false,
+        }
+    }
+
+    /// Returns true if the light arrives at a point from a single direction.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Directional { .. }
+            | Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::LinearSpot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Projector { .. }
+            | Self::Ies { .. } => true,
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::DistantDisk { .. }
+            | Self::Daylight(_)
+            | Self::Area { .. } => false,
+        }
+    }
+
     /// Returns the name of the kind.
     pub fn name(&self) -> &'static str {
         match self {
