@@ -113,16 +113,6 @@ fn principled_thin(
     }
 }
 
-/// Makes an enum of the kinds of surfaces, and a list of all.
-macro_rules! kinds {
-    ($($name:ident),*) => {
-        #[derive(Clone, Copy)]
-        enum Kind {
-            $($name),*
-        }
-        const KINDS: &[Kind] = &[$(Kind::$name),*];
-    };
-}
 pt_scene::surfaces!(kinds);
 
 /// Surfaces of all kinds whose parameters are values, or textures of these values.

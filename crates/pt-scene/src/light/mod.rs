@@ -139,6 +139,42 @@ pub enum LightKind {
     },
 }
 
+/// Lists the kinds of lights once; each is a variant of [`LightKind`].
+///
+/// `light_kinds!(then)` is `then! { Hemisphere, Constant, … }`, a call of another macro with the
+/// list.
+///
+/// ```
+/// macro_rules! names {
+///     ($($name:ident),*) => { [$(stringify!($name)),*] };
+/// }
+/// let names = pt_scene::light_kinds!(names);
+/// assert_eq!(names[..2], ["Hemisphere", "Constant"]);
+/// ```
+#[macro_export]
+macro_rules! light_kinds {
+    ($then:ident) => {
+        $then! {
+            Hemisphere, Constant, Environment, Directional, DistantDisk, Point, Spot, LinearSpot, PunctualSpot, Projector, Ies, Daylight, Area
+        }
+    };
+}
+
+/// Implements the method for the name of a kind; it does not compile if the list lacks a variant.
+macro_rules! light_names {
+    ($($name:ident),*) => {
+        impl LightKind {
+            /// Returns the name of the kind.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$name { .. } => stringify!($name)),*
+                }
+            }
+        }
+    };
+}
+light_kinds!(light_names);
+
 /// Matches a [`LightKind`] by reference, shared or mutable, to the colour of
 /// [`LightKind::strength`].
 macro_rules! strength {
@@ -226,25 +262,6 @@ impl LightKind {
             | Self::DistantDisk { .. }
             | Self::Daylight(_)
             | Self::Area { .. } => false,
-        }
-    }
-
-    /// Returns the name of the kind.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Hemisphere { .. } => "Hemisphere",
-            Self::Constant { .. } => "Constant",
-            Self::Environment { .. } => "Environment",
-            Self::Directional { .. } => "Directional",
-            Self::DistantDisk { .. } => "DistantDisk",
-            Self::Point { .. } => "Point",
-            Self::Spot { .. } => "Spot",
-            Self::LinearSpot { .. } => "LinearSpot",
-            Self::PunctualSpot { .. } => "PunctualSpot",
-            Self::Projector { .. } => "Projector",
-            Self::Ies { .. } => "Ies",
-            Self::Daylight(_) => "Daylight",
-            Self::Area { .. } => "Area",
         }
     }
 }
