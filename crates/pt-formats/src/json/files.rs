@@ -163,7 +163,7 @@ fn inline_grid(
         let [x, y, z] = resolution;
         let count = values.len();
         return Err(node.error(format!(
-            "there are {count} values for {x} x {y} x {z} cells with {channels} channels; expected one or three \
+            "there are {count} values for {x} x {y} x {z} cells with {channels} channels; expected one, three or six \
              values for each cell, and cells along each axis"
         )));
     }
