@@ -18,19 +18,7 @@ pub(crate) fn note(scene: &Scene) -> Option<String> {
 /// Returns true if a light is known to emit nothing; images and daylight are not examined.
 fn is_black(light: &LightKind) -> bool {
     match light {
-        LightKind::Hemisphere { radiance }
-        | LightKind::Constant { radiance, .. }
-        | LightKind::Area { radiance } => *radiance == [0.0; 3],
-        LightKind::Directional { irradiance } | LightKind::DistantDisk { irradiance, .. } => {
-            *irradiance == [0.0; 3]
-        }
-        LightKind::Point { intensity }
-        | LightKind::Spot { intensity, .. }
-        | LightKind::LinearSpot { intensity, .. }
-        | LightKind::PunctualSpot { intensity, .. }
-        | LightKind::Projector { intensity, .. } => *intensity == [0.0; 3],
         LightKind::Environment { scale, .. } => *scale == 0.0,
-        LightKind::Ies { scale, .. } => *scale == [0.0; 3],
-        LightKind::Daylight(_) => false,
+        other => other.strength() == Some(&[0.0; 3]),
     }
 }

@@ -18,7 +18,7 @@ use pt_core::RenderScene;
 use pt_core::camera::{Camera, Projection};
 use pt_cpu::Tracer;
 use pt_math::{Bounds3, DVec3, Ray, Vec3};
-use pt_scene::{LightKind, Object, Scalar, Scene, Surface, framing};
+use pt_scene::{Object, Scalar, Scene, Surface, framing};
 
 /// Columns and rows of the grid.
 const GRID: [u32; 2] = [24, 16];
@@ -230,7 +230,7 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
         framing::surface_extent(&scene, None)
     };
     let Some([low, high]) = alone(object).filter(|_| is_opaque) else { return false };
-    let lamps = scene.lights.iter().filter(|light| is_local(&light.kind));
+    let lamps = scene.lights.iter().filter(|light| light.kind.is_local());
     let mut places = lamps.map(|light| light.to_world.translation);
     let emits = |object: &&Object| {
         let mut materials = object.materials.iter().flatten();
@@ -241,17 +241,4 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
     let meets =
         |[from, to]: pt_scene::extent::Extent| low.cmple(to).all() && from.cmple(high).all();
     !places.any(is_inside) && !context.any(meets)
-}
-
-/// Returns true if a light has a position, and is not all around or at infinity.
-fn is_local(light: &LightKind) -> bool {
-    !matches!(
-        light,
-        LightKind::Hemisphere { .. }
-            | LightKind::Constant { .. }
-            | LightKind::Environment { .. }
-            | LightKind::Directional { .. }
-            | LightKind::DistantDisk { .. }
-            | LightKind::Daylight(_)
-    )
 }

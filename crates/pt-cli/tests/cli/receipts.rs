@@ -95,7 +95,7 @@ fn what_has_changed_is_not_made_again() {
         assert!(run.err.contains(why), "{run:?}");
     }
     // Changes the pixels but not the metadata.
-    let changed = changed_pixel(&folder.read("a.png"), &folder);
+    let changed = changed_pixel(&folder);
     folder.write("a.png", changed);
     folder.write("a_again.png", "of the user");
     let run = folder.run("rerender a.png");
@@ -114,7 +114,7 @@ fn what_has_changed_is_not_made_again() {
 }
 
 /// Returns the image file with a changed pixel and its own metadata.
-fn changed_pixel(_: &[u8], folder: &Folder) -> Vec<u8> {
+fn changed_pixel(folder: &Folder) -> Vec<u8> {
     use pathtracer::image::{self, SaveOptions};
     let mut image = folder.image("a.png");
     image.pixels[0] = [1.0, 0.0, 1.0];

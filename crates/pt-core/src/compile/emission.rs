@@ -8,7 +8,7 @@ use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 use pt_scene::Notes;
 use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Pattern, Texture};
-use pt_scene::{Light, LightKind, Scene};
+use pt_scene::{Light, Scene};
 
 use super::CompileError;
 use super::shapes::Shapes;
@@ -57,11 +57,7 @@ pub(super) fn check(scene: &Scene, notes: &mut Notes) -> Result<(), CompileError
         }
     }
     for Light { kind, at, .. } in &scene.lights {
-        let (LightKind::LinearSpot { texture: Some(texture), .. }
-        | LightKind::Projector { texture, .. }) = kind
-        else {
-            continue;
-        };
+        let Some(texture) = kind.slide() else { continue };
         let result = if texture.shows_colors_of_mesh() {
             Err("found mesh colours, expected another texture for a light without a mesh"
                 .to_owned())

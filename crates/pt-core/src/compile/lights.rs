@@ -396,18 +396,8 @@ fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
 ///
 /// "On" is within a thousandth of the size of the mesh.
 fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
-    let local = matches!(
-        node.kind,
-        LightKind::Area { .. }
-            | LightKind::Point { .. }
-            | LightKind::Spot { .. }
-            | LightKind::LinearSpot { .. }
-            | LightKind::Projector { .. }
-            | LightKind::PunctualSpot { .. }
-            | LightKind::Ies { .. }
-    );
     let position = to_world.translation.as_vec3();
-    local
+    node.kind.is_local()
         && shapes.emitters.iter().any(|e| match &e.primitives {
             Primitives::Triangles(runs) => {
                 let triangles = runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));

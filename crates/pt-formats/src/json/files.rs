@@ -162,8 +162,8 @@ fn inline_grid(
         let [x, y, z] = resolution;
         let count = values.len();
         return Err(node.error(format!(
-            "found {count} values for {x} x {y} x {z} cells with {channels} channels, expected one \
-             or three values for each cell, and cells along each axis"
+            "found {count} values for {x} x {y} x {z} cells with {channels} channels, expected one, \
+             three or six values for each cell, and cells along each axis"
         )));
     }
     Ok(Grid { resolution, channels, values })

@@ -2,7 +2,7 @@
 
 use pt_scene::material::{Black, Mix, ThinGlass};
 use pt_scene::texture::{Color, Scalar};
-use pt_scene::{Hidden, Light, LightKind, RenderHints, Scene, Warning};
+use pt_scene::{Hidden, RenderHints, Scene, Warning};
 
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::LoadError;
@@ -113,21 +113,8 @@ pub(super) fn integrator(
 /// them: passing through counts as an interaction, and lights without an extent are not sampled
 /// through them. If neither has an effect on the image, opacities are kept.
 pub(super) fn fill_holes(scene: &mut Scene) {
-    use LightKind::{Directional, Ies, LinearSpot, Point, Projector, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
-    let is_point = |light: &Light| {
-        matches!(
-            light.kind,
-            Point { .. }
-                | Spot { .. }
-                | LinearSpot { .. }
-                | PunctualSpot { .. }
-                | Projector { .. }
-                | Ies { .. }
-                | Directional { .. }
-        )
-    };
-    let shows = is_limited || scene.lights.iter().any(is_point);
+    let shows = is_limited || scene.lights.iter().any(|light| light.kind.is_delta());
     if scene.settings.straight_is_free || !shows {
         return;
     }

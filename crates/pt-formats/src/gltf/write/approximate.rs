@@ -1,8 +1,8 @@
 //! Approximates any surface by a metallic-roughness material of glTF.
 
 use pt_scene::material::{
-    CoatedConductor, Diffuse, DiffuseTransmission, MetallicRoughness, Mix, Principled,
-    PrincipledThin, Roughness,
+    CoatedConductor, Conductor, DiffuseTransmission, Glass, MetallicRoughness, Mix, Principled,
+    PrincipledThin, Roughness, SurfaceDetail, ThinGlass,
 };
 use pt_scene::texture::{Input, NormalOrBump, Pattern, Scalar};
 use pt_scene::{Color, Surface};
@@ -34,56 +34,91 @@ const SHEEN_ROUGHNESS: f32 = 0.5;
 
 /// Returns the best approximation of a surface. `tell` receives a note for each difference.
 pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    match surface {
-        Surface::SurfaceDetail(embossed) => {
-            let inner = approximate(&embossed.surface, tell);
-            if inner.relief.is_some() {
-                tell("nested normal or bump maps: only the outer one is written");
-            }
-            if embossed.shadowing {
-                tell("shadows of the bump map are not written");
-            }
-            if embossed.mirrored {
-                tell("bumps of the front side become dents of the back side");
-            }
-            ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
-        }
+    let look = match surface {
+        Surface::SurfaceDetail(embossed) => return relief(embossed, tell),
         Surface::TwoSided(sided) => {
             tell("the back side becomes like the front side");
             let inner = approximate(&sided.front, tell);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
-            ApproximateMaterial { look, ..inner }
+            return ApproximateMaterial { look, ..inner };
         }
-        Surface::Mix(mix) => mixed(mix, tell),
-        Surface::MetallicRoughness(look) => {
-            ApproximateMaterial { look: look.clone(), body: body(look), relief: None }
-        }
+        Surface::Mix(mix) => return mixed(mix, tell),
+        Surface::MetallicRoughness(look) => look.clone(),
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
             tell("hair becomes diffuse, with the colour of many fibres");
-            let matte = Diffuse { reflectance: hair.color(), two_sided: true };
-            approximate(&matte.into(), tell)
+            matte(&hair.color(), true)
         }
         Surface::Measured(measured) => {
             tell(
                 "the measured material becomes a metal of approximately the same colour and \
                  roughness",
             );
-            let metal = MetallicRoughness {
+            MetallicRoughness {
                 base_color: measured.measurements.color().into(),
                 metallic: 1.0.into(),
                 roughness: measured.measurements.roughness().sqrt().into(),
                 two_sided: measured.two_sided,
                 ..MetallicRoughness::default()
-            };
-            approximate(&metal.into(), tell)
+            }
         }
-        _ => {
-            let look = plain(surface, tell);
-            ApproximateMaterial { body: body(&look), look, relief: None }
+        Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
+        Surface::RoughDiffuse(m) => {
+            tell("the surface becomes Lambertian");
+            matte(&m.reflectance, m.two_sided)
         }
+        Surface::DiffuseTransmission(m) => leaf(m, tell),
+        Surface::Black(_) => matte(&[0.0; 3].into(), true),
+        Surface::Mirror(m) => {
+            let base_color = m.reflectance.clone();
+            MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
+        }
+        Surface::Conductor(m) => metal(m, tell),
+        Surface::CoatedConductor(m) => coated_metal(m, tell),
+        Surface::Glass(m) => glass(m, tell),
+        Surface::Refraction(m) => {
+            tell("the reflectance becomes that of glass");
+            transparent(squared(&m.transmittance), index(m.ior, tell))
+        }
+        Surface::ThinGlass(m) => pane(m, tell),
+        Surface::CoatedDiffuse(m) => {
+            tell(COATED);
+            coated(&m.diffuse, 0.0, m.ior, m.two_sided)
+        }
+        Surface::RoughCoatedDiffuse(m) => {
+            tell(COATED);
+            coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
+        }
+        Surface::FresnelPlastic(m) => {
+            tell(COATED);
+            let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
+            roughen(&mut look, Some(&m.roughness), tell);
+            look
+        }
+        Surface::Plastic(m) => {
+            tell("the specular lobe becomes an achromatic GGX lobe");
+            let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
+            let ior = (1.0 + root) / (1.0 - root);
+            coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
+        }
+    };
+    ApproximateMaterial { body: body(&look), look, relief: None }
+}
+
+/// Returns the approximation of the surface under a relief.
+fn relief(embossed: &SurfaceDetail, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+    let inner = approximate(&embossed.surface, tell);
+    if inner.relief.is_some() {
+        tell("nested normal or bump maps: only the outer one is written");
     }
+    if embossed.shadowing {
+        tell("shadows of the bump map are not written");
+    }
+    if embossed.mirrored {
+        tell("bumps of the front side become dents of the back side");
+    }
+    ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
 }
 
 /// Returns the surface with the larger weight.
@@ -104,7 +139,7 @@ fn body(look: &MetallicRoughness) -> BaseMaterial {
 
 /// Converts a Disney material. The tints of reflection and sheen and the flatness are omitted; the
 /// sheen has the roughness [`SHEEN_ROUGHNESS`].
-fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
@@ -134,17 +169,16 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Approximat
         two_sided: principled.two_sided,
         ..brushed(&principled.roughness, &principled.anisotropic, tell)
     };
-    let look = if look.transmits() { look } else { without_gloss(look, principled.ior) };
-    ApproximateMaterial { body: body(&look), look, relief: None }
+    if look.transmits() { look } else { without_gloss(look, principled.ior) }
 }
 
-fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&thin.spec_tint, &thin.sheen_tint, &thin.flatness];
     if left.iter().any(|number| **number != zero) {
         tell("the tints of specular reflection and sheen, and flatness, are omitted");
     }
-    let look = MetallicRoughness {
+    MetallicRoughness {
         base_color: thin.base_color.clone(),
         transmission: thin.spec_trans.clone(),
         diffuse_transmission: mapped(&thin.diff_trans, |x| 0.5 * x, |x| 0.5 * x),
@@ -155,8 +189,7 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMateri
         thin: true,
         two_sided: true,
         ..brushed(&thin.roughness, &thin.anisotropic, tell)
-    };
-    ApproximateMaterial { body: body(&look), look, relief: None }
+    }
 }
 
 /// Returns the sheen as a grey colour.
@@ -221,12 +254,7 @@ fn bare(two_sided: bool) -> MetallicRoughness {
 /// Converts diffuse reflection and transmission to a fraction that is transmitted, and colours that
 /// together yield the original reflectance and transmittance.
 fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    let matte = MetallicRoughness {
-        base_color: sheet.reflectance.clone(),
-        roughness: 1.0.into(),
-        specular: 0.0.into(),
-        ..bare(true)
-    };
+    let matte = matte(&sheet.reflectance, true);
     let (Input::Value(reflected), Input::Value(sent)) = (&sheet.reflectance, &sheet.transmittance)
     else {
         tell("textured diffuse transmission is not representable in glTF; it is omitted");
@@ -269,99 +297,58 @@ fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     }
 }
 
-/// Converts a surface that contains no other surfaces.
-fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    let matte = |color: &Color, two_sided| MetallicRoughness {
+/// Returns a Lambertian surface.
+fn matte(color: &Color, two_sided: bool) -> MetallicRoughness {
+    MetallicRoughness {
         base_color: color.clone(),
         roughness: 1.0.into(),
         specular: 0.0.into(),
         ..bare(two_sided)
+    }
+}
+
+/// Returns a diffuse base under a gloss of this √α and index of refraction.
+fn coated(diffuse: &Color, roughness: f32, ior: f32, two_sided: bool) -> MetallicRoughness {
+    let look = MetallicRoughness {
+        base_color: diffuse.clone(),
+        roughness: roughness.into(),
+        ior: ior.max(1.0),
+        ..bare(two_sided)
     };
-    let coated = |diffuse: &Color, roughness: f32, ior: f32, two_sided| {
-        let look = MetallicRoughness {
-            base_color: diffuse.clone(),
-            roughness: roughness.into(),
-            ior: ior.max(1.0),
-            ..bare(two_sided)
-        };
-        without_gloss(look, ior)
-    };
-    let glass = |color: Color, ior| MetallicRoughness {
-        base_color: color,
-        transmission: 1.0.into(),
-        ior,
-        ..bare(false)
-    };
-    match surface {
-        Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
-        Surface::RoughDiffuse(m) => {
-            tell("the surface becomes Lambertian");
-            matte(&m.reflectance, m.two_sided)
-        }
-        Surface::DiffuseTransmission(m) => leaf(m, tell),
-        Surface::Black(_) => matte(&[0.0; 3].into(), true),
-        Surface::Mirror(m) => {
-            let base_color = m.reflectance.clone();
-            MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
-        }
-        Surface::Conductor(m) => {
-            tell("the angular dependence of the reflectance becomes Schlick's approximation");
-            let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
-            let base_color = times(&m.reflectance, at_normal);
-            let mut look =
-                MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
-            roughen(&mut look, m.roughness.as_ref(), tell);
-            look
-        }
-        Surface::CoatedConductor(m) => coated_metal(m, tell),
-        Surface::Glass(m) => {
-            if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of reflection is omitted");
-            }
-            // In glTF, the colour is the transmittance of two interfaces.
-            let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
-            roughen(&mut look, m.roughness.as_ref(), tell);
-            look
-        }
-        Surface::Refraction(m) => {
-            tell("the reflectance becomes that of glass");
-            glass(squared(&m.transmittance), index(m.ior, tell))
-        }
-        Surface::ThinGlass(m) => {
-            if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of reflection is omitted");
-            }
-            let look = glass(m.transmittance.clone(), index(m.ior, tell));
-            MetallicRoughness { thin: true, ..look }
-        }
-        Surface::CoatedDiffuse(m) => {
-            tell(COATED);
-            coated(&m.diffuse, 0.0, m.ior, m.two_sided)
-        }
-        Surface::RoughCoatedDiffuse(m) => {
-            tell(COATED);
-            coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
-        }
-        Surface::FresnelPlastic(m) => {
-            tell(COATED);
-            let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
-            roughen(&mut look, Some(&m.roughness), tell);
-            look
-        }
-        Surface::Plastic(m) => {
-            tell("the specular lobe becomes an achromatic GGX lobe");
-            let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
-            let ior = (1.0 + root) / (1.0 - root);
-            coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
-        }
-        Surface::Principled(_)
-        | Surface::PrincipledThin(_)
-        | Surface::MetallicRoughness(_)
-        | Surface::Hair(_)
-        | Surface::Measured(_)
-        | Surface::Mix(_)
-        | Surface::TwoSided(_)
-        | Surface::SurfaceDetail(_) => unreachable!("they are made of others"),
+    without_gloss(look, ior)
+}
+
+/// Returns a smooth interface that transmits light of a colour.
+fn transparent(color: Color, ior: f32) -> MetallicRoughness {
+    MetallicRoughness { base_color: color, transmission: 1.0.into(), ior, ..bare(false) }
+}
+
+fn metal(m: &Conductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    tell("the angular dependence of the reflectance becomes Schlick's approximation");
+    let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
+    let base_color = times(&m.reflectance, at_normal);
+    let mut look = MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
+    roughen(&mut look, m.roughness.as_ref(), tell);
+    look
+}
+
+fn glass(m: &Glass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, tell);
+    // In glTF, the colour is the transmittance of two interfaces.
+    let mut look = transparent(squared(&m.transmittance), index(m.ior, tell));
+    roughen(&mut look, m.roughness.as_ref(), tell);
+    look
+}
+
+fn pane(m: &ThinGlass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, tell);
+    let look = transparent(m.transmittance.clone(), index(m.ior, tell));
+    MetallicRoughness { thin: true, ..look }
+}
+
+fn note_tint(reflectance: &Color, tell: &mut dyn FnMut(&str)) {
+    if *reflectance != Color::Value([1.0; 3]) {
+        tell("the tint of reflection is omitted");
     }
 }
 
@@ -421,7 +408,7 @@ fn times(color: &Color, factor: [f32; 3]) -> Color {
 
 #[cfg(test)]
 mod tests {
-    use pt_scene::material::{Distribution, Masking, Mirror};
+    use pt_scene::material::{Diffuse, Distribution, Masking, Mirror};
 
     use super::*;
 
