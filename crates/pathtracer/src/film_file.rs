@@ -25,7 +25,7 @@ const MAGIC: &[u8] = b"pathtracer film 7\n";
 const KIND: &[u8] = b"pathtracer film ";
 
 /// Message for a file whose hash does not match.
-const CHECKSUM: &str = "its checksum is another than that of what it holds";
+const CHECKSUM: &str = "checksum mismatch";
 
 /// Size in bytes from which on the hash of a file is checked before the file is read into memory.
 const LARGE: u64 = 1 << 26;
@@ -96,13 +96,19 @@ pub enum FilmFileError {
         source: io::Error,
     },
     /// The file is not a film.
-    #[error("{}: is no film; expected a file that pathtracer has written beside an image, or for -f NAME.film", .0.display())]
+    #[error(
+        "{}: is not a film; expected a file that pathtracer has written beside an image, or for -f \
+         NAME.film", .0.display()
+    )]
     Kind(PathBuf),
     /// Another version of the program wrote it.
-    #[error("{}: is a film of another version of pathtracer, which this one ({}) cannot read", .0.display(), env!("CARGO_PKG_VERSION"))]
+    #[error(
+        "{}: film of another version of pathtracer, which this one ({}) cannot read",
+        .0.display(), env!("CARGO_PKG_VERSION")
+    )]
     Version(PathBuf),
     /// The content is not the one that was written.
-    #[error("{}: is damaged: {what}; take a copy of it, or render again", path.display())]
+    #[error("{}: is damaged: {what}; use a copy, or render again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -283,17 +289,16 @@ fn is_whole(path: &Path, length: u64) -> io::Result<bool> {
 /// Parses a file whose first line was checked; the error is a description of the damage.
 fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
     let (content, hash) =
-        bytes.split_last_chunk::<HASH>().ok_or_else(|| "it is not whole".to_owned())?;
+        bytes.split_last_chunk::<HASH>().ok_or_else(|| "incomplete file".to_owned())?;
     if blake3::hash(content) != *hash {
         return Err(CHECKSUM.into());
     }
-    let short = || "it ends within what it says about itself".to_owned();
+    let short = || "unexpected end of the header".to_owned();
     let (length, rest) =
         content.get(MAGIC.len()..).and_then(<[u8]>::split_first_chunk).ok_or_else(short)?;
     let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| short())?;
     let (about, film) = rest.split_at_checked(length).ok_or_else(short)?;
-    let about =
-        serde_json::from_slice(about).map_err(|e| format!("what it says about itself: {e}"))?;
+    let about = serde_json::from_slice(about).map_err(|e| format!("invalid header: {e}"))?;
     let film = Film::read(film).map_err(|e: FilmError| e.to_string())?;
     Ok(FilmFile { about, film })
 }

@@ -83,7 +83,9 @@ pub(crate) fn resolve(
             let found = lights.iter().find(|(light, _)| light == name);
             let (_, origin) = found.ok_or_else(|| unknown(name, &lights))?;
             if groups.insert(*origin, names.len() as u32).is_some() {
-                return Err(format!("the light \"{name}\" is named twice; it can be in one group"));
+                return Err(format!(
+                    "found the light \"{name}\" in two groups, expected at most one"
+                ));
             }
         }
         names.push(group.name.clone());
@@ -99,7 +101,8 @@ pub(crate) fn resolve(
     let count = names.len() + 1;
     if count > MAX {
         return Err(format!(
-            "there would be {count} groups of lights, of at most {MAX}; name those of interest"
+            "found {count} groups of lights, expected at most {MAX}; name only the lights of \
+             interest"
         ));
     }
     // The name `REST` stays with the group of all other lights.
@@ -134,5 +137,5 @@ fn unknown(name: &str, lights: &[(String, LightSourceId)]) -> String {
     } else {
         format!("the lights of the scene are {}", known.join(", "))
     };
-    format!("there is no light {}{meant}; {known}", quote(name))
+    format!("unknown light {}{meant}; {known}", quote(name))
 }

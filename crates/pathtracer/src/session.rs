@@ -93,7 +93,7 @@ impl Session {
         let sees = pt_cpu::integrator::by_name(name)
             .is_none_or(|integrator| integrator.supports(Feature::Media));
         if !sees && !self.scene.media.is_empty() {
-            let note = format!("the scene has media, which the integrator {name} leaves out");
+            let note = format!("the scene has media, which the integrator {name} ignores");
             self.notes.push(note);
             self.notes.suggest(Hint::UseIntegrator("volpath"));
         }

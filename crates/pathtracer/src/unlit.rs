@@ -3,7 +3,7 @@
 use pt_scene::{LightKind, Scene};
 
 /// Text of the note; scenes without lights get studio lighting, or have another note.
-const NOTE: &str = "no light of the scene emits anything: the image will be black";
+const NOTE: &str = "no light of the scene has an emission above 0: the image will be black";
 
 /// Returns the note if the scene has lights, but all lights and materials are black and there are
 /// no media.
@@ -18,19 +18,7 @@ pub(crate) fn note(scene: &Scene) -> Option<String> {
 /// Returns true if a light is known to emit nothing; images and daylight are not examined.
 fn is_black(light: &LightKind) -> bool {
     match light {
-        LightKind::Hemisphere { radiance }
-        | LightKind::Constant { radiance, .. }
-        | LightKind::Area { radiance } => *radiance == [0.0; 3],
-        LightKind::Directional { irradiance } | LightKind::DistantDisk { irradiance, .. } => {
-            *irradiance == [0.0; 3]
-        }
-        LightKind::Point { intensity }
-        | LightKind::Spot { intensity, .. }
-        | LightKind::LinearSpot { intensity, .. }
-        | LightKind::PunctualSpot { intensity, .. }
-        | LightKind::Projector { intensity, .. } => *intensity == [0.0; 3],
         LightKind::Environment { scale, .. } => *scale == 0.0,
-        LightKind::Ies { scale, .. } => *scale == [0.0; 3],
-        LightKind::Daylight(_) => false,
+        other => other.strength() == Some(&[0.0; 3]),
     }
 }

@@ -18,7 +18,7 @@ use pt_core::RenderScene;
 use pt_core::camera::{Camera, Projection};
 use pt_cpu::Tracer;
 use pt_math::{Bounds3, DVec3, Ray, Vec3};
-use pt_scene::{LightKind, Object, Scalar, Scene, Surface, framing};
+use pt_scene::{Object, Scalar, Scene, Surface, framing};
 
 /// Columns and rows of the grid.
 const GRID: [u32; 2] = [24, 16];
@@ -42,7 +42,7 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let below: Vec<_> = (0..seen.len()).filter(|i| rays[*i].direction.dot(up) < 0.0).collect();
     let void_below = below.iter().filter(|i| is_void(**i)).count();
     if void == seen.len() && !may_see(compiled, &camera) {
-        return Some("the camera sees nothing of the scene".to_owned());
+        return Some("the camera view is empty".to_owned());
     }
     let is_low = height(camera.position, up) <= underside(&bounds, up);
     let at = camera.position;
@@ -50,14 +50,14 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let is_above = void_below == below.len() && void < seen.len();
     let is_whole = shows_all(&camera, &bounds) && !is_above;
     if 2 * void_below >= seen.len() && (is_low || is_between) && !is_whole {
-        let place = if is_low { "at the underside of" } else { "between" };
+        let place = if is_low { "below" } else { "between" };
         return Some(format!(
-            "the camera stands {place} the surfaces, and at least half of what it looks at is empty"
+            "the camera is {place} the surfaces, and at least half of its view is empty"
         ));
     }
     let object = inside_of(scene, compiled, &camera, &seen)?;
     Some(format!(
-        "the camera stands inside of {}, where no light gets",
+        "the camera is inside of {}, which no light enters",
         if object.name.is_empty() {
             "an object".to_owned()
         } else {
@@ -230,7 +230,7 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
         framing::surface_extent(&scene, None)
     };
     let Some([low, high]) = alone(object).filter(|_| is_opaque) else { return false };
-    let lamps = scene.lights.iter().filter(|light| is_local(&light.kind));
+    let lamps = scene.lights.iter().filter(|light| light.kind.is_local());
     let mut places = lamps.map(|light| light.to_world.translation);
     let emits = |object: &&Object| {
         let mut materials = object.materials.iter().flatten();
@@ -241,17 +241,4 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
     let meets =
         |[from, to]: pt_scene::extent::Extent| low.cmple(to).all() && from.cmple(high).all();
     !places.any(is_inside) && !context.any(meets)
-}
-
-/// Returns true if a light has a position, and is not all around or at infinity.
-fn is_local(light: &LightKind) -> bool {
-    !matches!(
-        light,
-        LightKind::Hemisphere { .. }
-            | LightKind::Constant { .. }
-            | LightKind::Environment { .. }
-            | LightKind::Directional { .. }
-            | LightKind::DistantDisk { .. }
-            | LightKind::Daylight(_)
-    )
 }

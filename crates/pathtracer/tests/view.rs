@@ -31,7 +31,7 @@ fn at(resolution: [u32; 2]) -> CompileOptions {
 /// Notes on the place of the camera, which come with a hint.
 fn advice(scene: &Scene) -> Vec<String> {
     let session = session(scene, at([48, 36]));
-    let is_on_camera = |note: &&String| note.starts_with("the camera s");
+    let is_on_camera = |note: &&String| note.starts_with("the camera ");
     let notes: Vec<_> = session.notes().iter().filter(is_on_camera).cloned().collect();
     assert_eq!(session.hints().contains(&Hint::FitCamera), !notes.is_empty(), "{notes:?}");
     notes
@@ -103,7 +103,7 @@ fn a_camera_that_sees_nothing_is_noted() {
         ),
     ] {
         let notes = advice(&json(&text));
-        assert!(notes.len() == 1 && notes[0].contains("sees nothing"), "{what}: {notes:?}");
+        assert!(notes.len() == 1 && notes[0].contains("is empty"), "{what}: {notes:?}");
     }
 }
 

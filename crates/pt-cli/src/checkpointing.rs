@@ -80,22 +80,23 @@ impl Checkpointer {
         match found {
             ExistingFilm::Nothing => {}
             ExistingFilm::Another(differences) if schedule.resumes => bail!(
-                "{}: cannot go on, since something has changed:{}\nrestore that, or render to another file",
+                "{}: cannot be resumed because the following changed:{}\nrestore that, or render \
+                 to another file",
                 keeper.path().display(),
                 in_lines(&differences)
             ),
             ExistingFilm::Another(differences) => say(format!(
-                "{}: the finished samples of another image are replaced:{}",
+                "{}: replaces the finished samples of another image:{}",
                 keeper.path().display(),
                 in_lines(&differences)
             )),
             ExistingFilm::Samples { film, trouble } => {
                 if let Some(trouble) = trouble {
-                    report!("warning: {trouble}\n  going on from the one before");
+                    report!("warning: {trouble}\n  the previous film is used");
                 }
                 let taken = film.film.samples() as f64 / film.film.region().area() as f64;
                 say(format!(
-                    "{}: goes on from {taken:.1} samples per pixel",
+                    "{}: resumes at {taken:.1} samples per pixel",
                     keeper.path().display()
                 ));
                 this.earlier.rays = film.about.rays;
@@ -113,7 +114,7 @@ impl Checkpointer {
         let differences = differences(&receipt.about(), &self.about);
         ensure!(
             differences.is_empty(),
-            "it cannot be made again, since something has changed:{}",
+            "cannot reproduce the image because the following changed:{}",
             in_lines(&differences)
         );
         Ok(())
@@ -167,7 +168,7 @@ impl Checkpointer {
             if let Some(turn) = film.as_mut().filter(|turn| turn.is_due()) {
                 let saved = turn.take(|| self.save(session.film()));
                 if let Err(error) = saved {
-                    console.say(&format!("warning: {error:#}; the render goes on"));
+                    console.say(&format!("warning: {error:#}; the render continues"));
                 }
             }
             if let (Some(turn), Some(viewer)) =

@@ -113,5 +113,5 @@ fn completions(shell: clap_complete::Shell) -> Vec<u8> {
 fn man_page() -> Result<Vec<u8>, String> {
     let mut text = Vec::new();
     let written = clap_mangen::Man::new(Cli::command()).render(&mut text);
-    written.map(|()| text).map_err(|e| format!("the man page cannot be made: {e}"))
+    written.map(|()| text).map_err(|e| format!("cannot create the man page: {e}"))
 }

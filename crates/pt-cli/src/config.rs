@@ -27,7 +27,7 @@ pub(crate) fn read() -> Result<()> {
     }
     let text = pathtracer::file::read(&path).and_then(text_of).with_context(|| {
         let by = if named.is_some() { format!(" (named by {VARIABLE})") } else { String::new() };
-        format!("{}{by}: the configuration cannot be read", path.display())
+        format!("{}{by}: cannot read the configuration", path.display())
     })?;
     let folders = parse(&text, &path)?;
     FOLDERS.get_or_init(|| folders);
@@ -50,7 +50,7 @@ pub(crate) fn allowed_folders() -> &'static Vec<PathBuf> {
 /// A message if the folder does not exist.
 pub(crate) fn folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    if path.is_dir() { Ok(path) } else { Err(format!("there is no folder {text:?}")) }
+    if path.is_dir() { Ok(path) } else { Err(format!("found no folder {text:?}")) }
 }
 
 /// Parses one option per line; empty lines and lines that begin with `#` are skipped.

@@ -163,7 +163,7 @@ fn message(state: &ConsoleState, now: Duration) -> String {
         Some(TimeRemaining { least, likely, most }) if most < MAX_SECONDS => {
             format!("{} left ({} to {})", human(likely), human(least), human(most))
         }
-        _ => "how long is not known yet".into(),
+        _ => "remaining time unknown".into(),
     };
     format!("{rays:.1} M rays/s{error}, {left}")
 }

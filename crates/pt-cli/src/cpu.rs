@@ -11,8 +11,8 @@ pub(crate) fn check() -> Result<(), String> {
     match std::env::var_os("PATHTRACER_SIMD") {
         Some(simd) if simd != "avx2" && simd != "avx512" => {
             return Err(format!(
-                "PATHTRACER_SIMD is {}; expected avx2 (to do without AVX-512) or avx512 (as without it, where \
-                 the processor has it)",
+                "found PATHTRACER_SIMD={}, expected avx2 (without AVX-512) or avx512 (the default, \
+                 where supported)",
                 simd.display()
             ));
         }
@@ -34,8 +34,8 @@ pub(crate) fn check() -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "this build needs a processor of the x86-64-v3 level (2013 and later), and this one lacks \
-         {}. Build it yourself for this machine: RUSTFLAGS=\"-C target-cpu=native\" cargo build \
+        "this build requires the x86-64-v3 level (2013 and later), but this processor does not \
+         support {}. Build for this machine: RUSTFLAGS=\"-C target-cpu=native\" cargo build \
          --release",
         missing.join(", ")
     ))

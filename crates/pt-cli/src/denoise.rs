@@ -89,9 +89,7 @@ impl Denoising {
 }
 
 fn warn(error: &DenoiseError) {
-    report!(
-        "warning: --denoise: {error}\n  the image is written as it was rendered, with its noise"
-    );
+    report!("warning: --denoise: {error}\n  the image is written without denoising");
 }
 
 /// Path of the noisy image beside a denoised one.

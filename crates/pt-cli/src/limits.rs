@@ -26,7 +26,8 @@ pub(crate) fn watch() {
             if used > limit.saturating_add(SLACK) && !RENDERING.load(Ordering::Relaxed) {
                 let size = |bytes| ByteSize::b(bytes).display().si();
                 report!(
-                    "error: reading takes more memory than {}; allow more with --max-memory, or simplify the scene",
+                    "error: reading exceeds {} of memory; allow more with --max-memory, or \
+                     simplify the scene",
                     size(limit)
                 );
                 std::process::exit(FAILURE.into());
@@ -61,7 +62,7 @@ impl Limit {
         }
         let used = memory::used_bytes().unwrap_or(0);
         let most = memory::available_bytes().map(|left| left + used);
-        Self { plan, most, source: "than there is now" }
+        Self { plan, most, source: "than available" }
     }
 
     /// Checks the sizes of the image and of the files of the scene, before the scene is read.
@@ -106,8 +107,8 @@ impl Limit {
             parts.iter().map(|(name, bytes)| format!("{} for {name}", size(*bytes))).collect();
         ensure!(
             sum <= most,
-            "the render needs about {} ({}), more {} ({}); render fewer pixels (-r), a simpler scene, or allow \
-             more with --max-memory",
+            "the render requires about {} ({}), more {} ({}); render fewer pixels (-r), a simpler \
+             scene, or allow more with --max-memory",
             size(sum),
             words.join(", "),
             self.source,

@@ -25,7 +25,7 @@ impl Lock {
         let path = PathBuf::from(name);
         loop {
             let mut file = open(&path).with_context(|| {
-                format!("{}: the lock of the image cannot be made", path.display())
+                format!("{}: cannot create the lock of the image", path.display())
             })?;
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => {
@@ -33,8 +33,8 @@ impl Lock {
                     // The process number is only for the message.
                     let _ = (&mut file).take(20).read_to_string(&mut owner);
                     bail!(
-                        "{}: another pathtracer (process {}) writes it now; wait until it has ended, or choose another \
-                         name with -f",
+                        "{}: locked by another pathtracer (process {}); wait until it has ended, \
+                         or choose another name with -f",
                         output.display(),
                         owner.trim()
                     );
@@ -62,7 +62,7 @@ impl Drop for Lock {
 /// Opens or creates the lock file; an existing one must be a regular file.
 fn open(path: &Path) -> io::Result<File> {
     if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
     }
     OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
 }
@@ -90,8 +90,7 @@ mod tests {
         let image = folder.path().join("a.png");
         let lock = Lock::take(&image).expect("nobody has it");
         let error = Lock::take(&image).expect_err("it is taken").to_string();
-        let owner =
-            format!("a.png: another pathtracer (process {}) writes it now", std::process::id());
+        let owner = format!("a.png: locked by another pathtracer (process {})", std::process::id());
         assert!(error.contains(&owner), "{error}");
         drop(Lock::take(&folder.path().join("b.png")).expect("another image"));
         drop(lock);

@@ -58,17 +58,21 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
     };
     anyhow::ensure!(
         folder.is_dir(),
-        "{}: there is no folder {}; make it, or choose another place with -f",
+        "{}: found no folder {}; create it, or choose another location with -f",
         path.display(),
         folder.display()
     );
-    anyhow::ensure!(!path.is_dir(), "{}: is a folder; expected the name of a file", path.display());
+    anyhow::ensure!(
+        !path.is_dir(),
+        "{}: found a folder, expected the name of a file",
+        path.display()
+    );
     pathtracer::check_target(path)?;
     tempfile::Builder::new()
         .prefix(".pathtracer-")
         .tempfile_in(folder)
         .map(drop)
-        .with_context(|| format!("{}: no file can be made in its folder", path.display()))
+        .with_context(|| format!("{}: cannot create a file in its folder", path.display()))
 }
 
 /// Files of a render, and how they are written.
@@ -200,8 +204,8 @@ impl Output {
 fn warn_beyond_half(path: &Path, count: usize) {
     if count > 0 {
         report!(
-            "warning: {}: {count} numbers are beyond 65504, the greatest of 16 bits, and are written as that; \
-             --exr-type float keeps them",
+            "warning: {}: {count} numbers exceed 65504, the maximum of 16 bits, and are clamped to \
+             it; --exr-type float keeps them",
             path.display()
         );
     }
@@ -219,18 +223,19 @@ fn extreme(session: &Session, exposure: f32) -> Option<String> {
     Some(match image::extreme(&image, exposure)? {
         Extreme::Nothing if session.scene().light_count == 0 => return None, // already reported
         Extreme::Nothing => {
-            "the image is black: no light reaches what is seen. --integrator normals shows the shapes, --camera fit all of them, \
-             and -e FILE.exr gives light from all around"
+            "the image is black: no light reaches the visible surfaces. --integrator normals shows \
+             the shapes, --camera fit all of them, and -e FILE.exr adds light from all directions"
                 .to_owned()
         }
         Extreme::Dark => format!(
-            "nearly all of the image is black: its light is too weak for the distances of the scene, or falls elsewhere. \
-             --exposure auto makes it brighter, by {:.1} stops; --camera fit shows all surfaces",
+            "nearly all of the image is black: its light is too weak for the distances of the \
+             scene, or does not reach the view. --exposure auto brightens it by {:.1} stops; \
+             --camera fit shows all surfaces",
             image::auto_exposure(&image)
         ),
         Extreme::Bright => format!(
-            "nearly all of the image is brighter than white. --exposure auto makes it darker, by {:.1} stops, and --tonemap \
-             agx brings all light into the range of a screen",
+            "nearly all of the image is brighter than white. --exposure auto darkens it by {:.1} \
+             stops, and --tonemap agx maps all light to the range of a screen",
             -image::auto_exposure(&image)
         ),
     })

@@ -62,7 +62,7 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n <= 1 << 16 => Ok(n),
         _ => {
-            Err("expected a number from 1 up to 65536; more samples per pixel (-s) do the rest"
+            Err("expected a number from 1 up to 65536; use more samples per pixel (-s) for more"
                 .into())
         }
     }
@@ -84,7 +84,7 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
     match range {
         Some((from, to)) if from < to && to <= HALF_B_OFFSET => Ok((from, to)),
         _ => Err(
-            "expected the first number and the one behind the last, up to 2147483648, as in 0..256"
+            "expected the first number and the one after the last, up to 2147483648, as in 0..256"
                 .into(),
         ),
     }
@@ -162,7 +162,7 @@ pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
 /// Parser of the names of AOVs.
 pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
     PossibleValuesParser::new(Aov::NAMES.map(|(name, _)| name))
-        .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
+        .try_map(|name| Aov::from_name(&name).ok_or("unknown quantity"))
 }
 
 /// Parses a name and its value.
@@ -181,7 +181,7 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
     };
     match value {
         Ok(v) if v > 0.0 && v <= 1.0 => Ok(v),
-        _ => Err("expected a share above 0 and up to 100%, as in 1% or 0.01".into()),
+        _ => Err("expected a fraction above 0 and up to 100%, as in 1% or 0.01".into()),
     }
 }
 
@@ -189,7 +189,7 @@ pub(crate) fn confidence(text: &str) -> Result<f64, String> {
     share(text)
         .ok()
         .filter(|v| (0.5..=0.999_999).contains(v))
-        .ok_or("expected a share from 50% up to 99.9999%, as in 95% or 0.95".into())
+        .ok_or("expected a fraction from 50% up to 99.9999%, as in 95% or 0.95".into())
 }
 
 pub(crate) fn two_or_more(text: &str) -> Result<u32, String> {
@@ -236,7 +236,7 @@ pub(crate) fn address(text: &str) -> Result<String, String> {
         Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok_and(|p| p > 0) => {
             Ok(text.into())
         }
-        _ => Err("expected the host and port where tev listens, as in 127.0.0.1:14158".into()),
+        _ => Err("expected the host and port of tev, as in 127.0.0.1:14158".into()),
     }
 }
 
@@ -254,14 +254,14 @@ pub(crate) fn light_groups(text: &str) -> Result<LightGroups, String> {
             continue;
         }
         if name.is_empty() || !is_name || lights.split('+').any(str::is_empty) {
-            return Err("expected each, or groups with the names of their lights, as in sky,key=lamp+window; names of groups \
-                        are of letters, digits and _"
+            return Err("expected each, or groups with the names of their lights, as in \
+                        sky,key=lamp+window; names of groups consist of letters, digits and _"
                 .into());
         }
         let name = as_layer(name);
         if name == REST || groups.named.iter().any(|group| group.name == name) {
             return Err(format!(
-                "the group of lights \"{name}\" is there twice; \"rest\" is that of all other lights"
+                "duplicate group of lights \"{name}\"; \"rest\" is the group of all other lights"
             ));
         }
         let lights = lights.split('+').map(str::to_owned).collect();

@@ -10,13 +10,15 @@ pub(crate) fn paths(cli: &mut Cli) -> Result<(), String> {
     if let Some(None) = cli.output {
         let named = cli.paths.iter().position(|p| pathtracer::image::is_image(p));
         let Some(named) = named else {
-            return Err("-f needs the name of an image file, such as -f out.png".into());
+            return Err(
+                "missing value of -f; give the name of an image file, such as -f out.png".into()
+            );
         };
         cli.output = Some(Some(cli.paths.remove(named)));
     }
     if let [first, second, ..] = cli.paths.as_slice() {
         return Err(format!(
-            "more than one scene is given, \"{}\" and \"{}\"; one at a time can be rendered",
+            "found two scenes, \"{}\" and \"{}\", expected one",
             first.display(),
             second.display()
         ));
@@ -29,7 +31,7 @@ pub(crate) fn cameras(cli: &mut Cli) -> Result<(), String> {
     let named = cli.loading.camera.as_ref().filter(|_| cli.loading.placement().is_none());
     if let Some(file) = named.map(PathBuf::from).filter(|named| named.is_file()) {
         if let Some(other) = cli.camera_file.replace(file) {
-            return Err(format!("two camera files are given; {} is one", other.display()));
+            return Err(format!("found two camera files, expected one ({})", other.display()));
         }
         cli.loading.camera = None;
     } else if let (Some(name), true) = (named, cli.paths.is_empty()) {

@@ -42,8 +42,8 @@ impl Viewer {
     pub(crate) fn connect(address: &str, name: &str) -> Result<Self, String> {
         let stream = connect(address).map_err(|error| {
             format!(
-                "--tev {address}: no viewer answers ({error}); start tev first, which listens at \
-                 127.0.0.1:14158; the render goes on without it"
+                "--tev {address}: no viewer responds ({error}); start tev first, which listens at \
+                 127.0.0.1:14158; the render continues without it"
             )
         })?;
         let (pictures, to_send) = sync_channel(1);
@@ -67,10 +67,10 @@ impl Viewer {
         self.gone = true;
         let error = match self.end.recv_timeout(PATIENCE) {
             Ok(Err(error)) => error.to_string(),
-            _ => "it takes no more".to_owned(),
+            _ => "it accepts no more data".to_owned(),
         };
         Some(format!(
-            "the viewer at {} went away: {error}; the image is not shown any more",
+            "lost connection to the viewer at {}: {error}; the image is not shown any more",
             self.address
         ))
     }
@@ -88,10 +88,10 @@ impl Viewer {
                     let error = match self.end.recv_timeout(left) {
                         Ok(Ok(())) => return None,
                         Ok(Err(error)) => error.to_string(),
-                        Err(_) => "it is too slow".to_owned(),
+                        Err(_) => "timeout".to_owned(),
                     };
                     return Some(format!(
-                        "the viewer at {} has not got the last image: {error}",
+                        "the viewer at {} did not receive the last image: {error}",
                         self.address
                     ));
                 }
@@ -100,13 +100,13 @@ impl Viewer {
         }
         let is_news = !self.gone;
         is_news.then(|| {
-            format!("the viewer at {} has not got the last image: it is too slow", self.address)
+            format!("the viewer at {} did not receive the last image: timeout", self.address)
         })
     }
 }
 
 fn connect(address: &str) -> io::Result<TcpStream> {
-    let mut error = io::Error::new(io::ErrorKind::NotFound, "there is no such host");
+    let mut error = io::Error::new(io::ErrorKind::NotFound, "unknown host");
     for address in address.to_socket_addrs()? {
         match TcpStream::connect_timeout(&address, PATIENCE) {
             Ok(stream) => {

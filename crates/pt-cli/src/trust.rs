@@ -27,7 +27,8 @@ pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     .collect();
     if !left_out.is_empty() && !cli.quiet {
         report!(
-            "note: {}: its command has {}, not taken from a file; --allow-outside and --allow-folder can be given again",
+            "note: {}: the options {} of its command are ignored in files; --allow-outside and \
+             --allow-folder can be given again",
             file.display(),
             left_out.join(", ")
         );
@@ -62,8 +63,9 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
     let places = inputs.iter().map(|path| resolved(&folder.join(path)));
     if let Some(place) = places.into_iter().find(|place| !allow_outside && !is_allowed(place)) {
         bail!(
-            "{}: its command reads {}, which is not in its folder, and this program did not make it here for you; if you trust it, \
-             --allow-folder {} allows that folder, and --allow-outside all",
+            "{}: its command reads {} outside of its folder, and the file was not created here by \
+             this program; if you trust it, --allow-folder {} allows that folder, and \
+             --allow-outside all",
             output.display(),
             place.display(),
             folder_of(&place).display()
@@ -76,7 +78,7 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
 fn enter_folder(folder: &Path) -> Result<()> {
     if folder.is_dir() {
         std::env::set_current_dir(folder)
-            .with_context(|| format!("{}: cannot be entered", folder.display()))?;
+            .with_context(|| format!("{}: cannot enter the folder", folder.display()))?;
     }
     Ok(())
 }

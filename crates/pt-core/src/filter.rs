@@ -367,6 +367,6 @@ mod tests {
         }
         assert!(FilterSampler::new(&Filter::Box).is_ok_and(|f| f.is_none()));
         let bad = FilterSampler::new(&Filter::Tent { radius: -1.0 });
-        assert!(bad.expect_err("no radius").to_string().contains("the filter's radius is -1"));
+        assert!(bad.expect_err("no radius").to_string().contains("filter radius of -1"));
     }
 }

@@ -30,7 +30,10 @@ const RADIUS: f32 = 0.35;
 impl Procedural {
     /// Returns true if its octaves depend on the width of the footprint.
     pub(crate) fn has_octaves(self) -> bool {
-        !matches!(self, Self::Cubes(_) | Self::Dots(_))
+        match self {
+            Self::Fbm(_) | Self::Wrinkled(_) | Self::Windy | Self::Marble(..) => true,
+            Self::Cubes(_) | Self::Dots(_) => false,
+        }
     }
 
     /// Returns the colour at a point, with a footprint of this width; 0 for a point.

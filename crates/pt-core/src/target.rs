@@ -210,7 +210,7 @@ impl Target {
 
     /// Returns the variance of the mean luminance of a pixel, estimated from its samples; 0 if it
     /// is displayed as white or has too few samples.
-    fn standard_error(&self, pixel: PixelSums) -> f64 {
+    fn variance_of_mean(&self, pixel: PixelSums) -> f64 {
         let (mean, error) = pixel.luminance();
         if mean < self.white && error.is_finite() { error * error } else { 0.0 }
     }
@@ -233,7 +233,7 @@ impl Target {
         let errors = film.square_errors(self.white)?.into_iter().map(|e| libm::pow(e, power));
         let errors: Vec<f64> = errors.collect();
         let spread: Vec<f64> =
-            film.pixels().map(|pixel| libm::pow(self.standard_error(pixel), power)).collect();
+            film.pixels().map(|pixel| libm::pow(self.variance_of_mean(pixel), power)).collect();
         let width = film.region().width as usize;
         let occupied = (0..errors.len()).map(|i| f64::from(u8::from(!plan.is_background_only(i))));
         let occupied: Vec<f64> = occupied.collect();

@@ -31,7 +31,7 @@ pub(super) fn parse(
     let error = |message: String| mesh_file::error(path, 0, message);
     let folder = tempfile::Builder::new().prefix("pathtracer-").tempdir();
     let folder =
-        folder.map_err(|why| error(format!("no folder to unpack it can be made: {why}")))?;
+        folder.map_err(|why| error(format!("cannot create a folder to unpack it: {why}")))?;
     // Paths in messages have no symbolic links.
     let root = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
     let names = unpack(bytes, &root, context).map_err(error)?;
@@ -55,11 +55,11 @@ pub(super) fn parse(
 
 /// Unpacks all files and returns their names. The error is a message.
 fn unpack(bytes: &[u8], root: &Path, context: &LoadContext) -> Result<Vec<PathBuf>, String> {
-    let invalid = |why: zip::result::ZipError| format!("it is no archive that can be read: {why}");
+    let invalid = |why: zip::result::ZipError| format!("found no readable archive: {why}");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(invalid)?;
     if archive.len() > MAX_FILES {
         return Err(format!(
-            "the archive has {} files; expected at most {MAX_FILES}",
+            "found {} files in the archive, expected at most {MAX_FILES}",
             archive.len()
         ));
     }
@@ -72,21 +72,30 @@ fn unpack(bytes: &[u8], root: &Path, context: &LoadContext) -> Result<Vec<PathBu
         }
         let inside = file.enclosed_name().filter(|_| !file.is_symlink());
         let Some(place) = inside else {
-            return Err(format!("the archive has {}, which leads out of it", quote(&name)));
+            return Err(format!(
+                "found {} in the archive, expected paths inside of the archive",
+                quote(&name)
+            ));
         };
         let most = file.size().min(left);
         let _grant = context.reserve(most)?;
         let mut content = Vec::new();
         // One more byte is read to detect files that are longer than declared.
         let read = file.take(most + 1).read_to_end(&mut content);
-        read.map_err(|why| format!("{} in the archive is damaged: {why}", quote(&name)))?;
-        left = left.checked_sub(content.len() as u64).filter(|_| content.len() as u64 <= most).ok_or_else(|| {
-            format!("the files of the archive have more than {MAX_BYTES} bytes, or more than they say")
-        })?;
+        read.map_err(|why| format!("damaged file {} in the archive: {why}", quote(&name)))?;
+        left = left
+            .checked_sub(content.len() as u64)
+            .filter(|_| content.len() as u64 <= most)
+            .ok_or_else(|| {
+                format!(
+                    "found more than {MAX_BYTES} bytes in the archive, or more than its headers \
+                     declare"
+                )
+            })?;
         let target = root.join(&place);
         let made = target.parent().map_or(Ok(()), fs::create_dir_all);
         made.and_then(|()| fs::write(&target, content))
-            .map_err(|why| format!("{} cannot be unpacked: {why}", quote(&name)))?;
+            .map_err(|why| format!("cannot unpack {}: {why}", quote(&name)))?;
         names.push(place);
     }
     Ok(names)
@@ -104,13 +113,14 @@ fn scene_of(root: &Path, names: &[PathBuf]) -> Result<PathBuf, String> {
     let least = scenes.iter().map(|name| depth(name)).min();
     scenes.retain(|name| Some(depth(name)) == least);
     match scenes.as_slice() {
-        [] => Err("the archive has no scene of a format that is read".to_owned()),
+        [] => Err("found no scene of a supported format in the archive".to_owned()),
         [one] => Ok((*one).clone()),
         several => {
             let names: Vec<_> =
                 several.iter().take(10).map(|name| name.display().to_string()).collect();
             Err(format!(
-                "the archive has {} scenes ({}); unpack it, and give one of them",
+                "found {} scenes in the archive ({}), expected one; unpack it and select one of \
+                 them",
                 several.len(),
                 names.join(", ")
             ))

@@ -102,20 +102,23 @@ fn numbers(text: &str, path: &Path) -> Result<[f64; NAMES.len()], LoadError> {
     for (value, name) in found.iter_mut().zip(NAMES) {
         let Some((line, word)) = words.next() else {
             let last = text.lines().count();
-            let message = format!("the file ends before {name}; expected {} numbers", NAMES.len());
+            let message = format!(
+                "found the end of the file before {name}, expected {} numbers",
+                NAMES.len()
+            );
             return Err(fail(last, message));
         };
         *value = match word.parse::<f64>() {
             Ok(v) if v.is_finite() => v,
             _ => {
                 let start: String = word.chars().take(40).collect();
-                return Err(fail(line, format!("{name} is \"{start}\"; expected a number")));
+                return Err(fail(line, format!("found \"{start}\" for {name}, expected a number")));
             }
         };
     }
     match words.next() {
         None => Ok(found),
-        Some((line, _)) => Err(fail(line, format!("more than {} numbers", NAMES.len()))),
+        Some((line, _)) => Err(fail(line, format!("found more than {} numbers", NAMES.len()))),
     }
 }
 
@@ -140,10 +143,10 @@ mod tests {
         let message = |text: &str| parse(text, Path::new("cam.txt")).unwrap_err().to_string();
         assert_eq!(
             message(&GOOD.replace("4 0.1 10", "4 zero 10")),
-            "cam.txt:3: camera settings: minR is \"zero\"; expected a number"
+            "cam.txt:3: camera settings: found \"zero\" for minR, expected a number"
         );
-        assert!(message("50 38").contains("the file ends before aspect"));
-        assert!(message(&format!("{GOOD} 7")).contains("more than 30 numbers"));
+        assert!(message("50 38").contains("found the end of the file before aspect"));
+        assert!(message(&format!("{GOOD} 7")).contains("found more than 30 numbers"));
         assert!(message(&GOOD.replace("875", "NaN")).contains("screenDist"));
     }
 }

@@ -16,7 +16,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// No format has this file name extension.
-    #[error("{}: unknown scene format; the endings known are {known}", path.display())]
+    #[error("{}: unknown scene format; known extensions: {known}", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
@@ -43,7 +43,7 @@ pub enum LoadError {
     #[error("{}", list(.0))]
     Several(Vec<LoadError>),
     /// Consequence of an error that was reported before.
-    #[error("this follows from another error")]
+    #[error("consequence of another error")]
     AlreadyReported,
 }
 

@@ -49,7 +49,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<IesProfile, LoadError> {
     let (horizontal, line) = numbers.angles("horizontal", header.horizontal)?;
     let last = |angles: &[f32]| angles.last().copied().unwrap_or_default();
     if vertical[0] < 0.0 || last(&vertical) > 180.0 {
-        let message = "the vertical angles leave 0 to 180, the range of type C";
+        let message = "found vertical angles outside of 0° to 180°, the range of type C";
         return Err(numbers.error(line, message));
     }
     let mut candela = Vec::with_capacity(header.vertical * header.horizontal);
@@ -57,14 +57,15 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<IesProfile, LoadError> {
         let (value, line) = numbers.next("candela")?;
         let value = (value * header.factor) as f32;
         if !(0.0..=MAX_CANDELA).contains(&value) {
-            let message = format!("{value} candela; expected 0 to {MAX_CANDELA:e}");
+            let message = format!("found {value} candela, expected 0 to {MAX_CANDELA:e}");
             return Err(numbers.error(line, message));
         }
         candela.push(value);
     }
     all_around(vertical, &horizontal, &candela).ok_or_else(|| {
-        let message = "the horizontal angles go neither from 0 to 0, 90, 180 or 360, nor from 90 \
-                       to 270";
+        let message =
+            "found other ranges of horizontal angles, expected 0 to 0, 90, 180 or 360, or 90 to \
+             270";
         numbers.error(line, message)
     })
 }
@@ -124,8 +125,7 @@ impl IesHeader {
         let horizontal = numbers.count("horizontal angles")?;
         let (kind, line) = numbers.next("the photometric type")?;
         if kind != 1.0 {
-            let message =
-                format!("photometric type {kind} is not read; expected 1, which is type C");
+            let message = format!("found photometric type {kind}, expected 1 (type C)");
             return Err(numbers.error(line, message));
         }
         for what in ["the units", "the width", "the length", "the height"] {
@@ -135,8 +135,9 @@ impl IesHeader {
         let (ballast_lamp, line) = numbers.next("the ballast-lamp factor")?;
         numbers.next("the watts")?;
         if vertical.saturating_mul(horizontal) > MAX_VALUES {
-            let message =
-                format!("{vertical} × {horizontal} angles are more than any luminaire has");
+            let message = format!(
+                "found {vertical} × {horizontal} angles, which is more than the supported number"
+            );
             return Err(numbers.error(line, message));
         }
         Ok(Self { vertical, horizontal, factor: multiplier * ballast * ballast_lamp })
@@ -165,11 +166,11 @@ impl<'a> IesNumbers<'a> {
         match tilt {
             Some(("NONE", _)) => {}
             Some((other, at)) => {
-                let message = format!("TILT={other} is not read; expected TILT=NONE");
+                let message = format!("found TILT={other}, expected TILT=NONE");
                 return Err(error(at, message));
             }
             None => {
-                let message = "there is no line TILT=NONE; expected a photometric file of LM-63";
+                let message = "missing line TILT=NONE; expected a photometric file of LM-63";
                 return Err(error(0, message.to_owned()));
             }
         }
@@ -190,11 +191,13 @@ impl<'a> IesNumbers<'a> {
     /// Reads a finite number, and returns its line as well.
     fn next(&mut self, what: &str) -> Result<(f64, u32), LoadError> {
         let Some((word, line)) = self.words.next() else {
-            return Err(self.error(self.last, format!("the file ends where {what} should be")));
+            return Err(
+                self.error(self.last, format!("found the end of the file, expected {what}"))
+            );
         };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok((number, line)),
-            _ => Err(self.error(line, format!("\"{word}\" is no number; expected {what}"))),
+            _ => Err(self.error(line, format!("found \"{word}\", expected {what}"))),
         }
     }
 
@@ -205,7 +208,8 @@ impl<'a> IesNumbers<'a> {
         if is_count {
             return Ok(number as usize);
         }
-        let message = format!("{number} {what}; expected a whole number from 1 to {MAX_VALUES}");
+        let message =
+            format!("found {number} {what}, expected a whole number from 1 to {MAX_VALUES}");
         Err(self.error(line, message))
     }
 
@@ -217,7 +221,10 @@ impl<'a> IesNumbers<'a> {
             let (angle, line) = self.next(&format!("a {what} angle"))?;
             let angle = angle as f32;
             if angles.last().is_some_and(|&before| angle <= before) {
-                let message = format!("the {what} angle {angle} is not above the one before it");
+                let message = format!(
+                    "found {what} angles that do not increase at {angle}, expected increasing \
+                     angles"
+                );
                 return Err(self.error(line, message));
             }
             angles.push(angle);
@@ -300,20 +307,23 @@ mod tests {
         let good = file("0 90");
         let change = |from: &str, to: &str| good.replacen(from, to, 1);
         let cases = [
-            (change("TILT=NONE", "TILT=INCLUDE"), "a.ies:3: TILT=INCLUDE"),
-            (change("TILT=NONE", "LAMP"), "there is no line TILT=NONE"),
-            (change(" 1 2\r\n", " 2 2\r\n"), "a.ies:4: photometric type 2"),
-            (change("0 45 90", "0 45 45"), "a.ies:7: the vertical angle 45 is not above"),
-            (change("0 45 90", "0 45 190"), "the vertical angles leave 0 to 180"),
-            (change("0 90", "0 80"), "a.ies:8: the horizontal angles go neither"),
-            (change("100 101", "100 x"), "a.ies:10: \"x\" is no number; expected candela"),
+            (change("TILT=NONE", "TILT=INCLUDE"), "a.ies:3: found TILT=INCLUDE"),
+            (change("TILT=NONE", "LAMP"), "missing line TILT=NONE"),
+            (change(" 1 2\r\n", " 2 2\r\n"), "a.ies:4: found photometric type 2"),
+            (
+                change("0 45 90", "0 45 45"),
+                "a.ies:7: found vertical angles that do not increase at 45",
+            ),
+            (change("0 45 90", "0 45 190"), "vertical angles outside of 0° to 180°"),
+            (change("0 90", "0 80"), "a.ies:8: found other ranges of horizontal angles"),
+            (change("100 101", "100 x"), "a.ies:10: found \"x\", expected candela"),
             (change("100 101", "100 -1"), "-3 candela"),
             // The sum of such a table would be infinite.
-            (change("100 101", "100 1e38"), "candela; expected 0 to 1e15"),
-            (change("100 101 102", ""), "the file ends where candela should be"),
+            (change("100 101", "100 1e38"), "candela, expected 0 to 1e15"),
+            (change("100 101 102", ""), "found the end of the file, expected candela"),
             (change("1 -1 2 3 2", "1 -1 2 3.5 2"), "3.5 vertical angles"),
-            (change("1 -1 2 3 2", "1 -1 2 9999999 9999999"), "more than any luminaire has"),
-            (String::new(), "there is no line TILT=NONE"),
+            (change("1 -1 2 3 2", "1 -1 2 9999999 9999999"), "more than the supported number"),
+            (String::new(), "missing line TILT=NONE"),
         ];
         for (text, want) in cases {
             let message = parse(&text).unwrap_err();

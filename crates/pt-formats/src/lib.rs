@@ -136,7 +136,7 @@ impl Format {
             Ok(Some(reading)) => return reading,
             Ok(None) => context::out_of_time(most),
             Err(error) => {
-                format!("no thread can be started that reads within a limit of time: {error}")
+                format!("cannot start a thread for reading with a time limit: {error}")
             }
         };
         context.finish(Err(LoadError::Broken { at: mesh_file::place(path, 0), message }))
@@ -192,8 +192,7 @@ fn set_point_radius(scene: &mut Scene, wanted: f64, path: &Path) {
         }
     }
     if !has_points {
-        let message =
-            "a radius of points is given, but the scene has no points and no lines".into();
+        let message = "the radius of points has no effect: the scene has no points or lines".into();
         scene.warnings.push(Warning { at: mesh_file::place(path, 0), message });
     }
 }
@@ -213,7 +212,7 @@ impl Format {
         };
         if let Some((name, _)) = options.definitions.first().filter(|_| !self.has_names) {
             return Some(format!(
-                "{} is defined, but {} has no such names; they are for {}",
+                "unsupported definition {}: {} has no definitions; formats with definitions: {}",
                 quote(name),
                 self.name,
                 names_of(|f| f.has_names)
@@ -221,7 +220,8 @@ impl Format {
         }
         let time = options.time.filter(|_| !self.has_times)?;
         Some(format!(
-            "the time {time} is asked for, but no animations of {} are read; leave it out, or give a scene of {}",
+            "unsupported time {time}: animations of {} are not read; omit the time or use a scene \
+             of {}",
             self.name,
             names_of(|f| f.has_times)
         ))

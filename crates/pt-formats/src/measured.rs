@@ -27,7 +27,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
     let counts = [phi.len(), theta.len()];
     if let Some(i) = counts.iter().position(|count| *count == 0) {
         let name = ["phi_i", "theta_i"][i];
-        return Err(format!("the field \"{name}\" has no angle; expected at least one"));
+        return Err(format!("found no angle in the field \"{name}\", expected at least one"));
     }
     let mut luminance = planes_of(&file, "luminance", counts)?;
     for number in luminance.values.iter_mut().filter(|x| **x < 0.0) {
@@ -37,7 +37,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
     let colors = if file.has(SPECTRA) {
         let ([_], wavelengths) = file.floats("wavelengths")?;
         let weights = spectra::reflectance_weights(&wavelengths)
-            .map_err(|why| format!("the field \"wavelengths\": {why}"))?;
+            .map_err(|why| format!("invalid field \"wavelengths\": {why}"))?;
         colors(&file, SPECTRA, counts, size, &weights)?
     } else {
         let channels = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -48,7 +48,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
         [1] => true,
         other => {
             return Err(format!(
-                "the field \"jacobian\" is {other:?}; expected one number, 0 or 1"
+                "found {other:?} in the field \"jacobian\", expected one number, 0 or 1"
             ));
         }
     };
@@ -83,7 +83,8 @@ fn check_counts(name: &str, found: [usize; 2], counts: [usize; 2]) -> Result<(),
     }
     let ([a, b], [phi, theta]) = (found, counts);
     Err(format!(
-        "the field \"{name}\" is for {a} x {b} directions; \"phi_i\" and \"theta_i\" have {phi} x {theta}"
+        "found {a} x {b} directions in the field \"{name}\", expected {phi} x {theta} as in \
+         \"phi_i\" and \"theta_i\""
     ))
 }
 
@@ -99,7 +100,8 @@ fn colors(
     check_counts(name, [phi, theta], counts)?;
     if channels != weights.len() || [rows, columns] != size {
         return Err(format!(
-            "the field \"{name}\" has {channels} planes of {rows} x {columns} for each direction; expected {} of {} x {}",
+            "found {channels} planes of {rows} x {columns} per direction in the field \"{name}\", \
+             expected {} of {} x {}",
             weights.len(),
             size[0],
             size[1]
@@ -108,7 +110,7 @@ fn colors(
     if let Some(i) = values.iter().position(|x| !x.is_finite()) {
         let bad = values[i];
         return Err(format!(
-            "the number {i} of the field \"{name}\" is {bad}; expected a finite one"
+            "found {bad} as number {i} of the field \"{name}\", expected a finite number"
         ));
     }
     let plane = rows * columns;
@@ -255,23 +257,23 @@ mod tests {
             OutField::floats(name, shape, std::iter::repeat_n(value, shape.iter().product()))
         };
         let cases = [
-            (floats("theta_i", &[0], 0.0), "\"theta_i\" has no angle"),
-            (floats("phi_i", &[1, 1], 0.0), "\"phi_i\" is float32 of 1 x 1"),
-            (floats("vndf", &[2, 1, 4, 2], 1.0), "\"vndf\" is for 2 x 1 directions"),
+            (floats("theta_i", &[0], 0.0), "no angle in the field \"theta_i\""),
+            (floats("phi_i", &[1, 1], 0.0), "\"phi_i\": found float32 of 1 x 1"),
+            (floats("vndf", &[2, 1, 4, 2], 1.0), "found 2 x 1 directions in the field \"vndf\""),
             (floats("luminance", &[1, 2, 1, 2], 1.0), "3 planes of 3 x 2"),
             (
                 floats("spectra", &[1, 2, 2, 3, 2], 1.0),
-                "2 planes of 3 x 2 for each direction; expected 3",
+                "2 planes of 3 x 2 per direction in the field \"spectra\", expected 3",
             ),
             (
                 floats("spectra", &[1, 2, 3, 3, 2], f32::NAN),
-                "number 0 of the field \"spectra\" is NaN",
+                "found NaN as number 0 of the field \"spectra\"",
             ),
-            (floats("wavelengths", &[3], 500.0), "\"wavelengths\": wavelengths have to increase"),
-            (floats("ndf", &[2, 4], -1.0), "number 0 of the field \"ndf\" is -1"),
+            (floats("wavelengths", &[3], 500.0), "\"wavelengths\": found wavelength 500 after 500"),
+            (floats("ndf", &[2, 4], -1.0), "\"ndf\": found -1 as number 0"),
             (floats("luminance", &[1, 2, 0, 1 << 40], 1.0), "3 planes of 3 x 2"),
-            (OutField::bytes("jacobian", &[2]), "\"jacobian\" is [2]"),
-            (OutField::bytes("jacobian", &[]), "\"jacobian\" is []"),
+            (OutField::bytes("jacobian", &[2]), "found [2] in the field \"jacobian\""),
+            (OutField::bytes("jacobian", &[]), "found [] in the field \"jacobian\""),
         ];
         for (field, want) in cases {
             let message = error(field);
@@ -289,7 +291,7 @@ mod tests {
         fields.extend(["luminance", "vndf"].map(|name| none(name, &endless)));
         fields.push(none("spectra", &[0, 2, 3, 1 << 40, 1 << 40]));
         let message = parse(&tensor::write(&fields)).unwrap_err();
-        assert!(message.contains("\"phi_i\" has no angle"), "{message}");
+        assert!(message.contains("no angle in the field \"phi_i\""), "{message}");
     }
 
     const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");

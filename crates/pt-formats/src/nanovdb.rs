@@ -52,7 +52,7 @@ pub(super) fn parse(
     let mut entries = entries(bytes)?;
     let names: Vec<String> = entries.iter().map(|entry| entry.name.clone()).collect();
     let Some(i) = names.iter().position(|n| n == name) else {
-        return Err(format!("the file has no grid \"{name}\"; its grids: {}", names.join(", ")));
+        return Err(format!("unknown grid \"{name}\"; grids of the file: {}", names.join(", ")));
     };
     let entry = entries.swap_remove(i);
     let _grant = if entry.codec == 0 { None } else { Some(pt_memory::ask(entry.size)?) };
@@ -69,12 +69,15 @@ struct EncodedGrid<'a> {
 }
 
 fn entries(bytes: &[u8]) -> Result<Vec<EncodedGrid<'_>>, String> {
-    const EARLY: &str = "the file ends early; is it complete?";
+    const EARLY: &str = "unexpected end of the file; it may be incomplete";
     let (mut entries, mut rest) = (Vec::new(), bytes);
     while !rest.is_empty() {
         let header = rest.split_off(..FILE_HEADER).ok_or(EARLY)?;
         if !(header.starts_with(b"NanoVDB0") || header.starts_with(b"NanoVDB2")) {
-            return Err("this is no file of NanoVDB, which begins with that word and 0 or 2".into());
+            return Err(
+                "found no NanoVDB file, expected one that begins with \"NanoVDB\" and 0 or 2"
+                    .into(),
+            );
         }
         let count = u16::from_le_bytes([header[12], header[13]]);
         let mut here = Vec::new();
@@ -99,18 +102,18 @@ impl EncodedGrid<'_> {
         match self.codec {
             0 => Ok(self.bytes.into()),
             1 if self.size <= MAX_BYTES => {
-                let packed = self.bytes.get(8..).ok_or("the packed grid is too short")?;
+                let packed = self.bytes.get(8..).ok_or("packed grid too short")?;
                 let mut grid = Vec::new();
                 let unpacked = ZlibDecoder::new(packed).take(self.size).read_to_end(&mut grid);
-                unpacked.map_err(|error| format!("the grid cannot be unpacked: {error}"))?;
+                unpacked.map_err(|error| format!("cannot unpack the grid: {error}"))?;
                 Ok(grid.into())
             }
-            1 => Err(format!("a packed grid of {} bytes is more than 1 GiB", self.size)),
+            1 => Err(format!("found a packed grid of {} bytes, expected at most 1 GiB", self.size)),
             2 => {
-                Err("the grid is packed by Blosc, which is not read; pack it by ZIP or not at all"
+                Err("Blosc compression is not supported; compress the grid with ZIP or not at all"
                     .into())
             }
-            other => Err(format!("the grid is packed by codec {other}; expected 0 or 1 (ZIP)")),
+            other => Err(format!("found codec {other}, expected 0 (none) or 1 (ZIP)")),
         }
     }
 }
@@ -140,7 +143,9 @@ impl NanoVdbReader<'_> {
     fn array<const N: usize>(&self, at: u64) -> Result<[u8; N], String> {
         let at = usize::try_from(at).ok();
         let bytes = at.and_then(|at| self.bytes.get(at..)?.first_chunk());
-        bytes.copied().ok_or_else(|| "the grid points behind its end; is it damaged?".to_owned())
+        bytes.copied().ok_or_else(|| {
+            "found an offset beyond the end of the grid; the file may be damaged".to_owned()
+        })
     }
 
     fn u32(&self, at: u64) -> Result<u32, String> {
@@ -170,18 +175,18 @@ impl NanoVdbReader<'_> {
     fn behind(&self, node: u64, offset: u64) -> Result<u64, String> {
         let child = node.checked_add_signed(offset.cast_signed());
         let child = child.filter(|&child| child <= self.bytes.len() as u64);
-        child.ok_or_else(|| "the grid points out of itself; is it damaged?".to_owned())
+        child.ok_or_else(|| {
+            "found an offset outside of the grid; the file may be damaged".to_owned()
+        })
     }
 
     fn dense(&self, ask: impl Fn(u64) -> Result<Grant, String>) -> Result<SparseGrid, String> {
         let (version, kind) = (self.u32(16)? >> 21, self.u32(636)?);
         if !self.bytes.starts_with(b"NanoVDB") || version != 32 {
-            return Err(format!("the grid has version {version}; supported: 32"));
+            return Err(format!("found grid version {version}, expected 32"));
         }
         if kind != FLOAT {
-            return Err(format!(
-                "the grid has numbers of type {kind}; supported: 1 (32-bit float)"
-            ));
+            return Err(format!("found numbers of type {kind}, expected 1 (32-bit float)"));
         }
         let rows = [0, 1, 2].map(|i| self.vector(384 + 24 * i));
         let [x, y, z] = rows;
@@ -197,7 +202,10 @@ impl NanoVdbReader<'_> {
             let tile = root + 64 + 32 * i;
             let key = self.u64(tile)?;
             if !seen.insert(key) {
-                return Err("two parts of the grid lie in the same place; is it damaged?".into());
+                return Err(
+                    "found two nodes of the grid at the same location; the file may be damaged"
+                        .into(),
+                );
             }
             // The key contains the upper 20 bits of each coordinate.
             let origin = [42, 21, 0].map(|shift| {
@@ -277,7 +285,8 @@ impl DenseCells {
         let fits = all.is_some_and(|bytes| bytes.cast_unsigned() <= MAX_BYTES);
         if !fits || !count.iter().all(|n| (1..=MAX_CELLS).contains(n)) {
             return Err(format!(
-                "the grid has {x} x {y} x {z} cells; expected at least one along each axis, and 1 GiB at most"
+                "found a grid of {x} x {y} x {z} cells, expected at least one cell along each axis \
+                 and at most 1 GiB"
             ));
         }
         let grant = ask(4 * (x * y * z).cast_unsigned())?;
@@ -317,7 +326,7 @@ impl DenseCells {
     /// Converts the cells to a grid. Values are at cell centres, which have integer coordinates.
     fn finish(mut self, to_world: DAffine3) -> Result<SparseGrid, String> {
         if let Some(bad) = self.values.iter().find(|value| !value.is_finite()) {
-            return Err(format!("a number of the grid is {bad}; expected finite ones"));
+            return Err(format!("found the number {bad} in the grid, expected finite numbers"));
         }
         for value in &mut self.values {
             *value = value.max(0.0);
@@ -327,7 +336,9 @@ impl DenseCells {
         let cells = DAffine3::from_translation(least - 0.5) * DAffine3::from_scale(count);
         let to_world = to_world * cells;
         if !(to_world.is_finite() && to_world.inverse().is_finite()) {
-            return Err("the grid lies in no box; is its map damaged?".to_owned());
+            return Err(
+                "found a grid map without a finite inverse; the file may be damaged".to_owned()
+            );
         }
         let resolution = self.count.map(|n| n as u32);
         let grid = Arc::new(Grid { resolution, channels: 1, values: self.values });
@@ -480,16 +491,16 @@ mod tests {
                 .expect_err("no grid")
                 .contains("heat, density")
         );
-        assert!(told(b"nothing of that sort").contains("no file of NanoVDB"));
+        assert!(told(b"nothing of that sort").contains("no NanoVDB file"));
         assert!(told(&file(&grid(), 2)).contains("Blosc"));
         assert!(changed(636, 6).contains("type 6"));
         assert!(changed(19, 0).contains("version"));
         assert!(changed(ROOT + 3, 0x80).contains("cells"));
-        assert!(changed(ROOT + 64 + 32 + 14, 1).contains("points"));
-        assert!(changed(GRID + 64 + 64 + 64 + 8256 + 3, 0x7f).contains("points"));
+        assert!(changed(ROOT + 64 + 32 + 14, 1).contains("offset"));
+        assert!(changed(GRID + 64 + 64 + 64 + 8256 + 3, 0x7f).contains("offset"));
         let whole = file(&grid(), 0);
         for length in [5, 100, 300, 2000, whole.len() - 1] {
-            assert!(told(&whole[..length]).contains("early"), "{length}");
+            assert!(told(&whole[..length]).contains("unexpected end"), "{length}");
         }
     }
 

@@ -12,7 +12,7 @@ use crate::encoded::Encoded;
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// No format with this file name extension can be written.
-    #[error("{}: scenes can be written as {known}", path.display())]
+    #[error("{}: unknown scene format for writing; known: {known}", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
@@ -34,7 +34,7 @@ pub enum SaveError {
         path: PathBuf,
     },
     /// A folder for further files cannot be created.
-    #[error("{}: the folder cannot be made: {source}", path.display())]
+    #[error("{}: cannot create the folder: {source}", path.display())]
     Folder {
         /// Path of the folder.
         path: PathBuf,

@@ -60,16 +60,17 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path, index: u32) -> Result<MeshFi
 /// Returns the version in a header.
 fn version_of(bytes: &[u8]) -> Result<u16, String> {
     let Some(&[a, b, c, d]) = bytes.first_chunk() else {
-        return Err("the file is too short to be a serialized mesh".to_owned());
+        return Err("file too short for a serialized mesh".to_owned());
     };
     if u16::from_le_bytes([a, b]) != IDENTIFIER {
         return Err(
-            "this is no serialized mesh of Mitsuba, which begins with the bytes 1c 04".to_owned()
+            "found no serialized mesh of Mitsuba, expected a file that begins with the bytes 1c 04"
+                .to_owned(),
         );
     }
     match u16::from_le_bytes([c, d]) {
         version @ (3 | 4) => Ok(version),
-        other => Err(format!("the mesh has version {other}; supported: 3, 4")),
+        other => Err(format!("found mesh version {other}, expected 3 or 4")),
     }
 }
 
@@ -78,11 +79,11 @@ fn start(bytes: &[u8], version: u16, index: u32) -> Result<usize, String> {
     if index == 0 {
         return Ok(0);
     }
-    let broken = || "the list of meshes at the end of the file is damaged".to_owned();
+    let broken = || "damaged table of meshes at the end of the file".to_owned();
     let (places, count) = bytes.split_last_chunk().ok_or_else(broken)?;
     let count = u32::from_le_bytes(*count);
     if index >= count {
-        return Err(format!("there is no mesh {index}; the file has {count}, counted from 0"));
+        return Err(format!("found no mesh {index}; the file has {count}, counted from 0"));
     }
     let from_end = (count - index) as usize;
     let place = match version {
@@ -148,7 +149,7 @@ impl Stream<'_> {
             match self.take()? {
                 [0] => return Ok(String::from_utf8_lossy(&name).into_owned()),
                 [_] if name.len() == MAX_NAME => {
-                    return Err(format!("the name is longer than {MAX_NAME} bytes"));
+                    return Err(format!("found a name longer than {MAX_NAME} bytes"));
                 }
                 [byte] => name.push(byte),
             }
@@ -178,7 +179,7 @@ impl Stream<'_> {
             }));
         })?;
         match vectors.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
-            Some(bad) => Err(format!("the {what} of vertex {bad} is not finite")),
+            Some(bad) => Err(format!("found a {what} of vertex {bad} that is not finite")),
             None => Ok(vectors),
         }
     }
@@ -193,7 +194,10 @@ impl Stream<'_> {
         match triangles.iter().position(is_bad) {
             Some(bad) => {
                 let corners = triangles[bad];
-                Err(format!("triangle {bad} has the corners {corners:?} of {vertices} vertices"))
+                Err(format!(
+                    "found the corners {corners:?} of triangle {bad}, expected indices of the \
+                     {vertices} vertices"
+                ))
             }
             None => Ok(triangles),
         }
@@ -236,14 +240,14 @@ fn check_counts(
     bytes_per_vertex: u64,
     packed: u64,
 ) -> Result<(), String> {
-    let says = format!("the mesh says that it has {vertices} vertices and {triangles} triangles");
+    let says = format!("the mesh header declares {vertices} vertices and {triangles} triangles");
     if vertices == 0 || triangles == 0 {
-        return Err(format!("{says}; expected some"));
+        return Err(format!("{says}, expected at least one of each"));
     }
     let bytes = vertices.checked_mul(bytes_per_vertex);
     let bytes = bytes.and_then(|b| b.checked_add(triangles.checked_mul(12)?)).unwrap_or(u64::MAX);
     if bytes > MAX_BYTES {
-        return Err(format!("{says}, which are more than 1 GiB; please cut it into pieces"));
+        return Err(format!("{says}, which exceed 1 GiB; split the mesh"));
     }
     if bytes / BEST_RATIO > packed {
         return Err(format!("{says}, but only {packed} bytes follow"));
@@ -254,7 +258,9 @@ fn check_counts(
 /// Describes an error of decompression.
 fn explain(error: &std::io::Error) -> String {
     match error.kind() {
-        ErrorKind::UnexpectedEof => "the file ends within the mesh; is it complete?".to_owned(),
-        _ => format!("the packed bytes of the mesh are damaged: {error}"),
+        ErrorKind::UnexpectedEof => {
+            "unexpected end of the file within the mesh; it may be incomplete".to_owned()
+        }
+        _ => format!("damaged compressed data of the mesh: {error}"),
     }
 }

@@ -59,23 +59,23 @@ impl<'a> TensorFile<'a> {
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut rest = Cursor(bytes);
         if rest.take(IDENTIFIER.len())? != IDENTIFIER {
-            return Err("this is no tensor file, which begins with the word tensor_file".to_owned());
+            return Err(
+                "found no tensor file, expected one that begins with \"tensor_file\"".to_owned()
+            );
         }
         let [major, minor] = [rest.byte()?, rest.byte()?];
         if [major, minor] != VERSION {
-            return Err(format!("the file has version {major}.{minor}; supported: 1.0"));
+            return Err(format!("found version {major}.{minor}, expected 1.0"));
         }
         let count = rest.unsigned::<4>()?;
         if count > MAX as u64 {
-            return Err(format!(
-                "the file says that it has {count} fields; expected {MAX} at most"
-            ));
+            return Err(format!("found {count} fields in the header, expected at most {MAX}"));
         }
         let fields: Vec<_> =
             (0..count).map(|_| field(&mut rest, bytes)).collect::<Result<_, _>>()?;
         for (i, field) in fields.iter().enumerate() {
             if fields[..i].iter().any(|other| other.name == field.name) {
-                return Err(format!("the field {} is there twice", quote(field.name)));
+                return Err(format!("duplicate field {}", quote(field.name)));
             }
         }
         Ok(Self { fields })
@@ -110,7 +110,7 @@ impl<'a> TensorFile<'a> {
         let Some(field) = self.fields.iter().find(|field| field.name == name) else {
             let names: Vec<_> = self.fields.iter().map(|field| field.name).collect();
             return Err(format!(
-                "the field {} is missing; there are: {}",
+                "missing field {}; fields of the file: {}",
                 quote(name),
                 names.join(", ")
             ));
@@ -119,7 +119,7 @@ impl<'a> TensorFile<'a> {
         match <[usize; N]>::try_from(shape.as_slice()) {
             Ok(shape) if field.kind == kind => Ok((shape, bytes)),
             _ => Err(format!(
-                "the field {} is {}; expected {N} {} of {}",
+                "field {}: found {}, expected {N} {} of {}",
                 quote(name),
                 described(field),
                 if N == 1 { "axis" } else { "axes" },
@@ -142,15 +142,18 @@ fn described(field: &TensorField<'_>) -> String {
 fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<TensorField<'a>, String> {
     let length = rest.unsigned::<2>()? as usize;
     let name = std::str::from_utf8(rest.take(length)?);
-    let name = name.map_err(|_| "the name of a field is no text".to_owned())?;
+    let name = name.map_err(|_| "found a field name that is not text".to_owned())?;
     let axes = rest.unsigned::<2>()? as usize;
     if axes > MAX {
-        return Err(format!("the field {} has {axes} axes; expected {MAX} at most", quote(name)));
+        return Err(format!(
+            "found {axes} axes of the field {}, expected at most {MAX}",
+            quote(name)
+        ));
     }
     let kind = rest.byte()?;
     let size = SIZES.get(usize::from(kind)).copied().filter(|size| *size > 0).ok_or_else(|| {
         format!(
-            "the field {} has numbers of the unknown kind {kind}; expected 1 to 11",
+            "found the unknown number type {kind} in the field {}, expected 1 to 11",
             quote(name)
         )
     })?;
@@ -162,8 +165,8 @@ fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<TensorField<'a>, S
     let Some(bytes) = range.and_then(|range| file.get(range)) else {
         let sizes: Vec<_> = shape.iter().map(u64::to_string).collect();
         return Err(format!(
-            "the field {} says that it has {} numbers of {size} bytes from byte {offset} on, but the file has {} bytes; \
-             is it complete?",
+            "the field {} declares {} numbers of {size} bytes from byte {offset} on, but the file \
+             has {} bytes; it may be incomplete",
             quote(name),
             sizes.join(" x "),
             file.len()
@@ -182,7 +185,7 @@ impl<'a> Cursor<'a> {
         let (taken, rest) = self
             .0
             .split_at_checked(count)
-            .ok_or("the file ends within its header; is it complete?")?;
+            .ok_or("unexpected end of the file within its header; it may be incomplete")?;
         self.0 = rest;
         Ok(taken)
     }
@@ -284,7 +287,7 @@ mod tests {
         let whole = file();
         for length in 0..whole.len() {
             let message = TensorFile::parse(&whole[..length]).unwrap_err();
-            assert!(message.contains("is it complete?"), "{length}: {message}");
+            assert!(message.contains("may be incomplete"), "{length}: {message}");
         }
     }
 
@@ -293,13 +296,13 @@ mod tests {
         // Bytes of the header: 12 identifier, 2 version, 4 count; then the length of the first
         // name, the name "a", the number of axes, the kind, the offset, and the sizes.
         let cases = [
-            (damaged(0, b'T'), "begins with the word tensor_file"),
+            (damaged(0, b'T'), "begins with \"tensor_file\""),
             (damaged(12, 2), "version 2.0"),
-            (damaged(15, 1), "259 fields; expected 64"),
-            (damaged(20, 0xFF), "no text"),
-            (damaged(22, 1), "258 axes; expected 64"),
-            (damaged(23, 0), "unknown kind 0"),
-            (damaged(23, 12), "unknown kind 12"),
+            (damaged(15, 1), "259 fields in the header, expected at most 64"),
+            (damaged(20, 0xFF), "not text"),
+            (damaged(22, 1), "258 axes of the field \"a\", expected at most 64"),
+            (damaged(23, 0), "unknown number type 0"),
+            (damaged(23, 12), "unknown number type 12"),
             (damaged(31, 0x7F), "but the file has"),
             (damaged(39, 0xFF), "but the file has"),
             (damaged(38, 0x40), "but the file has"),
@@ -310,7 +313,7 @@ mod tests {
         }
         let twice = write(&[OutField::bytes("a", b"x"), OutField::bytes("a", b"y")]);
         let message = TensorFile::parse(&twice).unwrap_err();
-        assert_eq!(message, "the field \"a\" is there twice");
+        assert_eq!(message, "duplicate field \"a\"");
     }
 
     #[test]
@@ -320,12 +323,15 @@ mod tests {
         let cases = [
             (
                 read.floats::<1>("a").unwrap_err(),
-                "\"a\" is float32 of 2 x 3; expected 1 axis of float32",
+                "\"a\": found float32 of 2 x 3, expected 1 axis of float32",
             ),
-            (read.bytes("a").unwrap_err(), "\"a\" is float32 of 2 x 3; expected 1 axis of uint8"),
+            (
+                read.bytes("a").unwrap_err(),
+                "\"a\": found float32 of 2 x 3, expected 1 axis of uint8",
+            ),
             (
                 read.floats::<2>("b").unwrap_err(),
-                "\"b\" is missing; there are: a, description, empty",
+                "missing field \"b\"; fields of the file: a, description, empty",
             ),
         ];
         for (message, want) in cases {

@@ -33,19 +33,16 @@ pub(super) struct VolFile {
 /// scene.
 pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     let Some((identifier, rest)) = bytes.split_first_chunk::<4>() else {
-        return Err("the file is too short to be a grid".to_owned());
+        return Err("file too short for a grid".to_owned());
     };
     check_identifier(*identifier)?;
     let Some((header, rest)) = rest.split_first_chunk::<44>() else {
-        return Err("the file ends within its header; is it complete?".to_owned());
+        return Err("unexpected end of the file within its header; it may be incomplete".to_owned());
     };
     let word = |i: usize| [0, 1, 2, 3].map(|byte| header[4 * i + byte]);
     let whole = |i: usize| i32::from_le_bytes(word(i));
     if whole(0) != FLOAT32 {
-        return Err(format!(
-            "the numbers of the grid have the encoding {}; supported: 1 (32-bit float)",
-            whole(0)
-        ));
+        return Err(format!("found encoding {} of the grid, expected 1 (32-bit float)", whole(0)));
     }
     let (resolution, channels) = sizes([1, 2, 3].map(whole), whole(4))?;
     let number = |i: usize| f64::from(f32::from_le_bytes(word(i)));
@@ -65,7 +62,7 @@ pub(super) fn write(grid: &Grid) -> Result<Vec<u8>, String> {
     let mut bytes = IDENTIFIER.to_vec();
     for number in [FLOAT32 as u32, x, y, z, grid.channels] {
         let number = i32::try_from(number)
-            .map_err(|_| format!("a grid of {x} x {y} x {z} cells is too large"))?;
+            .map_err(|_| format!("found a grid of {x} x {y} x {z} cells, which is too large"))?;
         bytes.extend(number.to_le_bytes());
     }
     let corners = [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0];
@@ -76,25 +73,28 @@ pub(super) fn write(grid: &Grid) -> Result<Vec<u8>, String> {
 fn check_identifier(identifier: [u8; 4]) -> Result<(), String> {
     match identifier {
         IDENTIFIER => Ok(()),
-        [b'V', b'O', b'L', version] => Err(format!("the grid has version {version}; supported: 3")),
-        _ => Err("this is no grid of Mitsuba, which begins with the letters VOL".to_owned()),
+        [b'V', b'O', b'L', version] => Err(format!("found grid version {version}, expected 3")),
+        _ => {
+            Err("found no grid of Mitsuba, expected a file that begins with the letters VOL"
+                .to_owned())
+        }
     }
 }
 
 /// Returns the cells along each axis, and the values per cell, if they are within limits.
 fn sizes(cells: [i32; 3], channels: i32) -> Result<([u32; 3], u32), String> {
     let [x, y, z] = cells;
-    let says = format!("the grid says that it has {x} x {y} x {z} cells of {channels} numbers");
+    let says = format!("the grid header declares {x} x {y} x {z} cells of {channels} numbers");
     if !matches!(channels, 1 | 3 | 6) {
-        return Err(format!("{says}; expected 1, 3 or 6 numbers"));
+        return Err(format!("{says}, expected 1, 3 or 6 numbers"));
     }
     let cells = cells.map(|n| u32::try_from(n).unwrap_or(0));
     if cells.contains(&0) {
-        return Err(format!("{says}; expected at least one cell along each axis"));
+        return Err(format!("{says}, expected at least one cell along each axis"));
     }
     let bytes = cells.iter().try_fold(4 * channels as u64, |all, &n| all.checked_mul(n.into()));
     if bytes.is_none_or(|bytes| bytes > MAX_BYTES) {
-        return Err(format!("{says}, which are more than 1 GiB; please make it coarser"));
+        return Err(format!("{says}, which exceed 1 GiB; reduce the resolution"));
     }
     Ok((cells, channels as u32))
 }
@@ -103,7 +103,8 @@ fn numbers(bytes: &[u8], cells: [u32; 3], channels: u32) -> Result<Vec<f32>, Str
     let count = cells.iter().map(|&n| n as usize).product::<usize>() * channels as usize;
     let Some(bytes) = bytes.get(..4 * count) else {
         return Err(format!(
-            "the grid has {count} numbers, but the file ends after {} of them; is it complete?",
+            "the grid header declares {count} numbers, but the file ends after {}; it may be \
+             incomplete",
             bytes.len() / 4
         ));
     };
@@ -114,10 +115,7 @@ fn numbers(bytes: &[u8], cells: [u32; 3], channels: u32) -> Result<Vec<f32>, Str
             let [nx, ny, _] = cells.map(|n| n as usize);
             let cell = bad / channels as usize;
             let [x, y, z] = [cell % nx, cell / nx % ny, cell / nx / ny];
-            Err(format!(
-                "the number of cell ({x}, {y}, {z}) is {}; expected a finite one",
-                values[bad]
-            ))
+            Err(format!("found {} in cell ({x}, {y}, {z}), expected a finite number", values[bad]))
         }
     }
 }
@@ -149,7 +147,7 @@ mod tests {
         assert!(parse(&whole).is_ok());
         for length in 0..whole.len() {
             let message = parse(&whole[..length]).unwrap_err();
-            assert!(message.contains("ends") || message.contains("short"), "{length}: {message}");
+            assert!(message.contains("end") || message.contains("short"), "{length}: {message}");
         }
     }
 
@@ -160,9 +158,9 @@ mod tests {
             (file([1, 0, 1, 1, 1], &[0.0]), "at least one cell"),
             (file([1, 1, -1, 1, 1], &[0.0]), "1 x -1 x 1 cells"),
             (file([1, 1, 1, 1, 2], &[0.0; 2]), "expected 1, 3 or 6 numbers"),
-            (file([1, i32::MAX, i32::MAX, i32::MAX, 3], &[0.0]), "more than 1 GiB"),
-            (file([1, 1024, 1024, 64, 1], &[0.0]), "ends after 1 of them"),
-            (file([1, 2, 2, 1, 1], &[0.0, 0.0, f32::NAN, 0.0]), "cell (0, 1, 0) is NaN"),
+            (file([1, i32::MAX, i32::MAX, i32::MAX, 3], &[0.0]), "exceed 1 GiB"),
+            (file([1, 1024, 1024, 64, 1], &[0.0]), "ends after 1;"),
+            (file([1, 2, 2, 1, 1], &[0.0, 0.0, f32::NAN, 0.0]), "found NaN in cell (0, 1, 0)"),
             (b"VOL\x02 and so on".to_vec(), "version 2"),
             (b"PLY and so on".to_vec(), "letters VOL"),
         ];

@@ -69,25 +69,28 @@ fn messages_name_the_archive() {
 fn archives_that_lead_out_or_are_no_scene_are_refused() {
     let object = TRIANGLE.as_bytes();
     for (files, expected) in [
-        (&[("../a.obj", object)][..], "\"../a.obj\", which leads out of it"),
-        (&[("a.txt", object)], "has no scene of a format that is read"),
-        (&[("b.zip", object)], "has no scene of a format that is read"),
-        (&[("a.obj", object), ("b.obj", object)], "has 2 scenes (a.obj, b.obj); unpack it"),
+        (&[("../a.obj", object)][..], "found \"../a.obj\" in the archive, expected paths inside"),
+        (&[("a.txt", object)], "found no scene of a supported format"),
+        (&[("b.zip", object)], "found no scene of a supported format"),
+        (
+            &[("a.obj", object), ("b.obj", object)],
+            "found 2 scenes in the archive (a.obj, b.obj), expected one; unpack it",
+        ),
     ] {
         let message = refusal(&archive(files), "a.zip");
         assert!(message.contains(expected), "{message}");
     }
-    assert!(refusal(b"PK\x03\x04", "a.zip").contains("is no archive that can be read"));
+    assert!(refusal(b"PK\x03\x04", "a.zip").contains("found no readable archive"));
     let mut linked = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default();
     linked.add_symlink("a.obj", "/etc/passwd", options).expect("there is room");
     let bytes = linked.finish().expect("there is room").into_inner();
-    assert!(refusal(&bytes, "a.zip").contains("which leads out of it"));
+    assert!(refusal(&bytes, "a.zip").contains("expected paths inside of the archive"));
     // A file in the archive cannot refer to others outside of it.
     let bytes =
         archive(&[("a.obj", b"mtllib ../../etc/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
     let scene = parse(&bytes, Path::new("a.zip")).expect("a scene");
-    assert!(scene.missing[0].message.contains("outside of the folder of the scene"));
+    assert!(scene.missing[0].message.contains("outside of the scene folder"));
 }
 
 #[test]
@@ -99,7 +102,7 @@ fn what_is_unpacked_is_limited() {
     options.limits.memory = Some(10_000_000);
     let message =
         parse_with(&bytes, Path::new("a.zip"), &options).expect_err("too large").to_string();
-    assert!(message.contains("more memory than the limit of 10000000 bytes"), "{message}");
+    assert!(message.contains("exceeds the memory limit of 10000000 bytes"), "{message}");
 }
 
 /// Each byte changed, and truncated at each position.

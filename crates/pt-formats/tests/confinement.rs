@@ -63,7 +63,7 @@ fn missing_pictures_are_loud_in_all_formats_and_errors_if_that_is_asked_for() {
         let [missing] = scene.missing.as_slice() else { panic!("{:?}", scene.missing) };
         let message = missing.to_string();
         assert!(message.contains("lost.png"), "{message}");
-        assert!(message.contains("squares in magenta and black stand in for it"), "{message}");
+        assert!(message.contains("a magenta and black checkerboard is shown instead"), "{message}");
         assert_eq!(load(true).expect_err("it is missing").to_string(), message);
     }
     picture(&folder.path().join("lost.png"));
@@ -102,7 +102,7 @@ fn paths_leave_the_folder_of_the_scene_only_if_that_is_allowed() {
             let message = &missing.message;
             assert!(is_loud(&scene), "{ending}");
             assert!(message.contains(&format!("leads to {}", real.display())), "{message}");
-            assert!(message.contains("outside of the folder of the scene"), "{message}");
+            assert!(message.contains("outside of the scene folder"), "{message}");
             let path = inside.join("scene").with_extension(ending);
             std::fs::write(&path, &text).expect("a writable folder");
             let reading = read_with(&path, &LoadOptions::default());
@@ -128,7 +128,7 @@ fn folders_of_mitsuba_scenes_are_inside_as_well() {
     let path = inside.join("scene.xml");
     let error = parse_with(text.as_bytes(), &path, &LoadOptions::default()).expect_err("outside");
     let message = error.to_string();
-    assert!(message.contains("outside of the folder of the scene"), "{message}");
+    assert!(message.contains("outside of the scene folder"), "{message}");
     assert_eq!(error.each().len(), 1, "what is not found there is no other error: {message}");
     let options = LoadOptions { allow_outside: true, ..LoadOptions::default() };
     assert!(parse_with(text.as_bytes(), &path, &options).is_ok());

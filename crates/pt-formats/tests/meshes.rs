@@ -132,7 +132,7 @@ fn of_very_many_faults_the_first_ones_are_told() {
         };
         let (each, shown) = told(1);
         assert_eq!(each.len(), 1001, "{name}");
-        let last = format!("{name}: there are too many errors; the rest of the scene is not read");
+        let last = format!("{name}: too many errors; the rest of the scene is not read");
         assert!(each.contains(&last), "{}", each[1000]);
         assert!(shown.ends_with("\n… and 901 more"), "{shown}");
         let lines = each.iter().filter_map(|e| e.split(':').nth(1)?.parse::<u32>().ok());
@@ -152,8 +152,8 @@ fn meshes_with_errors_are_missing_in_scenes_with_the_first_one() {
     let path = folder("obj").join("bad").join("scene.xml");
     let scene = parse(text.as_bytes(), &path).unwrap_or_else(|error| panic!("{error}"));
     let [missing] = &scene.missing[..] else { panic!("{:?}", scene.missing) };
-    let end = "many.obj:3:5: \"zero\" is no finite number such as 0.5; 12 more errors in this file, which \
-               `pathtracer check` lists; the shape is left out";
+    let end = "many.obj:3:5: found \"zero\", expected a finite number such as 0.5; 12 more errors \
+               in this file, listed by `pathtracer check`; the shape is omitted";
     assert!(missing.message.ends_with(end), "{missing}");
     assert_eq!(scene.objects.len(), 1);
 }
@@ -303,7 +303,7 @@ fn faults_of_large_files_of_ply_are_told_by_their_places() {
     for is_big in [None, Some(true), Some(false)] {
         let told = |vertex: usize| {
             let line = is_big.map_or(format!(":{}", 19 + vertex), |_| String::new());
-            format!("grid.ply{line}: vertex {vertex} has a value that is not finite")
+            format!("grid.ply{line}: found a value of vertex {vertex} that is not finite")
         };
         let infinite = colored_grid(130, is_big, |i, p| {
             if i == 9000 || i == 17_000 {
@@ -314,12 +314,13 @@ fn faults_of_large_files_of_ply_are_told_by_their_places() {
         let good = colored_grid(130, is_big, |_, _| {});
         if is_big.is_some() {
             let cut = &good[..good.len() - 27 * 1000 - 5];
-            let expected = "grid.ply: the file ends in face 32799 of 33800; is it complete?";
+            let expected =
+                "grid.ply: unexpected end of the file in face 32799 of 33800; it may be incomplete";
             assert_eq!(message(cut), expected);
             let mut bad = good.clone();
             let at = bad.len() - 27 * 1000 + 13;
             bad[at..at + 4].copy_from_slice(&[255; 4]);
-            assert!(message(&bad).contains("face 32800 refers to vertex -1;"), "{}", message(&bad));
+            assert!(message(&bad).contains("found vertex -1 in face 32800,"), "{}", message(&bad));
         }
     }
 }
@@ -365,7 +366,7 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
         let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
         assert_eq!(
             warnings,
-            ["grid.obj: some corners have no normals; those of others are left out"]
+            ["grid.obj: some corners have no normals; the normals of the others are ignored"]
         );
     }
 }
@@ -384,16 +385,16 @@ fn faults_of_large_files_of_obj_are_told_by_their_places() {
         let error = parse(lines.join("\n").as_bytes(), Path::new("grid.obj"));
         error.expect_err("a fault").to_string()
     };
-    let vertex = "grid.obj:90001:5: \"x\" is no finite number such as 0.5";
-    let face = "grid.obj:90002:5: \"2x\" is no index into the vertices above;";
+    let vertex = "grid.obj:90001:5: found \"x\", expected a finite number such as 0.5";
+    let face = "grid.obj:90002:5: found \"2x\", expected an index of the vertices above:";
     let both = with(&[(90_002, "f 1 2x 3"), (90_001, "v 0 x 0")]);
     assert!(both.starts_with(&format!("{vertex}\n{face}")), "{both}");
     let both = with(&[(90_002, "f 1 2x 3"), (110_000, "v 0 x 0")]);
     assert!(both.starts_with(face), "{both}");
-    assert!(both.contains("\ngrid.obj:110000:5: \"x\" is no"), "{both}");
+    assert!(both.contains("\ngrid.obj:110000:5: found \"x\", expected"), "{both}");
     assert_eq!(both.lines().count(), 2, "{both}");
     let later = with(&[(60_000, "f 1 2 40000")]);
-    assert!(later.starts_with("grid.obj:60000:7: \"40000\" is no index"), "{later}");
+    assert!(later.starts_with("grid.obj:60000:7: found \"40000\", expected an index"), "{later}");
 }
 
 /// A face of four corners among many of three makes two triangles.
@@ -449,7 +450,7 @@ fn colours_of_vertices_are_numbers_or_shares() {
     let scene = body(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("the rest is shown");
     let found = colors(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("colours");
     assert_eq!(found, [[1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]]);
-    let note = "vertex 1 has a colour that is not finite; it is black";
+    let note = "found a colour of vertex 1 that is not finite; the vertex becomes black";
     assert!(scene.warnings.iter().any(|w| w.message == note), "{:?}", scene.warnings);
     // Signed integers are no colours.
     assert_eq!(colors(&of("int", long), ["1 0 0"; 3]), None);
@@ -522,7 +523,7 @@ fn counts_in_headers_reserve_no_memory() {
     let mut bytes = header.as_bytes().to_vec();
     bytes.extend([7; 3000]);
     let error = parse(&bytes, Path::new("short.ply")).expect_err("too short");
-    assert!(error.to_string().contains("ends in vertex 1000 of 4000000000"), "{error}");
+    assert!(error.to_string().contains("end of the file in vertex 1000 of 4000000000"), "{error}");
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn chains_of_includes_are_cut() {
     }
     std::fs::write(file(20), "<scene version=\"3.0.0\"/>").expect("a writable folder");
     let error = pt_formats::load(&file(0)).expect_err("too deep").to_string();
-    assert!(error.contains("more than 15 deep"), "{error}");
+    assert!(error.contains("nested deeper than 15"), "{error}");
     // Less deep, but two of each: 2¹⁴ files.
     let error = pt_formats::load(&file(7)).expect_err("too many").to_string();
     assert!(error.contains("more than 1000"), "{error}");

@@ -300,7 +300,7 @@ fn many_materials_that_are_not_found_are_told_in_short() {
     let scene = parse(text.as_bytes(), &folder("obj").join("good/many.obj")).expect("a scene");
     assert_eq!(scene.warnings.len(), 21);
     let last = scene.warnings[20].to_string();
-    assert!(last.ends_with("many.obj:45: 49980 more materials are in no file"), "{last}");
+    assert!(last.ends_with("many.obj:45: 49980 more undefined materials"), "{last}");
 }
 
 #[test]
@@ -310,7 +310,7 @@ fn files_of_materials_do_not_lead_out_of_the_folder() {
     let scene = parse_with(text.as_bytes(), &path, &LoadOptions::default()).expect("a scene");
     let missing: Vec<_> = scene.missing.iter().map(ToString::to_string).collect();
     assert!(
-        missing.len() == 1 && missing[0].contains("outside of the folder of the scene"),
+        missing.len() == 1 && missing[0].contains("outside of the scene folder"),
         "{missing:?}"
     );
 }
@@ -450,7 +450,7 @@ fn one_bad_thing_does_not_cost_the_file() {
     let options = pt_formats::LoadOptions { strict: true, ..Default::default() };
     let text = std::fs::read(&path).expect("a readable file");
     let message = pt_formats::parse_with(&text, &path, &options).expect_err("strict").to_string();
-    for fault in ["at least three corners", "there are none above", "no finite number"] {
+    for fault in ["expected at least three", "none are above", "expected a finite number"] {
         assert!(message.contains(fault), "{message}");
     }
 }

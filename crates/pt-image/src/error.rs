@@ -19,7 +19,7 @@ pub enum ImageError {
     #[error(transparent)]
     Write(#[from] WriteError),
     /// No format with this file name extension supports the operation.
-    #[error("{}: unknown image format; the endings known are {known}", path.display())]
+    #[error("{}: unknown image format; known extensions: {known}", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,

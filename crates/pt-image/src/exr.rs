@@ -73,7 +73,10 @@ fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, S
     let fits = |c: char| c.is_ascii_alphanumeric() || "._".contains(c);
     let text = Text::new_or_none(name).filter(|_| !name.is_empty() && name.chars().all(fits));
     text.filter(|text| taken.iter().all(|channel| channel.name != *text)).ok_or_else(|| {
-        format!("{name:?} is no name for one more channel: it is taken, or not of letters and dots")
+        format!(
+            "invalid name {name:?} of a channel: duplicate, or other characters than letters and \
+             dots"
+        )
     })
 }
 
@@ -132,7 +135,7 @@ fn method(compression: Compression) -> Method {
 /// here.
 fn attribute(key: &str, value: &str) -> Result<(Text, AttributeValue), String> {
     if !(1..=255).contains(&key.len()) || key.contains('\0') {
-        return Err(format!("{key:?} is no metadata key: an EXR file wants 1 to 255 bytes"));
+        return Err(format!("invalid metadata key {key:?}: an EXR key has 1 to 255 bytes"));
     }
     let text = |s: &str| Text::from_slice_unchecked(s.as_bytes());
     Ok((text(key), AttributeValue::Text(text(value))))
@@ -167,11 +170,11 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::PixelDecoder`]. Reads the half, float and integer channels R, G, B, or Y alone or
-/// with RY and BY, and A beside them, of the unnamed part or otherwise of the first part that has
-/// them; other channels are ignored. The values are linear light.
+/// See [`super::PixelDecoder`]. Reads the half, float and integer channels R, G, B, or Y alone or with RY
+/// and BY, and A beside them, of the unnamed part or otherwise of the first part that has them;
+/// other channels are ignored. The values are linear light.
 pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
-    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
+    let failed = |e: exr::error::Error| format!("is not a valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     if subsampled::is_of_this_kind(&meta) {
         return subsampled::read(bytes, meta, room);
@@ -199,7 +202,7 @@ pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result
     let part = parts.iter().find(|part| color_channels(&names(part)).is_some());
     let Some(part) = part else {
         let all: Vec<_> = parts.iter().flat_map(|part| names(part)).collect();
-        return Err(format!("has no channels R, G, B, and no Y; it has {}", all.join(", ")));
+        return Err(format!("has no channels R, G, B and no Y; found {}", all.join(", ")));
     };
     let planes = part.channel_data.list.iter().map(|channel| &channel.sample_data);
     let data = IntegerBounds::new(part.attributes.layer_position, part.size);
@@ -212,7 +215,7 @@ fn is_dwa(header: &Header) -> bool {
 
 /// Rejects files with a DWA block that claims more values than possible.
 fn check_blocks(bytes: &[u8]) -> Result<(), String> {
-    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
+    let failed = |e: exr::error::Error| format!("is not a valid EXR file: {e}");
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(failed)?;
     let headers = reader.headers().to_vec();
     for chunk in reader.all_chunks(false).map_err(failed)? {
@@ -255,7 +258,7 @@ fn check_counts(header: &Header, block: &[u8], stored: usize) -> Result<(), Stri
     if block.len() == stored || COUNTS.iter().all(|place| count(*place) <= most) {
         return Ok(());
     }
-    Err("has a block that claims more numbers than it has pixels".to_owned())
+    Err("has a block that declares more numbers than it has pixels".to_owned())
 }
 
 /// Assembles the image of a part from its channels, whose data window lies in a display window.
@@ -266,7 +269,7 @@ fn picture(
     display: IntegerBounds,
 ) -> Result<Decoded, String> {
     let Some((colors, alpha)) = color_channels(names) else {
-        return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
+        return Err(format!("has no channels R, G, B and no Y; found {}", names.join(", ")));
     };
     let plane = |c: usize| planes[c];
     let mut decoded = assemble(data.size, colors.channels().map(plane), alpha.map(plane))?;
@@ -314,7 +317,7 @@ fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
 /// See [`super::MetadataReader`]. Reads the text attributes of the first part.
 pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
     let meta = MetaData::read_from_buffered(file, false)
-        .map_err(|e| format!("is no valid EXR file: {e}"))?;
+        .map_err(|e| format!("is not a valid EXR file: {e}"))?;
     let part = meta.headers.first().ok_or("has no parts")?;
     let attributes = part.own_attributes.other.iter().chain(&part.shared_attributes.other);
     let mut texts: Vec<_> = attributes

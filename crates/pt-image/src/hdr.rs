@@ -46,7 +46,7 @@ pub(super) fn read(
         }));
     }
     if pixels.as_flattened().iter().any(|x: &f32| x.is_infinite()) {
-        return Err("divided by its EXPOSURE or COLORCORR, has infinite colours".to_owned());
+        return Err("has infinite colours after division by EXPOSURE or COLORCORR".to_owned());
     }
     Image::check_size(width as u32, height as u32, pixels.len())?;
     Ok(Decoded {
@@ -68,7 +68,7 @@ impl HdrHeader {
     /// Reads lines of text up to an empty one, then the size.
     fn read(data: &mut Data<'_>) -> Result<Self, String> {
         if !data.line()?.starts_with("#?") {
-            return Err("is no Radiance picture: it does not begin with \"#?\"".to_owned());
+            return Err("is not a Radiance picture: it does not begin with \"#?\"".to_owned());
         }
         let mut divisors = [1.0; 3];
         loop {
@@ -97,7 +97,9 @@ impl HdrHeader {
             }
         }
         if !divisors.iter().all(|d| (1e-30..=1e30).contains(d)) {
-            return Err(format!("has an EXPOSURE or COLORCORR of {divisors:?} in all"));
+            return Err(format!(
+                "has a product {divisors:?} of EXPOSURE and COLORCORR, expected normal numbers"
+            ));
         }
         let (width, height) = size(&data.line()?)?;
         Ok(Self { width, height, divisors })
@@ -149,7 +151,7 @@ impl Data<'_> {
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let (first, rest) = self.rest.split_first_chunk().ok_or("is cut off")?;
+        let (first, rest) = self.rest.split_first_chunk().ok_or("is truncated")?;
         self.rest = rest;
         Ok(*first)
     }
@@ -160,7 +162,7 @@ impl Data<'_> {
             [2, 2, high @ 0..0x80, low, rest @ ..] if PACKED_WIDTHS.contains(&row.len()) => {
                 let width = usize::from(u16::from_be_bytes([*high, *low]));
                 if width != row.len() {
-                    return Err(format!("claims to have {width} pixels"));
+                    return Err(format!("declares {width} pixels"));
                 }
                 self.rest = rest;
                 (0..4).try_for_each(|channel| self.channel(row, channel))

@@ -5,22 +5,24 @@ use pt_scene::image::Image;
 
 use super::{Decoded, ImageMemory, PixelEncoding, Transfer, check_size};
 
-/// See [`super::PixelDecoder`]. Reads sequential and progressive files in grey or colour with 8
-/// bits. Grey becomes three equal channels, and subsampled chroma is interpolated.
+/// See [`super::PixelDecoder`]. Reads sequential and progressive files in grey or colour with 8 bits.
+/// Grey becomes three equal channels, and subsampled chroma is interpolated.
 pub(super) fn read(
     bytes: &[u8],
     numbers: PixelEncoding,
     room: &ImageMemory,
 ) -> Result<Decoded, String> {
-    let failed = |e: jpeg_decoder::Error| format!("is no valid JPEG file: {e}");
+    let failed = |e: jpeg_decoder::Error| format!("is not a valid JPEG file: {e}");
     let mut decoder = Decoder::new(bytes);
     decoder.read_info().map_err(failed)?;
-    let info = decoder.info().ok_or("is no valid JPEG file: it has no frame")?;
+    let info = decoder.info().ok_or("is not a valid JPEG file: it has no frame")?;
     let channels = match info.pixel_format {
         PixelFormat::L8 => 1,
         PixelFormat::RGB24 => 3,
         PixelFormat::L16 => return Err("has 16 bits per sample; expected 8".to_owned()),
-        PixelFormat::CMYK32 => return Err("has printing colours (CMYK); save it as RGB".to_owned()),
+        PixelFormat::CMYK32 => {
+            return Err("has CMYK colours, which are not supported; save it as RGB".to_owned());
+        }
     };
     let (width, height) = (u32::from(info.width), u32::from(info.height));
     let count = u64::from(width) * u64::from(height);
@@ -49,7 +51,8 @@ fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
     let scans = scans(bytes);
     if scans > MAX_SCANS || scans * blocks > MAX_VISITS {
         return Err(format!(
-            "has {scans} scans of {blocks} blocks; expected at most {MAX_SCANS} scans, and {MAX_VISITS} blocks in all"
+            "has {scans} scans of {blocks} blocks; expected at most {MAX_SCANS} scans and \
+             {MAX_VISITS} blocks in total"
         ));
     }
     Ok(())

@@ -18,7 +18,7 @@ const DECODER_LIMIT: usize = 1 << 30;
 /// See [`super::PixelEncoder`]. Files in sRGB are tagged as such; other files have no tag.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     if let Some(channel) = options.channels.first() {
-        return Err(format!("a PNG file has no place for the channel {}", channel.name));
+        return Err(format!("the channel {} is not representable in PNG", channel.name));
     }
     let transfer = options.transfer;
     let alphas = options.alpha.as_deref();
@@ -109,7 +109,9 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
     let length = key.chars().count();
     let printable = |c: char| matches!(c, ' '..='~' | '\u{a1}'..='\u{ff}');
     if !(1..=79).contains(&length) || !key.chars().all(printable) {
-        return Err(format!("{key:?} is no metadata key: a PNG file wants 1 to 79 Latin letters"));
+        return Err(format!(
+            "invalid metadata key {key:?}: a PNG key has 1 to 79 Latin-1 characters"
+        ));
     }
     if value.contains('\0') {
         return Err(format!("the value of the metadata key {key:?} contains a NUL character"));
@@ -129,7 +131,7 @@ pub(super) fn read(
     numbers: PixelEncoding,
     room: &ImageMemory,
 ) -> Result<Decoded, String> {
-    let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
+    let failed = |e: png::DecodingError| format!("is not a valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
     decoder.set_transformations(Transformations::EXPAND);
@@ -157,7 +159,7 @@ pub(super) fn read(
 
 /// See [`super::MetadataReader`]. Reads the chunks `tEXt` and `iTXt` before the pixels.
 pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
-    let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
+    let failed = |e: png::DecodingError| format!("is not a valid PNG file: {e}");
     let limits = Limits { bytes: TEXT_LIMIT };
     let reader = Decoder::new_with_limits(file, limits).read_info().map_err(failed)?;
     let info = reader.info();

@@ -45,7 +45,7 @@ fn read(
     room: &ImageMemory,
     format: ImageFormat,
 ) -> Result<Decoded, String> {
-    let failed = |error: image::ImageError| format!("is no valid file of this kind: {error}");
+    let failed = |error: image::ImageError| format!("is not a valid file of this format: {error}");
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(1 << 30);
@@ -81,7 +81,7 @@ fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
     if pixels <= most {
         return Ok(());
     }
-    Err(format!("claims {pixels} pixels, but has {bytes} bytes in all"))
+    Err(format!("declares {pixels} pixels, but has {bytes} bytes"))
 }
 
 /// Returns the colours of an image and its alpha.

@@ -33,10 +33,10 @@ pub(super) fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), Str
     const BEST_RATIO: u64 = 1032;
     let decoded = decoded.unwrap_or(u64::MAX);
     if decoded > MAX_BYTES {
-        return Err("holds more than 1 GiB of pixels; please scale it down".to_owned());
+        return Err("exceeds 1 GiB of pixels; reduce its resolution".to_owned());
     }
     if decoded / BEST_RATIO > encoded as u64 {
-        return Err(format!("claims {decoded} bytes of pixels, but has {encoded} bytes in all"));
+        return Err(format!("declares {decoded} bytes of pixels, but has {encoded} bytes"));
     }
     Ok(())
 }

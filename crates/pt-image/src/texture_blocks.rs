@@ -41,11 +41,11 @@ enum IntegerTransfer {
     Linear,
 }
 
-/// See [`super::PixelDecoder`]. Integers are decoded as sRGB even if the file has the linear
-/// variant of the format, since most programs write that for colours.
+/// See [`super::PixelDecoder`]. Integers are decoded as sRGB even if the file has the linear variant of
+/// the format, since most programs write that for colours.
 fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
-    let dds =
-        Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
+    let dds = Dds::read(Cursor::new(bytes))
+        .map_err(|error| format!("is not a valid DDS file: {error}"))?;
     let size = [dds.header.width, dds.header.height];
     check_pixels(size)?;
     if dds.header10.is_none() && dds.header.spf.fourcc.is_none() {
@@ -62,7 +62,7 @@ fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<
         Some(format) => format,
         None => image_dds::dds_image_format(&dds).map_err(|error| {
             format!(
-                "has a form of pixels that is not read ({error:?}); save it as BC1 to BC7, RGBA or PNG"
+                "has an unsupported pixel format ({error:?}); save it as BC1 to BC7, RGBA or PNG"
             )
         })?,
     };
@@ -92,7 +92,7 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
     if !matches!(bits, 8 | 16 | 24 | 32) || !(is_grey || form.flags.contains(PixelFormatFlags::RGB))
     {
         return Err(
-            "has a form of pixels that is not read; save it as BC1 to BC7, RGBA or PNG".to_owned()
+            "has an unsupported pixel format; save it as BC1 to BC7, RGBA or PNG".to_owned()
         );
     }
     let mask = |mask: Option<u32>| mask.unwrap_or(0);
@@ -101,7 +101,10 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
     let size = bits as usize / 8;
     let (count, length) = (width as usize * height as usize, data.len());
     if data.len() < count * size {
-        return Err(format!("is cut off: it has {length} bytes of pixels, of {}", count * size));
+        return Err(format!(
+            "is truncated: found {length} bytes of pixels, expected {}",
+            count * size
+        ));
     }
     let has_alpha = form.flags.contains(PixelFormatFlags::ALPHA_PIXELS) && a != 0;
     let pixel = |bytes: &[u8]| {
@@ -118,7 +121,7 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
 
 /// See [`super::PixelDecoder`]. The transfer function is that of the file.
 fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
-    let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
+    let invalid = |why: String| format!("is not a valid KTX 2.0 file: {why}");
     check_texel_block(bytes).map_err(invalid)?;
     let reader = ktx2::Reader::new(bytes).map_err(|error| invalid(error.to_string()))?;
     let header = reader.header();
@@ -128,10 +131,10 @@ fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result
         Some(TransferFunction::Linear) => IntegerTransfer::Linear,
         _ => IntegerTransfer::Srgb,
     };
-    let level = reader.levels().next().ok_or_else(|| invalid("it has no picture".to_owned()))?;
+    let level = reader.levels().next().ok_or_else(|| invalid("it has no image".to_owned()))?;
     if level.uncompressed_byte_length > most {
         let found = level.uncompressed_byte_length;
-        return Err(invalid(format!("its picture claims {found} bytes, of at most {most}")));
+        return Err(invalid(format!("found an image of {found} bytes, expected at most {most}")));
     }
     let Some(format) = header.format.and_then(image_format) else {
         return transcoded(bytes, (curve, numbers), room);
@@ -149,7 +152,7 @@ fn read_ktx2(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result
             let data = unpacked(stream, level.uncompressed_byte_length).map_err(invalid)?;
             decoded(size, format, &data, (curve, numbers), room)
         }
-        Some(other) => Err(format!("is packed in a way that is not read ({})", other.value())),
+        Some(other) => Err(format!("has an unsupported compression ({})", other.value())),
     }
 }
 
@@ -165,7 +168,7 @@ fn check_texel_block(bytes: &[u8]) -> Result<(), String> {
     let block = place.and_then(|place| bytes.get((place as usize).checked_add(BLOCK)?..)?.get(..4));
     match block {
         Some(block) if !block.contains(&u8::MAX) => Ok(()),
-        _ => Err("the description of its data is damaged".to_owned()),
+        _ => Err("damaged data format descriptor".to_owned()),
     }
 }
 
@@ -218,7 +221,7 @@ fn transcoded(
     (curve, numbers): (IntegerTransfer, PixelEncoding),
     room: &ImageMemory,
 ) -> Result<Decoded, String> {
-    let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
+    let invalid = |error: basisu::Error| format!("has no readable image: {error:?}");
     let transcode = || -> Result<_, String> {
         let texture = Transcoder::new(bytes).map_err(invalid)?;
         let (width, height) = texture.base_dimensions();
@@ -234,7 +237,7 @@ fn transcoded(
     };
     // basisu 0.1 panics at some damaged files.
     let transcoded = guarded("Basis Universal", transcode)
-        .map_err(|_| "has no picture that can be read: the file is damaged".to_owned())?;
+        .map_err(|_| "has no readable image: the file is damaged".to_owned())?;
     let (size, format, data) = transcoded?;
     decoded(size, format, &data, (curve, numbers), room)
 }

@@ -95,18 +95,18 @@ impl Filter {
         let radius = self.radius();
         if !(MIN..=Self::MAX_RADIUS).contains(&radius) {
             return Err(format!(
-                "the filter's radius is {radius} pixels; expected {MIN} to {}",
+                "found a filter radius of {radius} pixels, expected {MIN} to {}",
                 Self::MAX_RADIUS
             ));
         }
         let share = |x: f64| (0.0..=1.0).contains(&x);
         match *self {
             Self::Gaussian { stddev, .. } if !(MIN..f64::INFINITY).contains(&stddev) => {
-                Err(format!("the filter's stddev is {stddev}; expected at least {MIN}"))
+                Err(format!("found a filter stddev of {stddev}, expected at least {MIN}"))
             }
-            Self::Mitchell { b, c } if !share(b) || !share(c) => {
-                Err(format!("the filter's B and C are {b} and {c}; expected numbers from 0 to 1"))
-            }
+            Self::Mitchell { b, c } if !share(b) || !share(c) => Err(format!(
+                "found filter parameters B = {b} and C = {c}, expected numbers from 0 to 1"
+            )),
             _ => Ok(()),
         }
     }

@@ -16,12 +16,12 @@ impl Image {
     /// same sign. Returns a message with the number of affected pixels and the first of them, or
     /// `None` if all are finite.
     pub fn make_finite(&mut self) -> Option<String> {
-        self.mend(f32::NEG_INFINITY, "that are no finite numbers")
+        self.mend(f32::NEG_INFINITY, "that are not finite")
     }
 
     /// Does the same as [`Self::make_finite`], and replaces negative values by 0.
     pub fn make_radiance(&mut self) -> Option<String> {
-        self.mend(0.0, "that are no radiance (finite numbers from 0 up)")
+        self.mend(0.0, "that are not radiance (finite numbers from 0 up)")
     }
 
     fn mend(&mut self, least: f32, what: &str) -> Option<String> {
@@ -42,8 +42,9 @@ impl Image {
         let (x, y) = (first % self.width as usize, first / self.width as usize);
         let (all, s) = (self.pixels.len(), if count == 1 { "" } else { "s" });
         Some(format!(
-            "{count} pixel{s} of {all} with values {what}; the first one is ({x}, {y}), {value:?}, counted from the upper \
-             left. What is no number or negative becomes 0, what is infinite the greatest number of the image"
+            "{count} pixel{s} of {all} with values {what}; the first one is ({x}, {y}), {value:?}, \
+             counted from the upper left. NaN and negative values become 0, infinite values the \
+             maximum of the image"
         ))
     }
 
@@ -52,8 +53,9 @@ impl Image {
     pub fn doubt_as_sky(&self) -> Option<String> {
         (self.width == self.height && self.width > 1).then(|| {
             format!(
-                "the image of the sky is square ({} × {}), and taken as latitude and longitude, which is twice as wide as \
-                 high; light probes (angular maps, mirrored balls) and octahedral maps must be converted first",
+                "the environment image is square ({} × {}) and interpreted as latitude and \
+                 longitude, expected twice as wide as high; convert light probes (angular maps, \
+                 mirrored balls) and octahedral maps first",
                 self.width, self.height
             )
         })
@@ -94,8 +96,8 @@ impl Image {
         let (x, y) = (first % self.width as usize, first / self.width as usize);
         let (all, s) = (self.pixels.len(), if count == 1 { "" } else { "s" });
         Some(format!(
-            "an image of emission has {count} pixel{s} of {all} with negative radiance, which counts as 0; the first one is \
-             ({x}, {y}), {:?}, counted from the upper left",
+            "{count} pixel{s} of {all} of an emission image with negative radiance, replaced by 0; \
+             the first one is ({x}, {y}), {:?}, counted from the upper left",
             self.pixels[first]
         ))
     }
@@ -107,9 +109,7 @@ impl Image {
     pub fn check_size(width: u32, height: u32, count: usize) -> Result<(), String> {
         let expected = u64::from(width) * u64::from(height);
         if expected == 0 || expected != count as u64 {
-            return Err(format!(
-                "{width} × {height} pixels do not make an image of {count} pixels"
-            ));
+            return Err(format!("found {count} pixels, expected {width} × {height}"));
         }
         Ok(())
     }

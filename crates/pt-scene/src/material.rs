@@ -1,6 +1,7 @@
 //! Materials as written by their authors.
 
 mod metallic_roughness;
+mod surface;
 
 use std::sync::Arc;
 
@@ -508,19 +509,6 @@ pub struct Mix {
     pub second: Box<Surface>,
     /// Weight of the second surface, from 0 to 1.
     pub amount: Scalar,
-}
-
-impl Surface {
-    /// Returns true if rays that arrive at the back pass through undisturbed; see
-    /// [`Hair::two_sided`].
-    pub fn culls_backfaces(&self) -> bool {
-        match self {
-            Self::Hair(hair) => !hair.two_sided,
-            Self::Mix(mix) => mix.first.culls_backfaces() || mix.second.culls_backfaces(),
-            Self::SurfaceDetail(embossed) => embossed.surface.culls_backfaces(),
-            _ => false,
-        }
-    }
 }
 
 /// Two surfaces, one for each side.

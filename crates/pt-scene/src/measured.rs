@@ -69,7 +69,7 @@ impl Measurements {
         if tables.phi.len() > 2 && !matches!(repeats(&tables.phi), 1 | 2 | 4) {
             let [first, .., last] = tables.phi.as_slice() else { unreachable!("there are more") };
             return Err(format!(
-                "the field \"phi_i\" goes from {first} to {last}; expected a full turn, a half or a quarter"
+                "found \"phi_i\" from {first} to {last}, expected a full turn, a half or a quarter"
             ));
         }
         let count = tables.theta.len() * tables.phi.len();
@@ -87,13 +87,13 @@ impl Measurements {
             let mut planes = planes.values.chunks(planes.columns * planes.rows);
             if planes.any(|plane| plane.iter().all(|x| *x == 0.0)) {
                 return Err(format!(
-                    "the field \"{name}\" is 0 everywhere; expected a distribution"
+                    "found the field \"{name}\" with zeros only, expected a distribution"
                 ));
             }
         }
         if tables.colors.len() != tables.luminance.values.len() {
             return Err(format!(
-                "there are {} colours; expected one for each of the {} numbers of \"luminance\"",
+                "found {} colours, expected one for each of the {} numbers of \"luminance\"",
                 tables.colors.len(),
                 tables.luminance.values.len()
             ));
@@ -183,18 +183,19 @@ fn repeats(phi: &[f32]) -> u32 {
 
 fn check_angles(name: &str, angles: &[f32], [least, most]: [f32; 2]) -> Result<(), String> {
     if angles.is_empty() {
-        return Err(format!("the field \"{name}\" has no angle; expected at least one"));
+        return Err(format!("found no angle in the field \"{name}\", expected at least one"));
     }
     let range = least - SLACK..=most + SLACK;
     if let Some(angle) = angles.iter().find(|angle| !range.contains(*angle)) {
         return Err(format!(
-            "the field \"{name}\" has the angle {angle}; expected radians from {least} to {most}"
+            "found the angle {angle} in the field \"{name}\", expected radians from {least} to \
+             {most}"
         ));
     }
     match angles.windows(2).find(|two| two[0] >= two[1]) {
         None => Ok(()),
         Some(two) => Err(format!(
-            "the angles of the field \"{name}\" have to increase, but {} comes after {}",
+            "field \"{name}\": found angle {} after {}, expected increasing angles",
             two[1], two[0]
         )),
     }
@@ -204,13 +205,14 @@ fn check_planes(name: &str, planes: &Planes, count: usize) -> Result<(), String>
     let Planes { columns, rows, values } = planes;
     if *columns < 2 || *rows < 2 {
         return Err(format!(
-            "the field \"{name}\" has planes of {columns} x {rows} numbers; expected at least 2 x 2"
+            "found planes of {columns} x {rows} numbers in the field \"{name}\", expected at least \
+             2 x 2"
         ));
     }
     let expected = columns.checked_mul(*rows).and_then(|plane| plane.checked_mul(count));
     if expected != Some(values.len()) {
         return Err(format!(
-            "the field \"{name}\" has {} numbers; expected {count} planes of {columns} x {rows}",
+            "field \"{name}\": found {} numbers, expected {count} planes of {columns} x {rows}",
             values.len()
         ));
     }
@@ -221,7 +223,7 @@ fn check_numbers(name: &str, numbers: &[f32]) -> Result<(), String> {
     match numbers.iter().position(|x| !(0.0..=MAX).contains(x)) {
         None => Ok(()),
         Some(i) => Err(format!(
-            "the number {i} of the field \"{name}\" is {}; expected one from 0 to {MAX:e}",
+            "field \"{name}\": found {} as number {i}, expected 0 to {MAX:e}",
             numbers[i]
         )),
     }
@@ -257,37 +259,28 @@ mod tests {
     fn what_does_not_fit_is_told() {
         assert!(Measurements::new(small()).is_ok());
         let cases = [
-            (error(|t| t.theta.clear()), "\"theta_i\" has no angle"),
+            (error(|t| t.theta.clear()), "no angle in the field \"theta_i\""),
             (
                 error(|t| t.theta[1] = 2.0),
-                "\"theta_i\" has the angle 2; expected radians from 0 to 1.57",
+                "the angle 2 in the field \"theta_i\", expected radians from 0 to 1.57",
             ),
-            (error(|t| t.theta[0] = f32::NAN), "\"theta_i\" has the angle NaN"),
-            (error(|t| t.theta.swap(0, 1)), "\"theta_i\" have to increase, but 0 comes after 1.5"),
-            (
-                error(|t| t.phi = vec![0.0, 1.0, 2.0]),
-                "\"phi_i\" goes from 0 to 2; expected a full turn",
-            ),
-            (error(|t| t.ndf.columns = 1), "\"ndf\" has planes of 1 x 2"),
+            (error(|t| t.theta[0] = f32::NAN), "the angle NaN in the field \"theta_i\""),
+            (error(|t| t.theta.swap(0, 1)), "\"theta_i\": found angle 0 after 1.5"),
+            (error(|t| t.phi = vec![0.0, 1.0, 2.0]), "\"phi_i\" from 0 to 2, expected a full turn"),
+            (error(|t| t.ndf.columns = 1), "planes of 1 x 2 numbers in the field \"ndf\""),
             (
                 error(|t| t.vndf.values.truncate(4)),
-                "\"vndf\" has 4 numbers; expected 2 planes of 2 x 2",
+                "\"vndf\": found 4 numbers, expected 2 planes of 2 x 2",
             ),
-            (error(|t| t.vndf.columns = usize::MAX), "\"vndf\" has 8 numbers"),
-            (error(|t| t.vndf.values[4..].fill(0.0)), "\"vndf\" is 0 everywhere"),
-            (
-                error(|t| t.sigma.values[3] = -1.0),
-                "number 3 of the field \"sigma\" is -1; expected one from 0 to 1e9",
-            ),
+            (error(|t| t.vndf.columns = usize::MAX), "\"vndf\": found 8 numbers"),
+            (error(|t| t.vndf.values[4..].fill(0.0)), "\"vndf\" with zeros only"),
+            (error(|t| t.sigma.values[3] = -1.0), "found -1 as number 3, expected 0 to 1e9"),
             (
                 error(|t| t.luminance.values[7] = f32::INFINITY),
-                "number 7 of the field \"luminance\" is inf",
+                "\"luminance\": found inf as number 7",
             ),
-            (
-                error(|t| t.colors.truncate(3)),
-                "there are 3 colours; expected one for each of the 8",
-            ),
-            (error(|t| t.colors[1][2] = f32::NAN), "number 5 of the field \"rgb\" is NaN"),
+            (error(|t| t.colors.truncate(3)), "found 3 colours, expected one for each of the 8"),
+            (error(|t| t.colors[1][2] = f32::NAN), "\"rgb\": found NaN as number 5"),
         ];
         for (message, want) in cases {
             assert!(message.contains(want), "{message}, expected {want}");

@@ -48,8 +48,8 @@ impl Motion {
         if !(2..=Self::MAX_KEYS).contains(&keys.len()) {
             let (count, most) = (keys.len(), Self::MAX_KEYS);
             let message = format!(
-                "a motion has from 2 to {most} keys, but there are {count}; for what does not move, give \
-                 a transform without a time"
+                "found {count} keys of a motion, expected 2 to {most}; for a static object, give a \
+                 transform without a time"
             );
             return refuse(keys.len().min(Self::MAX_KEYS).saturating_sub(1), message);
         }
@@ -60,20 +60,21 @@ impl Motion {
             if !(key.time > before && key.time.is_finite()) {
                 let time = key.time;
                 let message = format!(
-                    "the time of this key is {time}, and that of the one before {before}; expected finite \
-                     times, each later than the one before"
+                    "found key times {before} and {time}, expected finite increasing times"
                 );
                 return refuse(i, message);
             }
             let Some(pose) = Trs::of(&key.to_world) else {
                 let time = key.time;
-                let message =
-                    format!("the transform at time {time} flattens space; it cannot be undone");
+                let message = format!(
+                    "found a transform at time {time} that flattens space, expected an invertible \
+                     one"
+                );
                 return refuse(i, message);
             };
             if poses.first().is_some_and(|first| first.is_mirrored() != pose.is_mirrored()) {
-                let message = "this transform and those before do not both mirror, so that what moves \
-                               would be flat on its way; expected mirrored transforms only, or none";
+                let message = "found mirrored and unmirrored transforms in one motion, expected \
+                               all or none mirrored";
                 return refuse(i, message.to_owned());
             }
             poses.push(pose);
@@ -203,13 +204,13 @@ mod tests {
     fn keys_that_are_no_motion_are_refused() {
         let at = |time, size| Key { time, to_world: DAffine3::from_scale(DVec3::splat(size)) };
         let cases = [
-            (vec![], 0, "from 2 to 10000 keys, but there are 0"),
-            (vec![at(0.0, 1.0)], 0, "but there are 1; for what does not move"),
-            (vec![at(0.0, 1.0), at(0.0, 1.0)], 1, "the time of this key is 0, and that of the one"),
-            (vec![at(2.0, 1.0), at(3.0, 1.0), at(1.0, 1.0)], 2, "each later than the one before"),
-            (vec![at(f64::NAN, 1.0), at(0.0, 1.0)], 0, "expected finite times"),
-            (vec![at(0.0, 1.0), at(1.0, 0.0)], 1, "at time 1 flattens space"),
-            (vec![at(0.0, 1.0), at(1.0, -1.0)], 1, "do not both mirror"),
+            (vec![], 0, "found 0 keys of a motion, expected 2 to 10000"),
+            (vec![at(0.0, 1.0)], 0, "found 1 keys of a motion"),
+            (vec![at(0.0, 1.0), at(0.0, 1.0)], 1, "found key times 0 and 0"),
+            (vec![at(2.0, 1.0), at(3.0, 1.0), at(1.0, 1.0)], 2, "found key times 3 and 1"),
+            (vec![at(f64::NAN, 1.0), at(0.0, 1.0)], 0, "expected finite increasing times"),
+            (vec![at(0.0, 1.0), at(1.0, 0.0)], 1, "at time 1 that flattens space"),
+            (vec![at(0.0, 1.0), at(1.0, -1.0)], 1, "mirrored and unmirrored transforms"),
         ];
         for (keys, key, want) in cases {
             let error = Motion::new(keys).expect_err(want);

@@ -48,7 +48,7 @@ impl SkyLayout {
     pub fn in_latitude_and_longitude(self, image: &Image) -> Result<Image, String> {
         if image.width != image.height {
             return Err(format!(
-                "the image has {} × {} pixels; expected a square for this layout",
+                "found an image of {} × {} pixels, expected a square for this layout",
                 image.width, image.height
             ));
         }

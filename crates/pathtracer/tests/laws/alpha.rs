@@ -121,8 +121,8 @@ fn what_is_not_all_there_covers_its_opacity() {
             opaque_by(builder.quad(place, matte([0.5; 3])), 0.3)
         });
         let scene = quads.seen_by(straight());
-        for integrator in ["path", "volpath", "direct", "ao", "normals"] {
-            assert_covers(&scene, with(integrator, cut_out(64)), 1.0 - 0.7f64.powi(n), 1.0);
+        for integrator in INTEGRATORS {
+            assert_covers(&scene, with(integrator.name, cut_out(64)), 1.0 - 0.7f64.powi(n), 1.0);
         }
     }
 }
@@ -223,7 +223,8 @@ fn hidden_emitters_light_what_is_seen_through_them() {
         let behind = render(&scene(4.5), size([SIZE; 2]), plain);
         assert!(hidden.film() == behind.film(), "{}", integrator.name);
         let context = hidden.rgba().iter().filter(|[r, .., a]| *r > 0.0 && *a > 0.0).count();
-        assert!(context > 100, "{}: {context}", integrator.name);
+        // An integrator without paths may show something else than light, which is black here.
+        assert!(context > 100 || integrator.new_traced.is_none(), "{}: {context}", integrator.name);
     }
 }
 

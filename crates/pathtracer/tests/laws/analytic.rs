@@ -6,10 +6,12 @@ use std::sync::Arc;
 
 use pathtracer::{CompileOptions, EnvironmentMap, IesProfile, Image, Region, Session, Settings};
 use pt_math::DVec3;
+use pt_scene::texture::Filter;
 use pt_scene::{LightKind, Rows};
 use pt_testing::{irradiance, sidak};
 
 use crate::furnace::ESTIMATORS;
+use crate::materials::row;
 use crate::measure::{assert_uniform, finish, settings};
 use crate::scenes::{Builder, camera, facing, looking, matte};
 
@@ -62,131 +64,183 @@ fn square() -> [DVec3; 4] {
 
 const TILT: DVec3 = DVec3::new(0.6, 0.8, 0.0);
 
-const CASES: [Case; 14] = [
-    Case {
-        name: "point",
-        add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
-        map: false,
-        irradiance: |p| 4.0 * inverse_square(p),
+const POINT: Case = Case {
+    name: "point",
+    add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
+    map: false,
+    irradiance: |p| 4.0 * inverse_square(p),
+};
+
+const SPOT: Case = Case {
+    name: "spot",
+    add: |b| {
+        let kind =
+            LightKind::Spot { intensity: [4.0; 3], falloff_angle: 90.0, falloff_exponent: 3.0 };
+        b.light(kind, looking(ABOVE, ABOVE - UP))
     },
-    Case {
-        name: "spot",
-        add: |b| {
-            let kind =
-                LightKind::Spot { intensity: [4.0; 3], falloff_angle: 90.0, falloff_exponent: 3.0 };
-            b.light(kind, looking(ABOVE, ABOVE - UP))
-        },
-        map: false,
-        irradiance: |p| {
-            let cos = (ABOVE - p).normalize().y;
-            if cos > 0.5f64.sqrt() { 4.0 * cos.powi(3) * inverse_square(p) } else { 0.0 }
-        },
+    map: false,
+    irradiance: |p| {
+        let cos = (ABOVE - p).normalize().y;
+        if cos > 0.5f64.sqrt() { 4.0 * cos.powi(3) * inverse_square(p) } else { 0.0 }
     },
-    Case {
-        name: "linear spot",
-        add: |b| {
-            let kind = LightKind::LinearSpot {
-                intensity: [4.0; 3],
-                beam_angle: 20.0,
-                cutoff_angle: 80.0,
-                texture: None,
-            };
-            b.light(kind, looking(ABOVE, ABOVE - UP))
-        },
-        map: false,
-        irradiance: |p| {
-            let angle = (ABOVE - p).normalize().y.acos().to_degrees();
-            4.0 * ((80.0 - angle) / 60.0).clamp(0.0, 1.0) * inverse_square(p)
-        },
+};
+
+const LINEAR_SPOT: Case = Case {
+    name: "linear spot",
+    add: |b| {
+        let kind = LightKind::LinearSpot {
+            intensity: [4.0; 3],
+            beam_angle: 20.0,
+            cutoff_angle: 80.0,
+            texture: None,
+        };
+        b.light(kind, looking(ABOVE, ABOVE - UP))
     },
-    Case {
-        name: "punctual spot",
-        add: |b| {
-            let kind = LightKind::PunctualSpot {
-                intensity: [4.0; 3],
-                inner_angle: 20.0,
-                outer_angle: 80.0,
-            };
-            b.light(kind, looking(ABOVE, ABOVE - UP))
-        },
-        map: false,
-        irradiance: |p| {
-            let [inner, outer] = [20.0_f64, 80.0].map(|angle| angle.to_radians().cos());
-            let share = ((ABOVE - p).normalize().y - outer) / (inner - outer);
-            4.0 * share.clamp(0.0, 1.0).powi(2) * inverse_square(p)
-        },
+    map: false,
+    irradiance: |p| {
+        let angle = (ABOVE - p).normalize().y.acos().to_degrees();
+        4.0 * ((80.0 - angle) / 60.0).clamp(0.0, 1.0) * inverse_square(p)
     },
-    Case {
-        name: "luminaire",
-        add: |b| {
-            let kind = LightKind::Ies { profile: Arc::new(luminaire()), scale: [0.01; 3] };
-            b.light(kind, looking(ABOVE, ABOVE - UP))
-        },
-        map: false,
-        irradiance: |p| {
-            let angle = (ABOVE - p).normalize().y.acos().to_degrees();
-            0.01 * f64::from(luminaire().candela(angle as f32, 0.0)) * inverse_square(p)
-        },
+};
+
+const PUNCTUAL_SPOT: Case = Case {
+    name: "punctual spot",
+    add: |b| {
+        let kind =
+            LightKind::PunctualSpot { intensity: [4.0; 3], inner_angle: 20.0, outer_angle: 80.0 };
+        b.light(kind, looking(ABOVE, ABOVE - UP))
     },
-    Case {
-        name: "distant disk",
-        add: |b| {
-            let kind = LightKind::DistantDisk { irradiance: [2.0; 3], angular_radius: 5.0 };
-            b.light(kind, looking(TILT, DVec3::ZERO))
-        },
-        map: false,
-        irradiance: |_| 2.0 * TILT.y,
+    map: false,
+    irradiance: |p| {
+        let [inner, outer] = [20.0_f64, 80.0].map(|angle| angle.to_radians().cos());
+        let share = ((ABOVE - p).normalize().y - outer) / (inner - outer);
+        4.0 * share.clamp(0.0, 1.0).powi(2) * inverse_square(p)
     },
-    Case {
-        name: "directional",
-        add: |b| {
-            b.light(LightKind::Directional { irradiance: [2.0; 3] }, looking(TILT, DVec3::ZERO))
-        },
-        map: false,
-        irradiance: |_| 2.0 * TILT.y,
+};
+
+const PROJECTOR: Case = Case {
+    name: "projector",
+    add: |b| {
+        let kind = LightKind::Projector {
+            intensity: [4.0; 3],
+            x_fov: 110.0,
+            y_fov: 100.0,
+            texture: row(&[[1.0; 3]], Filter::Nearest),
+        };
+        b.light(kind, looking(ABOVE, ABOVE - UP))
     },
-    Case {
-        name: "area",
-        add: |b| b.light(LightKind::Area { radiance: [3.0; 3] }, looking(ABOVE, ABOVE - UP)),
-        map: false,
-        irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+    map: false,
+    // I / cos³ θ at the distance HEIGHT / cos θ.
+    irradiance: |_| 4.0 / (HEIGHT * HEIGHT),
+};
+
+const LUMINAIRE: Case = Case {
+    name: "luminaire",
+    add: |b| {
+        let kind = LightKind::Ies { profile: Arc::new(luminaire()), scale: [0.01; 3] };
+        b.light(kind, looking(ABOVE, ABOVE - UP))
     },
-    Case {
-        name: "emissive mesh",
-        add: |b| b.emissive_quad(facing(ABOVE, -UP, 0.5), 3.0),
-        map: false,
-        irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+    map: false,
+    irradiance: |p| {
+        let angle = (ABOVE - p).normalize().y.acos().to_degrees();
+        0.01 * f64::from(luminaire().candela(angle as f32, 0.0)) * inverse_square(p)
     },
-    Case {
-        name: "sphere",
-        add: |b| b.emissive_sphere(ABOVE, 0.7, 3.0),
-        map: false,
-        irradiance: |p| 3.0 * irradiance::of_sphere(ABOVE, 0.7, p, UP),
+};
+
+const DISTANT_DISK: Case = Case {
+    name: "distant disk",
+    add: |b| {
+        let kind = LightKind::DistantDisk { irradiance: [2.0; 3], angular_radius: 5.0 };
+        b.light(kind, looking(TILT, DVec3::ZERO))
     },
-    Case {
-        name: "hemisphere",
-        add: |b| b.light(LightKind::Hemisphere { radiance: [1.5; 3] }, looking(ABOVE, DVec3::ZERO)),
-        map: false,
-        irradiance: |_| 1.5 * PI,
+    map: false,
+    irradiance: |_| 2.0 * TILT.y,
+};
+
+const DIRECTIONAL: Case = Case {
+    name: "directional",
+    add: |b| b.light(LightKind::Directional { irradiance: [2.0; 3] }, looking(TILT, DVec3::ZERO)),
+    map: false,
+    irradiance: |_| 2.0 * TILT.y,
+};
+
+const AREA: Case = Case {
+    name: "area",
+    add: |b| b.light(LightKind::Area { radiance: [3.0; 3] }, looking(ABOVE, ABOVE - UP)),
+    map: false,
+    irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+};
+
+const EMISSIVE_MESH: Case = Case {
+    name: "emissive mesh",
+    add: |b| b.emissive_quad(facing(ABOVE, -UP, 0.5), 3.0),
+    map: false,
+    irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+};
+
+const SPHERE: Case = Case {
+    name: "sphere",
+    add: |b| b.emissive_sphere(ABOVE, 0.7, 3.0),
+    map: false,
+    irradiance: |p| 3.0 * irradiance::of_sphere(ABOVE, 0.7, p, UP),
+};
+
+const HEMISPHERE: Case = Case {
+    name: "hemisphere",
+    add: |b| b.light(LightKind::Hemisphere { radiance: [1.5; 3] }, looking(ABOVE, DVec3::ZERO)),
+    map: false,
+    irradiance: |_| 1.5 * PI,
+};
+
+const CONSTANT_SKY: Case =
+    Case { name: "constant sky", add: |b| b.sky(1.5), map: false, irradiance: |_| 1.5 * PI };
+
+const SKY_IMAGE: Case = Case {
+    name: "image of the sky",
+    add: |b| {
+        let kind = LightKind::Environment {
+            image: Arc::new(image()),
+            scale: 2.0,
+            rows: Rows::default(),
+            portal: None,
+        };
+        b.light(kind, looking(DVec3::ZERO, DVec3::NEG_X))
     },
-    Case { name: "constant sky", add: |b| b.sky(1.5), map: false, irradiance: |_| 1.5 * PI },
-    Case {
-        name: "image of the sky",
-        add: |b| {
-            let kind = LightKind::Environment {
-                image: Arc::new(image()),
-                scale: 2.0,
-                rows: Rows::default(),
-                portal: None,
-            };
-            b.light(kind, looking(DVec3::ZERO, DVec3::NEG_X))
-        },
-        map: false,
-        // The node's +z is the world's +x.
-        irradiance: |_| 2.0 * of_map(|d| DVec3::new(-d.z, d.y, d.x)),
-    },
-    Case { name: "environment map", add: |b| b, map: true, irradiance: |_| of_map(|d| d) },
-];
+    map: false,
+    // The node's +z is the world's +x.
+    irradiance: |_| 2.0 * of_map(|d| DVec3::new(-d.z, d.y, d.x)),
+};
+
+const ENVIRONMENT_MAP: Case =
+    Case { name: "environment map", add: |b| b, map: true, irradiance: |_| of_map(|d| d) };
+
+pt_scene::light_kinds!(kinds);
+
+/// Case of a kind of light; `None` for daylight, whose irradiance has no closed form.
+fn case_of(kind: Kind) -> Option<Case> {
+    Some(match kind {
+        Kind::Hemisphere => HEMISPHERE,
+        Kind::Constant => CONSTANT_SKY,
+        Kind::Environment => SKY_IMAGE,
+        Kind::Directional => DIRECTIONAL,
+        Kind::DistantDisk => DISTANT_DISK,
+        Kind::Point => POINT,
+        Kind::Spot => SPOT,
+        Kind::LinearSpot => LINEAR_SPOT,
+        Kind::PunctualSpot => PUNCTUAL_SPOT,
+        Kind::Projector => PROJECTOR,
+        Kind::Ies => LUMINAIRE,
+        Kind::Area => AREA,
+        Kind::Daylight => return None,
+    })
+}
+
+/// Cases of all kinds of light nodes, of emissive surfaces, and of the environment map that
+/// replaces those of scenes.
+fn cases() -> Vec<Case> {
+    let nodes = KINDS.iter().filter_map(|kind| case_of(*kind));
+    nodes.chain([EMISSIVE_MESH, SPHERE, ENVIRONMENT_MAP]).collect()
+}
 
 fn session(case: &Case, settings: Settings) -> Session {
     let floor = facing(DVec3::ZERO, UP, 50.0);
@@ -210,8 +264,9 @@ fn floor_point(session: &Session, [x, y]: [u32; 2]) -> DVec3 {
 /// Every light, by every estimator, with one and with several samples, by both integrators.
 #[test]
 fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
-    let tests = CASES.len() * ESTIMATORS.len() * PIXELS.len();
-    for case in &CASES {
+    let cases = cases();
+    let tests = cases.len() * ESTIMATORS.len() * PIXELS.len();
+    for case in &cases {
         for (i, direct) in ESTIMATORS.into_iter().enumerate() {
             let integrator = if i % 2 == 0 { "path" } else { "direct" };
             let integrator = integrator.to_owned();

@@ -119,12 +119,12 @@ fn what_makes_no_sense_is_refused() {
     let lens = CompileOptions { lens_radius: Some(0.5), ..size([4, 4]) };
     let none = || size([4, 4]);
     for (camera, options, message) in [
-        (aperture(2, 0.0), none(), "blades of the aperture must lie between 3 and 1000"),
-        (aperture(2000, 0.0), none(), "blades of the aperture"),
-        (aperture(5, f64::NAN), none(), "rotation of the aperture must be a finite number"),
-        (flat(0.0, 1.0), none(), "width and height of the view must be positive"),
-        (flat(1.0, f64::INFINITY), none(), "width and height of the view"),
-        (flat(1.0, 1.0), lens, "only perspective cameras have one"),
+        (aperture(2, 0.0), none(), "number of aperture blades, expected 3 to 1000"),
+        (aperture(2000, 0.0), none(), "number of aperture blades"),
+        (aperture(5, f64::NAN), none(), "rotation of the aperture, expected a finite number"),
+        (flat(0.0, 1.0), none(), "empty view, expected a width and a height above 0"),
+        (flat(1.0, f64::INFINITY), none(), "empty view"),
+        (flat(1.0, 1.0), lens, "lens of a camera that is not perspective"),
         (Camera { principal_point_offset: [f64::NAN, 0.0], ..view() }, none(), "film offset"),
     ] {
         let scene = Builder::default()

@@ -165,7 +165,7 @@ fn text_is_read_as_editors_write_it() {
 #[test]
 fn refusals_say_what_is_wrong() {
     for (name, want) in [
-        ("zeros.glb", "zeros.glb:1: the file is no valid JSON: EOF"),
+        ("zeros.glb", "zeros.glb:1: invalid JSON: EOF"),
         ("quoted_boolean.pbrt", "true and false are written without quotes"),
         ("own_blend.xml", "\"b\" contains itself"),
         ("own_bump.xml", "\"b\" contains itself"),

@@ -152,15 +152,15 @@ fn textures_that_are_no_light_are_refused() {
     let colors: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
     let skewed = DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z);
     let cases = [
-        (emissive(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
-        (emissive(Arc::clone(&colors)), "the mesh has none"),
+        (emissive(image(1, &[[f32::NAN; 3]])), "texture of the emission: pixel (0, 0) is [NaN"),
+        (emissive(Arc::clone(&colors)), "colours of vertices on a mesh without them"),
+        (spot(30.0, image(1, &[[f32::NAN; 3]]), DMat3::IDENTITY), "texture of the light: pixel"),
         (
-            spot(30.0, image(1, &[[f32::NAN; 3]]), DMat3::IDENTITY),
-            "the texture of the light: pixel",
+            spot(30.0, colors, DMat3::IDENTITY),
+            "expected another texture for a light without a mesh",
         ),
-        (spot(30.0, colors, DMat3::IDENTITY), "a light of no extent is none"),
         (spot(90.0, white(), DMat3::IDENTITY), "below 90°"),
-        (spot(30.0, white(), skewed), "may only turn, mirror and scale"),
+        (spot(30.0, white(), skewed), "expected rotations, reflections and uniform scales only"),
     ];
     for (scene, want) in cases {
         let message = compiled(&scene).expect("it makes no sense");

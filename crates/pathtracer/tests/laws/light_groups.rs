@@ -441,20 +441,20 @@ fn groups_that_make_no_sense_are_refused() {
     };
     refused(
         named(&[("a", &["lamp"])]),
-        "there is no light \"lamp\"; the lights of the scene are \"sky\"",
+        "unknown light \"lamp\"; the lights of the scene are \"sky\"",
     );
     refused(
         named(&[("a", &["lights 1"])]),
         "\"lights 1\" (did you mean \"light 1\" or \"light 10\" or \"light 11\"?); the",
     );
-    refused(named(&[("a", &["sky"]), ("b", &["sky"])]), "\"sky\" is named twice");
+    refused(named(&[("a", &["sky"]), ("b", &["sky"])]), "\"sky\" in two groups");
     assert_eq!(new(named(&[("a", &["sky", "light 1"]), ("b", &[])])), None);
     let many = Session::new(
         &many(90),
         size(SIZE),
         Settings { light_groups: Some(EACH), ..Settings::default() },
     );
-    assert!(many.is_err_and(|error| error.to_string().contains("of at most 128")));
+    assert!(many.is_err_and(|error| error.to_string().contains("expected at most 128")));
     let base = Settings { light_groups: Some(EACH), spp: 1, ..Settings::default() };
     for settings in [
         Settings { reuse: 2, ..base.clone() },

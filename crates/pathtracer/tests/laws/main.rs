@@ -1,6 +1,18 @@
 //! Tests of whole images: scenes with a known solution, estimators that must agree, and settings
 //! that must not change a bit.
 
+/// Makes an enum of kinds of which a crate has a list, such as `pt_scene::surfaces!`, and a list of
+/// its variants. Laws over all kinds match it exhaustively.
+macro_rules! kinds {
+    ($($name:ident),*) => {
+        #[derive(Clone, Copy)]
+        pub(crate) enum Kind {
+            $($name),*
+        }
+        pub(crate) const KINDS: &[Kind] = &[$(Kind::$name),*];
+    };
+}
+
 mod adaptive;
 mod alpha;
 mod analytic;

@@ -7,9 +7,10 @@ use pathtracer::{Film, Scene, Settings};
 use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Glass, Hair, Masking,
-    MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
-    RoughCoatedDiffuse, RoughDiffuse, Roughness, SurfaceDetail, ThinGlass, TwoSided,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution,
+    FresnelPlastic, Glass, Hair, Masking, MetallicRoughness, Mirror, Mix, Pigment, Plastic,
+    Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
+    SurfaceDetail, ThinGlass, TwoSided,
 };
 use pt_scene::texture::{
     Bitmap, Color, Filter, NormalOrBump, Pattern, Scalar, Texture, TextureMapping, Wrap,
@@ -75,8 +76,53 @@ fn metallic_roughness(
     }
 }
 
-/// A surface of each kind whose parameters are values, or textures of these values.
+/// A principled material with all of its parameters.
+fn principled(color: impl Fn([f32; 3]) -> Color, share: impl Fn(f32) -> Scalar) -> Principled {
+    Principled {
+        base_color: color(COLOR),
+        roughness: share(0.5),
+        anisotropic: share(0.25),
+        metallic: share(0.125),
+        spec_trans: share(0.375),
+        spec_tint: share(0.625),
+        sheen: share(0.75),
+        sheen_tint: share(0.875),
+        flatness: share(0.0625),
+        clearcoat: share(0.5625),
+        clearcoat_gloss: share(0.1875),
+        ..Principled::default()
+    }
+}
+
+/// A principled thin sheet with all of its parameters.
+fn principled_thin(
+    color: impl Fn([f32; 3]) -> Color,
+    share: impl Fn(f32) -> Scalar,
+) -> PrincipledThin {
+    PrincipledThin {
+        base_color: color(COLOR),
+        roughness: share(0.5),
+        anisotropic: share(0.25),
+        spec_trans: share(0.375),
+        spec_tint: share(0.625),
+        sheen: share(0.75),
+        sheen_tint: share(0.875),
+        flatness: share(0.0625),
+        diff_trans: share(0.5625),
+        ..PrincipledThin::default()
+    }
+}
+
+pt_scene::surfaces!(kinds);
+
+/// Surfaces of all kinds whose parameters are values, or textures of these values.
 pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
+    KINDS.iter().flat_map(|kind| examples(*kind, textured)).collect()
+}
+
+/// Surfaces of a kind. None of the kinds without numbers in their lobe, or with other surfaces
+/// inside; measured ones are in `measured.rs`.
+fn examples(kind: Kind, textured: bool) -> Vec<Surface> {
     let color = |c: [f32; 3]| if textured { texture_of(c) } else { c.into() };
     let roughness = || Roughness {
         alpha: [number(textured), number(textured)],
@@ -86,79 +132,58 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
     };
     let followed = || Roughness { multiple_scattering: true, ..roughness() };
     let share = |value: f32| if textured { number_of(value) } else { value.into() };
+    let (reflectance, diffuse) = (color(COLOR), color(COLOR));
+    let (transmittance, specular) = (color(OTHER), color(OTHER));
     let (eta, k) = ([0.2, 0.9, 1.1], [3.9, 2.5, 2.3]);
-    let metal = |roughness| {
-        Conductor { eta, k, reflectance: color(COLOR), roughness, two_sided: true }.into()
+    let (ior, alpha, two_sided) = (1.5, 0.2, true);
+    let surface: Surface = match kind {
+        Kind::Diffuse => pt_scene::material::Diffuse { reflectance, two_sided }.into(),
+        Kind::RoughDiffuse => {
+            RoughDiffuse { reflectance, roughness: number(textured), two_sided }.into()
+        }
+        Kind::Mirror => Mirror { reflectance }.into(),
+        Kind::Glass => {
+            let glass = |roughness| -> Surface {
+                let (reflectance, transmittance) = (reflectance.clone(), transmittance.clone());
+                Glass { reflectance, transmittance, ior, roughness }.into()
+            };
+            return [None, Some(roughness()), Some(followed())].map(glass).into();
+        }
+        Kind::ThinGlass => ThinGlass { reflectance, transmittance, ior }.into(),
+        Kind::Refraction => Refraction { transmittance, ior }.into(),
+        Kind::Conductor => {
+            let metal = |roughness| -> Surface {
+                let reflectance = reflectance.clone();
+                Conductor { eta, k, reflectance, roughness, two_sided }.into()
+            };
+            return [None, Some(roughness()), Some(followed())].map(metal).into();
+        }
+        Kind::CoatedDiffuse => {
+            CoatedDiffuse { diffuse, specular, ior, nonlinear: true, two_sided }.into()
+        }
+        Kind::RoughCoatedDiffuse => {
+            let (distribution, nonlinear) = (Distribution::Ggx, true);
+            RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, nonlinear, two_sided }
+                .into()
+        }
+        Kind::FresnelPlastic => {
+            FresnelPlastic { diffuse, specular, ior, roughness: roughness(), two_sided }.into()
+        }
+        Kind::CoatedConductor => {
+            let (coat_alpha, thickness) = (0.3, 0.25);
+            CoatedConductor { eta, k, alpha, ior, coat_alpha, thickness, two_sided }.into()
+        }
+        Kind::Plastic => Plastic { diffuse, specular, alpha, two_sided }.into(),
+        Kind::Principled => principled(color, share).into(),
+        Kind::PrincipledThin => principled_thin(color, share).into(),
+        Kind::MetallicRoughness => metallic_roughness(color, share).into(),
+        Kind::DiffuseTransmission => DiffuseTransmission { reflectance, transmittance }.into(),
+        Kind::Hair => Hair { pigment: Pigment::Reflectance(reflectance), ..Hair::default() }.into(),
+        Kind::Measured | Kind::Black | Kind::Mix | Kind::TwoSided | Kind::SurfaceDetail => {
+            return Vec::new();
+        }
     };
-    let glass = |roughness| {
-        let (reflectance, transmittance) = (color(COLOR), color(OTHER));
-        Glass { reflectance, transmittance, ior: 1.5, roughness }.into()
-    };
-    vec![
-        pt_scene::material::Diffuse { reflectance: color(COLOR), two_sided: true }.into(),
-        RoughDiffuse { reflectance: color(COLOR), roughness: number(textured), two_sided: true }
-            .into(),
-        Mirror { reflectance: color(COLOR) }.into(),
-        metal(None),
-        metal(Some(roughness())),
-        metal(Some(followed())),
-        glass(None),
-        glass(Some(roughness())),
-        glass(Some(followed())),
-        ThinGlass { reflectance: color(COLOR), transmittance: color(OTHER), ior: 1.5 }.into(),
-        Refraction { transmittance: color(OTHER), ior: 1.5 }.into(),
-        CoatedDiffuse {
-            diffuse: color(COLOR),
-            specular: color(OTHER),
-            ior: 1.5,
-            nonlinear: true,
-            two_sided: true,
-        }
-        .into(),
-        RoughCoatedDiffuse {
-            diffuse: color(COLOR),
-            specular: color(OTHER),
-            ior: 1.5,
-            alpha: 0.2,
-            distribution: Distribution::Ggx,
-            nonlinear: true,
-            two_sided: true,
-        }
-        .into(),
-        Plastic { diffuse: color(COLOR), specular: color(OTHER), alpha: 0.2, two_sided: true }
-            .into(),
-        Principled {
-            base_color: color(COLOR),
-            roughness: share(0.5),
-            anisotropic: share(0.25),
-            metallic: share(0.125),
-            spec_trans: share(0.375),
-            spec_tint: share(0.625),
-            sheen: share(0.75),
-            sheen_tint: share(0.875),
-            flatness: share(0.0625),
-            clearcoat: share(0.5625),
-            clearcoat_gloss: share(0.1875),
-            ..Principled::default()
-        }
-        .into(),
-        PrincipledThin {
-            base_color: color(COLOR),
-            roughness: share(0.5),
-            anisotropic: share(0.25),
-            spec_trans: share(0.375),
-            spec_tint: share(0.625),
-            sheen: share(0.75),
-            sheen_tint: share(0.875),
-            flatness: share(0.0625),
-            diff_trans: share(0.5625),
-            ..PrincipledThin::default()
-        }
-        .into(),
-        metallic_roughness(color, share).into(),
-        DiffuseTransmission { reflectance: color(COLOR), transmittance: color(OTHER) }.into(),
-        Hair { pigment: Pigment::Reflectance(color(COLOR)), ..Hair::default() }.into(),
-    ]
+    vec![surface]
 }
 
 /// A lamp and a textured surface, with texture coordinates as vertex values or by a transform of

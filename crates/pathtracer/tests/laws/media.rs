@@ -269,8 +269,8 @@ fn microflakes_that_make_no_sense_are_refused() {
     for (medium, word) in [
         (even(flakes(&[flat])), "not positive definite"),
         (cloud(1.0, [0.5; 3], flakes(&[FLAKES, flat])), "not positive definite"),
-        (even(flakes(&[FLAKES, FIBRES])), "need a heterogeneous one"),
-        (cloud(1.0, [0.5; 3], flakes(&[FLAKES.map(|x| 1e12 * x)])), "too dense"),
+        (even(flakes(&[FLAKES, FIBRES])), "expected a heterogeneous medium"),
+        (cloud(1.0, [0.5; 3], flakes(&[FLAKES.map(|x| 1e12 * x)])), "optical depth"),
         (even(Phase::Blend(Box::new(blend))), "cannot be blended"),
     ] {
         let scene = block(Builder::default().sky(1.0), DAffine3::IDENTITY, medium);

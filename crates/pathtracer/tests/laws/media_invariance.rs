@@ -96,17 +96,17 @@ fn media_that_make_no_sense_are_refused() {
         grid(cells, scale, Volume::Constant([0.5; 3]), Phase::Isotropic)
     };
     let cases = [
-        (homogeneous([1.0, -1.0, 0.0], [0.5; 3], Phase::Isotropic), "extinction is -1"),
-        (homogeneous([f32::INFINITY; 3], [0.5; 3], Phase::Isotropic), "extinction is inf"),
-        (homogeneous([1.0; 3], [1.5; 3], Phase::Isotropic), "albedo is 1.5"),
+        (homogeneous([1.0, -1.0, 0.0], [0.5; 3], Phase::Isotropic), "extinction of -1"),
+        (homogeneous([f32::INFINITY; 3], [0.5; 3], Phase::Isotropic), "extinction of inf"),
+        (homogeneous([1.0; 3], [1.5; 3], Phase::Isotropic), "albedo of 1.5"),
         (
             homogeneous([1.0; 3], [0.5; 3], Phase::HenyeyGreenstein { g: 1.0 }),
             "expected -1 < g < 1",
         ),
-        (grid_of(vec![1.0, f32::NAN], 1.0), "extinction is NaN"),
-        (grid_of(vec![1.0; 3], 1.0), "3 numbers do not make a grid of 2 x 1 x 1"),
-        (grid_of(vec![1.0; 2], 1e6), "too dense"),
-        (grid_of(vec![1.0; 2], -1.0), "extinction is -1"),
+        (grid_of(vec![1.0, f32::NAN], 1.0), "extinction of NaN"),
+        (grid_of(vec![1.0; 3], 1.0), "found 3 numbers, expected those of a grid of 2 x 1 x 1"),
+        (grid_of(vec![1.0; 2], 1e6), "optical depth"),
+        (grid_of(vec![1.0; 2], -1.0), "extinction of -1"),
     ];
     for (medium, want) in cases {
         let scene = block(Builder::default().sky(1.0), DAffine3::IDENTITY, medium);
@@ -120,5 +120,8 @@ fn media_that_make_no_sense_are_refused() {
     dangling.objects[0].media = Some(Sides { interior: Some(3), exterior: None });
     let result = Session::new(&dangling, size([2, 2]), Settings::default());
     let message = result.err().map(|e| e.to_string()).unwrap_or_default();
-    assert!(message.contains("medium 3 is out of range: there are 1"), "{message}");
+    assert!(
+        message.contains("medium index 3 out of range; expected an index below 1"),
+        "{message}"
+    );
 }

@@ -89,7 +89,7 @@ fn meters_that_make_no_sense_are_refused() {
     let empty = Geometry::Mesh(Arc::default());
     for (geometry, to_world, word) in [
         (quad(), flat, "flattened"),
-        (sphere(), stretched, "stretched"),
+        (sphere(), stretched, "non-uniformly scaled"),
         (Geometry::Sphere { radius: 0.0 }, DAffine3::IDENTITY, "no area"),
         (empty, DAffine3::IDENTITY, "no area"),
     ] {

@@ -210,14 +210,14 @@ fn points_that_make_no_sense_are_refused() {
     let cases = [
         (refusal(cloud(), matte([0.5; 3]), 0.0), "the radius of points"),
         (refusal(cloud(), matte([0.5; 3]), f64::NAN), "the radius of points"),
-        (refusal(cloud(), showing(Pattern::FaceColors), 0.1), "the colours of faces"),
+        (refusal(cloud(), showing(Pattern::FaceColors), 0.1), "colours of faces"),
         (
             refusal(Points { colors: None, ..cloud() }, showing(Pattern::VertexColors), 0.1),
-            "the colours of vertices",
+            "colours of vertices",
         ),
         (
             refusal(Points { segments: vec![[0, 5]], ..cloud() }, matte([0.5; 3]), 0.1),
-            "a segment ends at point 5; there are 5 points",
+            "found a segment that ends at point 5, expected an index below 5",
         ),
     ];
     for (message, want) in cases {

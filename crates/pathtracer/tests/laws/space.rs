@@ -249,7 +249,7 @@ fn light_that_could_not_be_sampled_is_refused() {
     let place = |time: f64| Key { time, to_world: DAffine3::from_translation(DVec3::X * time) };
     let motion = Motion::new(vec![place(0.0), place(1.0)]).expect("it makes sense");
     moving.objects[1].motion = Some(Arc::new(motion));
-    refused(&moving, "it lies in space, but the object moves");
+    refused(&moving, "found a texture in space on a moving object");
     let spot = LightKind::LinearSpot {
         intensity: [1.0; 3],
         beam_angle: 10.0,
@@ -261,6 +261,6 @@ fn light_that_could_not_be_sampled_is_refused() {
         .light(spot, looking(DVec3::Y, DVec3::ZERO));
     refused(
         &context.seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0])),
-        "it lies in space, but the picture that a light",
+        "found a texture in space, expected a projected image",
     );
 }

@@ -191,21 +191,24 @@ fn colours_that_are_missing_are_an_error() {
         (seen(square(), showing(Pattern::FaceColors), DAffine3::IDENTITY), "colours of faces"),
         (
             seen(square(), showing(Pattern::VertexAttribute("a".into())), DAffine3::IDENTITY),
-            "the values \"a\" of vertices",
+            "values \"a\" of vertices",
         ),
         (
             seen(square(), showing(Pattern::FaceAttribute("a".into())), DAffine3::IDENTITY),
-            "the values \"a\" of faces",
+            "values \"a\" of faces",
         ),
         (seen(square(), textured(nested), DAffine3::IDENTITY), "colours of vertices"),
-        (seen(few, showing(Pattern::FaceColors), DAffine3::IDENTITY), "for 1 triangles, but 2"),
+        (
+            seen(few, showing(Pattern::FaceColors), DAffine3::IDENTITY),
+            "for 1 triangles, expected 2",
+        ),
         (
             seen(wrong, showing(Pattern::VertexColors), DAffine3::IDENTITY),
-            "colour 3 is out of range",
+            "colour index 3 out of range",
         ),
         (
             Builder::default().sphere(DVec3::ZERO, 1.0, showing(Pattern::VertexColors)).0,
-            "a sphere is none",
+            "mesh colours on a sphere",
         ),
     ];
     for (scene, want) in cases {

@@ -18,7 +18,11 @@ pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
     let Convert { scene: from, output: to, loading, force, quiet } = convert;
     let is_same =
         from.canonicalize().is_ok_and(|from| to.canonicalize().is_ok_and(|to| from == to));
-    ensure!(!is_same, "{}: is the scene itself; give its copy another name", to.display());
+    ensure!(
+        !is_same,
+        "found the output {}, which is the scene itself; give the copy another name",
+        to.display()
+    );
     crate::output::check_writable(to)?;
     let LoadResult { scene, hints, .. } = read_with(from, &loading.options(true));
     let mut scene = scene.map_err(|error| WithHints { error, hints: hints.clone() })?;

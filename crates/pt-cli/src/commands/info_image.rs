@@ -39,7 +39,8 @@ fn receipt_of(path: &Path) -> Result<Provenance> {
         Some(receipt) => Ok(receipt),
         None if film.is_file() => of_film(&film),
         None => Err(anyhow!(
-            "{}: does not say how it was made; images of pathtracer do, unless --metadata none left it out",
+            "{}: missing provenance metadata, which images of pathtracer have except with \
+             --metadata none",
             path.display()
         )),
     }

@@ -34,7 +34,7 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     let path = &merge.output;
     ensure!(
         image::is_image(path) || is_film(path),
-        "-f {}: the ending of the file says its format; expected .png, .exr or .film",
+        "-f {}: unknown extension; expected .png, .exr or .film",
         path.display()
     );
     output::check_writable(path)?;
@@ -82,12 +82,12 @@ fn read(path: &Path) -> Result<FilmPart> {
     let file = film_file::read(path)?;
     ensure!(
         !file.film.has_half_buffers(),
-        "{}: has two halves, for an error target or half_a and half_b, and is no part of an image",
+        "{}: a film with two halves (error target, half_a or half_b) cannot be merged",
         path.display()
     );
     let Some(count) = file.film.uniform_spp().filter(|_| file.about.finished) else {
         bail!(
-            "{}: is not finished: {:.1} of {} samples per pixel are there; go on with it: pathtracer \
+            "{}: unfinished film with {:.1} of {} samples per pixel; continue it with pathtracer \
              resume {}",
             path.display(),
             file.film.samples() as f64 / file.film.region().area().max(1) as f64,
@@ -108,34 +108,35 @@ fn check(parts: &[FilmPart], from_first: bool) -> Result<()> {
         let differences = differences(&first.file.about, &second.file.about);
         ensure!(
             differences.is_empty(),
-            "{a} and {b} are samples of different images (of {a} \"before\", of {b} \"now\"):{}",
+            "{a} and {b} are films of different images (of {a} \"before\", of {b} \"now\"):{}",
             in_lines(&differences)
         );
         let [x, y] = [&first.file.film, &second.file.film];
         ensure!(
             x.region() == y.region() && x.has_same_layout(y),
-            "{a} and {b} hold different pixels or channels, though they say that they do not: one of \
-             them is no film of pathtracer"
+            "{a} and {b} have different pixels or channels, although their headers agree: one of \
+             them is not a film of pathtracer"
         );
         let (end, start) = (first.samples.end, second.samples.start);
         let twice = start..end.min(second.samples.end);
         ensure!(
             twice.is_empty(),
-            "samples {} to {} are in both {a} and {b}; give one of them",
+            "found samples {} to {} in both {a} and {b}, expected disjoint ranges; give one of \
+             them",
             twice.start,
             twice.end
         );
         ensure!(
             end == start,
-            "samples {end} to {start} are missing, between {a} and {b}; render them with --samples \
+            "missing samples {end} to {start} between {a} and {b}; render them with --samples \
              {end}..{start} -f missing.film"
         );
     }
     let start = parts.first().map_or(0, |part| part.samples.start);
     ensure!(
         !from_first || start == 0,
-        "samples 0 to {start} are missing; render them with --samples 0..{start} -f missing.film, or merge \
-         to a .film file"
+        "missing samples 0 to {start}; render them with --samples 0..{start} -f missing.film, or \
+         merge to a .film file"
     );
     Ok(())
 }

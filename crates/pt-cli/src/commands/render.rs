@@ -140,7 +140,7 @@ fn ended(
     let out_of_time = progress == Outcome::Cancelled;
     let is_missed = report_missed_target(session, out_of_time);
     if out_of_time && !mode.quiet {
-        report_stop("time is up", resumable);
+        report_stop("time limit reached", resumable);
     }
     if mode.strict && (is_missed || session.film().invalid_samples().count() > 0) {
         ExitCode::from(NOT_AS_ASKED)
@@ -153,7 +153,7 @@ fn ended(
 
 /// Reports that the image lacks samples, and the command that continues the render.
 fn report_stop(cause: &str, resumable: Option<&Path>) {
-    report!("{cause}: the image holds the samples taken so far");
+    report!("{cause}: the image contains the samples taken so far");
     if let Some(path) = resumable {
         report!("help: pathtracer resume {} continues the render", path.display());
     }
@@ -163,13 +163,13 @@ fn report_stop(cause: &str, resumable: Option<&Path>) {
 fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
     let is_missed = summary::is_missed(session);
     if is_missed {
-        let found = summary::error(session).unwrap_or("it has not enough samples to tell".into());
+        let found = summary::error(session).unwrap_or("too few samples for an estimate".into());
         let cause = if out_of_time {
-            "time was up before".to_owned()
+            "time limit reached".to_owned()
         } else {
-            format!("it has all of the {} samples that --max-spp allows", session.settings().spp)
+            format!("all {} samples of --max-spp were taken", session.settings().spp)
         };
-        report!("warning: the image is not as good as it was to be: {found}; {cause}");
+        report!("warning: the error target was missed: {found}; {cause}");
     }
     is_missed
 }
@@ -206,7 +206,8 @@ impl PreparedScene {
         if self.leaves_channels_out {
             let channels = self.scene.settings.aovs.join(", ");
             report!(
-                "note: the scene asks for {channels} too; they are left out without -f out.exr"
+                "note: the additional channels {channels} of the scene are omitted without -f \
+                 out.exr"
             );
         }
         for note in self.session.notes() {
@@ -272,7 +273,7 @@ fn region(
     let inside = region.filter(|r| r.is_inside([width, height]));
     Ok(Some(inside.ok_or_else(|| {
         anyhow!(
-            "-p {x} {y} {dx} {dy}: the cell must have pixels and lie in the image of {width} x \
+            "-p {x} {y} {dx} {dy}: expected a cell with pixels inside of the image of {width} x \
              {height}"
         )
     })?))
@@ -378,7 +379,7 @@ fn warn_incomplete(scene: &Scene) {
         n => format!("{n} files of the scene are"),
     };
     report!(
-        "warning: {files} missing; the image shows something else in their place (--strict refuses that)"
+        "warning: {files} missing; placeholders are shown instead (--strict rejects missing files)"
     );
 }
 
@@ -399,7 +400,7 @@ fn report_invalid_samples(command: &[String], mode: Mode, session: &Session) {
         // Arguments contain no NUL.
         let again = shlex::try_join(words).unwrap_or_default();
         report!(
-            "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
+            "path of the first one: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
         );
     } else {
         report!("explain needs an integrator that records single paths, without {WITHOUT_RECORDS}");

@@ -30,15 +30,19 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     };
     ensure!(
         again.extension() == first.extension(),
-        "-f {}: expected the ending of {}, which says the format",
+        "-f {}: found another extension, expected that of {}",
         again.display(),
         rerender.image.display()
     );
     let again = std::path::absolute(&again).with_context(|| format!("{}", again.display()))?;
-    ensure!(again != first, "-f {}: is the image itself; expected another name", again.display());
+    ensure!(
+        again != first,
+        "-f {}: found the image itself, expected another name",
+        again.display()
+    );
     ensure!(
         rerender.force || again.symlink_metadata().is_err(),
-        "{}: exists already; expected another name (-f), or --force to overwrite it",
+        "{}: exists already; choose another name (-f), or --force to overwrite it",
         again.display()
     );
     let about = receipt.about();
@@ -75,10 +79,11 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     let (a, b) = (first.display(), again.display());
     if same_film {
         report!(
-            "error: {b} is what {a} was: its pixels were changed since, or denoised in another way"
+            "error: {b} reproduces the samples of {a}, but not its pixels, which were changed or \
+             denoised in another way"
         );
     } else {
-        report!("error: {b} is another image than {a}, whose metadata promises the same");
+        report!("error: {b} differs from {a}, although its metadata are equal");
     }
     Ok(ExitCode::from(ANOTHER))
 }
@@ -90,17 +95,16 @@ fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
         .map_err(|message| anyhow!("{shown}: {message}"))?;
     let Some(receipt) = found else {
         bail!(
-            "{shown}: has no provenance metadata; images of pathtracer have them, except with --metadata none"
+            "{shown}: missing provenance metadata, which images of pathtracer have except with \
+             --metadata none"
         );
     };
     let Some(run) = receipt.run.clone() else {
-        bail!(
-            "{shown}: its provenance metadata lack the command of the render, which --metadata full writes"
-        );
+        bail!("{shown}: missing command in the provenance metadata, which --metadata full writes");
     };
     ensure!(
         receipt.finished && receipt.first == 0,
-        "{shown}: its render was stopped before it had all samples; go on with it: pathtracer resume {shown}"
+        "{shown}: unfinished render; continue it with pathtracer resume {shown}"
     );
     Ok((receipt, run))
 }

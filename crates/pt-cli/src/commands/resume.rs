@@ -23,7 +23,7 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.max_samples());
     ensure!(
         taken <= spp,
-        "{}: has {taken} samples per pixel already; expected -s {taken} or more",
+        "{}: found {taken} samples per pixel; expected -s {taken} or more",
         film.display()
     );
     drop(samples);
@@ -88,7 +88,7 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     match film_file::read_newest(&path)? {
         Some((film, _)) => Ok((path, film)),
         None => Err(anyhow!(
-            "{}: there are no samples to go on from; they are kept beside images while these are rendered, \
+            "{}: found no samples to resume; samples are stored beside images during rendering, \
              and beside finished .exr images",
             path.display()
         )),
@@ -102,7 +102,7 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
 pub(crate) fn stored_options(file: &Path, about: &FilmHeader) -> Result<Cli> {
     command_line::stored_options(&about.command).ok_or_else(|| {
         anyhow!(
-            "{}: was made by a command that this version does not understand: pathtracer {}",
+            "{}: unsupported command of another version: pathtracer {}",
             file.display(),
             about.command.join(" ")
         )

@@ -30,7 +30,8 @@ pub(crate) const POLICIES: CompatPolicies = CompatPolicies {
     transparency: false,
     films: false,
     records: Err(
-        "explain does not go with --cs184; --integrator cs184 explains light as the course's program computes it",
+        "explain does not support --cs184; use --integrator cs184 for the light of the course's \
+         program",
     ),
     counts_tests: true,
     write_probabilities: Some(write_probabilities),

@@ -21,25 +21,31 @@ pub(super) fn check(cli: &Cli) -> Result<(), String> {
     let output = cli.output.as_ref().and_then(Option::as_ref);
     let is = |ending| output.is_some_and(|path| has_ending(path, ending) || is_film(path));
     if (cli.exposure.is_some() || cli.tonemap.is_some()) && output.is_some() && !is("png") {
-        return Err("--exposure and --tonemap are for PNG images: an EXR image holds the light itself, and \
-                    viewers have an exposure and curves of their own; give -f out.png, or leave them out"
-            .into());
+        return Err(
+            "--exposure and --tonemap require a PNG image: EXR images store radiance, and viewers \
+             apply exposure and curves; give -f out.png, or omit them"
+                .into(),
+        );
     }
     if cli.exposure == Some(Exposure::Auto) && cli.stop.has_target() {
-        return Err("--exposure auto depends on the image, but an error target needs to know ahead what is white; give a number \
-                    of stops"
-            .into());
+        return Err(
+            "--exposure auto depends on the image, but an error target requires a fixed exposure; \
+             give a number of stops"
+                .into(),
+        );
     }
     if (cli.exr_type.is_some() || cli.exr_compression.is_some()) && !is("exr") {
         return Err(
-            "--exr-type and --exr-compression need an OpenEXR image, as in -f out.exr".into()
+            "--exr-type and --exr-compression require an OpenEXR image, as in -f out.exr".into()
         );
     }
     if matches!(cli.exr_compression, Some(ExrCompression::Pxr24)) && cryptomatte::is_among(&cli.aov)
     {
-        return Err("--exr-compression pxr24 keeps 24 of the 32 bits of a number, by all of which --aov \
-                    cryptomatte_object and cryptomatte_material know a thing; choose zip, zips or piz"
-            .into());
+        return Err(
+            "--exr-compression pxr24 keeps 24 of 32 bits, but --aov cryptomatte_object and \
+             cryptomatte_material require all; choose zip, zips or piz"
+                .into(),
+        );
     }
     Ok(())
 }

@@ -18,7 +18,7 @@ pub(super) fn check(cli: &Cli) -> Result<(), String> {
     }
     if !has_room_for_channels(cli) {
         return Err(
-            "--light-groups needs an image with room for more channels, as in -f out.exr".into()
+            "--light-groups requires an image with additional channels, as in -f out.exr".into()
         );
     }
     let name = cli.integrator.as_deref();
@@ -35,7 +35,8 @@ pub(super) fn check(cli: &Cli) -> Result<(), String> {
     {
         let known: Vec<_> = INTEGRATORS.iter().filter(recorded).map(|r| r.name).collect();
         return Err(format!(
-            "--light-groups needs --integrator {}, with --direct mis or light and without {WITHOUT_RECORDS}",
+            "--light-groups requires --integrator {}, with --direct mis or light and without \
+             {WITHOUT_RECORDS}",
             known.join(", ")
         ));
     }

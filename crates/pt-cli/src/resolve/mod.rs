@@ -63,7 +63,7 @@ pub(crate) fn resolve(
     if let Some([w, h]) = memory.resolution
         && u64::from(w) * u64::from(h) > most
     {
-        return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
+        return Err(format!("-r {w} {h}: found too many pixels, expected at most {most}"));
     }
     let mode = Mode { quiet: cli.quiet, strict: cli.strict, policies };
     let scene = cli.paths.first().cloned();
@@ -199,13 +199,13 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         && !INTEGRATORS.iter().any(|r| r.name == name)
     {
         let all: Vec<_> = INTEGRATORS.iter().map(|r| format!("  {}: {}", r.name, r.help)).collect();
-        return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
+        return Err(format!("unknown integrator \"{name}\"; known:\n{}", all.join("\n")));
     }
     check_aovs(cli)?;
     image::check(cli)?;
     check_features(cli)?;
     if cli.split > 1 && cli.path_reuse > 1 {
-        return Err("--path-splitting and --path-reuse exclude each other; give one of them".into());
+        return Err("--path-splitting and --path-reuse are mutually exclusive".into());
     }
     if let Some(Some(path)) = &cli.output
         && cli.policies().films
@@ -213,7 +213,7 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         && !is_film(path)
     {
         return Err(format!(
-            "-f {}: the ending of the file says its format; expected .png, .exr or .film",
+            "-f {}: unknown extension; expected .png, .exr or .film",
             path.display()
         ));
     }
@@ -221,14 +221,15 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         && from > 0
     {
         return Err(
-            "--samples makes a part of an image; it needs a file for it, as in -f part.film".into(),
+            "--samples renders a part of an image and requires a file for it, as in -f part.film"
+                .into(),
         );
     }
     if cli.samples.is_some() && cli.spp.is_none() && SamplerKind::from(cli.sampler).depends_on_spp()
     {
         return Err(
-            "--samples: the points of this --sampler depend on the number of all samples; give \
-                    that with -s, as in -s 512 --samples 0..256"
+            "--samples: this --sampler depends on the number of all samples; set it with -s, as in \
+             -s 512 --samples 0..256"
                 .into(),
         );
     }
@@ -237,22 +238,22 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         && earlier.layout.is_none()
     {
         return Err(format!(
-            "--samples ends at {to}, behind the {spp} samples that -s says there are"
+            "--samples ends at {to}, expected at most {spp}, the number of samples (-s)"
         ));
     }
     if let (Some((name, _)), true) = (cli.loading.define.first(), cli.paths.is_empty()) {
-        return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
+        return Err(format!(
+            "-D {name}: the embedded scene has no definitions; use a Mitsuba scene"
+        ));
     }
     if cli.loading.time.is_some() && cli.paths.is_empty() {
-        return Err("--time: the embedded scene has no animations; give a glTF scene".into());
+        return Err("--time: the embedded scene has no animations; use a glTF scene".into());
     }
     if cli.loading.point_radius.is_some() && cli.paths.is_empty() {
-        return Err("--point-radius: the embedded scene has no points; give a scene".into());
+        return Err("--point-radius: the embedded scene has no points; use another scene".into());
     }
     if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
-        return Err(
-            "--samples: parts of an image have no halves; leave out half_a and half_b".into()
-        );
+        return Err("--samples: parts of an image have no halves; omit half_a and half_b".into());
     }
     light_groups::check(cli)?;
     check_stop(cli)
@@ -263,8 +264,8 @@ fn check_stop(cli: &Cli) -> Result<(), String> {
     let stop = &cli.stop;
     let without_target = stop.confidence.is_some() || stop.max_spp.is_some() || stop.uniform;
     if !stop.has_target() && without_target {
-        return Err("--confidence, --max-spp and --uniform-sampling are for --target-error and --target-noise; give one of them, \
-                    or the number of samples with -s"
+        return Err("--confidence, --max-spp and --uniform-sampling require --target-error or \
+                    --target-noise; give one of them, or the number of samples with -s"
             .into());
     }
     if stop.has_target() && SamplerKind::from(cli.sampler).depends_on_spp() {
@@ -284,12 +285,12 @@ fn output_is_film(cli: &Cli) -> bool {
 /// Checks that no AOV is repeated, and that the image has room for them.
 fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
-        return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
+        return Err(format!("duplicate --aov \"{}\"", twice.name()));
     }
     if cli.aov.iter().all(|aov| *aov == Aov::Alpha) || has_room_for_channels(cli) {
         return Ok(());
     }
-    Err("--aov needs an image with room for more channels, as in -f out.exr".into())
+    Err("--aov requires an image with additional channels, as in -f out.exr".into())
 }
 
 /// Returns true if the output format has channels besides colours.
@@ -310,10 +311,10 @@ fn check_features(cli: &Cli) -> Result<(), String> {
     let Some(integrator) = integrator::by_name(name) else { return Ok(()) };
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     let needs = [
-        (clamps, Feature::Clamp, "--clamp and --clamp-indirect need"),
-        (cli.path_reuse > 1, Feature::Reuse, "--path-reuse needs"),
-        (cli.split > 1, Feature::Split, "--path-splitting needs"),
-        (cli.ao_distance.is_some(), Feature::OcclusionDistance, "--ao-distance needs"),
+        (clamps, Feature::Clamp, "--clamp and --clamp-indirect require"),
+        (cli.path_reuse > 1, Feature::Reuse, "--path-reuse requires"),
+        (cli.split > 1, Feature::Split, "--path-splitting requires"),
+        (cli.ao_distance.is_some(), Feature::OcclusionDistance, "--ao-distance requires"),
     ];
     for (is_given, feature, option) in needs {
         if is_given && !integrator.supports(feature) {

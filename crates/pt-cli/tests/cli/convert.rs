@@ -50,7 +50,7 @@ fn scenes_of_gltf_render_to_the_same_bits_as_their_copies() {
 fn what_gltf_cannot_say_is_told_with_its_place() {
     let folder = Folder::new();
     let run = folder.succeed(&format!("convert {SCENES}/mitsuba/envmap.xml a.glb"));
-    let note = "it is left out: glTF has no light from all around";
+    let note = "environment lights are not representable in glTF; the light is omitted";
     let line = run.err.lines().find(|line| line.contains(note)).unwrap_or_default();
     assert!(line.starts_with("note: ") && line.contains("envmap.xml:"), "{run:?}");
     assert_eq!(folder.files(), ["a.glb"]);
@@ -80,12 +80,15 @@ fn nothing_is_overwritten_unless_that_is_asked_for() {
     assert_eq!(folder.read("a.json"), b"{}");
     folder.succeed("convert SCENE a.json --force");
     let itself = folder.run("convert a.json ./a.json --force");
-    assert!(itself.code == Some(2) && itself.err.contains("is the scene itself"), "{itself:?}");
+    assert!(
+        itself.code == Some(2) && itself.err.contains("which is the scene itself"),
+        "{itself:?}"
+    );
     let other = folder.run("convert a.json a.usd");
-    let known = "scenes can be written as .json, .glb";
+    let known = "unknown scene format for writing; known: .json, .glb";
     assert!(other.code == Some(2) && other.err.contains(known), "{other:?}");
     let nowhere = folder.run("convert a.json missing/b.json");
-    assert!(nowhere.code == Some(2) && nowhere.err.contains("there is no folder"), "{nowhere:?}");
+    assert!(nowhere.code == Some(2) && nowhere.err.contains("found no folder"), "{nowhere:?}");
     folder.write("b_files", "not a folder");
     folder.succeed("convert a.json b.json --force");
     assert_eq!(folder.files(), ["a.json", "b.json", "b_files"]);

@@ -26,7 +26,7 @@ fn without_the_library_the_image_is_written_as_it_was_rendered() {
         let run = crate::common::Run::of(&command.output().unwrap(), name);
         assert_eq!(run.code, Some(0), "{run:?}");
         assert_eq!(run.err.matches("warning: --denoise").count(), 1, "{run:?}");
-        for wanted in ["nowhere", "expected the library", "written as it was rendered"] {
+        for wanted in ["nowhere", "expected the library", "written without denoising"] {
             assert!(run.err.contains(wanted), "{run:?}");
         }
         assert_eq!(folder.read(name), wanted);

@@ -93,18 +93,18 @@ fn what_cannot_be_explained_is_refused() {
     let folder = Folder::new();
     folder.write("small.dae", SMALL);
     for (args, message) in [
-        ("-r 40 30 SCENE -x 40 -y 3", "the image has 40 x 30 pixels"),
+        ("-r 40 30 SCENE -x 40 -y 3", "outside of the image of 40 x 30"),
         ("-r 40 30 SCENE -x 3 -y 30", "a row, from the top, from 0 to 29"),
         ("-r 40 30 -p 0 0 10 10 SCENE -x 3 -y 3", "only columns 0 to 9 and rows 20 to 29"),
-        ("-r 40 30 -s 8 SCENE -x 3 -y 3 --sample 8", "there are samples 0 to 7"),
+        ("-r 40 30 -s 8 SCENE -x 3 -y 3 --sample 8", "expected 0 to 7"),
         ("-r 40 30 SCENE -x 3", "-y <Y>"),
         ("-r 40 30 SCENE -x three -y 3", "expected a whole number"),
-        ("-r 40 30 --path-reuse 2 SCENE -x 3 -y 3", "leave out --path-splitting and --path-reuse"),
-        ("-r 40 30 --split 2 SCENE -x 3 -y 3", "leave out --path-splitting and --path-reuse"),
+        ("-r 40 30 --path-reuse 2 SCENE -x 3 -y 3", "omit --path-splitting and --path-reuse"),
+        ("-r 40 30 --split 2 SCENE -x 3 -y 3", "omit --path-splitting and --path-reuse"),
         ("-r 40 30 --integrator ao SCENE -x 3 -y 3", "samples of the integrator ao cannot be"),
         ("--cs184 small.dae -x 3 -y 3", "--integrator cs184"),
-        ("SCENE small.dae -x 3 -y 3", "more than one scene"),
-        ("SCENE --man -x 3 -y 3", "give them without explain"),
+        ("SCENE small.dae -x 3 -y 3", "found two scenes"),
+        ("SCENE --man -x 3 -y 3", "use them without a command"),
         ("missing.dae -x 3 -y 3", "missing.dae"),
         ("SCENE -x 3 -y 3 --sample 1 --top 3", "--top"),
     ] {

@@ -98,7 +98,7 @@ fn pipes_and_devices_are_refused_at_once() {
         ("check p.obj".to_owned(), regular),
         ("convert p.obj a.json".to_owned(), regular),
         ("explain p.obj -x 0 -y 0".to_owned(), regular),
-        ("check a.gltf".to_owned(), "it is no regular file"),
+        ("check a.gltf".to_owned(), "not a regular file"),
     ] {
         let run = folder.run(&arguments);
         assert!(matches!(run.code, Some(2 | 4)), "{run:?}");
@@ -123,8 +123,8 @@ fn files_of_holes_are_not_held_in_memory() {
         [b"\x89PNG\r\n\x1a\n".as_slice(), &png(1, 1)[8..33], b"\x7f\xff\xff\0tEXtpathtracer\0"];
     sparse("text.png", &text.concat(), 1 << 31);
     for (arguments, expected) in [
-        ("info whole.film", "its checksum is another"),
-        ("info none.film", "is no film"),
+        ("info whole.film", "checksum mismatch"),
+        ("info none.film", "is not a film"),
         ("info text.png", "limits are exceeded"),
     ] {
         let command = folder.command::<&str>(&[]);
@@ -184,7 +184,7 @@ fn two_programs_do_not_write_one_image() {
     }
     let run = folder.run(&format!("{TINY} -f out.png {SCENE}"));
     assert_eq!(run.code, Some(2), "{run:?}");
-    let expected = format!("out.png: another pathtracer (process {}) writes it now", first.id());
+    let expected = format!("out.png: locked by another pathtracer (process {})", first.id());
     assert!(run.err.contains(&expected), "{run:?}");
     first.kill().and_then(|()| first.wait()).expect("a child");
     // A lock file of a killed process does not lock.

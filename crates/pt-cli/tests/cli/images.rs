@@ -125,7 +125,10 @@ fn exposure_fits_the_image_where_it_is_asked_to() {
     let inside = std::fs::read_to_string(folder.path("black.json")).unwrap();
     let inside = inside.replace("[0, 0, 4]", "[0, 0, 0]");
     std::fs::write(folder.path("black.json"), inside).unwrap();
-    assert!(note("black.json", "").contains("the image is black: no light reaches what is seen"));
+    assert!(
+        note("black.json", "")
+            .contains("the image is black: no light reaches the visible surfaces")
+    );
 }
 
 /// Ids, depth and positions keep 32 bits; values beyond 65504 are counted.
@@ -159,7 +162,7 @@ fn exr_images_have_the_type_and_compression_asked_for() {
     let image = folder.image("half.exr");
     let greatest = image.pixels.as_flattened().iter().filter(|v| **v == 65_504.0).count();
     assert!(greatest > 0, "the camera sees some of that");
-    assert!(run.err.contains(&format!("half.exr: {greatest} numbers are beyond")), "{run:?}");
+    assert!(run.err.contains(&format!("half.exr: {greatest} numbers exceed")), "{run:?}");
     assert!(image.pixels.iter().flatten().all(|v| *v <= 65_504.0));
 }
 
@@ -417,7 +420,7 @@ fn scenes_may_ask_for_more_channels() {
         assert!(file.windows(name.len()).any(|w| w == name.as_bytes()), "{name}");
     }
     let told = folder.succeed("-r 12 9 -s 2 -f out.png scene.xml").err;
-    assert!(told.contains("left out without -f out.exr"), "{told}");
+    assert!(told.contains("omitted without -f out.exr"), "{told}");
 }
 
 #[test]
@@ -481,7 +484,7 @@ fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
     let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
     folder.write("square.obj", square);
     write_map(&folder);
-    let notes = ["in the light of a studio", "looked at from the front, the right and above"];
+    let notes = ["studio lighting is used", "the view is from the front, the right and above"];
     let run = folder.succeed("-r 16 12 -s 64 -f out.exr square.obj");
     assert!(notes.iter().all(|note| run.err.contains(note)), "{run:?}");
     let image = folder.image("out.exr");

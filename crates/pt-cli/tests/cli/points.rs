@@ -54,10 +54,10 @@ fn the_radius_of_points_is_noted_and_may_be_given() {
         (run.err, image.pixels.iter().filter(|p| p[0] > 2.0 * p[2]).count())
     };
     let (told, usual) = covered("");
-    let wanted = "2000 points are shown as spheres with a radius of 0.04";
+    let wanted = "2000 points are rendered as spheres with a radius of 0.04";
     assert!(told.contains(wanted) && told.contains("--point-radius"), "{told}");
     let (told, small) = covered("--point-radius 0.004");
-    assert!(!told.contains("shown as spheres"), "{told}");
+    assert!(!told.contains("rendered as spheres"), "{told}");
     assert!(5 * small < usual && usual > 200, "{small} {usual}");
 
     for radius in ["0", "-1", "nan", "a"] {
@@ -100,7 +100,8 @@ fn lines_are_shown() {
     let run = folder.succeed("-r 64 48 -s 4 --point-radius 0.05 -f out.exr cross.obj");
     assert!(!run.err.contains("warning"), "{run:?}");
     let run = folder.succeed("-r 64 48 -s 4 -f thin.exr cross.obj");
-    let wanted = "4 points are shown as spheres, and 2 segments between them as cylinders, with a radius of 0.0113";
+    let wanted = "4 points are rendered as spheres, and 2 segments between them as cylinders, with \
+                  a radius of 0.0113";
     assert!(run.err.contains(wanted), "{run:?}");
     let light = |name: &str| folder.image(name).pixels.iter().map(|p| f64::from(p[0])).sum::<f64>();
     assert!(light("out.exr") > 1.02 * light("thin.exr"));

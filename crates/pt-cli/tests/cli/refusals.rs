@@ -66,20 +66,20 @@ fn numbers_that_make_no_sense() {
         ("--exposure 101 SCENE", "a number of stops from -100 up to 100"),
         ("--exposure NaN SCENE", "a number of stops"),
         ("--exposure bright SCENE", "or auto"),
-        ("--exposure auto --target-error 0.1 SCENE", "needs to know ahead what is white"),
+        ("--exposure auto --target-error 0.1 SCENE", "requires a fixed exposure"),
         ("--exposure 1 --cs184 SCENE", "cannot be used with"),
         ("--denoise --cs184 SCENE", "cannot be used with"),
-        ("--exposure 1 -f out.exr SCENE", "give -f out.png, or leave them out"),
-        ("--tonemap agx -f out.exr SCENE", "for PNG images"),
+        ("--exposure 1 -f out.exr SCENE", "give -f out.png, or omit them"),
+        ("--tonemap agx -f out.exr SCENE", "require a PNG image"),
         ("--tonemap reinhard SCENE", "pbr-neutral"),
-        ("--exr-type half SCENE", "need an OpenEXR image, as in -f out.exr"),
-        ("--exr-compression piz -f out.png SCENE", "need an OpenEXR image"),
+        ("--exr-type half SCENE", "require an OpenEXR image, as in -f out.exr"),
+        ("--exr-compression piz -f out.png SCENE", "require an OpenEXR image"),
         ("--exr-compression dwaa -f out.exr SCENE", "b44a"),
         ("--tev 127.0.0.1 SCENE", "as in 127.0.0.1:14158"),
-        ("--tev :14158 SCENE", "the host and port where tev listens"),
-        ("--tev host:0 SCENE", "the host and port where tev listens"),
+        ("--tev :14158 SCENE", "the host and port of tev"),
+        ("--tev host:0 SCENE", "the host and port of tev"),
         ("--panorama --cs184 SCENE", "cannot be used with"),
-        ("--panorama -b 5 SCENE", "only perspective cameras have one"),
+        ("--panorama -b 5 SCENE", "lens of a camera that is not perspective"),
         ("--max-leaf-size 0 SCENE", "a number of shapes"),
         ("--tile-size 0 SCENE", whole),
         ("-s SCENE", whole),
@@ -105,30 +105,36 @@ fn words_that_mean_nothing() {
         ("--png-bits 12 SCENE", "8, 16"),
         ("--integrator bdpt SCENE", "  normals: "),
         ("-H --direct light SCENE", "cannot be used with"),
-        ("--path-reuse 2 --integrator ao SCENE", "--path-reuse needs --integrator path; ao does"),
-        ("--split 2 --integrator ao SCENE", "--path-splitting needs --integrator path, direct;"),
-        ("--split 2 --path-reuse 2 SCENE", "exclude each other"),
-        ("--path-reuse 4 --cs184 SCENE", "--path-reuse needs --integrator path; cs184 does"),
+        (
+            "--path-reuse 2 --integrator ao SCENE",
+            "--path-reuse requires --integrator path; ao does",
+        ),
+        ("--split 2 --integrator ao SCENE", "--path-splitting requires --integrator path, direct;"),
+        ("--split 2 --path-reuse 2 SCENE", "mutually exclusive"),
+        ("--path-reuse 4 --cs184 SCENE", "--path-reuse requires --integrator path; cs184 does"),
         (
             "--clamp 1 --integrator ao SCENE",
-            "need --integrator path, reference, volpath, direct; ao",
+            "require --integrator path, reference, volpath, direct; ao",
         ),
-        ("--clamp-indirect 1 --cs184 SCENE", "need --integrator path, reference, volpath, direct;"),
-        ("--ao-distance 1 SCENE", "--ao-distance needs --integrator ao; path does"),
+        (
+            "--clamp-indirect 1 --cs184 SCENE",
+            "require --integrator path, reference, volpath, direct;",
+        ),
+        ("--ao-distance 1 SCENE", "--ao-distance requires --integrator ao; path does"),
         ("--aov shadow -f out.exr SCENE", "albedo, normal, geometric_normal, depth"),
-        ("--aov depth,depth -f out.exr SCENE", "\"depth\" twice"),
+        ("--aov depth,depth -f out.exr SCENE", "duplicate --aov \"depth\""),
         ("--aov depth SCENE", "as in -f out.exr"),
         ("--light-groups each SCENE", "as in -f out.exr"),
         ("--light-groups , -f out.exr SCENE", "as in sky,key=lamp+window"),
         ("--light-groups a.b=light -f out.exr SCENE", "letters, digits and _"),
-        ("--light-groups a=light,a=sky -f out.exr SCENE", "\"a\" is there twice"),
+        ("--light-groups a=light,a=sky -f out.exr SCENE", "duplicate group of lights \"a\""),
         (
             "--light-groups lamp -f out.exr SCENE",
-            "there is no light \"lamp\"; the lights of the scene are \"light\"",
+            "unknown light \"lamp\"; the lights of the scene are \"light\"",
         ),
         (
             "--light-groups lihgt -f out.exr SCENE",
-            "no light \"lihgt\" (did you mean \"light\"?); the lights",
+            "unknown light \"lihgt\" (did you mean \"light\"?); the lights",
         ),
         (
             "--light-groups each --path-reuse 2 -f out.exr SCENE",
@@ -136,27 +142,27 @@ fn words_that_mean_nothing() {
         ),
         (
             "--light-groups each --split 2 -f out.exr SCENE",
-            "--light-groups needs --integrator path",
+            "--light-groups requires --integrator path",
         ),
-        ("--light-groups each --integrator ao -f out.exr SCENE", "--light-groups needs"),
+        ("--light-groups each --integrator ao -f out.exr SCENE", "--light-groups requires"),
         ("--light-groups each --direct cosine -f out.exr SCENE", "with --direct mis or light"),
         (
             "--aov cryptomatte_object --exr-compression pxr24 -f out.exr SCENE",
-            "keeps 24 of the 32 bits",
+            "keeps 24 of 32 bits",
         ),
         ("--aov depth -f out.png SCENE", "as in -f out.exr"),
         ("-s 1 -s 2 SCENE", "multiple times"),
-        ("SCENE SCENE", "more than one scene"),
-        ("a.dae b.dae c.dae", "more than one scene"),
-        ("-f -s 1 SCENE", "-f needs the name of an image file"),
+        ("SCENE SCENE", "found two scenes"),
+        ("a.dae b.dae c.dae", "found two scenes"),
+        ("-f -s 1 SCENE", "missing value of -f; give the name of an image file"),
         ("-f out.gif SCENE", ".png, .exr or .film"),
         ("-f out SCENE", ".png, .exr or .film"),
         ("-D radius SCENE", "expected NAME=VALUE"),
         ("-D =1 SCENE", "expected NAME=VALUE"),
-        ("-D r=1", "-D r: the embedded scene has no names"),
-        ("--define r=1 SCENE", "\"r\" is defined, but COLLADA has no such names"),
-        ("--time 1", "--time: the embedded scene has no animations; give a glTF scene"),
-        ("--time 1 SCENE", "the time 1 is asked for, but no animations of COLLADA are read"),
+        ("-D r=1", "-D r: the embedded scene has no definitions"),
+        ("--define r=1 SCENE", "unsupported definition \"r\": COLLADA has no definitions"),
+        ("--time 1", "--time: the embedded scene has no animations; use a glTF scene"),
+        ("--time 1 SCENE", "unsupported time 1: animations of COLLADA are not read"),
         ("--time -1 SCENE", "expected a time from 0 up"),
         ("--completions tcsh", "bash, elvish, fish, powershell, zsh"),
     ] {
@@ -169,7 +175,7 @@ fn cells_outside_of_the_image() {
     let folder = Folder::new();
     for cell in ["8 0 5 5", "0 5 5 5", "0 0 0 5", "0 0 5 0", "4294967295 0 1 1"] {
         let args = format!("{TINY} -p {cell} SCENE");
-        refuses(&folder, &args, "must have pixels and lie in the image of 12 x 9");
+        refuses(&folder, &args, "expected a cell with pixels inside of the image of 12 x 9");
     }
 }
 
@@ -189,11 +195,8 @@ fn scenes_that_cannot_be_read() {
         ("other.xml", "other.xml:2:"),
         ("empty.ply", "empty.ply"),
         ("text.obj", "text.obj:1"),
-        (
-            "notes.txt",
-            "the endings known are .dae, .gltf, .glb, .xml, .pbrt, .json, .ply, .stl, .obj",
-        ),
-        ("noending", "the endings known are"),
+        ("notes.txt", "known extensions: .dae, .gltf, .glb, .xml, .pbrt, .json, .ply, .stl, .obj"),
+        ("noending", "known extensions:"),
     ] {
         refuses(&folder, &format!("{TINY} {scene}"), wanted);
         refuses(&folder, &format!("{TINY} -f out.exr {scene}"), wanted);
@@ -207,12 +210,9 @@ fn definitions_that_a_scene_has_no_use_for() {
                    <rgb name=\"radiance\" value=\"$light\"/></emitter>";
     folder.write("sky.xml", format!("<scene version=\"3.0.0\">{content}</scene>"));
     for (args, wanted) in [
-        (
-            "-D lihgt=2",
-            "sky.xml: \"lihgt\" is defined, but nothing uses it (did you mean \"light\"?)",
-        ),
-        ("-D light=2 -D light=2", "sky.xml: \"light\" is defined twice"),
-        ("-D light=much", "\"much\" is no number"),
+        ("-D lihgt=2", "sky.xml: unused definition of \"lihgt\" (did you mean \"light\"?)"),
+        ("-D light=2 -D light=2", "sky.xml: duplicate definition of \"light\""),
+        ("-D light=much", "found \"much\", expected a number"),
     ] {
         refuses(&folder, &format!("{TINY} {args} sky.xml"), wanted);
     }
@@ -229,10 +229,10 @@ fn places_that_take_no_image() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("folder.png")).unwrap();
     folder.write("file", "");
-    refuses(&folder, &format!("{TINY} -f no/where.png SCENE"), "there is no folder no;");
-    refuses(&folder, &format!("{TINY} -f file/out.png SCENE"), "there is no folder file;");
-    refuses(&folder, &format!("{TINY} -f folder.png SCENE"), "folder.png: is a folder");
-    refuses(&folder, &format!("{TINY} --summary-json no/a.json SCENE"), "there is no folder no;");
+    refuses(&folder, &format!("{TINY} -f no/where.png SCENE"), "found no folder no;");
+    refuses(&folder, &format!("{TINY} -f file/out.png SCENE"), "found no folder file;");
+    refuses(&folder, &format!("{TINY} -f folder.png SCENE"), "folder.png: found a folder");
+    refuses(&folder, &format!("{TINY} --summary-json no/a.json SCENE"), "found no folder no;");
 }
 
 /// Even the administrator cannot create a file there.
@@ -240,7 +240,11 @@ fn places_that_take_no_image() {
 #[test]
 fn folders_that_cannot_be_written() {
     let folder = Folder::new();
-    refuses(&folder, &format!("{TINY} -f /proc/out.png SCENE"), "/proc/out.png: no file can be");
+    refuses(
+        &folder,
+        &format!("{TINY} -f /proc/out.png SCENE"),
+        "/proc/out.png: cannot create a file",
+    );
 }
 
 /// The limit is checked before memory is allocated: for the film, for the hierarchy of a mesh, and
@@ -282,7 +286,7 @@ fn files_beside_the_scene_that_cannot_be_read() {
         ("-e broken.exr", "broken.exr: "),
         ("-e map.svg", ".png, .exr, .hdr, .rgbe, .jpg, .jpeg, .tga"),
         ("-c missing.txt", "missing.txt: cannot be read: No such file"),
-        ("-c camera.txt", "camera.txt:1: camera settings: aspect is \"wide\""),
+        ("-c camera.txt", "camera.txt:1: camera settings: found \"wide\" for aspect"),
     ] {
         refuses(&folder, &format!("{TINY} {args} SCENE"), wanted);
     }

@@ -29,7 +29,7 @@ fn a_render_without_a_file_says_so_and_shows_magenta() {
     folder.write("box.xml", scene(""));
     let run = folder.run("box.xml -s 16 -f out.exr -q --summary-json summary.json");
     assert_eq!(run.code, Some(4), "{run:?}");
-    let place = "warning: box.xml:8:9: <string> \"filename\": \"wood.png\" is not found";
+    let place = "warning: box.xml:8:9: <string> \"filename\": \"wood.png\" not found";
     assert!(run.err.contains(place), "even with -q: {run:?}");
     assert!(run.err.contains("warning: a file of the scene is missing"), "{run:?}");
     let summary: Value = serde_json::from_slice(&folder.read("summary.json")).expect("JSON");
@@ -51,7 +51,7 @@ fn strict_renders_refuse_what_is_missing_before_they_begin() {
     folder.write("box.xml", scene(""));
     let run = folder.run("box.xml -s 2 --strict");
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.err.contains("\"wood.png\" is not found"), "{run:?}");
+    assert!(run.err.contains("\"wood.png\" not found"), "{run:?}");
     assert_eq!(run.err.matches("wood.png").count(), 1, "told once: {run:?}");
     assert_eq!(folder.files(), ["box.xml"]);
 }
@@ -70,10 +70,10 @@ fn a_render_does_not_go_on_when_a_file_has_come() {
     let film = folder.read("out.exr.film");
     let run = folder.run("resume out.exr -s 8");
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.err.contains("something has changed") && run.err.contains("wood.png"), "{run:?}");
+    assert!(run.err.contains("the following changed") && run.err.contains("wood.png"), "{run:?}");
     assert!(folder.read("out.exr.film") == film, "it is as it was");
     let run = folder.succeed("box.xml -s 8 -f out.exr");
-    assert!(run.err.contains("the finished samples of another image are replaced"), "{run:?}");
+    assert!(run.err.contains("replaces the finished samples of another image"), "{run:?}");
     assert!(run.err.contains("wood.png"), "{run:?}");
     let run = folder.run("box.xml -s 2 -f out.exr --restart --limit texture-side=3");
     assert_eq!(run.code, Some(4), "{run:?}");
@@ -158,7 +158,7 @@ fn a_folder_beside_the_scene_may_be_allowed() {
     assert_eq!(folder.run("check scenes/b.xml --allow-folder common").code, Some(4));
     let run = folder.run("check scenes/a.xml --allow-folder nowhere");
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.err.contains("there is no folder \"nowhere\""), "{run:?}");
+    assert!(run.err.contains("found no folder \"nowhere\""), "{run:?}");
     let common = folder.path("common");
     folder.write("config", format!("# of all projects\n--allow-folder {}\n", common.display()));
     let with = |args: &str, config: &str| {
@@ -194,7 +194,7 @@ fn limits_have_names() {
     let run = folder.run("box.xml --limit memory=1kB --limit depth=2");
     assert!(run.err.contains("deeper than 2"), "{run:?}");
     let run = folder.run("box.xml --limit memory=100B");
-    assert!(run.err.contains("more memory than the limit of 100 bytes"), "{run:?}");
+    assert!(run.err.contains("exceeds the memory limit of 100 bytes"), "{run:?}");
 }
 
 #[test]

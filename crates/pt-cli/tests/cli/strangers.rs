@@ -18,7 +18,7 @@ fn commands_of_films_write_no_other_files_and_call_nobody() {
     folder.write("told.json", "of the user");
     for command in ["resume out.exr -s 4", "rerender out.exr"] {
         let run = folder.succeed(command);
-        let named = "its command has --summary-json, --tev, not taken from a file";
+        let named = "the options --summary-json, --tev of its command are ignored in files";
         assert!(run.err.contains(named), "{run:?}");
         assert!(listener.accept().is_err(), "{command} connects");
         assert_eq!(folder.read("told.json"), b"of the user", "{command}");
@@ -37,9 +37,12 @@ fn commands_of_films_allow_no_folders() {
             let run = folder.run(&command);
             assert_eq!(run.code, Some(2), "{run:?}");
             let word = option.trim_end_matches(" .");
-            assert!(run.err.contains(&format!("its command has {word}, not taken")), "{run:?}");
+            assert!(
+                run.err.contains(&format!("the options {word} of its command are ignored")),
+                "{run:?}"
+            );
             let run = folder.succeed(&format!("{command} {option}"));
-            assert!(!run.err.contains("not taken"), "{run:?}");
+            assert!(!run.err.contains("are ignored in files"), "{run:?}");
         }
     }
 }
@@ -83,7 +86,7 @@ fn films_that_are_moved_read_nothing_elsewhere() {
             let run = folder.run(&format!("{command} there/{name}.exr{more}"));
             assert_eq!(run.code, Some(2), "{run:?}");
             let expected =
-                "which is not in its folder, and this program did not make it here for you";
+                "outside of its folder, and the file was not created here by this program";
             assert!(run.err.contains(expected), "{run:?}");
             let allowed =
                 folder.run(&format!("{command} there/{name}.exr{more} --allow-folder {home}"));

@@ -58,8 +58,8 @@ fn a_target_that_is_missed_is_told() {
     let folder = Folder::new();
     let args = "-r 12 9 --target-error 0.1% --max-spp 40 -f out.png SCENE";
     let run = folder.succeed(args);
-    assert!(run.err.contains("warning: the image is not as good as it was to be: "), "{run:?}");
-    assert!(run.err.contains("all of the 40 samples that --max-spp allows"), "{run:?}");
+    assert!(run.err.contains("warning: the error target was missed: "), "{run:?}");
+    assert!(run.err.contains("all 40 samples of --max-spp were taken"), "{run:?}");
     assert_eq!(folder.run(&format!("{args} --strict")).code, Some(3));
 }
 
@@ -72,7 +72,7 @@ fn a_render_whose_time_is_up_can_go_on() {
         all.succeed(&args);
         let run = some.succeed(&format!("{args} --time-limit 0.3 --progress json"));
         assert!(run.out.lines().last().is_some_and(|line| line.contains("\"stopped\"")), "{run:?}");
-        assert!(run.err.contains("time is up"), "{run:?}");
+        assert!(run.err.contains("time limit reached"), "{run:?}");
         assert!(
             run.err.contains("help: pathtracer resume out.exr continues the render"),
             "{run:?}"
@@ -86,9 +86,9 @@ fn a_render_whose_time_is_up_can_go_on() {
 fn what_makes_no_sense_is_refused() {
     let folder = Folder::new();
     for (args, words) in [
-        ("--target-error 0", "expected a share above 0 and up to 100%"),
-        ("--target-error=-1%", "expected a share above 0 and up to 100%"),
-        ("--target-noise 200%", "expected a share above 0 and up to 100%"),
+        ("--target-error 0", "expected a fraction above 0 and up to 100%"),
+        ("--target-error=-1%", "expected a fraction above 0 and up to 100%"),
+        ("--target-noise 200%", "expected a fraction above 0 and up to 100%"),
         ("--target-error x", "as in 1% or 0.01"),
         ("--target-error 1% --confidence 40%", "from 50% up to 99.9999%"),
         ("--target-error 1% -s 64", "cannot be used with"),
@@ -97,9 +97,9 @@ fn what_makes_no_sense_is_refused() {
         ("--target-error 1% --cs184", "cannot be used with"),
         ("--target-error 1% --sampler zsobol", "use --sampler sobol or independent"),
         ("--target-error 1% --max-spp 1", "from 2 up to 2147483648"),
-        ("--max-spp 64", "are for --target-error and --target-noise"),
-        ("--confidence 90%", "are for --target-error and --target-noise"),
-        ("--uniform", "are for --target-error and --target-noise"),
+        ("--max-spp 64", "require --target-error or --target-noise"),
+        ("--confidence 90%", "require --target-error or --target-noise"),
+        ("--uniform", "require --target-error or --target-noise"),
         ("--time-limit 0", "expected a time above 0"),
         ("--time-limit soon", "as in 10, 90s, 10m or 1h30m"),
         ("-s 2147483649", "from 1 up to 2147483648"),
@@ -111,7 +111,7 @@ fn what_makes_no_sense_is_refused() {
     }
     folder.succeed("-r 8 6 -s 4 --aov half_a,half_b -f a.film SCENE");
     let run = folder.run("merge a.film -f out.exr");
-    assert!(run.code == Some(2) && run.err.contains("has two halves"), "{run:?}");
+    assert!(run.code == Some(2) && run.err.contains("film with two halves"), "{run:?}");
 }
 
 /// A sample of the second half buffer is selected by its number.
@@ -120,10 +120,10 @@ fn samples_of_both_halves_are_explained() {
     let folder = Folder::new();
     let explain = "explain -r 40 30 -m 4 --target-error 25% SCENE -x 20 -y 15";
     let run = folder.succeed(explain);
-    assert!(run.err.contains("the first of two halves"), "{run:?}");
+    assert!(run.err.contains("these samples are the first half"), "{run:?}");
     let of = |sample: u32| folder.succeed(&format!("{explain} --sample {sample}")).out;
     assert_ne!(of(3), of(2_147_483_651));
     let run = folder.run(&format!("{explain} --sample 40000"));
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.err.contains("2147483648 to 2147516415 in the second"), "{run:?}");
+    assert!(run.err.contains("2147483648 to 2147516415 (second half)"), "{run:?}");
 }

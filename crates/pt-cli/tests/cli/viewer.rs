@@ -149,6 +149,6 @@ fn a_viewer_that_is_not_there_or_goes_away_stops_nothing() {
     // No viewer listens at this address any more.
     let run = folder.succeed(&format!("{TINY} --receipt none --tev {address} -f out.exr SCENE"));
     assert_eq!(run.err.matches("warning: --tev").count(), 1, "{run:?}");
-    assert!(run.err.contains("the render goes on without it"), "{run:?}");
+    assert!(run.err.contains("the render continues without it"), "{run:?}");
     assert_eq!(folder.read("out.exr"), wanted);
 }

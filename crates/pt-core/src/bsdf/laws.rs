@@ -15,7 +15,7 @@ mod spread;
 mod world;
 
 use pt_math::{Spectrum, Vec3};
-use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
+use pt_testing::{Chi2, Chi2Failure, Random, chi2_cone, chi2_sphere};
 
 pub(super) use self::properties::{
     CONSERVING, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps,
@@ -95,18 +95,26 @@ fn samples_follow_their_density() {
     let lobes: Vec<_> = AnyLobe::examples().into_iter().filter(|l| !l.is_delta()).collect();
     let rough = lobes.iter().filter_map(|l| l.laws().with_alpha(1.0));
     let lobes: Vec<_> = lobes.iter().copied().chain(rough).collect();
+    let mut failures = Vec::new();
     for lobe in &lobes {
         for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
             let name = format!("{lobe:?} {wo}");
             let config = Chi2 { samples: 100_000, ..Chi2::new(&name) };
-            chi2_sphere(
+            let result = chi2_sphere(
                 |u| lobe.sample(wo, with_third(u)).filter(|s| s.pdf.is_some()).map(|s| s.wi),
                 |wi| lobe.pdf(wo, wi).get(),
                 &config.one_of(8 * lobes.len()),
-            )
-            .unwrap();
+            );
+            failures.extend(result.err());
         }
     }
+    assert_none(&failures);
+}
+
+/// Panics with all failures, if there are any.
+fn assert_none(failures: &[Chi2Failure]) {
+    let lines: Vec<_> = failures.iter().map(Chi2Failure::to_string).collect();
+    assert!(lines.is_empty(), "{} failures:\n{}", lines.len(), lines.join("\n"));
 }
 
 /// Lobes too narrow for the bins of the sphere agree with their density in a cone around the mirror
@@ -116,20 +124,22 @@ fn samples_of_narrow_lobes_follow_their_density() {
     let lobes: Vec<_> =
         AnyLobe::examples().iter().filter_map(|l| l.laws().with_alpha(1e-3)).collect();
     let views = &ABOVE[..3];
+    let mut failures = Vec::new();
     for lobe in &lobes {
         for &wo in views {
             // Facets within tan θ = 4α reflect within twice the angle, 1 − cos 8α ≈ 32 α².
             let name = format!("{lobe:?} {wo}");
-            chi2_cone(
+            let result = chi2_cone(
                 |u| lobe.sample(wo, with_third(u)).map(|s| s.wi),
                 |wi| lobe.pdf(wo, wi).get(),
                 reflect(wo),
                 3.2e-5,
                 &Chi2::new(&name).one_of(views.len() * lobes.len()),
-            )
-            .unwrap();
+            );
+            failures.extend(result.err());
         }
     }
+    assert_none(&failures);
 }
 
 /// weight · pdf = eval, and the density of a sample equals that of its direction: the three methods

@@ -24,12 +24,13 @@ const DISTANCE: f64 = 1.5;
 /// the box in full: 1 / (2 sin 19.28°), plus 6 %.
 const STUDIO_DISTANCE: f64 = 1.6;
 /// Note on a scene without a camera.
-const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
+const FROM_Z: &str = "the scene has no camera: the view is from +z and contains the whole scene";
 /// Note on a scene without a camera in a studio.
-const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
+const FROM_THE_FRONT: &str = "the scene has no camera: the view is from the front, the right and \
+                              above (+y is up) and contains the whole scene";
 /// Note on a panorama with the placement `fit`.
 const FITS_ANYWHERE: &str =
-    "a panorama shows all directions: fitting the camera leaves it where it is";
+    "fitting the camera has no effect on a panorama, which shows all directions";
 
 /// Compiles the camera at the opening of the shutter, and its motion; `None` if it does not move.
 pub(super) fn compile(
@@ -227,7 +228,7 @@ fn of_scene<'a>(
     };
     let known = scene.cameras.iter().filter(is_known).count();
     if known < scene.cameras.len() {
-        notes.push("cameras that are not in perspective are left out, as in the course");
+        notes.push("cameras other than perspective ones are omitted, as in the course");
     }
     scene.camera().filter(is_known).or_else(|| scene.cameras.iter().rfind(is_known))
 }
@@ -290,10 +291,13 @@ fn set_lens(
     if camera.projection == Projection::Perspective {
         camera.lens_radius = options.lens_radius.map_or(camera.lens_radius, |r| r * metres);
     } else if options.lens_radius.is_some_and(|r| r > 0.0) {
-        let message = "only perspective cameras have one; expected a lens radius of 0";
+        let message =
+            "found a lens of a camera that is not perspective, expected a lens radius of 0";
         return Err(refuse("lens", message));
     } else if camera.lens_radius > 0.0 {
-        notes.push("the camera's lens is left out: only perspective cameras have one");
+        notes.push(
+            "the lens of the camera is omitted: it is supported for perspective cameras only",
+        );
         camera.lens_radius = 0.0;
     }
     camera.focal_distance = options.focal_distance.map_or(camera.focal_distance, |d| d * metres);
@@ -358,13 +362,13 @@ fn check(camera: &pt_scene::Camera) -> Result<(), CompileError> {
     let message = if let Err(message) = check_view(camera).and(aperture) {
         message
     } else if !near_far {
-        "the near plane must not be negative, and the far plane must be behind it"
+        "found an invalid clipping range, expected a near plane from 0 up and a far plane beyond it"
     } else if camera.lens_radius > 0.0 && !lens {
-        "the focal distance must be positive"
+        "found an invalid focal distance, expected a number above 0"
     } else if !camera.to_world.is_finite() {
-        "the transformation has entries that are not finite numbers"
+        "found a transform with entries that are not finite"
     } else if !camera.principal_point_offset.iter().all(|x| x.is_finite()) {
-        "the film offset must be two finite numbers"
+        "found an invalid film offset, expected two finite numbers"
     } else {
         return Ok(());
     };
@@ -376,12 +380,15 @@ fn check_view(camera: &pt_scene::Camera) -> Result<(), &'static str> {
     match camera.projection {
         View::Perspective { x_fov, y_fov } => {
             let fits = [x_fov, y_fov].iter().all(|&v| positive(v) && v < 180.0);
-            fits.then_some(()).ok_or("the field of view must lie between 0 and 180 degrees")
+            fits.then_some(()).ok_or(
+                "found a field of view out of range, expected more than 0 and less than 180 \
+                 degrees",
+            )
         }
         View::Orthographic { half_width, half_height } => {
             let scale = node_scale(camera);
             let fits = positive(half_width * scale[0]) && positive(half_height * scale[1]);
-            fits.then_some(()).ok_or("the width and height of the view must be positive")
+            fits.then_some(()).ok_or("found an empty view, expected a width and a height above 0")
         }
         View::Panorama => Ok(()),
     }
@@ -390,9 +397,9 @@ fn check_view(camera: &pt_scene::Camera) -> Result<(), &'static str> {
 fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
     const MAX_BLADES: u32 = 1000;
     if !(3..=MAX_BLADES).contains(&aperture.blades) {
-        Err("the number of blades of the aperture must lie between 3 and 1000")
+        Err("found an invalid number of aperture blades, expected 3 to 1000")
     } else if !aperture.rotation.is_finite() {
-        Err("the rotation of the aperture must be a finite number of degrees")
+        Err("found an invalid rotation of the aperture, expected a finite number of degrees")
     } else {
         Ok(())
     }

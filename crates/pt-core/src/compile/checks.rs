@@ -39,7 +39,7 @@ pub(super) fn check_values(
         return Err(CompileError::Value {
             at: object.at.clone(),
             message: format!(
-                "there are {what}s for {} triangles, but {} triangles",
+                "found {what}s for {} triangles, expected {} triangles",
                 indices.len(),
                 mesh.triangles.len()
             ),

@@ -66,7 +66,7 @@ impl Collector<'_> {
         if !to_world.is_finite() {
             return Err(CompileError::Value {
                 at: object.at.clone(),
-                message: "the transformation has entries that are not finite numbers".into(),
+                message: "found a transform with entries that are not finite".into(),
             });
         }
         match &object.geometry {
@@ -252,7 +252,7 @@ impl Collector<'_> {
             } else if let Some(values) = values_of_faces(mesh, pattern) {
                 if values.len() != mesh.triangles.len() {
                     let message = format!(
-                        "there are colours for {} triangles, but {} triangles",
+                        "found colours for {} triangles, expected {} triangles",
                         values.len(),
                         mesh.triangles.len()
                     );
@@ -278,7 +278,7 @@ impl Collector<'_> {
         let scale = to_world.matrix3.x_axis.length();
         if self.policies.exact_transforms && !is_similarity(to_world.matrix3) {
             notes.push(format!(
-                "{}: the sphere is stretched; it is rendered as an ellipsoid of triangles",
+                "{}: the scaled sphere is rendered as an ellipsoid of triangles",
                 object.at
             ));
             let mut mesh = unit_sphere_mesh();
@@ -293,15 +293,19 @@ impl Collector<'_> {
         if !(sphere.radius.is_finite() && sphere.radius != 0.0) {
             return Err(CompileError::Value {
                 at: object.at.clone(),
-                message: format!("the radius of a sphere must not be {}", sphere.radius),
+                message: format!(
+                    "found a sphere of radius {}, expected a finite non-zero radius",
+                    sphere.radius
+                ),
             });
         }
         if !self.shown_values(object).is_empty() {
             return Err(CompileError::Value {
                 at: object.at.clone(),
-                message: "a material shows the colours of a mesh, but a sphere is none; expected a mesh, \
-                          or another material"
-                    .into(),
+                message:
+                    "found a material with mesh colours on a sphere, expected a mesh or another \
+                     material"
+                        .into(),
             });
         }
         let (surface, emission) = self.surface(object, 0);

@@ -29,7 +29,7 @@ impl Lights {
                 self.means += 1;
                 if self.means > MAX_MEANS {
                     return Err(format!(
-                        "there are more than {MAX_MEANS} daylights over days; join them"
+                        "more than {MAX_MEANS} daylights over time ranges; combine them"
                     ));
                 }
                 self.add_mean_daylight(light, span, turn);
@@ -38,7 +38,7 @@ impl Lights {
             to_sun = span.to_sun(0.0);
         }
         if to_sun.y < 0.0 {
-            return Ok(Some("the sun is below the horizon, so that the sky is black".into()));
+            return Ok(Some("the sun is below the horizon; the sky is black".into()));
         }
         if light.sky > 0.0 {
             let to_sun = to_sun.as_vec3();

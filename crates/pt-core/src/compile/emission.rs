@@ -8,7 +8,7 @@ use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 use pt_scene::Notes;
 use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Pattern, Texture};
-use pt_scene::{Light, LightKind, Scene};
+use pt_scene::{Light, Scene};
 
 use super::CompileError;
 use super::shapes::Shapes;
@@ -44,31 +44,31 @@ pub(super) fn check(scene: &Scene, notes: &mut Notes) -> Result<(), CompileError
         let materials = materials.filter_map(|m| scene.materials.get(*m as usize));
         for texture in materials.filter_map(|m| m.emission.texture()) {
             let result = if object.motion.is_some() && texture.is_in_space() {
-                Err("it lies in space, but the object moves, so that its light could not be sampled".to_owned())
+                Err("found a texture in space on a moving object, which light sampling does not \
+                     support"
+                    .to_owned())
             } else {
                 check_texture(texture)
             };
             result.map_err(|message| {
-                let message = format!("the texture of the emission: {message}");
+                let message = format!("texture of the emission: {message}");
                 CompileError::Value { at: object.at.clone(), message }
             })?;
         }
     }
     for Light { kind, at, .. } in &scene.lights {
-        let (LightKind::LinearSpot { texture: Some(texture), .. }
-        | LightKind::Projector { texture, .. }) = kind
-        else {
-            continue;
-        };
+        let Some(texture) = kind.slide() else { continue };
         let result = if texture.shows_colors_of_mesh() {
-            Err("it shows the colours of a mesh, but a light of no extent is none".to_owned())
+            Err("found mesh colours, expected another texture for a light without a mesh"
+                .to_owned())
         } else if texture.is_in_space() {
-            Err("it lies in space, but the picture that a light throws lies on a slide".to_owned())
+            Err("found a texture in space, expected a projected image on texture coordinates"
+                .to_owned())
         } else {
             check_texture(texture)
         };
         result.map_err(|message| {
-            let message = format!("the texture of the light: {message}");
+            let message = format!("texture of the light: {message}");
             CompileError::Value { at: at.clone(), message }
         })?;
     }

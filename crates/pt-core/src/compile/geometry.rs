@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use pt_scene::Notes;
-use pt_scene::{LightKind, Scene};
+use pt_scene::{Notes, Scene};
 
 use super::motion;
 use crate::compile::collector::Collector;
@@ -55,11 +54,7 @@ pub(super) fn collect(
     }
     collector.shapes.placed = InstancedShapes::collect(&mut collector, placed, options.bvh, notes)?;
     let Collector { shapes, mesh_colors, .. } = collector;
-    let slide = |light: &pt_scene::Light| match &light.kind {
-        LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
-        LightKind::Projector { texture, .. } => Some(lowering.texture(texture)),
-        _ => None,
-    };
+    let slide = |light: &pt_scene::Light| light.kind.slide().map(|t| lowering.texture(t));
     let slides = scene.lights.iter().map(slide).collect();
     let (lobes, lobe_tables, materials) = lowering.finish(mesh_colors);
     Ok(Shapes { lobes, lobe_tables, materials, slides, ..shapes })

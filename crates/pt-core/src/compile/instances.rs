@@ -55,15 +55,14 @@ impl InstancedShapes {
             let primitives = bvh.primitives() as u64;
             let refuse = |message| CompileError::Value { at: object.at.clone(), message };
             let instance = AnimatedInstance::new(bvh, knots)
-                .map_err(|error| refuse(format!("the shape cannot be placed: {error}")))?;
+                .map_err(|error| refuse(format!("the shape cannot be instanced: {error}")))?;
             instances.moving.push(instance);
             let placement =
                 Instance { object: index, before: before as u32, number: number as u32 };
             instances.instances.push(placement);
             before += primitives;
             if before > u64::from(u32::MAX / 2) {
-                let message =
-                    "with this one, more than 2^31 shapes are placed; use fewer instances";
+                let message = "more than 2^31 instances of shapes; use fewer instances";
                 return Err(refuse(message.to_owned()));
             }
         }

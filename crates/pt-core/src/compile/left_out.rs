@@ -25,16 +25,16 @@ pub(super) fn note(left_out: u32, out_of_range: u32, notes: &mut Notes) {
     if out_of_range > 0 {
         let (s, have, are) = words(out_of_range);
         notes.push(format!(
-            "{out_of_range} shape{s} {have} coordinates that are not finite numbers, or beyond ±{LARGEST_COORDINATE:.2e} \
-             metres, and {are} left out"
+            "{out_of_range} shape{s} {have} coordinates that are not finite or beyond \
+             ±{LARGEST_COORDINATE:.2e} metres, and {are} omitted"
         ));
     }
     let flat = left_out.saturating_sub(out_of_range);
     if flat > 0 {
         let (s, have, are) = words(flat);
         notes.push(format!(
-            "{flat} triangle{s} {have} no area, with corners in one place or on one line, and {are} left out: nothing \
-             could be seen there"
+            "{flat} triangle{s} {have} zero area, with corners in one point or on one line, and \
+             {are} omitted"
         ));
     }
 }

@@ -82,7 +82,7 @@ impl Lights {
             } else if represents_emissive_shape(node, to_world, shapes) {
                 notes.push(format!(
                     "light \"{}\" represents the emissive surface around it, which lights the \
-                     scene in its place",
+                     scene instead",
                     node.name
                 ));
             } else {
@@ -110,10 +110,13 @@ impl Lights {
         match node.kind {
             LightKind::Environment { ref image, scale, rows, portal } => {
                 let image = &sky_of(image, &node.at, notes);
-                image.check_radiance().map_err(|e| error(format!("the image of the sky: {e}")))?;
-                let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
-                    error("the transformation of a sky may only turn, mirror and scale".into())
-                })?;
+                image.check_radiance().map_err(|e| error(format!("environment image: {e}")))?;
+                let turn =
+                    orthogonal(to_world.matrix3).ok_or_else(|| {
+                        error(
+                        "found an invalid transform of an environment light, expected rotations, \
+                         reflections and uniform scales only".into())
+                    })?;
                 let known = self.tables.environments.iter().position(|m| m.is_of(image, rows));
                 let index = known.map_or_else(
                     || self.push_map(EnvironmentMap::of_image(Arc::clone(image), rows)),
@@ -138,16 +141,21 @@ impl Lights {
                 self.table.push(PointLight { position, intensity: intensity.into() }.into());
             }
             LightKind::Daylight(ref daylight) => {
-                let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
-                    error("the transformation of a sky may only turn, mirror and scale".into())
-                })?;
+                let turn =
+                    orthogonal(to_world.matrix3).ok_or_else(|| {
+                        error(
+                        "found an invalid transform of an environment light, expected rotations, \
+                         reflections and uniform scales only".into())
+                    })?;
                 let note = self.add_daylight(daylight, turn).map_err(error)?;
                 notes.extend(note.map(|note| format!("light \"{}\": {note}", node.name)));
             }
             LightKind::Ies { ref profile, scale } => {
                 let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
                     error(
-                        "the transformation of a luminaire may only turn, mirror and scale".into(),
+                        "found an invalid transform of a luminaire, expected rotations, \
+                         reflections and uniform scales only"
+                            .into(),
                     )
                 })?;
                 let index = self.tables.profiles.len() as u32;
@@ -273,8 +281,8 @@ impl Lights {
         self.hidden += count;
         if count > MAX_MOVING_LIGHTS {
             notes.push(format!(
-                "{count} lights move, of which at most {MAX_MOVING_LIGHTS} are sampled; all are found by \
-                 chance, which takes more samples"
+                "{count} lights move, of which at most {MAX_MOVING_LIGHTS} can be sampled; all are \
+                 found by BSDF samples only, which requires more samples"
             ));
         }
     }
@@ -371,14 +379,18 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
 /// If the transform is not a similarity, or the cutoff angle is 90° or more.
 fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
     let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
-        let message = "the transformation of a light with a slide may only turn, mirror and scale";
+        let message = "found an invalid transform of a light with a projected image, expected \
+                       rotations, reflections and uniform scales only";
         return Err(message.into());
     };
     if cutoff < FRAC_PI_2 {
         return Ok(Mat3::from_cols(x_axis, y_axis, -z_axis));
     }
     let degrees = cutoff.to_degrees();
-    Err(format!("a light of {degrees}° throws no picture; expected an angle to the axis below 90°"))
+    Err(format!(
+        "found a projected image with an angle of {degrees}° to the axis, expected an angle below \
+         90°"
+    ))
 }
 
 /// Returns true if a light node lies on an emissive mesh, and so represents the same light: then
@@ -386,18 +398,8 @@ fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
 ///
 /// "On" is within a thousandth of the size of the mesh.
 fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
-    let local = matches!(
-        node.kind,
-        LightKind::Area { .. }
-            | LightKind::Point { .. }
-            | LightKind::Spot { .. }
-            | LightKind::LinearSpot { .. }
-            | LightKind::Projector { .. }
-            | LightKind::PunctualSpot { .. }
-            | LightKind::Ies { .. }
-    );
     let position = to_world.translation.as_vec3();
-    local
+    node.kind.is_local()
         && shapes.emitters.iter().any(|e| match &e.primitives {
             ShapePrimitives::Triangles(runs) => {
                 let triangles = runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
@@ -409,7 +411,7 @@ fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -
 
 /// Image of a sky in which invalid radiance is replaced, with notes on it.
 fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Notes) -> Arc<Image> {
-    let line = |message: String| format!("{at}: the image of the sky: {message}");
+    let line = |message: String| format!("{at}: environment image: {message}");
     if let Some(doubt) = image.doubt_as_sky() {
         notes.push(line(doubt));
         notes.suggest(Hint::SetSkyLayout);
@@ -494,7 +496,7 @@ mod tests {
             let LightKind::Environment { image, .. } = image(2, [value, 1.0, 1.0]) else { return };
             let light = sky_of(&image, &at, &mut notes);
             assert_eq!(light.pixels, [[kept, 1.0, 1.0]; 2], "{value}");
-            let wanted = "2 pixels of 2 with values that are no radiance";
+            let wanted = "2 pixels of 2 with values that are not radiance";
             let is_noted =
                 notes.lines().iter().any(|note| note.contains(wanted) && note.contains("(0, 0)"));
             assert!(is_noted, "{value}: {notes:?}");
@@ -505,8 +507,8 @@ mod tests {
     fn skies_that_make_no_sense_are_refused() {
         let skewed = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z));
         let cases = [
-            (image(3, [1.0; 3]), DAffine3::IDENTITY, "do not make an image of 2 pixels"),
-            (image(2, [1.0; 3]), skewed, "may only turn, mirror and scale"),
+            (image(3, [1.0; 3]), DAffine3::IDENTITY, "found 2 pixels, expected"),
+            (image(2, [1.0; 3]), skewed, "expected rotations, reflections and uniform scales only"),
             (daylight_of([0.0, 1.0, 0.0], 0.5), DAffine3::IDENTITY, "expected 1 to 10"),
             (daylight_of([0.0; 3], 3.0), DAffine3::IDENTITY, "zero or infinite"),
         ];

@@ -116,14 +116,14 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
 fn phase_record(of: &Phase, is_even: bool, metres: f64) -> Result<PhaseRecord, String> {
     let Phase::Microflakes { matrices } = of else { return phase(of).map(PhaseRecord::Same) };
     check_grid(matrices, &[6])?;
-    let indefinite = || "a matrix of microflakes is not positive definite".to_owned();
+    let indefinite = || "found a microflake matrix that is not positive definite".to_owned();
     if let ([1, 1, 1], [entries]) = (matrices.grid.resolution, matrices.grid.values.as_chunks().0) {
         return Ok(PhaseRecord::Same(Microflakes::new(*entries).ok_or_else(indefinite)?.into()));
     }
     if is_even {
         return Err(
-            "a homogeneous medium is the same everywhere; microflakes by a grid of more than one cell need a \
-             heterogeneous one"
+            "found a microflake grid of several cells in a homogeneous medium, expected a \
+             heterogeneous medium"
                 .to_owned(),
         );
     }
@@ -153,7 +153,7 @@ fn henyey_greenstein(g: f32) -> Result<HenyeyGreenstein, String> {
     if -1.0 < g && g < 1.0 {
         return Ok(HenyeyGreenstein { g });
     }
-    Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))
+    Err(format!("found the mean cosine g = {g} of a phase function, expected -1 < g < 1"))
 }
 
 /// Adds the parts of a phase function with their weights, resolving blends.
@@ -164,7 +164,7 @@ fn add_parts(of: &Phase, share: f32, parts: &mut Vec<(f32, AnyPhase)>) -> Result
     };
     let of_second = blend.amount;
     if !(0.0..=1.0).contains(&of_second) {
-        return Err(format!("the share of a phase function is {of_second}; expected 0 to 1"));
+        return Err(format!("found a phase function weight of {of_second}, expected 0 to 1"));
     }
     add_parts(&blend.first, share * (1.0 - of_second), parts)?;
     add_parts(&blend.second, share * of_second, parts)
@@ -189,8 +189,8 @@ fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32),
     let is_good = |x: f32| (0.0..=MAX_OF_CLOUD).contains(&x);
     if !(is_good(density) && is_good(wispiness) && is_good(frequency) && frequency > 0.0) {
         return Err(format!(
-            "the clouds have density {density}, wispiness {wispiness} and frequency {frequency}; expected numbers of at \
-             least 0 and at most {MAX_OF_CLOUD}, and a frequency above 0"
+            "found clouds of density {density}, wispiness {wispiness} and frequency {frequency}, \
+             expected numbers of at least 0 and at most {MAX_OF_CLOUD}, and a frequency above 0"
         ));
     }
     let [low, high] = [low, high].map(|corner| DVec3::from_array(corner.map(f64::from)));
@@ -198,12 +198,13 @@ fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32),
     let reach = low.abs().max(high.abs()).max_element();
     if !(size.min_element() > 0.0 && reach <= f64::from(MAX_OF_CLOUD)) {
         return Err(format!(
-            "the clouds are in the box from {low} to {high}; expected one with a volume, and numbers of at most {MAX_OF_CLOUD}"
+            "found a cloud box from {low} to {high}, expected one with a volume and numbers of at \
+             most {MAX_OF_CLOUD}"
         ));
     }
     let to_box = to_world * DAffine3::from_translation(low) * DAffine3::from_scale(size);
     if !(to_box.is_finite() && to_box.inverse().is_finite()) {
-        return Err("the transform of the clouds cannot be undone".to_owned());
+        return Err("found a singular transform of clouds, expected an invertible one".to_owned());
     }
     let greatest = extinction.into_iter().fold(0.0, f32::max);
     check_size(greatest * area, &to_box)?;
@@ -240,7 +241,7 @@ fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<MediumEmiss
             check_radiance(&[*scale])?;
             let is_good = |kelvin: &&f32| (0.0..=HOTTEST).contains(*kelvin);
             if let Some(bad) = temperature.grid.values.iter().find(|kelvin| !is_good(kelvin)) {
-                return Err(format!("a temperature is {bad} K; expected 0 to {HOTTEST} K"));
+                return Err(format!("found a temperature of {bad} K, expected 0 to {HOTTEST} K"));
             }
             Some(MediumEmission::Heat(BlackbodyEmission::new(field(temperature, metres), *scale)))
         }
@@ -250,21 +251,25 @@ fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<MediumEmiss
 fn check_radiance(values: &[f32]) -> Result<(), String> {
     match values.iter().find(|radiance| !(**radiance >= 0.0 && radiance.is_finite())) {
         None => Ok(()),
-        Some(bad) => Err(format!("the emission is {bad}; expected finite numbers of at least 0")),
+        Some(bad) => {
+            Err(format!("found an emission of {bad}, expected finite numbers of at least 0"))
+        }
     }
 }
 
 fn check_extinction(values: &[f32]) -> Result<(), String> {
     match values.iter().find(|sigma| !(**sigma >= 0.0 && sigma.is_finite())) {
         None => Ok(()),
-        Some(bad) => Err(format!("the extinction is {bad}; expected finite numbers of at least 0")),
+        Some(bad) => {
+            Err(format!("found an extinction of {bad}, expected finite numbers of at least 0"))
+        }
     }
 }
 
 fn check_albedo(values: &[f32]) -> Result<(), String> {
     match values.iter().find(|albedo| !(0.0..=1.0).contains(*albedo)) {
         None => Ok(()),
-        Some(bad) => Err(format!("the albedo is {bad}; expected numbers from 0 to 1")),
+        Some(bad) => Err(format!("found an albedo of {bad}, expected numbers from 0 to 1")),
     }
 }
 
@@ -273,15 +278,19 @@ fn check_grid(placed: &PlacedGrid, channels: &[u32]) -> Result<(), String> {
     if !channels.contains(has) {
         let known: Vec<_> = channels.iter().map(u32::to_string).collect();
         let known = known.join(" or ");
-        return Err(format!("the grid has {has} numbers in each cell; expected {known}"));
+        return Err(format!("found {has} numbers in each cell of the grid, expected {known}"));
     }
     let [nx, ny, nz] = *resolution;
     if placed.grid.cells() * *has as usize != values.len() || values.is_empty() {
         let count = values.len();
-        return Err(format!("{count} numbers do not make a grid of {nx} x {ny} x {nz} cells"));
+        return Err(format!(
+            "found {count} numbers, expected those of a grid of {nx} x {ny} x {nz} cells"
+        ));
     }
     let is_placed = placed.to_world.is_finite() && placed.to_world.inverse().is_finite();
-    is_placed.then_some(()).ok_or_else(|| "the transform of the grid cannot be undone".to_owned())
+    is_placed.then_some(()).ok_or_else(|| {
+        "found a singular transform of a grid, expected an invertible one".to_owned()
+    })
 }
 
 /// Returns an error for grids through which a ray would take too many steps.
@@ -299,7 +308,7 @@ fn check_size(most: f32, to_world: &DAffine3) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "the grid is too dense to be rendered: its largest extinction times its size is {depth:.0}; \
-         expected at most {MAX_DEPTH:.0}, so give a smaller scale"
+        "found a grid of optical depth {depth:.0} (maximum extinction times size), expected at \
+         most {MAX_DEPTH:.0}; give a smaller scale"
     ))
 }

@@ -30,17 +30,17 @@ pub(super) fn values_of_faces<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<&
 /// Message about a mesh without the values that a pattern uses.
 pub(super) fn missing_values(pattern: &Pattern) -> String {
     let what = match pattern {
-        Pattern::VertexAttribute(name) => format!("the values {name:?} of vertices"),
-        Pattern::FaceAttribute(name) => format!("the values {name:?} of faces"),
-        Pattern::FaceColors => "the colours of faces".to_owned(),
-        _ => "the colours of vertices".to_owned(),
+        Pattern::VertexAttribute(name) => format!("values {name:?} of vertices"),
+        Pattern::FaceAttribute(name) => format!("values {name:?} of faces"),
+        Pattern::FaceColors => "colours of faces".to_owned(),
+        _ => "colours of vertices".to_owned(),
     };
     let kind = match pattern {
         Pattern::VertexAttribute(_) | Pattern::FaceAttribute(_) => "values",
         _ => "colours",
     };
     format!(
-        "a material shows {what}, but the mesh has none; expected a file with such {kind}, or another \
-         material"
+        "found a material with {what} on a mesh without them, expected a file with such {kind}, or \
+         another material"
     )
 }

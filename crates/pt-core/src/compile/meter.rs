@@ -24,7 +24,7 @@ pub(super) fn compile(
         meter.to_world.translation * metres,
     );
     if !to_world.is_finite() || !to_world.inverse().is_finite() {
-        return Err(refuse("the surface of its meter is flattened, or has no finite place"));
+        return Err(refuse("the meter is on a flattened surface, or its location is not finite"));
     }
     let surface = match &meter.geometry {
         Geometry::Sphere { radius } if is_similarity(to_world.matrix3) => {
@@ -34,15 +34,15 @@ pub(super) fn compile(
                 .then(|| MeterSurface::Sphere { center: to_world.translation.as_vec3(), radius })
         }
         Geometry::Sphere { .. } => {
-            return Err(refuse("the sphere of its meter is stretched; expected a mesh"));
+            return Err(refuse("found a meter on a non-uniformly scaled sphere, expected a mesh"));
         }
         Geometry::Mesh(mesh) => triangles(mesh, to_world),
         Geometry::Points { .. } => {
-            return Err(refuse("its meter is on points; expected a mesh or a sphere"));
+            return Err(refuse("found a meter on points, expected a mesh or a sphere"));
         }
     };
     let Some(surface) = surface else {
-        return Err(refuse("the surface of its meter has no area"));
+        return Err(refuse("the meter is on a surface without area"));
     };
     let rays = match meter.quantity {
         Quantity::Irradiance => MeterRays::Hemisphere,
@@ -50,7 +50,7 @@ pub(super) fn compile(
             let [low, high] = surfaces().unwrap_or_default().map(|p| p * metres);
             let axis = camera.to_world.transform_vector3(DVec3::NEG_Z);
             let Some(direction) = axis.try_normalize() else {
-                return Err(refuse("its node flattens the viewing axis"));
+                return Err(refuse("found a node transform that flattens the viewing axis"));
             };
             // Slightly more than half of the diagonal, to include surfaces on the bounding sphere.
             let radius = 0.501 * (high - low).length() + f64::from(f32::MIN_POSITIVE);

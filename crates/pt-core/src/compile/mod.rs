@@ -92,7 +92,7 @@ pub struct CompileOptions {
 const MAX_SINGLE_LIGHTS: usize = 8;
 
 /// Note on a scene without light that gets studio light.
-const STUDIO_LIGHT: &str = "the scene has no light: it is shown in the light of a studio";
+const STUDIO_LIGHT: &str = "the scene has no light: studio lighting is used";
 /// Note on a scene without light.
 const DARK: &str = "the scene has no light: the image will be black";
 
@@ -113,7 +113,7 @@ pub struct Compiled {
 #[derive(Debug, thiserror::Error)]
 pub enum CompileError {
     /// A mesh or object refers to an index that does not exist.
-    #[error("{at}: {what} {index} is out of range: there are {count}")]
+    #[error("{at}: {what} index {index} out of range; expected an index below {count}")]
     Index {
         /// Location in the file.
         at: Span,
@@ -134,9 +134,9 @@ pub enum CompileError {
     },
     /// The requested region is not inside of the image.
     #[error(
-        "the region of {}x{} pixels at column {}, row {} (from the top) does not lie in the image \
-         of {}x{} pixels", region.width, region.height, region.x, region.y, resolution[0],
-        resolution[1]
+        "found the region of {}x{} pixels at column {}, row {} (from the top), expected a region \
+         of the image of {}x{} pixels", region.width, region.height, region.x, region.y,
+        resolution[0], resolution[1]
     )]
     Region {
         /// The requested region.

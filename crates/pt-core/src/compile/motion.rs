@@ -22,8 +22,8 @@ pub(super) fn shutter(
     if !(open.is_finite() && close.is_finite() && open <= close) {
         let element = camera.map_or(String::new(), |camera| format!("camera \"{}\"", camera.name));
         let message = format!(
-            "the shutter opens at {open} s and closes at {close} s; expected finite times, of which the \
-             second is not less"
+            "found a shutter from {open} s to {close} s, expected finite times, the second not \
+             before the first"
         );
         let at = Span { element, ..Span::default() };
         return Err(CompileError::Value { at, message });
@@ -32,7 +32,7 @@ pub(super) fn shutter(
         || camera.is_some_and(|camera| camera.motion.is_some());
     if is_animated && (!options.policies.exposure || open >= close) {
         notes.push(format!(
-            "what moves is seen where it is at {open} s, without blur: the shutter is open for no time"
+            "moving objects are shown as at {open} s, without motion blur: the shutter time is zero"
         ));
     }
     Ok([open, if options.policies.exposure { close } else { open }])
@@ -45,9 +45,10 @@ pub(super) fn check_media(scene: &Scene, object: &Object) -> Result<(), CompileE
     match medium.map(|medium| &medium.matter) {
         Some(MediumProperties::Heterogeneous(_)) => Err(CompileError::Value {
             at: object.at.clone(),
-            message: "the heterogeneous medium inside of a shape that moves cannot move with it; expected \
-                      a homogeneous one, or a shape that stands still"
-                .into(),
+            message:
+                "found a heterogeneous medium inside of a moving shape, expected a homogeneous \
+                 medium or a static shape"
+                    .into(),
         }),
         _ => Ok(()),
     }

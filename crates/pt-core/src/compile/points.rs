@@ -31,7 +31,9 @@ impl Collector<'_> {
         let radius = radius.unwrap_or_else(|| self.radius_of(points, scale));
         let radius = (radius * scale) as f32;
         if !(radius.is_finite() && radius > 0.0) {
-            return Err(refuse(format!("the radius of points must not be {radius}")));
+            return Err(refuse(format!(
+                "found a point radius of {radius}, expected a finite number above 0"
+            )));
         }
         let has_colors = points.colors.is_some();
         let is_shown = |shown: &u32| {
@@ -45,7 +47,9 @@ impl Collector<'_> {
         let count = points.positions.len();
         let is_end = |i: &&u32| **i as usize >= count;
         if let Some(end) = points.segments.as_flattened().iter().find(is_end) {
-            return Err(refuse(format!("a segment ends at point {end}; there are {count} points")));
+            return Err(refuse(format!(
+                "found a segment that ends at point {end}, expected an index below {count}"
+            )));
         }
         self.add_spheres(object, points, radius, to_world);
         for shown in shown {
@@ -114,7 +118,7 @@ impl Collector<'_> {
             _ => format!(", and {segments} segments between them as cylinders,"),
         };
         notes.push(format!(
-            "{points} points are shown as spheres{cylinders} with a radius of {range}"
+            "{points} points are rendered as spheres{cylinders} with a radius of {range}"
         ));
         notes.suggest(Hint::SetPointRadius);
     }

@@ -1,7 +1,7 @@
 //! Sampler dimensions of a bounce.
 
 use pt_core::light::AnyLight;
-use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
+use pt_math::sampler::{LANES, Lanes, RngStream, Sampler, Samplers};
 
 use super::CAMERA_DIMENSIONS;
 use super::context::Context;
@@ -9,17 +9,29 @@ use super::estimator::PathEstimator;
 use super::light_sampling::light_sample_count;
 use super::scatterer::ScatterNumbers;
 
-/// Sampler dimensions of one bounce, in pairs: one for each light sample, one for the direction of
-/// the BSDF, one for Russian roulette and the choice of a BSDF component, and one for stochastic
-/// materials.
+/// Sampler dimensions of one bounce, in pairs: with media, one for the distance; one for each light
+/// sample, one for the direction of the BSDF, one for Russian roulette and the choice of a BSDF
+/// component, and one for stochastic materials.
 #[derive(Clone, Copy)]
 pub(super) struct BounceDimensions {
     /// Number of pairs.
     pairs: u32,
-    /// Number of pairs for direct light; they come first.
-    pub(super) light_pairs: u32,
+    /// First pair for direct light; a pair before it is for distances in media.
+    first_light_pair: u32,
+    /// Number of pairs for direct light.
+    light_pairs: u32,
     /// True if some materials are stochastic; their pair is the last.
-    pub(super) stochastic_materials: bool,
+    stochastic_materials: bool,
+}
+
+/// Random numbers of a bounce for an unknown number of events: those of a path itself, or those of
+/// one of its light samples.
+pub(super) fn bounce_stream(
+    sampler: Sampler,
+    bounces: u32,
+    light_sample: Option<u32>,
+) -> RngStream {
+    sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
 }
 
 impl BounceDimensions {
@@ -36,6 +48,7 @@ impl BounceDimensions {
         Self {
             // Beyond 2³² dimensions, numbers repeat.
             pairs: extended.wrapping_mul(settings.light_samples).wrapping_add(others),
+            first_light_pair: 0,
             light_pairs: light_sample_count(cx, estimator).wrapping_add(hemisphere),
             stochastic_materials,
         }
@@ -47,6 +60,7 @@ impl BounceDimensions {
         let light_pairs = light_sample_count(cx, estimator);
         Self {
             pairs: light_pairs.wrapping_add(4),
+            first_light_pair: 1,
             light_pairs,
             stochastic_materials: cx.scene.materials.is_stochastic(),
         }
@@ -55,6 +69,14 @@ impl BounceDimensions {
     /// First dimension of a bounce.
     fn first(self, bounces: u32) -> u32 {
         bounces.wrapping_mul(self.pairs.wrapping_mul(2)).wrapping_add(CAMERA_DIMENSIONS)
+    }
+
+    /// First pair for the scattering of a path, depending on whether lights are sampled at this
+    /// bounce, and on whether its BSDF is specular. In a vacuum, the pairs for lights serve for the
+    /// BSDF where no light is sampled.
+    pub(super) fn scattering_pair(self, is_lit: bool, is_delta: bool) -> u32 {
+        let reuses_light_pairs = self.first_light_pair == 0 && (!is_lit || is_delta);
+        if reuses_light_pairs { 0 } else { self.first_light_pair.wrapping_add(self.light_pairs) }
     }
 
     /// Pair number `i` of a bounce of one path.
@@ -97,9 +119,15 @@ impl BlockSamples {
         Self { samplers: Samplers::new(samplers), dimensions, first }
     }
 
+    /// Pair number `i` for direct light.
+    #[inline(always)]
+    pub(super) fn light_pair(&self, i: u32) -> [Lanes<f32>; 2] {
+        self.pair(self.dimensions.first_light_pair.wrapping_add(i))
+    }
+
     /// Pair number `i`.
     #[inline]
-    pub(super) fn pair(&self, i: u32) -> [Lanes<f32>; 2] {
+    fn pair(&self, i: u32) -> [Lanes<f32>; 2] {
         self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
     }
 

@@ -1,20 +1,26 @@
-//! Direct lighting at surface points: light samples with shadow rays, and hemisphere samples.
+//! Direct lighting at the vertices of paths: light samples with shadow rays, and hemisphere
+//! samples.
 
 use pt_bvh::Hit;
 use pt_core::light::{Light, LightSample, LightSampleContext, LightTables, LightVisitor};
 use pt_core::scene::RenderScene;
+use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::accumulator::RadianceAccumulator;
 use super::batch::Batch;
 use super::context::Context;
-use super::dimensions::BlockSamples;
+use super::dimensions::{BlockSamples, bounce_stream};
 use super::estimator::{Hemisphere, PathEstimator};
 use super::light_sampling::{SceneLight, for_each_light_sample};
 use super::observer::{self, PathObserver};
+use super::ray_queue::{Payload, RayQueue};
 use super::reuse::Reuse;
-use super::shading::{ShadingPoint, SharedRadiance};
+use super::scatterer::Scatterer;
+use super::space::Space;
+use super::space::shading::{ShadingPoint, SharedRadiance};
+use super::split::PathSplitting;
 use super::{CameraRays, alpha};
 use crate::Tracer;
 use crate::trace::LightSource;
@@ -33,96 +39,74 @@ impl Hemisphere {
     }
 }
 
-/// Contribution of a ray.
-#[derive(Clone, Copy)]
-struct Payload {
-    value: Spectrum,
-    /// Index of its sum; in animated scenes that is its camera ray.
-    target: u32,
-}
-
-/// Rays with their contributions.
-#[derive(Default)]
-struct RayQueue {
-    rays: Vec<Ray>,
-    payloads: Vec<Payload>,
-}
-
-impl RayQueue {
-    #[inline(always)]
-    fn push(&mut self, ray: Ray, value: Spectrum, target: u32) {
-        self.rays.push(ray);
-        self.payloads.push(Payload { value, target });
-    }
-
-    fn clear(&mut self) {
-        self.rays.clear();
-        self.payloads.clear();
-    }
-}
-
 /// A block of shading points for which direct light is sampled.
-pub(super) struct ShadingBlock<'a, R> {
+pub(super) struct ShadingBlock<'a, 'v, R, S: Space> {
     pub(super) estimator: &'a R,
     pub(super) cx: Context<'a>,
-    pub(super) surfaces: &'a [ShadingPoint<'a>],
+    /// Number of interactions before.
+    pub(super) bounces: u32,
+    pub(super) splitting: PathSplitting,
+    pub(super) vertices: &'a [ShadingPoint<'v, S>],
     pub(super) samples: &'a BlockSamples,
+}
+
+impl<R, S: Space> ShadingBlock<'_, '_, R, S> {
+    /// Returns true if light that is scattered at a vertex is part of the image.
+    #[inline(always)]
+    fn is_lit(&self, vertex: &ShadingPoint<S>) -> bool {
+        self.cx.settings.shows(S::counted(self.bounces, &vertex.space) + 1)
+    }
 }
 
 /// Pending direct-lighting rays. Each path queues its light samples before its hemisphere samples;
 /// results are returned in that order, even if the queue is flushed in between.
-pub(super) struct DirectLighting {
+pub(super) struct DirectLighting<S> {
     hemisphere: Option<Hemisphere>,
     /// Samples of one light, one per shading point of a block.
     light_samples: Vec<Option<LightSample>>,
-    /// Contribute f · |cos| · L / p if unoccluded.
-    shadow_rays: RayQueue,
-    blocked: Vec<bool>,
-    /// Transmittance of each shadow ray, in scenes with alpha.
-    transmittance: Vec<f32>,
+    /// Contribute f · |cos| · L / p times the transmittance.
+    shadow_rays: RayQueue<S>,
     /// Contribute f · |cos| / p times the emission that they find.
-    bsdf_rays: RayQueue,
+    bsdf_rays: RayQueue<()>,
     hits: Vec<Option<Hit>>,
 }
 
-/// Number of rays from which on the queue is flushed: enough for full batches, few enough for the
-/// cache.
-const FLUSH_RAYS: usize = 4096;
-
-impl DirectLighting {
+impl<S: Copy> DirectLighting<S> {
     pub(super) fn new(hemisphere: Option<Hemisphere>) -> Self {
         Self {
             hemisphere,
             light_samples: Vec::new(),
-            shadow_rays: RayQueue::default(),
-            blocked: Vec::new(),
-            transmittance: Vec::new(),
-            bsdf_rays: RayQueue::default(),
+            shadow_rays: RayQueue::new(),
+            bsdf_rays: RayQueue::new(),
             hits: Vec::new(),
         }
     }
 
     /// Samples direct light at each shading point of a block, weighted by the throughput of its
     /// path; flushes the queue when it is full.
-    pub(super) fn sample_lights(
+    pub(super) fn sample_lights<P: Space<ShadowState = S>>(
         &mut self,
-        block: &ShadingBlock<impl PathEstimator>,
+        block: &ShadingBlock<impl PathEstimator, P>,
+        space: &mut P,
         batch: &mut Batch<impl PathObserver>,
         mut reuse: Option<&mut Reuse>,
     ) {
+        if !block.vertices.iter().any(|vertex| block.is_lit(vertex)) {
+            return;
+        }
         let light_pairs = for_each_light_sample(block.cx, block.estimator, |light, n, number| {
-            let numbers = &block.samples.pair(number);
+            let numbers = &block.samples.light_pair(number);
             self.sample_light(block, light, numbers, batch);
-            let sampling = LightSampling { light, n, numbers };
-            self.push_shadow_rays(block, &sampling, reuse.as_deref_mut(), &mut batch.accumulator);
-            self.trace_if_full(batch);
+            let sampling = LightSampling { light, n, number, numbers };
+            self.push_shadow_rays(block, &sampling, reuse.as_deref_mut(), batch);
+            self.trace_if_full(block.cx.settings, space, batch);
         });
         let Some(hemisphere) = self.hemisphere else { return };
         for number in 0..hemisphere.samples {
-            let numbers = block.samples.pair(light_pairs.wrapping_add(number));
+            let numbers = block.samples.light_pair(light_pairs.wrapping_add(number));
             let observer = &mut batch.accumulator.observer;
-            self.sample_hemisphere(hemisphere, block.surfaces, &numbers, observer);
-            self.trace_if_full(batch);
+            self.sample_hemisphere(hemisphere, block.vertices, &numbers, observer);
+            self.trace_if_full(block.cx.settings, space, batch);
         }
     }
 
@@ -130,23 +114,23 @@ impl DirectLighting {
     #[inline(always)]
     fn sample_light(
         &mut self,
-        block: &ShadingBlock<impl PathEstimator>,
+        block: &ShadingBlock<impl PathEstimator, impl Space>,
         light: SceneLight,
         [x, y]: &[Lanes<f32>; 2],
         batch: &Batch<impl PathObserver>,
     ) {
         let (scene, samples) = (block.cx.scene, &mut self.light_samples);
         let numbers = x.iter().zip(y).map(|(&x, &y)| [x, y]);
-        let points = block.surfaces.iter().zip(numbers);
+        let points = block.vertices.iter().zip(numbers);
         samples.clear();
         match light {
             SceneLight::Static { light, .. } => {
-                let points = points.map(|(surface, u)| (surface.light_sample_context(), u));
+                let points = points.map(|(vertex, u)| (vertex.light_sample_context(), u));
                 light.visit(SampleEach { tables: &scene.light_tables, points, samples });
             }
-            SceneLight::Animated { light, .. } => samples.extend(points.map(|(surface, u)| {
-                let time = batch.camera_rays.time(surface.start as usize);
-                scene.sample_animated_light(light, time, surface.point.p, u)
+            SceneLight::Animated { light, .. } => samples.extend(points.map(|(vertex, u)| {
+                let time = batch.camera_rays.time(vertex.start as usize);
+                scene.sample_animated_light(light, time, vertex.point.p, u)
             })),
         }
     }
@@ -154,40 +138,44 @@ impl DirectLighting {
     /// Queues the shadow rays of the samples of a light, in a separate loop for the reason given at
     /// `Wavefront::shading_points`.
     #[inline(always)]
-    fn push_shadow_rays<W: PathObserver>(
+    fn push_shadow_rays<P: Space<ShadowState = S>>(
         &mut self,
-        block: &ShadingBlock<impl PathEstimator>,
+        block: &ShadingBlock<impl PathEstimator, P>,
         sampling: &LightSampling,
         mut reuse: Option<&mut Reuse>,
-        accumulator: &mut RadianceAccumulator<W>,
+        batch: &mut Batch<impl PathObserver>,
     ) {
-        let ShadingBlock { estimator, cx, surfaces, .. } = *block;
-        let &LightSampling { light, n, numbers } = sampling;
+        let ShadingBlock { estimator, cx, bounces, splitting, vertices, .. } = *block;
+        let &LightSampling { light, n, number, numbers } = sampling;
+        let Batch { camera_rays, accumulator, .. } = batch;
         let is_invisible = light.kind().is_invisible();
-        for (lane, (surface, sample)) in surfaces.iter().zip(&self.light_samples).enumerate() {
-            let ShadingPoint { point, bsdf, beta, target, .. } = surface;
+        for (lane, (vertex, sample)) in vertices.iter().zip(&self.light_samples).enumerate() {
+            let ShadingPoint { point, scatterer, beta, start, target, .. } = vertex;
             let Some(sample) = sample else { continue };
-            if bsdf.is_delta() {
+            if scatterer.is_delta() || !block.is_lit(vertex) {
                 continue;
             }
-            let weighted = estimator.weighted(cx.settings, bsdf, sample, n, is_invisible);
-            let value = weighted.contribution(*beta, bsdf);
+            let weighted = estimator.weighted(cx.settings, scatterer, sample, n, is_invisible);
+            let value = weighted.contribution(*beta, scatterer);
             if value.is_black() {
                 continue;
             }
-            let (value, target) = match (surface.shared, &mut reuse) {
+            let (value, target) = match (vertex.shared, &mut reuse) {
                 (Some(SharedRadiance::Glossy), Some(reuse)) => {
-                    let part = reuse.add_incident_sample(surface.start, sample.wi, accumulator);
+                    let part = reuse.add_incident_sample(*start, sample.wi, accumulator);
                     (sample.radiance * weighted.weight(), part)
                 }
                 _ => (value, *target),
             };
-            accumulator.observer.on_light_sample(surface.start, || {
+            accumulator.observer.on_light_sample(*start, || {
                 let u = numbers.each_ref().map(|numbers| numbers[lane]);
-                let context = surface.light_sample_context();
+                let context = vertex.light_sample_context();
                 observer::light_source(cx.scene, light.reference(), &context, u, &weighted)
             });
-            self.shadow_rays.push(point.spawn_to(sample), value, target);
+            let stream =
+                || bounce_stream(splitting.sampler(camera_rays, *start), bounces, Some(number));
+            let state = P::shadow_state(cx.scene, vertex, sample, stream);
+            self.shadow_rays.push(point.spawn_to(sample), Payload { value, target, state });
         }
     }
 
@@ -195,15 +183,13 @@ impl DirectLighting {
     fn sample_hemisphere(
         &mut self,
         hemisphere: Hemisphere,
-        surfaces: &[ShadingPoint],
+        vertices: &[ShadingPoint<impl Space>],
         [x, y]: &[Lanes<f32>; 2],
         observer: &mut impl PathObserver,
     ) {
-        for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
-            let ShadingPoint { point, bsdf, beta, start, target, .. } = surface;
-            if bsdf.is_delta() {
-                continue;
-            }
+        for (vertex, (&x, &y)) in vertices.iter().zip(x.iter().zip(y)) {
+            let ShadingPoint { point, scatterer, beta, start, target, .. } = vertex;
+            let Some(bsdf) = scatterer.bsdf().filter(|bsdf| !bsdf.is_delta()) else { continue };
             let (local, pdf) = hemisphere.direction([x, y]);
             let wi = bsdf.frame().to_world(local);
             let value = *beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
@@ -214,43 +200,41 @@ impl DirectLighting {
                     pdf,
                     samples,
                 });
-                self.bsdf_rays.push(point.spawn(wi), value, *target);
+                let payload = Payload { value, target: *target, state: () };
+                self.bsdf_rays.push(point.spawn(wi), payload);
             }
         }
     }
 
     /// Flushes the queue if it is full.
-    fn trace_if_full(&mut self, batch: &mut Batch<impl PathObserver>) {
-        if self.shadow_rays.rays.len().max(self.bsdf_rays.rays.len()) >= FLUSH_RAYS {
-            self.trace(batch);
+    fn trace_if_full(
+        &mut self,
+        settings: &Settings,
+        space: &mut impl Space<ShadowState = S>,
+        batch: &mut Batch<impl PathObserver>,
+    ) {
+        if self.shadow_rays.is_full() || self.bsdf_rays.is_full() {
+            self.trace(settings, space, batch);
         }
     }
 
     /// Traces all pending rays, adds their contributions in order, and clears the queue.
-    pub(super) fn trace(&mut self, batch: &mut Batch<impl PathObserver>) {
-        self.trace_shadow_rays(batch);
+    pub(super) fn trace(
+        &mut self,
+        settings: &Settings,
+        space: &mut impl Space<ShadowState = S>,
+        batch: &mut Batch<impl PathObserver>,
+    ) {
+        let Batch { tracer, camera_rays, accumulator } = batch;
+        let time = |target: u32| camera_rays.time(target as usize);
+        space.attenuate(tracer, settings, time, &mut self.shadow_rays);
+        for payload in &self.shadow_rays.payloads {
+            accumulator.add_light_sample(payload.target, payload.value, true);
+        }
+        self.shadow_rays.clear();
         if let Some(hemisphere) = self.hemisphere {
             self.trace_bsdf_rays(hemisphere, batch);
         }
-    }
-
-    fn trace_shadow_rays(&mut self, batch: &mut Batch<impl PathObserver>) {
-        let Batch { tracer, camera_rays, accumulator } = batch;
-        let Self { shadow_rays: RayQueue { rays, payloads }, blocked, transmittance, .. } = self;
-        let time = |i: usize| camera_rays.time(payloads[i].target as usize);
-        tracer.occluded(&*rays, time, blocked);
-        if tracer.scene.has_alpha {
-            alpha::shadow_transmittance(tracer, rays, time, blocked, transmittance);
-            for (&Payload { value, target }, &share) in payloads.iter().zip(&*transmittance) {
-                accumulator.add_light_sample(target, value * share, true);
-            }
-        } else {
-            for (&Payload { value, target }, &blocked) in payloads.iter().zip(&*blocked) {
-                let value = if blocked { Spectrum::ZERO } else { value };
-                accumulator.add_light_sample(target, value, true);
-            }
-        }
-        self.shadow_rays.clear();
     }
 
     fn trace_bsdf_rays(&mut self, hemisphere: Hemisphere, batch: &mut Batch<impl PathObserver>) {
@@ -261,7 +245,8 @@ impl DirectLighting {
         if scene.has_alpha {
             add_passed_emission(tracer, camera_rays, rays, payloads, hits, accumulator);
         }
-        for ((&Payload { value, target }, hit), ray) in payloads.iter().zip(&*hits).zip(&*rays) {
+        for ((&Payload { value, target, .. }, hit), ray) in payloads.iter().zip(&*hits).zip(&*rays)
+        {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, camera_rays.time(target as usize)),
                 None if hemisphere.sky => scene.le_infinite(ray.into(), &scene.infinite_lights),
@@ -279,7 +264,7 @@ fn add_passed_emission(
     tracer: &mut Tracer,
     camera_rays: &CameraRays,
     rays: &[Ray],
-    payloads: &mut [Payload],
+    payloads: &mut [Payload<()>],
     hits: &mut [Option<Hit>],
     accumulator: &mut RadianceAccumulator<impl PathObserver>,
 ) {
@@ -287,7 +272,7 @@ fn add_passed_emission(
     let targets: Vec<u32> = payloads.iter().map(|payload| payload.target).collect();
     let time = |i: usize| camera_rays.time(targets[i] as usize);
     alpha::continue_through(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
-        let Payload { value, target } = &mut payloads[i];
+        let Payload { value, target, .. } = &mut payloads[i];
         let light = *value * emitted(scene, ray, hit, time(i));
         *value *= 1.0 - opacity;
         let goes_on = !value.is_black();
@@ -305,6 +290,8 @@ fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
 struct LightSampling<'a> {
     light: SceneLight<'a>,
     n: u32,
+    /// Number of the sample among those of all lights.
+    number: u32,
     numbers: &'a [Lanes<f32>; 2],
 }
 

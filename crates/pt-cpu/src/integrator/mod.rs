@@ -18,13 +18,13 @@ mod normals;
 mod observer;
 mod path;
 mod path_queue;
+mod ray_queue;
 mod reference;
 mod reuse;
 mod scatterer;
-mod shading;
+mod space;
 mod split;
 mod transparency;
-mod volpath;
 mod wavefront;
 
 use cs184::Cs184;
@@ -36,6 +36,7 @@ use pt_core::settings::DirectLight;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
 use pt_math::{RayColumns, Spectrum};
+use space::{Media, Vacuum};
 use wavefront::Wavefront;
 
 use crate::Tracer;
@@ -195,8 +196,8 @@ pub static INTEGRATORS: &[Registration] = &[
         name: "volpath",
         help: "as path, with media between surfaces",
         features: &[Feature::SkyMis, Feature::Media, Feature::Clamp],
-        new: |scene, set| Box::new(volpath::VolPath::<()>::new(scene, set)),
-        new_traced: Some(|scene, set| Box::new(volpath::VolPath::<PathRecorder>::new(scene, set))),
+        new: |scene, set| Box::new(paths_in_media::<()>(scene, set)),
+        new_traced: Some(|scene, set| Box::new(paths_in_media::<PathRecorder>(scene, set))),
     },
     Registration {
         name: "direct",
@@ -228,21 +229,31 @@ pub static INTEGRATORS: &[Registration] = &[
     },
 ];
 
-fn paths<'a, W: PathObserver>(scene: &'a RenderScene, set: &'a Settings) -> Wavefront<'a, Path, W> {
-    Wavefront::new(Path { max_depth: u32::MAX }, scene, set)
+/// Driver of paths in a vacuum.
+type Surfaces<'a, R, W> = Wavefront<'a, R, Vacuum, W>;
+
+fn paths<'a, W: PathObserver>(scene: &'a RenderScene, set: &'a Settings) -> Surfaces<'a, Path, W> {
+    Wavefront::new(Path::new(set), scene, set)
+}
+
+fn paths_in_media<'a, W: PathObserver>(
+    scene: &'a RenderScene,
+    set: &'a Settings,
+) -> Wavefront<'a, Path, Media, W> {
+    Wavefront::new(Path::without_hemisphere_sampling(set), scene, set)
 }
 
 fn direct_paths<'a, W: PathObserver>(
     scene: &'a RenderScene,
     set: &'a Settings,
-) -> Wavefront<'a, Path, W> {
-    Wavefront::new(Path { max_depth: 1 }, scene, set)
+) -> Surfaces<'a, Path, W> {
+    Wavefront::new(Path::once_scattered(set), scene, set)
 }
 
 fn cs184_paths<'a, W: PathObserver>(
     scene: &'a RenderScene,
     set: &'a Settings,
-) -> Wavefront<'a, Cs184, W> {
+) -> Surfaces<'a, Cs184, W> {
     Wavefront::new(Cs184, scene, set)
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-use pt_core::interaction::Interaction;
 use pt_core::light::{AnyLight, EscapedRay, LightSampleContext};
 use pt_core::scene::RenderScene;
 use pt_math::{Ray, Rays, Spectrum, Vec3};
@@ -11,9 +10,8 @@ use super::CameraRays;
 use super::context::{Context, SurfaceHit};
 use super::path_queue::PathState;
 use super::scatterer::WeightedLightSample;
-use super::shading::ShadingPoint;
 use crate::trace::{
-    Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
+    Contribution, LightRef, LightSource, SampledLight, ScatterSample, Trace, Vertex,
 };
 
 /// Observer of the samples of a batch, each of which is one path without splitting. Events of a
@@ -142,27 +140,6 @@ impl PathObserver for PathRecorder {
         if let Some((vertices, source)) = question {
             self.add(start, vertices, source, value);
         }
-    }
-}
-
-/// Records the vertices of a block of paths.
-#[inline(always)]
-pub(super) fn record_vertices<W: PathObserver>(
-    surfaces: &[ShadingPoint],
-    points: &[Interaction],
-    observer: &mut W,
-) {
-    if !W::ENABLED {
-        return;
-    }
-    for (surface, at) in surfaces.iter().zip(points) {
-        let ShadingPoint { point, bsdf, beta, start, .. } = surface;
-        observer.on_vertex(*start, || Vertex {
-            p: point.p,
-            site: ScatterSite::of(bsdf, at.primitive),
-            throughput: *beta,
-            scatter: None,
-        });
     }
 }
 

@@ -18,7 +18,8 @@ use super::scatterer::Scatterer;
 /// one.
 pub(super) struct Path {
     /// Maximum number of surface interactions, unless the settings specify fewer.
-    pub(super) max_depth: u32,
+    max_depth: u32,
+    direct: DirectLight,
 }
 
 /// Minimum number of bounces before Russian roulette: short paths carry most of the light, and
@@ -39,14 +40,48 @@ const MAX_SURVIVAL: f32 = 0.95;
 /// long paths become rare.
 const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
 
-/// Settings of integrators without hemisphere sampling, for which its estimators become
-/// [`DirectLight::Mis`].
-pub(super) fn without_hemisphere_sampling(settings: &Settings) -> Settings {
-    let direct = match settings.direct {
-        DirectLight::Light => DirectLight::Light,
-        _ => DirectLight::Mis,
-    };
-    Settings { direct, ..settings.clone() }
+impl Path {
+    /// Estimator of paths with any number of interactions.
+    pub(super) fn new(settings: &Settings) -> Self {
+        Self { max_depth: u32::MAX, direct: settings.direct }
+    }
+
+    /// Estimator of light that was scattered at most once.
+    pub(super) fn once_scattered(settings: &Settings) -> Self {
+        Self { max_depth: 1, ..Self::new(settings) }
+    }
+
+    /// As [`Self::new`], with [`DirectLight::Mis`] in place of hemisphere sampling.
+    pub(super) fn without_hemisphere_sampling(settings: &Settings) -> Self {
+        let direct = match settings.direct {
+            DirectLight::Light => DirectLight::Light,
+            _ => DirectLight::Mis,
+        };
+        Self { direct, ..Self::new(settings) }
+    }
+
+    /// MIS weight of emission found by a ray.
+    ///
+    /// `bsdf_pdf` is the density with which its direction was sampled (`None`: no other technique
+    /// samples it), and `light` gives the density of light sampling, if the light is sampled at
+    /// all.
+    #[inline(always)]
+    fn emission_mis_weight(
+        &self,
+        settings: &Settings,
+        bsdf_pdf: BsdfPdf,
+        light: Option<(&AnyLight, Pdf<SolidAngle>)>,
+    ) -> f32 {
+        let Some(pdf) = bsdf_pdf else { return 1.0 };
+        match (self.direct, light) {
+            (DirectLight::Mis, Some((light, light_pdf))) => {
+                let n = if light.is_delta() { 1 } else { settings.light_samples };
+                power_heuristic(pdf, light_pdf.scaled_by(n as f32))
+            }
+            (DirectLight::Mis | DirectLight::Light, None) => 1.0,
+            _ => 0.0,
+        }
+    }
 }
 
 impl PathEstimator for Path {
@@ -68,7 +103,7 @@ impl PathEstimator for Path {
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
             light.le_infinite(tables, EscapedRay::new(path.origin.p, d))
-                * emission_mis_weight(settings, path.bsdf_pdf, Some((light, pdf)))
+                * self.emission_mis_weight(settings, path.bsdf_pdf, Some((light, pdf)))
         };
         infinite_lights.iter().map(|&id| weighted(&scene.lights[id])).sum()
     }
@@ -83,12 +118,12 @@ impl PathEstimator for Path {
             (light, light.pdf(&scene.light_tables, &path.origin, -at.wo, met))
         });
         let light = light.or_else(|| scene.animated_light(at, time, path.origin.p));
-        scene.le(at, hit, time) * emission_mis_weight(settings, path.bsdf_pdf, light)
+        scene.le(at, hit, time) * self.emission_mis_weight(settings, path.bsdf_pdf, light)
     }
 
     #[inline(always)]
     fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
-        match settings.direct {
+        match self.direct {
             _ if light.is_delta() => 1,
             _ if light.is_invisible() => settings.light_samples,
             DirectLight::Mis | DirectLight::Light => settings.light_samples,
@@ -99,12 +134,12 @@ impl PathEstimator for Path {
     #[inline(always)]
     fn light_weight(
         &self,
-        settings: &Settings,
+        _: &Settings,
         scatterer: &impl Scatterer,
         sample: &LightSample,
         n: u32,
     ) -> f32 {
-        match (settings.direct, sample.pdf) {
+        match (self.direct, sample.pdf) {
             (DirectLight::Mis, Some(light_pdf)) => {
                 power_heuristic(light_pdf.scaled_by(n as f32), scatterer.pdf(sample.wi))
             }
@@ -114,7 +149,7 @@ impl PathEstimator for Path {
 
     /// The same number of directions as light sampling would use.
     fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
-        let cosine = match settings.direct {
+        let cosine = match self.direct {
             DirectLight::Mis | DirectLight::Light => return None,
             DirectLight::UniformHemisphere => false,
             DirectLight::CosineHemisphere => true,
@@ -126,9 +161,9 @@ impl PathEstimator for Path {
     }
 
     #[inline(always)]
-    fn counts_emission(&self, settings: &Settings, bsdf_pdf: BsdfPdf) -> bool {
+    fn counts_emission(&self, _: &Settings, bsdf_pdf: BsdfPdf) -> bool {
         use DirectLight::{CosineHemisphere, UniformHemisphere};
-        bsdf_pdf.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
+        bsdf_pdf.is_none() || !matches!(self.direct, CosineHemisphere | UniformHemisphere)
     }
 
     /// Survival probability from the throughput without the scaling by refraction.
@@ -151,26 +186,5 @@ impl PathEstimator for Path {
                 (carried / PIXEL_ALBEDO).min(max)
             }
         })
-    }
-}
-
-/// MIS weight of emission found by a ray.
-///
-/// `bsdf_pdf` is the density with which its direction was sampled (`None`: no other technique
-/// samples it), and `light` gives the density of light sampling, if the light is sampled at all.
-#[inline(always)]
-fn emission_mis_weight(
-    settings: &Settings,
-    bsdf_pdf: BsdfPdf,
-    light: Option<(&AnyLight, Pdf<SolidAngle>)>,
-) -> f32 {
-    let Some(pdf) = bsdf_pdf else { return 1.0 };
-    match (settings.direct, light) {
-        (DirectLight::Mis, Some((light, light_pdf))) => {
-            let n = if light.is_delta() { 1 } else { settings.light_samples };
-            power_heuristic(pdf, light_pdf.scaled_by(n as f32))
-        }
-        (DirectLight::Mis | DirectLight::Light, None) => 1.0,
-        _ => 0.0,
     }
 }

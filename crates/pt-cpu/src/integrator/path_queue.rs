@@ -50,21 +50,29 @@ impl PathState {
 }
 
 /// Active paths and their rays, in the order of their camera rays.
-pub(super) struct PathQueue {
+pub(super) struct PathQueue<S> {
     pub(super) paths: Vec<PathState>,
     pub(super) rays: Vec<Ray>,
+    /// States of the paths in the space between surfaces.
+    pub(super) space: Vec<S>,
     /// Ray cones, if some texture needs footprints.
     pub(super) cones: Option<Vec<Cone>>,
 }
 
-impl PathQueue {
+impl<S> PathQueue<S> {
     pub(super) fn new(uses_footprints: bool) -> Self {
-        Self { paths: Vec::new(), rays: Vec::new(), cones: uses_footprints.then(Vec::new) }
+        Self {
+            paths: Vec::new(),
+            rays: Vec::new(),
+            space: Vec::new(),
+            cones: uses_footprints.then(Vec::new),
+        }
     }
 
     pub(super) fn clear(&mut self) {
         self.paths.clear();
         self.rays.clear();
+        self.space.clear();
         if let Some(cones) = &mut self.cones {
             cones.clear();
         }
@@ -72,9 +80,10 @@ impl PathQueue {
 
     /// Adds a path with its ray and, with footprints, its cone.
     #[inline(always)]
-    pub(super) fn push(&mut self, path: PathState, ray: Ray, cone: Option<Cone>) {
+    pub(super) fn push(&mut self, path: PathState, ray: Ray, space: S, cone: Option<Cone>) {
         self.paths.push(path);
         self.rays.push(ray);
+        self.space.push(space);
         if let Some(cones) = &mut self.cones {
             cones.extend(cone);
         }

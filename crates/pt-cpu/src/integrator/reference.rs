@@ -17,7 +17,7 @@ use super::dimensions::BounceDimensions;
 use super::estimator::{PathEstimator, add_hit_emission, add_sky};
 use super::light_sampling::{LightingVertex, sample_lights};
 use super::observer::{PathObserver, PathRecorder};
-use super::path::{Path, without_hemisphere_sampling};
+use super::path::Path;
 use super::path_queue::PathState;
 use super::scatterer::transmittance_after;
 use super::split::PathSplitting;
@@ -31,7 +31,7 @@ use crate::trace::{ScatterSample, ScatterSite, Trace, Vertex};
 /// [`DirectLight::Mis`](pt_core::settings::DirectLight::Mis).
 pub(super) struct Reference<'a, W = ()> {
     scene: &'a RenderScene,
-    settings: Settings,
+    settings: &'a Settings,
     estimator: Path,
     max_depth: u32,
     dimensions: BounceDimensions,
@@ -114,8 +114,8 @@ impl<W: PathObserver> Reference<'_, W> {
             }
 
             // BSDF sampling.
-            let light_pairs = if is_lit && !bsdf.is_delta() { dimensions.light_pairs } else { 0 };
-            let numbers = dimensions.scattering(sampler, bounces, light_pairs);
+            let pair = dimensions.scattering_pair(is_lit, bsdf.is_delta());
+            let numbers = dimensions.scattering(sampler, bounces, pair);
             let Some(scattered) = bsdf.sample(numbers.direction) else { return };
             path.beta *= scattered.weight;
             path.eta_scale *= scattered.eta_scale;
@@ -180,13 +180,12 @@ fn transmittance(tracer: &mut Tracer, ray: &Ray, time: f32) -> f32 {
 
 impl<'a, W: PathObserver> Reference<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
-        let settings = without_hemisphere_sampling(settings);
-        let estimator = Path { max_depth: u32::MAX };
+        let estimator = Path::without_hemisphere_sampling(settings);
         Self {
             scene,
-            max_depth: estimator.max_depth(&settings),
-            dimensions: BounceDimensions::new(&estimator, Context { scene, settings: &settings }),
-            transparency: Transparency::new(scene, &settings),
+            max_depth: estimator.max_depth(settings),
+            dimensions: BounceDimensions::new(&estimator, Context { scene, settings }),
+            transparency: Transparency::new(scene, settings),
             settings,
             estimator,
             by_products: ByProducts::default(),

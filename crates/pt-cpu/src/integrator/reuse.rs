@@ -29,7 +29,9 @@ use super::accumulator::RadianceAccumulator;
 use super::batch::Batch;
 use super::observer::PathObserver;
 use super::path_queue::PathState;
-use super::shading::{ShadingPoint, SharedRadiance};
+use super::scatterer::Scatterer;
+use super::space::Space;
+use super::space::shading::{ShadingPoint, SharedRadiance};
 use super::{MAX_REUSE, alpha};
 use crate::Tracer;
 
@@ -149,11 +151,12 @@ impl Reuse {
         &mut self,
         path: &PathState,
         seen: &SurfaceVertex,
-        surface: &mut ShadingPoint,
+        surface: &mut ShadingPoint<impl Space>,
         accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
         let at = &seen.at;
-        let lobe_width = surface.bsdf.with_wo(at.wo).map_or(0.0, |bsdf| bsdf.lobe_width());
+        let bsdf = surface.scatterer.bsdf().and_then(|bsdf| bsdf.with_wo(at.wo));
+        let lobe_width = bsdf.map_or(0.0, |bsdf| bsdf.lobe_width());
         let density = path.bsdf_pdf.map_or(0.0, |pdf| pdf.get() * geometry(at, at.wo, at.distance));
         if !(lobe_width > 0.0 && density > 0.0) {
             return;
@@ -190,7 +193,7 @@ impl Reuse {
     #[inline(always)]
     pub(super) fn continue_path(
         &mut self,
-        surface: &ShadingPoint,
+        surface: &ShadingPoint<impl Space>,
         path: &mut PathState,
         wi: Vec3,
         accumulator: &mut RadianceAccumulator<impl PathObserver>,

@@ -1,11 +1,14 @@
 //! Scattering at the vertices of paths.
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
-use pt_core::light::LightSample;
+use pt_core::light::{LightSample, LightSampleContext};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 /// Scattering function at a vertex of a path: a BSDF, or a phase function.
 pub(super) trait Scatterer {
+    /// The BSDF, if the vertex is on a surface.
+    fn bsdf(&self) -> Option<&Bsdf<'_>>;
+
     /// Returns true in a medium.
     fn is_in_medium(&self) -> bool;
 
@@ -13,7 +16,19 @@ pub(super) trait Scatterer {
     fn is_delta(&self) -> bool;
 
     /// See [`Bsdf::lets_through`].
-    fn lets_through(&self, wi: Vec3) -> bool;
+    #[inline(always)]
+    fn lets_through(&self, wi: Vec3) -> bool {
+        self.bsdf().is_some_and(|bsdf| bsdf.lets_through(wi))
+    }
+
+    /// Context of light samples at the vertex, which is at `p`.
+    #[inline(always)]
+    fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
+        match self.bsdf() {
+            Some(bsdf) => bsdf.light_sample_context(p),
+            None => LightSampleContext::in_space(p),
+        }
+    }
 
     /// f(wo, wi) · |cos θi|, or the phase function.
     fn eval(&self, wi: Vec3) -> Spectrum;
@@ -27,6 +42,11 @@ pub(super) trait Scatterer {
 
 impl Scatterer for Bsdf<'_> {
     #[inline(always)]
+    fn bsdf(&self) -> Option<&Bsdf<'_>> {
+        Some(self)
+    }
+
+    #[inline(always)]
     fn is_in_medium(&self) -> bool {
         false
     }
@@ -34,11 +54,6 @@ impl Scatterer for Bsdf<'_> {
     #[inline(always)]
     fn is_delta(&self) -> bool {
         self.is_delta()
-    }
-
-    #[inline(always)]
-    fn lets_through(&self, wi: Vec3) -> bool {
-        self.lets_through(wi)
     }
 
     #[inline(always)]

@@ -7,9 +7,7 @@
 //! with path reuse ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
-use pt_bvh::Hit;
 use pt_core::film::ExactSum;
-use pt_core::interaction::Interaction;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{Clamp, Settings};
@@ -18,70 +16,71 @@ use pt_math::{Rays, Spectrum};
 
 use super::batch::{Batch, ByProducts};
 use super::context::{Context, SurfaceHit};
-use super::dimensions::{BlockSamples, BounceDimensions};
+use super::dimensions::{BlockSamples, BounceDimensions, bounce_stream};
 use super::direct::{DirectLighting, ShadingBlock};
 use super::estimator::{
     PathEstimator, ScatteredPath, add_emission, add_hit_emission, add_sky, sample_bsdf_and_roulette,
 };
-use super::observer::{self, PathObserver, PathRecorder};
+use super::observer::{PathObserver, PathRecorder};
 use super::path_queue::{PathQueue, PathState};
 use super::reuse::{Reuse, SurfaceVertex};
-use super::shading::ShadingPoint;
+use super::scatterer::Scatterer;
+use super::space::shading::ShadingPoint;
+use super::space::{Departure, Flight, FlightEnd, Space, VertexInteraction};
 use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::{CameraRays, Integrator, TracedIntegrator, alpha};
+use super::{CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
-use crate::trace::{ScatterSample, Trace};
+use crate::trace::{ScatterSample, Trace, Vertex};
 
-/// Driver of all path tracers without media.
-pub(super) struct Wavefront<'a, R, W = ()> {
+/// Driver of all path tracers.
+pub(super) struct Wavefront<'a, R, S: Space, W = ()> {
     estimator: R,
     cx: Context<'a>,
-    /// Maximum number of surface interactions.
+    space: S,
+    /// Maximum number of interactions that count.
     max_depth: u32,
     /// Sampler dimensions of a bounce.
     dimensions: BounceDimensions,
     /// Active paths.
-    queue: PathQueue,
+    queue: PathQueue<S::PathState>,
     /// Paths of the next bounce.
-    next_queue: PathQueue,
+    next_queue: PathQueue<S::PathState>,
     /// Number of paths of each camera ray.
     splitting: PathSplitting,
-    hits: Vec<Option<Hit>>,
-    surfaces: SurfaceBuffers,
+    scattering: ScatteringBuffers<S::Hit>,
     /// Interactions of a block of paths.
-    interactions: Vec<Interaction>,
-    direct_lighting: DirectLighting,
+    interactions: Vec<S::Interaction>,
+    direct_lighting: DirectLighting<S::ShadowState>,
     reuse: Option<Reuse>,
     transparency: Transparency,
     by_products: ByProducts<W>,
 }
 
-/// Surface hit by a path.
+/// Vertex reached by a path.
 #[derive(Clone, Copy)]
-struct PathHit {
+struct PathHit<H> {
     /// Index of the path.
     path: u32,
-    hit: Hit,
+    hit: H,
 }
 
 /// Evaluated materials of a block of paths, if not all materials of the scene are constant.
 type BlockMaterials = Option<Vec<Option<EvaluatedMaterial>>>;
 
 /// Buffers of the paths that scatter.
-#[derive(Default)]
-struct SurfaceBuffers {
-    /// Paths that scatter at a surface.
-    scattering: Vec<PathHit>,
+struct ScatteringBuffers<H> {
+    /// Paths that scatter at a vertex.
+    paths: Vec<PathHit<H>>,
     materials: BlockMaterials,
 }
 
-/// A block of paths at surfaces.
-struct SurfaceBlock<'b> {
-    paths: &'b [PathHit],
+/// A block of paths at vertices.
+struct VertexBlock<'b, S: Space> {
+    paths: &'b [PathHit<S::Hit>],
     samples: BlockSamples,
     materials: &'b BlockMaterials,
-    surfaces: ArrayVec<ShadingPoint<'b>, LANES>,
+    vertices: ArrayVec<ShadingPoint<'b, S>, LANES>,
 }
 
 /// Evaluated material of a path of a block, if it is not constant.
@@ -90,7 +89,7 @@ fn material(materials: &BlockMaterials, lane: usize) -> Option<&EvaluatedMateria
     materials.as_ref().and_then(|materials| materials[lane].as_ref())
 }
 
-impl<R: PathEstimator, W: PathObserver> Integrator for Wavefront<'_, R, W> {
+impl<R: PathEstimator, S: Space, W: PathObserver> Integrator for Wavefront<'_, R, S, W> {
     fn radiance(
         &mut self,
         tracer: &mut Tracer,
@@ -99,12 +98,11 @@ impl<R: PathEstimator, W: PathObserver> Integrator for Wavefront<'_, R, W> {
     ) {
         let clamp = if self.estimator.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
         let mut batch = self.by_products.begin(tracer, camera_rays, radiance, clamp);
-        let mut buffers = std::mem::take(&mut self.surfaces);
-        let SurfaceBuffers { scattering, materials } = &mut buffers;
+        let mut buffers = std::mem::replace(&mut self.scattering, ScatteringBuffers::new(false));
+        let ScatteringBuffers { paths: scattering, materials } = &mut buffers;
         self.generate_camera_paths(camera_rays);
         for bounces in 0.. {
-            self.intersect(bounces, &mut batch);
-            self.pass_alpha(bounces, &mut batch);
+            self.fly(bounces, &mut batch);
             self.add_emission_and_sky(bounces, scattering, &mut batch);
             if scattering.is_empty() {
                 break;
@@ -121,10 +119,10 @@ impl<R: PathEstimator, W: PathObserver> Integrator for Wavefront<'_, R, W> {
                 }
             }
             self.next_bounce(bounces);
-            self.direct_lighting.trace(&mut batch);
+            self.direct_lighting.trace(self.cx.settings, &mut self.space, &mut batch);
         }
         self.share_radiance(&mut batch);
-        self.surfaces = buffers;
+        self.scattering = buffers;
         self.by_products.end(batch);
     }
 
@@ -137,13 +135,19 @@ impl<R: PathEstimator, W: PathObserver> Integrator for Wavefront<'_, R, W> {
     }
 }
 
-impl<R: PathEstimator> TracedIntegrator for Wavefront<'_, R, PathRecorder> {
+impl<R: PathEstimator, S: Space> TracedIntegrator for Wavefront<'_, R, S, PathRecorder> {
     fn take_traces(&mut self) -> Vec<Trace> {
         self.by_products.take_traces()
     }
 }
 
-impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
+impl<H> ScatteringBuffers<H> {
+    fn new(has_textures: bool) -> Self {
+        Self { paths: Vec::new(), materials: has_textures.then(Vec::new) }
+    }
+}
+
+impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
     pub(super) fn new(estimator: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
         let hemisphere = estimator.hemisphere(cx);
@@ -151,16 +155,13 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         Self {
             cx,
             max_depth: estimator.max_depth(settings),
-            dimensions: BounceDimensions::new(&estimator, cx),
+            dimensions: S::dimensions(&estimator, cx),
             estimator,
+            space: S::default(),
             queue: PathQueue::new(scene.uses_footprints()),
             next_queue: PathQueue::new(scene.uses_footprints()),
             splitting: PathSplitting::NONE,
-            hits: Vec::new(),
-            surfaces: SurfaceBuffers {
-                scattering: Vec::new(),
-                materials: has_textures.then(Vec::new),
-            },
+            scattering: ScatteringBuffers::new(has_textures),
             interactions: Vec::new(),
             direct_lighting: DirectLighting::new(hemisphere),
             reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
@@ -183,6 +184,9 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
             rays.clone()
                 .map(|(start, ray)| PathState::at_camera(scene, ray, start, camera_transmittance)),
         );
+        queue.space.extend((0..queue.paths.len()).map(|start| {
+            S::at_camera(scene, || bounce_stream(camera_rays.samplers.get(start), 0, None))
+        }));
         if let Some(cones) = &mut queue.cones {
             cones.extend(rays.map(|(start, ray)| {
                 scene.camera_cone(ray.direction, camera_rays.time(start as usize))
@@ -190,35 +194,20 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         }
     }
 
-    /// Finds the nearest hits of all rays; emitters that are hidden from the camera are omitted.
-    fn intersect(&mut self, bounces: u32, batch: &mut Batch<W>) {
-        let Self { queue, hits, splitting, .. } = self;
-        let Batch { tracer, camera_rays, .. } = batch;
-        let time = |i: usize| splitting.time(camera_rays, &queue.paths, i);
-        tracer.intersect(&queue.rays, time, hits);
-        if bounces == 0 && self.transparency.hides_emitters() {
-            alpha::skip_emitters(tracer, &queue.rays, time, hits);
-        }
-    }
-
-    /// Continues rays through transparent surfaces, and adds the emission there, which does not
-    /// depend on the opacity.
-    fn pass_alpha(&mut self, bounces: u32, batch: &mut Batch<W>) {
-        let Self { estimator, cx, queue, hits, splitting, .. } = self;
-        let Batch { tracer, camera_rays, accumulator } = batch;
-        if !cx.scene.has_alpha {
-            return;
-        }
-        accumulator.set_bounces(bounces);
-        let shown = cx.settings.shows(bounces);
-        let (paths, rays) = (&queue.paths, &queue.rays);
-        let time = |i: usize| splitting.time(camera_rays, paths, i);
-        let sampler = |i: usize| splitting.sampler(camera_rays, paths[i].start);
-        alpha::skip_transparent(tracer, bounces, rays, hits, time, sampler, |i, ray, hit| {
-            if shown {
-                add_hit_emission(estimator, *cx, &paths[i], ray, hit, time(i), accumulator);
-            }
-        });
+    /// Moves all paths to their next vertices.
+    fn fly(&mut self, bounces: u32, batch: &mut Batch<W>) {
+        let Self { estimator, cx, dimensions, max_depth, queue, splitting, .. } = self;
+        let flight = Flight {
+            estimator: &*estimator,
+            cx: *cx,
+            dimensions: *dimensions,
+            bounces,
+            max_depth: *max_depth,
+            hides_emitters: self.transparency.hides_emitters(),
+            splitting: *splitting,
+            queue,
+        };
+        self.space.fly(flight, batch);
     }
 
     /// Adds the emission of surfaces and of the environment at the ends of paths, and collects the
@@ -226,31 +215,35 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     fn add_emission_and_sky(
         &mut self,
         bounces: u32,
-        scattering: &mut Vec<PathHit>,
+        scattering: &mut Vec<PathHit<S::Hit>>,
         batch: &mut Batch<W>,
     ) {
-        let Self { estimator, cx, queue, splitting, .. } = self;
+        let Self { estimator, cx, space, queue, splitting, .. } = self;
         let Batch { camera_rays, accumulator, .. } = batch;
         accumulator.set_bounces(bounces);
-        let shown = cx.settings.shows(bounces);
         scattering.clear();
-        for (i, hit) in self.hits.iter().enumerate() {
-            match hit {
-                Some(hit) if bounces < self.max_depth => {
-                    scattering.push(PathHit { path: i as u32, hit: *hit });
+        for i in 0..queue.paths.len() {
+            let (path, ray) = (&queue.paths[i], &queue.rays[i]);
+            let counted = S::counted(bounces, &queue.space[i]);
+            let shown = cx.settings.shows(counted);
+            match space.end(i) {
+                FlightEnd::Vertex(hit)
+                    if counted < self.max_depth || S::may_pass(cx.settings, &hit) =>
+                {
+                    scattering.push(PathHit { path: i as u32, hit });
                 }
-                Some(hit) if shown => {
-                    let (path, ray) = (&queue.paths[i], &queue.rays[i]);
-                    let time = splitting.time(camera_rays, &queue.paths, i);
-                    add_hit_emission(estimator, *cx, path, ray, hit, time, accumulator);
-                }
-                None => {
-                    let (path, d) = (&queue.paths[i], queue.rays[i].direction);
-                    if self.transparency.on_escape(path, *splitting) && shown {
-                        add_sky(estimator, *cx, path, d, bounces, accumulator);
+                FlightEnd::Vertex(hit) => {
+                    if let (Some(hit), true) = (S::surface_hit(&hit), shown) {
+                        let time = splitting.time(camera_rays, &queue.paths, i);
+                        add_hit_emission(estimator, *cx, path, ray, hit, time, accumulator);
                     }
                 }
-                Some(_) => {}
+                FlightEnd::Escaped => {
+                    if self.transparency.on_escape(path, *splitting) && shown {
+                        add_sky(estimator, *cx, path, ray.direction, bounces, accumulator);
+                    }
+                }
+                FlightEnd::Absorbed => {}
             }
         }
     }
@@ -260,10 +253,10 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     fn shade<'b>(
         &mut self,
         bounces: u32,
-        paths: &'b [PathHit],
+        paths: &'b [PathHit<S::Hit>],
         materials: &'b mut BlockMaterials,
         batch: &mut Batch<W>,
-    ) -> SurfaceBlock<'b>
+    ) -> VertexBlock<'b, S>
     where
         'a: 'b,
     {
@@ -273,8 +266,8 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         self.find_interactions(paths, camera_rays);
         self.add_surface_emission(bounces, paths, batch);
         self.evaluate_materials(paths, camera_rays, &samples, materials);
-        let surfaces = self.shading_points(paths, materials);
-        SurfaceBlock { paths, samples, materials, surfaces }
+        let vertices = self.shading_points(bounces, paths, materials);
+        VertexBlock { paths, samples, materials, vertices }
     }
 
     /// Samples of the block's paths for direct light, BSDF, Russian roulette and materials.
@@ -282,35 +275,36 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     fn block_samples(
         &self,
         bounces: u32,
-        paths: &[PathHit],
+        paths: &[PathHit<S::Hit>],
         sampler: impl Fn(u32) -> Sampler,
     ) -> BlockSamples {
-        let start = |at: &PathHit| self.queue.paths[at.path as usize].start;
+        let start = |at: &PathHit<S::Hit>| self.queue.paths[at.path as usize].start;
         BlockSamples::new(self.dimensions, bounces, paths.iter().map(|at| sampler(start(at))))
     }
 
-    /// Computes the surface points of a block of paths.
-    fn find_interactions(&mut self, paths: &[PathHit], camera_rays: &CameraRays) {
+    /// Computes the vertices of a block of paths.
+    fn find_interactions(&mut self, paths: &[PathHit<S::Hit>], camera_rays: &CameraRays) {
         let Self { cx: Context { scene, .. }, queue, splitting, interactions, .. } = self;
         interactions.clear();
         interactions.extend(paths.iter().map(|&PathHit { path, ref hit }| {
-            let time = splitting.time(camera_rays, &queue.paths, path as usize);
-            scene.interaction(&queue.rays[path as usize], hit, time)
+            let path = path as usize;
+            let time = splitting.time(camera_rays, &queue.paths, path);
+            S::interaction(scene, &queue.rays[path], hit, time)
         }));
     }
 
     /// Adds the emission at the surface points of a block of paths.
-    fn add_surface_emission(&self, bounces: u32, paths: &[PathHit], batch: &mut Batch<W>) {
+    fn add_surface_emission(&self, bounces: u32, paths: &[PathHit<S::Hit>], batch: &mut Batch<W>) {
         let Self { estimator, cx, queue, splitting, .. } = self;
         batch.accumulator.set_bounces(bounces);
-        if !cx.settings.shows(bounces) {
-            return;
-        }
         for (at, PathHit { path, hit }) in self.interactions.iter().zip(paths) {
-            if !cx.scene.surfaces[at.surface].emission.is_black() {
-                let time = splitting.time(batch.camera_rays, &queue.paths, *path as usize);
-                let (path, found) = (&queue.paths[*path as usize], SurfaceHit { at, hit, time });
-                add_emission(estimator, *cx, path, found, &mut batch.accumulator);
+            let path = *path as usize;
+            let (Some(at), Some(hit)) = (at.surface(), S::surface_hit(hit)) else { continue };
+            let shown = cx.settings.shows(S::counted(bounces, &queue.space[path]));
+            if shown && !cx.scene.surfaces[at.surface].emission.is_black() {
+                let time = splitting.time(batch.camera_rays, &queue.paths, path);
+                let found = SurfaceHit { at, hit, time };
+                add_emission(estimator, *cx, &queue.paths[path], found, &mut batch.accumulator);
             }
         }
     }
@@ -318,7 +312,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     /// Evaluates the materials of a block that are not constant.
     fn evaluate_materials(
         &self,
-        paths: &[PathHit],
+        paths: &[PathHit<S::Hit>],
         camera_rays: &CameraRays,
         samples: &BlockSamples,
         materials: &mut BlockMaterials,
@@ -328,6 +322,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
         let points = self.interactions.iter().zip(paths).zip(samples.material_choices());
         materials.clear();
         materials.extend(points.map(|((at, &PathHit { path, ref hit }), choice)| {
+            let (at, hit) = (at.surface()?, S::surface_hit(hit)?);
             let time = splitting.time(camera_rays, &queue.paths, path as usize);
             let width = queue.cone(path as usize).map(|cone| cone.width_at(at.distance));
             scene.evaluate_material(at, hit, time, choice, width)
@@ -340,20 +335,23 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     /// with the surface points costs 4 % of a render.
     fn shading_points<'b>(
         &self,
-        paths: &[PathHit],
+        bounces: u32,
+        paths: &[PathHit<S::Hit>],
         materials: &'b BlockMaterials,
-    ) -> ArrayVec<ShadingPoint<'b>, LANES>
+    ) -> ArrayVec<ShadingPoint<'b, S>, LANES>
     where
         'a: 'b,
     {
-        let mut surfaces = ArrayVec::new();
+        let mut vertices = ArrayVec::new();
         for (lane, (at, &PathHit { path, .. })) in self.interactions.iter().zip(paths).enumerate() {
             let PathState { beta, eta_scale, camera_transmittance, start, target, .. } =
                 self.queue.paths[path as usize];
-            let bsdf = self.cx.scene.bsdf(at, material(materials, lane));
-            surfaces.push(ShadingPoint {
-                point: at.point,
-                bsdf,
+            let space = self.queue.space[path as usize];
+            let is_last = S::counted(bounces, &space) >= self.max_depth;
+            vertices.push(ShadingPoint {
+                point: at.point(),
+                scatterer: S::scatterer(self.cx.scene, at, material(materials, lane), is_last),
+                space,
                 beta,
                 eta_scale,
                 camera_transmittance,
@@ -362,84 +360,110 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
                 shared: None,
             });
         }
-        surfaces
+        vertices
     }
 
     /// Passes the vertices of a block to the observer.
     #[inline(always)]
-    fn record_vertices(&self, block: &SurfaceBlock, batch: &mut Batch<W>) {
-        let observer = &mut batch.accumulator.observer;
-        observer::record_vertices(&block.surfaces, &self.interactions, observer);
-    }
-
-    /// Records the surfaces of a block for path reuse.
-    #[inline(always)]
-    fn record_for_reuse(&mut self, bounces: u32, block: &mut SurfaceBlock, batch: &mut Batch<W>) {
-        let Some(reuse) = &mut self.reuse else { return };
-        if bounces > 1 {
+    fn record_vertices(&self, block: &VertexBlock<S>, batch: &mut Batch<W>) {
+        if !W::ENABLED {
             return;
         }
-        for (lane, surface) in block.surfaces.iter_mut().enumerate() {
-            let materials = material(block.materials, lane).copied();
-            let seen = SurfaceVertex { at: self.interactions[lane], materials };
-            if bounces == 0 {
-                reuse.add_receiver(surface.start, &seen);
-            } else {
-                let path = &self.queue.paths[block.paths[lane].path as usize];
-                reuse.add_donor(path, &seen, surface, &mut batch.accumulator);
+        for (vertex, at) in block.vertices.iter().zip(&self.interactions) {
+            let ShadingPoint { point, scatterer, beta, start, .. } = vertex;
+            if let Some(site) = S::site(at, scatterer) {
+                let recorded = Vertex { p: point.p, site, throughput: *beta, scatter: None };
+                batch.accumulator.observer.on_vertex(*start, || recorded);
             }
         }
     }
 
-    /// Samples direct light at the surfaces of a block.
+    /// Records the surfaces of a block for path reuse.
     #[inline(always)]
-    fn sample_lights(&mut self, bounces: u32, block: &SurfaceBlock, batch: &mut Batch<W>) {
-        let Self { estimator, cx, direct_lighting, reuse, .. } = self;
-        batch.accumulator.set_bounces(bounces + 1);
-        if cx.settings.shows(bounces + 1) {
-            let SurfaceBlock { surfaces, samples, .. } = block;
-            let block = ShadingBlock { estimator, cx: *cx, surfaces, samples };
-            direct_lighting.sample_lights(&block, batch, reuse.as_mut());
+    fn record_for_reuse(&mut self, bounces: u32, block: &mut VertexBlock<S>, batch: &mut Batch<W>) {
+        let Some(reuse) = &mut self.reuse else { return };
+        if bounces > 1 {
+            return;
+        }
+        for (lane, vertex) in block.vertices.iter_mut().enumerate() {
+            let Some(at) = self.interactions[lane].surface() else { continue };
+            let materials = material(block.materials, lane).copied();
+            let seen = SurfaceVertex { at: *at, materials };
+            if bounces == 0 {
+                reuse.add_receiver(vertex.start, &seen);
+            } else {
+                let path = &self.queue.paths[block.paths[lane].path as usize];
+                reuse.add_donor(path, &seen, vertex, &mut batch.accumulator);
+            }
         }
     }
 
-    /// Samples BSDF and Russian roulette at the surfaces of a block, with the numbers in `samples`;
+    /// Samples direct light at the vertices of a block.
+    #[inline(always)]
+    fn sample_lights(&mut self, bounces: u32, block: &VertexBlock<'_, S>, batch: &mut Batch<W>) {
+        let Self { estimator, cx, space, direct_lighting, reuse, splitting, .. } = self;
+        batch.accumulator.set_bounces(bounces + 1);
+        let VertexBlock { vertices, samples, .. } = block;
+        let (cx, splitting) = (*cx, *splitting);
+        let block = ShadingBlock { estimator, cx, bounces, splitting, vertices, samples };
+        direct_lighting.sample_lights(&block, space, batch, reuse.as_mut());
+    }
+
+    /// Samples BSDF and Russian roulette at the vertices of a block, with the numbers in `samples`;
     /// surviving paths are added to the next bounce.
     fn sample_bsdf_and_roulette(
         &mut self,
         bounces: u32,
-        block: &SurfaceBlock,
+        block: &VertexBlock<S>,
         samples: &BlockSamples,
         batch: &mut Batch<W>,
     ) {
-        let Self { estimator, cx: Context { scene, settings }, .. } = self;
-        let is_last = bounces + 1 >= self.max_depth;
+        let Self { estimator, cx, dimensions, splitting, .. } = self;
+        let Context { scene, settings } = *cx;
         let is_lit = settings.shows(bounces + 1);
-        let light_pairs = if is_lit { self.dimensions.light_pairs } else { 0 };
-        let after_lights = samples.scattering(light_pairs);
-        // If only the BSDF is sampled, no numbers are used for lights.
-        let any_delta = light_pairs > 0 && block.surfaces.iter().any(|s| s.bsdf.is_delta());
-        let alone = if any_delta { samples.scattering(0) } else { after_lights };
-        for (lane, surface) in block.surfaces.iter().enumerate() {
-            let numbers = if surface.bsdf.is_delta() { &alone } else { &after_lights }.lane(lane);
-            let (bsdf, path) = (&surface.bsdf, surface.path_state());
-            let next =
-                sample_bsdf_and_roulette(estimator, settings, bsdf, path, numbers, bounces + 1);
+        let [glossy, specular] =
+            [false, true].map(|is_delta| dimensions.scattering_pair(is_lit, is_delta));
+        let after_lights = samples.scattering(glossy);
+        let any_delta = glossy != specular && block.vertices.iter().any(|v| v.scatterer.is_delta());
+        let alone = if any_delta { samples.scattering(specular) } else { after_lights };
+        for (lane, vertex) in block.vertices.iter().enumerate() {
+            let ShadingPoint { scatterer, point, .. } = vertex;
+            let numbers = if scatterer.is_delta() { &alone } else { &after_lights }.lane(lane);
+            let path = vertex.path_state();
+            let next = sample_bsdf_and_roulette(
+                estimator,
+                settings,
+                scatterer,
+                path,
+                numbers,
+                bounces + 1,
+            );
             let Some(ScatteredPath { mut state, sample, survival }) = next else { continue };
-            if is_last && !estimator.counts_emission(settings, state.bsdf_pdf) {
+            let counted = S::counted(bounces, &vertex.space);
+            let finds_emission_only = counted + 1 >= self.max_depth;
+            if finds_emission_only && !estimator.counts_emission(settings, state.bsdf_pdf) {
                 continue;
             }
             let scatter = || ScatterSample::new(&sample, survival);
             batch.accumulator.observer.on_scatter(state.start, scatter);
             let at = &self.interactions[lane];
-            let cone = self.queue.cone(block.paths[lane].path as usize).map(|cone| {
-                cone.scattered(at.distance, state.bsdf_pdf, scene.is_flat(at.primitive))
-            });
-            let ray = surface.point.spawn(sample.wi);
+            let index = block.paths[lane].path as usize;
+            let cone = self
+                .queue
+                .cone(index)
+                .map(|cone| cone.scattered(at.distance(), state.bsdf_pdf, at.is_flat(scene)));
+            let ray = point.spawn(sample.wi);
             if let Some(reuse) = &mut self.reuse {
-                reuse.continue_path(surface, &mut state, ray.direction, &mut batch.accumulator);
+                reuse.continue_path(vertex, &mut state, ray.direction, &mut batch.accumulator);
             }
-            self.next_queue.push(state, ray, cone);
+            let departure = Departure { cx: *cx, vertex, is_last: counted >= self.max_depth };
+            let before = &self.queue.paths[index];
+            let start = state.start;
+            let stream =
+                || bounce_stream(splitting.sampler(batch.camera_rays, start), bounces + 1, None);
+            if let Some(space) = S::leave(&departure, before, &mut state, sample.wi, stream) {
+                self.next_queue.push(state, ray, space, cone);
+            }
         }
     }
 
@@ -452,7 +476,7 @@ impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
     /// [`Self::sample_bsdf_and_roulette`] after the first surface, once for each split path, with
     /// its own random numbers.
     #[inline(never)]
-    fn sample_split_paths(&mut self, block: &SurfaceBlock, batch: &mut Batch<W>) {
+    fn sample_split_paths(&mut self, block: &VertexBlock<S>, batch: &mut Batch<W>) {
         let camera_rays = batch.camera_rays;
         let splitting = PathSplitting::new(self.cx.settings.split);
         let n = splitting.count() as f32;

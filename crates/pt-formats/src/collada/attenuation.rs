@@ -28,8 +28,8 @@ pub(super) fn note<'a>(
     if reader.has_cgl_shading || reader.context.options().ignore_attenuation {
         // The constant 1 and quadratic terms are defaults of exporters.
         if attenuation.linear != 0.0 || ![0.0, 1.0].contains(&attenuation.constant) {
-            let message = "attenuation is not followed, as in the program of the course: light falls off with the square \
-                           of the distance";
+            let message = "attenuation is ignored, as in the program of the course: light falls \
+                           off with the square of the distance";
             reader.warn(element, message);
         }
     } else {
@@ -54,8 +54,8 @@ fn read<'a>(
         [term(TAGS[0], 1.0)?, term(TAGS[1], 0.0)?, term(TAGS[2], 0.0)?];
     let terms = [constant, linear, quadratic];
     if terms.iter().any(|term| *term < 0.0) || terms.iter().all(|term| *term == 0.0) {
-        let message = "expected an attenuation of numbers from 0 up that are not all 0; its light falls off with \
-                       the square of the distance";
+        let message = "expected an attenuation of numbers from 0 up that are not all 0; the light \
+                       falls off with the square of the distance";
         reader.warn(element, message);
         return Ok(None);
     }
@@ -82,8 +82,9 @@ pub(super) fn settle(reader: &mut ColladaReader<'_>) {
         }
         if attenuation.constant != 0.0 || attenuation.linear != 0.0 {
             let message = format!(
-                "it does not fall off with the square of the distance in the file, as light does here: it is as \
-                 strong as there at {distance:.3} units, the middle distance to the scene"
+                "constant and linear attenuation are not supported: light falls off with the \
+                 square of the distance, with the specified intensity at {distance:.3} units, the \
+                 middle distance to the scene"
             );
             notes.push((at, message));
         }

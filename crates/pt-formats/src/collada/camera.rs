@@ -34,8 +34,8 @@ pub(super) fn read<'a>(
         let ([half_width, half_height], fit) = magnifications(reader, orthographic)?;
         (orthographic, Projection::Orthographic { half_width, half_height }, fit)
     } else {
-        let message = "it has no <optics> with a <technique_common> with a <perspective> or \
-                       <orthographic>; it is left out";
+        let message = "missing <optics> with a <technique_common> with a <perspective> or \
+                       <orthographic>; the camera is omitted";
         reader.warn(camera, message);
         return Ok(None);
     };
@@ -50,7 +50,7 @@ pub(super) fn read<'a>(
     let near = distance("znear", DEFAULT_NEAR)?;
     let far = distance("zfar", DEFAULT_FAR.max(2.0 * near))?;
     if near >= far {
-        let message = format!("<znear> is {near}, <zfar> is {far}; expected znear < zfar");
+        let message = format!("found <znear> {near} and <zfar> {far}, expected znear < zfar");
         return Err(reader.error(view, message));
     }
     Ok(Some(Camera {
@@ -84,7 +84,9 @@ fn magnifications<'a>(
             .map(|element| match reader.scalar(element)? {
                 size if size > 0.0 && size.is_finite() => Ok(size),
                 bad => {
-                    let message = format!("expected half of what is seen, above 0, found {bad}");
+                    let message = format!(
+                        "expected half the height or width of the view, above 0, found {bad}"
+                    );
                     Err(reader.error(element, message))
                 }
             })
@@ -92,7 +94,7 @@ fn magnifications<'a>(
     };
     let sizes = [size("xmag")?, size("ymag")?];
     if sizes == [None; 2] {
-        let message = format!("it has no <xmag> and no <ymag>; <xmag> {DEFAULT_X_MAG} is taken");
+        let message = format!("missing <xmag> and <ymag>; <xmag> {DEFAULT_X_MAG} is used");
         reader.warn(orthographic, message);
     }
     let times = |size: f64, factor: f64| size * factor;
@@ -120,7 +122,7 @@ fn fields_of_view<'a>(
     };
     let angles = [angle("xfov")?, angle("yfov")?];
     if angles == [None; 2] {
-        let message = format!("it has no <xfov> and no <yfov>; <xfov> {DEFAULT_X_FOV} is taken");
+        let message = format!("missing <xfov> and <yfov>; <xfov> {DEFAULT_X_FOV} is used");
         reader.warn(perspective, message);
     }
     sides(reader, perspective, angles, DEFAULT_X_FOV, with_tangent_of_half_times)
@@ -145,8 +147,8 @@ fn sides<'a>(
         (Some(x), Some(y)) => {
             let follows = times(y, aspect);
             if given.is_some() && (follows - x).abs() > TOLERANCE * x {
-                let message = "its width, its height and its <aspect_ratio> do not fit together; width and height \
-                               are taken";
+                let message = "found inconsistent width, height and <aspect_ratio>; width and \
+                               height are used";
                 reader.warn(view, message);
             }
             ([x, y], Fit::Whole)

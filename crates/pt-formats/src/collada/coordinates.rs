@@ -43,8 +43,8 @@ fn set<'a>(
         };
         let set = whole_number(reader, *bind, "input_set")?;
         if chosen.is_some() && set.is_some() && set != chosen {
-            let message = "textures of one material on different sets of texture coordinates are not supported; all lie \
-                           on that of the first one";
+            let message = "textures of one material on different sets of texture coordinates are \
+                           not supported; the set of the first one is used for all";
             reader.warn(*bind, message);
             break;
         }

@@ -58,8 +58,8 @@ pub(super) fn read<'a>(
     instance: XmlNode<'a>,
 ) -> Result<(Surface, Color), LoadError> {
     let Some(scope) = scope(effect, instance) else {
-        let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
-                       grey (0.5) is taken";
+        let message = "missing <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
+                       grey (0.5) is used";
         reader.warn(effect, message);
         return Ok((
             Diffuse { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
@@ -103,7 +103,7 @@ fn opaque<'a>(
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
-        let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
+        let message = "mirrors that are also diffuse are not supported; <reflective> is ignored";
         reader.warn(scope.shader, message);
     }
     if kind == "lambert" || reader.has_cgl_shading {
@@ -132,7 +132,7 @@ fn glass<'a>(
         Some(Paint::Color(color)) => transmittance(reader, scope, transparent, color)?,
         Some(Paint::Texture(Painting { file, .. })) => {
             let message =
-                format!("the texture {} is not read; the material is opaque", quote(&file));
+                format!("the texture {} is ignored; the material is opaque", quote(&file));
             reader.warn(transparent, message);
             return Ok(None);
         }
@@ -173,8 +173,8 @@ fn transmittance<'a>(
         "RGB_ZERO" => scaled([r, g, b]),
         other => {
             let message = format!(
-                "opaque={} is unknown; expected A_ONE, A_ZERO, RGB_ONE or RGB_ZERO; the material \
-                 is opaque",
+                "unknown value opaque={}; expected A_ONE, A_ZERO, RGB_ONE or RGB_ZERO; the \
+                 material is opaque",
                 quote(other)
             );
             reader.warn(transparent, message);
@@ -208,7 +208,7 @@ fn plain_or<'a>(
     Ok(match paint(reader, scope, element)? {
         Some(Paint::Color([r, g, b, _])) => clamped(reader, element, [r, g, b]),
         Some(Paint::Texture(Painting { file, .. })) => {
-            let message = format!("the texture {} is not read", quote(&file));
+            let message = format!("the texture {} is ignored", quote(&file));
             instead(reader, element, &message, default)
         }
         None => default,
@@ -228,7 +228,7 @@ fn painted_or<'a>(
     Ok(match paint(reader, scope, element)? {
         Some(Paint::Color([r, g, b, _])) => [r, g, b].into(),
         Some(Paint::Texture(Painting { file, .. })) if reader.has_cgl_shading => {
-            let message = format!("the texture {} is not read", quote(&file));
+            let message = format!("the texture {} is ignored", quote(&file));
             instead(reader, element, &message, default).into()
         }
         Some(Paint::Texture(Painting { file, wrap })) => match texture::read(reader, &file, wrap) {
@@ -256,7 +256,7 @@ fn instead<'a>(
     color: [f32; 3],
 ) -> [f32; 3] {
     let [r, g, b] = color;
-    reader.warn(element, format!("{message}; the colour {r} {g} {b} is taken"));
+    reader.warn(element, format!("{message}; the colour {r} {g} {b} is used"));
     color
 }
 
@@ -309,7 +309,8 @@ fn parameter<'a>(
     let name = param.attribute("ref").unwrap_or_default();
     definition(scope, name).and_then(|definition| elements(definition).find(is_value)).ok_or_else(
         || {
-            let message = format!("ref={} names no <newparam> with a value", quote(name));
+            let message =
+                format!("found ref={}, expected the sid of a <newparam> with a value", quote(name));
             reader.error(param, message)
         },
     )
@@ -357,7 +358,7 @@ pub(super) fn clamped<'a>(
     color: [f32; 3],
 ) -> [f32; 3] {
     if color.iter().any(|c| *c > 1.0) {
-        let message = "it would reflect more light than arrives; components above 1 become 1";
+        let message = "found a reflectance above 1; its components are clamped to 1";
         reader.warn(element, message);
     }
     color.map(|c| c.min(1.0))

@@ -28,9 +28,9 @@ pub(super) fn read<'a>(
         (None, None) => {
             let message = match elements(geometry).map(|n| n.tag_name().name()).next() {
                 Some(tag @ ("convex_mesh" | "spline" | "brep")) => {
-                    format!("<{tag}> is not supported; it is left out")
+                    format!("<{tag}> is not supported; it is omitted")
                 }
-                _ => "it has no <mesh>; it is left out".to_owned(),
+                _ => "missing <mesh>; the geometry is omitted".to_owned(),
             };
             reader.warn(geometry, message);
             None
@@ -46,7 +46,7 @@ fn read_sphere<'a>(
 ) -> Result<ColladaShape<'a>, LoadError> {
     let Some(element) = child(sphere, "radius") else {
         return Err(
-            reader.error(sphere, "it has no <radius>; expected, for example, <radius>1</radius>")
+            reader.error(sphere, "missing <radius>; expected, for example, <radius>1</radius>")
         );
     };
     let radius = reader.scalar(element)?;
@@ -69,13 +69,13 @@ fn read_mesh<'a>(
                 primitives::read(reader, &mut builder, element, sets)?;
             }
             tag @ ("lines" | "linestrips") => {
-                reader.warn(element, format!("<{tag}> have no area; they are left out"));
+                reader.warn(element, format!("<{tag}> have no area; they are omitted"));
             }
             _ => {}
         }
     }
     if builder.triangles.is_empty() {
-        reader.warn(geometry, "it has no triangles; it is left out");
+        reader.warn(geometry, "geometry without triangles; it is omitted");
         return Ok(None);
     }
     let symbols = builder.symbols.as_slice().into();

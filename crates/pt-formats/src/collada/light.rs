@@ -15,8 +15,8 @@ pub(super) fn read<'a>(
     to_world: DAffine3,
 ) -> Result<Option<Light>, LoadError> {
     let Some(described) = description(light) else {
-        let message = "its kind is unknown; expected <ambient>, <directional>, <point>, <spot> or \
-                       <area> in its <technique_common>; it is left out";
+        let message = "unknown kind of light; expected <ambient>, <directional>, <point>, <spot> \
+                       or <area> in its <technique_common>; the light is omitted";
         reader.warn(light, message);
         return Ok(None);
     };
@@ -84,12 +84,13 @@ fn color<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<[f3
     let rgb = [part("red", 1.0)?, part("green", 1.0)?, part("blue", 1.0)?];
     let energy = part("energy", 1.0)?;
     if !["red", "green", "blue", "energy"].iter().any(|tag| child(element, tag).is_some()) {
-        reader.warn(element, "it has no <color>; white (1 1 1) is assumed");
+        reader.warn(element, "missing <color>; white (1 1 1) is used");
     }
     let color = rgb.map(|c| c * energy);
     if color.iter().all(|c| c.is_finite()) {
         Ok(color)
     } else {
-        Err(reader.error(element, "its colour times its energy is infinite; use smaller numbers"))
+        Err(reader
+            .error(element, "the product of colour and energy is infinite; use smaller numbers"))
     }
 }

@@ -37,10 +37,7 @@ pub(super) fn bind<'a>(
         let material = match (binding, symbol) {
             (Some(binding), _) => {
                 let found = reader.resolve(*binding, "target", &["material"]);
-                reader
-                    .context
-                    .forgive(found, "the default material (grey, 0.5) is taken")?
-                    .flatten()
+                reader.context.forgive(found, "the default material (grey, 0.5) is used")?.flatten()
             }
             (None, Some(symbol)) => unbound(reader, instance, symbol),
             (None, None) => None,
@@ -68,12 +65,12 @@ fn unbound<'a>(
 ) -> Option<XmlNode<'a>> {
     let namesake = reader.find(symbol, &["material"]);
     let stand_in = if namesake.is_some() {
-        "the material with this id is taken"
+        "the material with this id is used"
     } else {
-        "the default material (grey, 0.5) is taken"
+        "the default material (grey, 0.5) is used"
     };
     let message = format!(
-        "no <instance_material> binds the material symbol {} of its mesh; {stand_in}",
+        "missing <instance_material> for the material symbol {} of the mesh; {stand_in}",
         quote(symbol)
     );
     reader.warn(instance, message);
@@ -90,7 +87,7 @@ fn read<'a>(
         return Ok(Some(*index));
     }
     let Some(instance) = child(material, "instance_effect") else {
-        return Err(reader.error(material, "it has no <instance_effect url=\"#…\">"));
+        return Err(reader.error(material, "missing <instance_effect url=\"#…\">"));
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
     reader.context.take_placeholder_used();
@@ -126,8 +123,8 @@ fn cgl_material<'a>(
             if let Some(material) = cgl_surface(reader, element)? {
                 found = Some(material);
             } else {
-                let message = "this material is unknown; expected <diffuse>, <emission>, \
-                               <mirror>, <glass>, <refraction> or <microfacet>; it is left out";
+                let message = "unknown material; expected <diffuse>, <emission>, <mirror>, \
+                               <glass>, <refraction> or <microfacet>; it is omitted";
                 reader.warn(element, message);
             }
         }
@@ -189,7 +186,7 @@ fn required<'a>(
     example: &str,
 ) -> Result<XmlNode<'a>, LoadError> {
     child(parent, tag).ok_or_else(|| {
-        let message = format!("it has no <{tag}>; expected, for example, <{tag}>{example}</{tag}>");
+        let message = format!("missing <{tag}>; expected, for example, <{tag}>{example}</{tag}>");
         reader.error(parent, message)
     })
 }
@@ -204,7 +201,7 @@ fn tint<'a>(
         let color = reader.rgb(element)?;
         return Ok(clamped(reader, element, color));
     }
-    reader.warn(parent, format!("it has no <{tag}>; 1 1 1 is taken"));
+    reader.warn(parent, format!("missing <{tag}>; 1 1 1 is used"));
     Ok([1.0; 3])
 }
 

@@ -56,7 +56,7 @@ pub(super) fn parse(
     let root = document.root();
     let tag = root.tag_name().name();
     if tag != "COLLADA" {
-        let message = format!("this is no COLLADA file: expected <COLLADA>, found <{tag}>");
+        let message = format!("found <{tag}>, expected <COLLADA>");
         return Err(document.error(root, message));
     }
     let mut reader = ColladaReader::new(&document, context);
@@ -68,7 +68,7 @@ pub(super) fn parse(
     nodes::place(&mut reader, visual_scene, to_y_up)?;
     attenuation::settle(&mut reader);
     if let Some(at) = document.first_comma() {
-        reader.warn_at(at, "the commas in numbers, here and below, are read as points".to_owned());
+        reader.warn_at(at, "decimal commas, here and below, are read as points".to_owned());
     }
     Ok(reader.finish())
 }
@@ -82,7 +82,7 @@ fn metres_per_unit(reader: &mut ColladaReader<'_>, asset: Option<XmlNode<'_>>) -
         Some(metres) if metres > 0.0 && metres.is_finite() => metres,
         _ => {
             let message = format!(
-                "meter={} is not a positive number; a unit of 1 m is assumed",
+                "found meter={}, expected a positive number; a unit of 1 m is used",
                 crate::shared::names::quote(written)
             );
             reader.warn(unit, message);
@@ -104,7 +104,7 @@ fn to_y_up(reader: &ColladaReader<'_>, asset: Option<XmlNode<'_>>) -> Result<DAf
         "Z_UP" => DMat3::from_cols(-x, z, y),
         other => {
             let message = format!(
-                "the axis {} is unknown; expected X_UP, Y_UP or Z_UP",
+                "found axis {}, expected X_UP, Y_UP or Z_UP",
                 crate::shared::names::quote(other)
             );
             return Err(reader.document.error(up_axis, message));
@@ -124,10 +124,13 @@ fn visual_scene<'a>(reader: &mut ColladaReader<'a>) -> Result<XmlNode<'a>, LoadE
     }
     let first = reader.document.elements().find(|n| n.tag_name().name() == "visual_scene");
     let Some(first) = first else {
-        let message = "the file describes no scene; expected a <visual_scene> in \
-                       <library_visual_scenes>, and <scene> with an <instance_visual_scene>";
+        let message = "missing scene; expected a <visual_scene> in <library_visual_scenes>, and \
+                       <scene> with an <instance_visual_scene>";
         return Err(reader.document.error(root, message));
     };
-    reader.warn(first, "the file does not say which scene to show; this, its first, is taken");
+    reader.warn(
+        first,
+        "missing <scene> with an <instance_visual_scene>; the first <visual_scene> is used",
+    );
     Ok(first)
 }

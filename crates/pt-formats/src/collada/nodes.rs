@@ -77,7 +77,7 @@ fn enter<'a>(
             reader.error(element, message)
         }
         ReferenceError::Deep(most) | ReferenceError::Many(most) => {
-            let message = format!("nodes are nested deeper than {most}; such files are refused");
+            let message = format!("nodes are nested deeper than {most}; such files are rejected");
             LoadContext::exceeded(reader.document.span(element), message)
         }
     })?;
@@ -102,14 +102,14 @@ fn level<'a>(
     let to_world = outer * transform::local(reader, node)?;
     let has_matrices = has_matrices && transform::has_matrices(node);
     if !to_world.is_finite() {
-        let message = "the transforms down to this node multiply to infinite numbers";
+        let message = "the product of the transforms down to this node is infinite";
         return Err(reader.error(node, message));
     }
     Ok(NodeLevel { node, to_world, has_matrices, rest: node.children() })
 }
 
 /// Message about omitted cameras and lights.
-const LEFT_OUT: &str = "it is left out";
+const LEFT_OUT: &str = "the instance is omitted";
 
 /// Places the target of an `instance_…` element; other elements are ignored.
 fn place_instance<'a>(
@@ -192,7 +192,7 @@ fn place_controller<'a>(
             return Err(reader.error(found, "expected a <skin> or a <morph>"));
         };
         let tag = deformer.tag_name().name();
-        reader.warn(instance, format!("the <{tag}> is not applied; the mesh is shown undeformed"));
+        reader.warn(instance, format!("the <{tag}> is not applied; the mesh is not deformed"));
         if let Some(matrix) = child(deformer, "bind_shape_matrix") {
             to_world *= transform::matrix(reader, matrix)?;
         }
@@ -202,6 +202,7 @@ fn place_controller<'a>(
             Some(geometry) => return place_geometry(reader, node, instance, geometry, to_world),
         }
     }
-    let message = format!("more than {MAX_CONTROLLERS} controllers stand between here and a mesh");
+    let message =
+        format!("more than {MAX_CONTROLLERS} nested controllers between this instance and a mesh");
     Err(reader.error(instance, message))
 }

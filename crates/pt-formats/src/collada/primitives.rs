@@ -23,7 +23,7 @@ pub(super) fn read<'a>(
     let lists = index_lists(reader, primitive);
     if lists.is_empty() {
         if whole_number(reader, primitive, "count")?.unwrap_or(0) > 0 {
-            reader.warn(primitive, "it has no <p>; it is left out");
+            reader.warn(primitive, "missing <p>; the primitive is omitted");
         }
         return Ok(());
     }
@@ -49,13 +49,12 @@ pub(super) fn read<'a>(
     let [small, large] = faces.lost;
     builder.close_part(primitive.attribute("material"));
     if small > 0 {
-        let message = format!("faces with fewer than three corners are left out: {small}");
+        let message = format!("faces with fewer than three corners are omitted: {small}");
         reader.warn(primitive, message);
     }
     if large > 0 {
         let message = format!(
-            "concave polygons with too many corners to be cut well are cut as if they were \
-             convex: {large}"
+            "concave polygons with too many corners are triangulated as if convex: {large}"
         );
         reader.warn(primitive, message);
     }
@@ -91,7 +90,7 @@ fn polygon_sizes(
     corners: usize,
 ) -> Result<Vec<u32>, LoadError> {
     let Some(vcount) = child(primitive, "vcount") else {
-        let message = "it has no <vcount> with the number of corners of each polygon";
+        let message = "missing <vcount> with the number of corners of each polygon";
         return Err(reader.error(primitive, message));
     };
     let sizes = reader.document.numbers::<u32>(vcount)?;
@@ -100,7 +99,7 @@ fn polygon_sizes(
         return Ok(sizes);
     }
     let message =
-        format!("its indices are those of {corners} corners, but <vcount> adds up to {sum}");
+        format!("found indices of {corners} corners, expected {sum}, the sum of <vcount>");
     Err(reader.error(p, message))
 }
 
@@ -113,7 +112,9 @@ fn check_count<'a>(
     if let Some(count) = whole_number(reader, primitive, "count")?
         && count != found
     {
-        let message = format!("count=\"{count}\", but there are {found}; those are taken");
+        let message = format!(
+            "found {found} primitives, expected count=\"{count}\"; the former number is used"
+        );
         reader.warn(primitive, message);
     }
     Ok(())
@@ -181,8 +182,8 @@ fn keep_set<'a>(
         inputs.retain(|input| !is_coordinate(input) || input.set == set);
     } else if inputs.iter().any(is_coordinate) {
         let message = format!(
-            "a <bind_vertex_input> asks for set {set} of its texture coordinates, which it has not; those of the lowest set \
-             are taken"
+            "missing set {set} of texture coordinates, which a <bind_vertex_input> selects; the \
+             lowest set is used"
         );
         reader.warn(primitive, message);
     }
@@ -225,8 +226,8 @@ impl IndexLanes {
         let MeshBuilder { positions, normals, uvs, .. } = builder;
         let position = Lane::of(reader, positions, &inputs, "POSITION", NonFinite::Refuse)?;
         let Some(position) = position else {
-            let message = "its corners have no positions; expected an <input semantic=\"VERTEX\"> \
-                           that names <vertices> with an <input semantic=\"POSITION\">";
+            let message = "missing positions of corners; expected an <input semantic=\"VERTEX\"> \
+                           that references <vertices> with an <input semantic=\"POSITION\">";
             return Err(reader.error(primitive, message));
         };
         Ok(Self {
@@ -242,7 +243,7 @@ impl IndexLanes {
         let list = reader.document.numbers::<u32>(p)?;
         if list.len() % self.stride != 0 {
             let message = format!(
-                "it has {} indices; expected a multiple of {}, which is the largest offset of the \
+                "found {} indices, expected a multiple of {}, which is the largest offset of the \
                  inputs plus 1",
                 list.len(),
                 self.stride
@@ -259,10 +260,7 @@ impl IndexLanes {
             let mut of_lane = list.iter().skip(lane.offset).step_by(self.stride);
             if let Some(corner) = of_lane.position(|i| *i as usize >= exist) {
                 let at = corner * self.stride + lane.offset;
-                let message = format!(
-                    "{what} {} is asked for, but there are {exist}, counted from 0",
-                    list[at]
-                );
+                let message = format!("found {what} {}, expected an index below {exist}", list[at]);
                 let word = words(p).nth(at).unwrap_or_default();
                 return Err(reader.document.error_at(p, word, message));
             }
@@ -299,7 +297,7 @@ impl FaceBuilder<'_, '_> {
         corners: usize,
     ) -> Result<usize, LoadError> {
         if !corners.is_multiple_of(3) {
-            let message = format!("it has {corners} corners; expected a multiple of 3");
+            let message = format!("found {corners} corners, expected a multiple of 3");
             return Err(reader.error(p, message));
         }
         (0..corners / 3).for_each(|i| self.add(list, [3 * i, 3 * i + 1, 3 * i + 2]));

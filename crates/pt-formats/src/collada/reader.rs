@@ -75,7 +75,7 @@ impl<'a> ColladaReader<'a> {
             let tag = element.tag_name().name();
             let first = *reader.ids.entry((tag, id)).or_insert(element);
             if first != element {
-                let message = "there is an earlier one with this id, which is taken instead";
+                let message = "duplicate id; the first element with it is used";
                 reader.warn(element, message);
             }
         }
@@ -85,7 +85,7 @@ impl<'a> ColladaReader<'a> {
     /// Returns the scene with its warnings.
     pub(super) fn finish(mut self) -> Scene {
         if self.warnings_dropped > 0 {
-            let message = format!("{} further warnings are not shown", self.warnings_dropped);
+            let message = format!("{} further warnings omitted", self.warnings_dropped);
             let mut at = self.document.span(self.document.root());
             (at.line, at.column, at.element) = (0, 0, String::new());
             self.scene.warnings.push(Warning { at, message });
@@ -126,8 +126,8 @@ impl<'a> ColladaReader<'a> {
         let wanted = tags.iter().map(|t| format!("<{t}>")).collect::<Vec<_>>().join(" or ");
         let Some(url) = node.attribute(attribute) else {
             let message = format!(
-                "the attribute {attribute} is missing; expected {attribute}=\"#…\" with the id of \
-                 a {wanted}"
+                "missing attribute {attribute}; expected {attribute}=\"#…\" with the id of a \
+                 {wanted}"
             );
             return Err(self.error(node, message));
         };
@@ -138,7 +138,7 @@ impl<'a> ColladaReader<'a> {
         let id = url.strip_prefix('#').unwrap_or(url);
         if !url.starts_with('#') && url.contains(['#', '.', '/']) {
             let message = format!(
-                "{attribute}={} is in another file, which is not read; it is left out",
+                "{attribute}={} references another file, which is not supported; it is ignored",
                 quote(url)
             );
             self.warn(node, message);
@@ -154,7 +154,10 @@ impl<'a> ColladaReader<'a> {
                 elements().filter(|(n, _)| tags.contains(&n.tag_name().name())).map(|(_, i)| i),
             ),
         };
-        let message = format!("{attribute}={} names no {wanted} of this file{hint}", quote(url));
+        let message = format!(
+            "found {attribute}={}, expected the id of a {wanted} of this file{hint}",
+            quote(url)
+        );
         Err(self.document.error_at(node, node.attribute(attribute).unwrap_or_default(), message))
     }
 
@@ -210,7 +213,7 @@ impl<'a> ColladaReader<'a> {
         match rgba.iter().find(|c| !(c.is_finite() && **c >= 0.0)) {
             Some(bad) => {
                 let message = format!(
-                    "the colour has the component {bad}; expected finite numbers from 0 up"
+                    "found the component {bad} in a colour, expected finite numbers from 0 up"
                 );
                 Err(self.error(node, message))
             }
@@ -233,9 +236,8 @@ impl<'a> ColladaReader<'a> {
         if self.placed <= most {
             return Ok(());
         }
-        let message = format!(
-            "the scene places more than {most} nodes and materials; such files are refused"
-        );
+        let message =
+            format!("the scene exceeds {most} nodes and materials; such files are rejected");
         Err(LoadContext::exceeded(self.document.span(node), message))
     }
 
@@ -245,7 +247,7 @@ impl<'a> ColladaReader<'a> {
     /// Returns an error if they exceed the limit.
     pub(super) fn count_values(&mut self, node: XmlNode<'_>, more: usize) -> Result<(), LoadError> {
         let Some(left) = self.values_left.checked_sub(more) else {
-            let message = "sources repeat the same array too often; write it once";
+            let message = "found too many sources of the same array; write the source once";
             return Err(LoadContext::exceeded(self.document.span(node), message));
         };
         self.values_left = left;

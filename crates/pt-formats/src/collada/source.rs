@@ -49,7 +49,7 @@ impl<const N: usize> Pool<N> {
             _ => child(source, "float_array"),
         };
         let Some(array) = array else {
-            return Err(reader.error(source, "it has no <float_array> with its numbers"));
+            return Err(reader.error(source, "missing <float_array>"));
         };
         let numbers = reader.document.numbers::<f32>(array)?;
         check_count(reader, array, numbers.len());
@@ -59,7 +59,7 @@ impl<const N: usize> Pool<N> {
         };
         let Some(components) = layout.components.first_chunk::<N>() else {
             let message = format!(
-                "its values have {} components, expected {N}; see <param> in its <accessor>",
+                "found values of {} components, expected {N}; see <param> in the <accessor>",
                 layout.components.len()
             );
             return Err(reader.error(source, message));
@@ -86,14 +86,15 @@ impl<const N: usize> Pool<N> {
                 continue;
             }
             if let NonFinite::Refuse = non_finite {
-                let message = format!("value {} is {value:?}; expected finite numbers", i + 1);
+                let message =
+                    format!("found {value:?} as value {}, expected finite numbers", i + 1);
                 return Err(reader.error(source, message));
             }
             *value = [0.0; N];
             bad += 1;
         }
         if bad > 0 {
-            let message = format!("values that are infinite or not a number become zero: {bad}");
+            let message = format!("infinite and NaN values are replaced by zero: {bad}");
             reader.warn(source, message);
         }
         Ok(())
@@ -123,7 +124,7 @@ impl AccessorLayout {
     ) -> Result<Self, LoadError> {
         let params: Vec<_> = children(accessor, "param").collect();
         let stride = match whole_number(reader, accessor, "stride")? {
-            Some(0) => return Err(reader.error(accessor, "stride=\"0\"; expected 1 or more")),
+            Some(0) => return Err(reader.error(accessor, "found stride=\"0\", expected 1 or more")),
             Some(stride) => stride,
             None => params.len().max(1),
         };
@@ -142,8 +143,8 @@ impl AccessorLayout {
         let count = whole_number(reader, accessor, "count")?.unwrap_or(available);
         if count > available {
             let message = format!(
-                "count=\"{count}\", but its array of {length} numbers holds {available} values; \
-                 those are taken"
+                "found {available} values in an array of {length} numbers, expected \
+                 count=\"{count}\"; the former number is used"
             );
             reader.warn(accessor, message);
         }
@@ -159,7 +160,8 @@ pub(super) fn whole_number(
 ) -> Result<Option<usize>, LoadError> {
     let parsed = node.attribute(attribute).map(|written| {
         written.trim().parse::<usize>().map_err(|_| {
-            let message = format!("{attribute}=\"{written}\"; expected a whole number from 0 up");
+            let message =
+                format!("found {attribute}=\"{written}\", expected a whole number from 0 up");
             reader.document.error_at(node, written, message)
         })
     });
@@ -170,8 +172,9 @@ pub(super) fn whole_number(
 fn check_count<'a>(reader: &mut ColladaReader<'a>, array: XmlNode<'a>, found: usize) {
     let Some(written) = array.attribute("count") else { return };
     if written.trim().parse() != Ok(found) {
-        let message =
-            format!("count=\"{written}\", but there are {found} numbers; those are taken");
+        let message = format!(
+            "found {found} numbers, expected count=\"{written}\"; the former number is used"
+        );
         reader.warn(array, message);
     }
 }

@@ -72,7 +72,8 @@ pub(super) fn wrap<'a>(reader: &mut ColladaReader<'a>, sampler: Option<XmlNode<'
         modes.iter().zip(edges).filter_map(|(m, edge)| m.filter(|_| edge.is_none()))
     {
         let message = format!(
-            "{} is not supported here; expected WRAP, MIRROR, CLAMP, BORDER or NONE; the image is repeated",
+            "unsupported wrap mode {}; expected WRAP, MIRROR, CLAMP, BORDER or NONE; the image is \
+             repeated",
             quote(text)
         );
         reader.warn(element, message);
@@ -81,7 +82,7 @@ pub(super) fn wrap<'a>(reader: &mut ColladaReader<'a>, sampler: Option<XmlNode<'
     if let Some((border, color)) = mode("border_color").filter(|_| [u, v].contains(&Edge::Black))
         && color.split_whitespace().take(3).any(|c| c.parse() != Ok(0.0))
     {
-        let message = format!("{} around an image is taken as black", quote(color));
+        let message = format!("{} around an image is replaced by black", quote(color));
         reader.warn(border, message);
     }
     Wrap { u, v }

@@ -31,7 +31,7 @@ pub(super) fn local<'a>(
     if local.is_finite() {
         Ok(local)
     } else {
-        Err(reader.error(node, "its transforms multiply to infinite numbers; use smaller ones"))
+        Err(reader.error(node, "the product of the transforms is infinite; use smaller numbers"))
     }
 }
 
@@ -52,7 +52,7 @@ pub(super) fn matrix(
     let w = m[15];
     if m[12..15] != [0.0; 3] || w == 0.0 {
         let message = format!(
-            "the last row is {} {} {} {w}; expected 0 0 0 1, for other matrices are no affine map",
+            "found the last row {} {} {} {w}, expected 0 0 0 1 of an affine transform",
             m[12], m[13], m[14]
         );
         return Err(reader.error(element, message));
@@ -68,7 +68,7 @@ fn rotate<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<DA
         return Ok(DAffine3::from_mat3(rotation(axis, sin_cos_degrees(degrees))));
     }
     if degrees != 0.0 {
-        reader.warn(element, "the axis has no length; it is not rotated");
+        reader.warn(element, "found a zero rotation axis; the rotation is ignored");
     }
     Ok(DAffine3::IDENTITY)
 }
@@ -95,12 +95,15 @@ fn look_at<'a>(
     let [ex, ey, ez, tx, ty, tz, ux, uy, uz] = reader.vector(element)?;
     let eye = DVec3::new(ex, ey, ez);
     let Some(back) = (eye - DVec3::new(tx, ty, tz)).try_normalize() else {
-        let message = "the point looked at (numbers 4 to 6) is the place itself (numbers 1 to 3), \
-                       which gives no direction";
+        let message = "found equal eye point (numbers 1 to 3) and target point (numbers 4 to 6), \
+                       expected different points";
         return Err(reader.error(element, message));
     };
     let right = DVec3::new(ux, uy, uz).cross(back).try_normalize().unwrap_or_else(|| {
-        reader.warn(element, "up (numbers 7 to 9) is parallel to the view; another is chosen");
+        reader.warn(
+            element,
+            "found an up direction (numbers 7 to 9) parallel to the view; another one is used",
+        );
         back.any_orthonormal_vector()
     });
     Ok(DAffine3::from_cols(right, back.cross(right), back, eye))
@@ -117,13 +120,16 @@ fn skew<'a>(reader: &mut ColladaReader<'a>, element: XmlNode<'a>) -> Result<DAff
     let axes = DVec3::new(ax, ay, az).try_normalize().zip(DVec3::new(bx, by, bz).try_normalize());
     let plane = axes.and_then(|(a, b)| Some((a, b, a.reject_from_normalized(b).try_normalize()?)));
     let Some((a, b, n)) = plane else {
-        return Err(reader.error(element, "the two axes are parallel or have no length"));
+        return Err(reader.error(element, "found two axes that are parallel or of zero length"));
     };
     let (a1, a2) = (a.dot(n), a.dot(b));
     let (sin, cos) = sin_cos_degrees(degrees);
     let (r1, r2) = (a1 * cos - a2 * sin, a1 * sin + a2 * cos);
     if r1 <= 0.0 {
-        let message = format!("an angle of {degrees}° turns the first axis past the second");
+        let message = format!(
+            "found an angle of {degrees}°, expected one that does not turn the first axis past the \
+             second"
+        );
         return Err(reader.error(element, message));
     }
     let alpha = r2 / r1 - a2 / a1;

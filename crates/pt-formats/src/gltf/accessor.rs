@@ -103,7 +103,9 @@ impl<'b> ElementBytes<'b> {
         let size = component.size() * width;
         let stride = view.stride.unwrap_or(size);
         if stride < size {
-            return Err(format!("the stride of {stride} bytes is less than an element of {size}"));
+            return Err(format!(
+                "found a stride of {stride} bytes, expected at least the element size of {size}"
+            ));
         }
         let span = count.checked_sub(1).map_or(Some(0), |steps| steps.checked_mul(stride));
         let end = span
@@ -112,8 +114,8 @@ impl<'b> ElementBytes<'b> {
         if end.is_none_or(|end| end > view.bytes.len()) {
             let bytes = view.bytes.len();
             return Err(format!(
-                "{count} elements of {size} bytes, every {stride} bytes from byte {offset} on, are not in the buffer \
-                 view, which has {bytes} bytes"
+                "{count} elements of {size} bytes, every {stride} bytes from byte {offset} on, \
+                 exceed the buffer view of {bytes} bytes"
             ));
         }
         Ok(Self { bytes: &view.bytes[offset..], stride, component, count, width })
@@ -269,7 +271,7 @@ impl<'a> Accessors<'a> {
         if !widths.contains(&width) {
             let expected: Vec<_> = widths.iter().map(ToString::to_string).collect();
             let message = format!(
-                "accessors[{index}] has elements of {width} numbers; expected {}",
+                "found elements of {width} numbers in accessors[{index}], expected {}",
                 expected.join(" or ")
             );
             return Err(from.refuse(by, message));
@@ -280,8 +282,7 @@ impl<'a> Accessors<'a> {
             .checked_mul(width)
             .and_then(|numbers| self.left.checked_sub(numbers))
             .ok_or_else(|| {
-                let message =
-                    format!("the accessors of the scene have more than {MAX_NUMBERS} numbers");
+                let message = format!("the accessors of the scene exceed {MAX_NUMBERS} numbers");
                 accessor.error(message)
             })?;
         Ok(Some(TypedAccessor { accessor, component, count, width }))
@@ -321,13 +322,14 @@ impl<'a> Accessors<'a> {
         }
         let TypedAccessor { accessor, count, width, .. } = found;
         if *count > MAX_ZEROS {
-            let message =
-                format!("{count} elements without a buffer view; expected at most {MAX_ZEROS}");
+            let message = format!(
+                "found {count} elements without a buffer view, expected at most {MAX_ZEROS}"
+            );
             return Err(accessor.refuse("count", message));
         }
         let Some(left) = self.zeros_left.get().checked_sub(*count) else {
             let message =
-                format!("accessors without a buffer view have more than {MAX_ALL_ZEROS} elements");
+                format!("the accessors without a buffer view exceed {MAX_ALL_ZEROS} elements");
             return Err(accessor.refuse("count", message));
         };
         self.zeros_left.set(left);
@@ -355,7 +357,7 @@ impl<'a> Accessors<'a> {
     ) -> Result<(), LoadError> {
         let replaced = sparse.needed("count")?;
         let part = |name: &str, width: usize, given: Option<Component>| {
-            let missing = || sparse.error(format!("its \"{name}\" are missing"));
+            let missing = || sparse.error(format!("missing \"{name}\""));
             let part = sparse.child(name)?.ok_or_else(missing)?;
             let view =
                 self.buffers.view(&self.root, part.needed("bufferView")?, &part, "bufferView")?;
@@ -369,7 +371,8 @@ impl<'a> Accessors<'a> {
         let others: Vec<f64> = others.numbers().collect();
         for (index, other) in indices.numbers().zip(others.chunks_exact(width)) {
             if !(0.0..count as f64).contains(&index) || index.fract() != 0.0 {
-                let message = format!("{index} is no index of an element; there are {count}");
+                let message =
+                    format!("found the index {index}, expected an index of the {count} elements");
                 return Err(sparse.refuse("indices", message));
             }
             let first = index as usize * width;
@@ -400,7 +403,7 @@ fn check_finite<T: Copy + Into<f64> + Sync>(
     }
     let Some(place) = values.iter().position(|x| !(*x).into().is_finite()) else { return Ok(()) };
     let (element, bad) = (place / width, values[place].into());
-    Err(accessor.error(format!("element {element} has {bad}; expected finite numbers")))
+    Err(accessor.error(format!("found {bad} in element {element}, expected finite numbers")))
 }
 
 /// Numbers per element.
@@ -422,7 +425,7 @@ fn component(item: &Item<'_>) -> Result<Component, LoadError> {
     let code = item.needed("componentType")?;
     Component::of(code).ok_or_else(|| {
         let message =
-            format!("{code} is no type of numbers; expected 5120, 5121, 5122, 5123, 5125 or 5126");
+            format!("found number type {code}, expected 5120, 5121, 5122, 5123, 5125 or 5126");
         item.refuse("componentType", message)
     })
 }

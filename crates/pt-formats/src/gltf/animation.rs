@@ -35,7 +35,7 @@ impl<'a> GltfReader<'a> {
         let Some(time) = self.context.options().time else {
             if self.root.count("animations")? > 0 {
                 let root = self.root.clone();
-                self.warn(&root, "its animations are not shown: the scene is in its rest pose");
+                self.warn(&root, "animations are not applied; the scene is in its rest pose");
                 self.context.suggest(Hint::SetTime);
             }
             return Ok(poses);
@@ -43,7 +43,7 @@ impl<'a> GltfReader<'a> {
         let animations = self.root.children("animations")?;
         if animations.is_empty() {
             let root = self.root.clone();
-            self.warn(&root, "a time is asked for, but there are no animations");
+            self.warn(&root, "a time was given for a scene without animations");
         }
         for animation in animations {
             for channel in animation.children("channels")? {
@@ -62,10 +62,10 @@ impl<'a> GltfReader<'a> {
         time: f64,
         poses: &mut HashMap<usize, Pose>,
     ) -> Result<(), LoadError> {
-        let missing = || channel.error("its \"target\" is missing");
+        let missing = || channel.error("missing \"target\"");
         let target = channel.child("target")?.ok_or_else(missing)?;
         let Some(index) = target.whole("node")? else {
-            self.warn(&target, "it has no \"node\"; it is passed over");
+            self.warn(&target, "missing \"node\"; the channel is ignored");
             return Ok(());
         };
         let node = self.root.member("nodes", index, &target, "node")?;
@@ -85,7 +85,7 @@ impl<'a> GltfReader<'a> {
         };
         if !is_free {
             let message =
-                format!("another animation moves the {path} of this node; the first one is shown");
+                format!("duplicate animation of the {path} of this node; the first one is used");
             self.warn(&target, message);
             return Ok(());
         }
@@ -100,13 +100,14 @@ impl<'a> GltfReader<'a> {
             ("scale", &[x, y, z]) => pose.scale = Some([x, y, z]),
             ("rotation", &[x, y, z, w]) => {
                 let zero =
-                    || sampler.refuse("output", "a rotation is zero; expected unit quaternions");
+                    || sampler.refuse("output", "found a zero rotation, expected unit quaternions");
                 pose.rotation = Some(quaternion([x, y, z, w]).ok_or_else(zero)?);
             }
             _ => pose.weights = Some(value),
         }
         if pose.moves_node() && node.has("matrix") {
-            let message = "an animation moves the node; expected translation, rotation and scale in place of a matrix";
+            let message =
+                "found a matrix of an animated node, expected translation, rotation and scale";
             return Err(node.refuse("matrix", message));
         }
         Ok(())
@@ -134,17 +135,18 @@ impl<'a> GltfReader<'a> {
         let input = self.accessors.numbers(sampler, "input", &[1])?;
         let output = self.accessors.numbers(sampler, "output", &[width])?;
         let (Some(input), Some(output)) = (input, output) else {
-            return Err(sampler.error("its \"input\" or its \"output\" is missing"));
+            return Err(sampler.error("missing \"input\" or \"output\""));
         };
         let (times, values) = (input.values, output.values);
         if times.is_empty() || !times.is_sorted_by(|a, b| a < b) {
-            return Err(sampler.refuse("input", "expected times, each later than the one before"));
+            return Err(sampler.refuse("input", "expected increasing times"));
         }
         let count = values.len();
         let all = times.len() * interpolation.parts();
         KeyframeTrack::new(times, values, kind, interpolation).ok_or_else(|| {
-            let message =
-                format!("there are {count} numbers; expected as many for each of {all} elements");
+            let message = format!(
+                "found {count} numbers, expected the same number for each of {all} elements"
+            );
             sampler.refuse("output", message)
         })
     }

@@ -41,7 +41,7 @@ impl<'b> Buffers<'b> {
             let found = context.ok_or_report(found)?;
             total = total.saturating_add(found.as_ref().map_or(0, |bytes| bytes.len()));
             if total > MAX_BYTES {
-                let message = format!("the buffers have more than {MAX_BYTES} bytes");
+                let message = format!("the buffers exceed {MAX_BYTES} bytes");
                 return Err(LoadContext::exceeded(buffer.span(), message));
             }
             bytes.push(found);
@@ -82,7 +82,7 @@ impl<'b> Buffers<'b> {
         part.ok_or_else(|| {
             let count = buffer.len();
             item.error(format!(
-                "{length} bytes from byte {offset} are not in buffer {number}, which has {count}"
+                "{length} bytes from byte {offset} exceed buffer {number} of {count} bytes"
             ))
         })
     }
@@ -117,8 +117,8 @@ fn one<'b>(
             Ok(bytes) => Cow::Owned(bytes),
             Err(why) => {
                 let message = format!(
-                    "{why}; meshes in it are boxes in magenta and black, or left out where the file does not tell \
-                     their size"
+                    "{why}; meshes in it are replaced by magenta and black boxes, or omitted where \
+                     their size is unknown"
                 );
                 context.missing(buffer.span_of("uri"), message);
                 return Err(LoadError::AlreadyReported);
@@ -126,13 +126,12 @@ fn one<'b>(
         },
         (None, Some(binary)) => Cow::Borrowed(binary),
         (None, None) => {
-            let message =
-                "it has no \"uri\", and is not the buffer of a binary file, which is the first one";
+            let message = "missing \"uri\"; only the first buffer of a binary file may omit it";
             return Err(buffer.error(message));
         }
     };
     if found.len() < length {
-        let message = format!("the buffer has {} bytes, but should have {length}", found.len());
+        let message = format!("found {} bytes in the buffer, expected {length}", found.len());
         return Err(buffer.refuse("byteLength", message));
     }
     Ok(found)
@@ -155,7 +154,7 @@ fn path_of(uri: &str, file: &Path) -> Result<PathBuf, String> {
         Some("file") => uri.strip_prefix("file://").unwrap_or(uri),
         Some(_) => {
             return Err(format!(
-                "{} is not read; expected data, or the path of a file from the folder of the scene",
+                "found {}, expected data or a path relative to the scene folder",
                 quote(uri)
             ));
         }
@@ -168,14 +167,15 @@ fn path_of(uri: &str, file: &Path) -> Result<PathBuf, String> {
 
 /// Decodes the data of a URI after `data:`. [RFC 2397]
 fn decoded(data: &str) -> Result<Vec<u8>, String> {
-    let (kind, content) =
-        data.split_once(',').ok_or("the data URI has no comma before its data")?;
+    let (kind, content) = data
+        .split_once(',')
+        .ok_or("found a data URI without a comma, expected one before the data")?;
     if !kind.ends_with(";base64") {
         return Ok(percent_decoded_bytes(content));
     }
     base64(content).map_err(|(place, byte)| {
         format!(
-            "byte {place} of the base64 data is {}, which is none of its letters",
+            "byte {place} of the base64 data is {}, expected a base64 character",
             quote(&char::from(byte).to_string())
         )
     })

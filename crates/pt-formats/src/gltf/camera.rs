@@ -22,7 +22,7 @@ impl<'a> GltfReader<'a> {
         let Some(index) = node.whole("camera")? else { return Ok(()) };
         let camera = self.root.member("cameras", index, node, "camera")?;
         let Some(to_world) = unscaled(to_world) else {
-            self.warn(node, "its transform flattens space; its camera is left out");
+            self.warn(node, "found a transform that flattens space; the camera is omitted");
             return Ok(());
         };
         let kind = camera.text("type")?.unwrap_or_default();
@@ -30,14 +30,16 @@ impl<'a> GltfReader<'a> {
             "perspective" | "orthographic" => camera.child(kind)?,
             _ => return Err(camera.refuse("type", "expected perspective or orthographic")),
         };
-        let missing = || camera.error(format!("its \"{kind}\" is missing"));
+        let missing = || camera.error(format!("missing \"{kind}\""));
         let view = view.ok_or_else(missing)?;
         let projection = if kind == "perspective" {
             Self::perspective(&view)?
         } else {
             let half = |field: &str| {
                 let size = view.number(field)?.map(f64::abs).filter(|size| *size > 0.0);
-                size.ok_or_else(|| view.refuse(field, "expected half of what is seen, above 0"))
+                size.ok_or_else(|| {
+                    view.refuse(field, "expected half the height or width of the view, above 0")
+                })
             };
             Projection::Orthographic { half_width: half("xmag")?, half_height: half("ymag")? }
         };
@@ -47,7 +49,10 @@ impl<'a> GltfReader<'a> {
         let near = view.number_in("znear", 0.0..=ANY, 0.0)?.max(DEFAULT_NEAR);
         let far = view.number_in("zfar", 0.0..=ANY, DEFAULT_FAR.max(2.0 * near))?;
         if near >= far {
-            return Err(view.refuse("zfar", format!("{far} is not behind znear, which is {near}")));
+            return Err(view.refuse(
+                "zfar",
+                format!("found zfar = {far}, expected more than znear, which is {near}"),
+            ));
         }
         self.scene.cameras.push(Camera {
             name: node.name(),
@@ -85,21 +90,22 @@ impl<'a> GltfReader<'a> {
         let Some(reference) = node.extension("KHR_lights_punctual")? else { return Ok(()) };
         let index = reference.needed("light")?;
         let Some(all) = self.root.extension("KHR_lights_punctual")? else {
-            return Err(reference.refuse("light", "the file has no list of lights"));
+            return Err(reference.refuse("light", "missing list of lights in the file"));
         };
         let light = all.member("lights", index, &reference, "light")?;
         let color = light.color("color", ANY, [1.0; 3])?;
         let intensity = light.number_in("intensity", 0.0..=ANY, 1.0)?;
         let intensity = color.map(|c| (f64::from(c) * intensity) as f32);
         if !intensity.iter().all(|c| c.is_finite()) {
-            return Err(
-                light.refuse("intensity", "it is infinite with its colour; use smaller numbers")
-            );
+            return Err(light.refuse(
+                "intensity",
+                "the product of intensity and colour is infinite; use smaller numbers",
+            ));
         }
         if light.has("range") {
             self.warn(
                 &light,
-                "its range is not followed: light falls with the square of the distance",
+                "range is ignored: the light falls off with the square of the distance",
             );
         }
         let kind = match light.text("type")? {
@@ -124,12 +130,12 @@ pub(super) fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DA
 /// Reads a spot light. The default cone extends to 45° from the axis.
 fn cone(light: &Item<'_>, intensity: [f32; 3]) -> Result<LightKind, LoadError> {
     const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
-    let none = || light.error("its \"spot\" is missing");
+    let none = || light.error("missing \"spot\"");
     let spot = light.child("spot")?.ok_or_else(none)?;
     let outer = spot.number_in("outerConeAngle", 0.0..=RIGHT_ANGLE + 1e-6, 0.5 * RIGHT_ANGLE)?;
     let inner = spot.number_in("innerConeAngle", 0.0..=RIGHT_ANGLE + 1e-6, 0.0)?;
     if inner >= outer {
-        let message = format!("{inner} is not below outerConeAngle, which is {outer}");
+        let message = format!("found {inner}, expected less than outerConeAngle, which is {outer}");
         return Err(spot.refuse("innerConeAngle", message));
     }
     Ok(LightKind::PunctualSpot {

@@ -83,7 +83,7 @@ fn meshopt_view(
         "INDICES" => codec::decode_index_sequence,
         other => {
             let message =
-                format!("{} is no mode; expected ATTRIBUTES, TRIANGLES or INDICES", quote(other));
+                format!("found mode {}, expected ATTRIBUTES, TRIANGLES or INDICES", quote(other));
             return Err(found.refuse("mode", message));
         }
     };
@@ -95,7 +95,7 @@ fn meshopt_view(
         "COLOR" => Some(codec::decode_filter_color),
         other => {
             let message = format!(
-                "{} is no filter; expected NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR",
+                "found filter {}, expected NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR",
                 quote(other)
             );
             return Err(found.refuse("filter", message));
@@ -104,7 +104,7 @@ fn meshopt_view(
     let (count, stride) = (found.needed("count")?, found.needed("byteStride")?);
     let source = buffers.part(root, &found)?;
     reserve((count as u64).saturating_mul(stride as u64), &found, context)?;
-    let failed = |why: String| found.error(format!("the compressed data are damaged: {why}"));
+    let failed = |why: String| found.error(format!("damaged compressed data: {why}"));
     let bytes = guarded("meshopt data", || {
         let mut workspace = Workspace::new(Limits::default());
         let mut bytes = decode(count, stride, source, &mut workspace)?;
@@ -126,7 +126,7 @@ type UnfilterFn =
 /// Counts decoded bytes against the limits before they are allocated.
 fn reserve(bytes: u64, item: &Item<'_>, context: &LoadContext) -> Result<(), LoadError> {
     if bytes > MAX_BYTES {
-        let message = format!("it has {bytes} bytes when decoded; expected at most {MAX_BYTES}");
+        let message = format!("found {bytes} bytes of decoded data, expected at most {MAX_BYTES}");
         return Err(item.error(message));
     }
     context.reserve(bytes).map(drop).map_err(|why| item.error(why))
@@ -177,7 +177,7 @@ fn draco_primitive(
         .with_max_points(room / 12)
         .with_max_faces(room / 12)
         .with_max_decoded_bytes(room);
-    let failed = |why: String| found.error(format!("the compressed data are damaged: {why}"));
+    let failed = |why: String| found.error(format!("damaged compressed data: {why}"));
     let mesh = guarded("Draco data", || {
         let mut source = DecoderBuffer::new(view.bytes).with_limits(limits);
         let mut mesh = Mesh::new();
@@ -188,26 +188,26 @@ fn draco_primitive(
     let (points, triangles) = (mesh.num_points(), mesh.num_faces());
     reserve(12 * triangles as u64, &found, context)?;
     let indices = mesh.faces().iter().flatten().flat_map(|point| point.0.to_le_bytes()).collect();
-    let named =
-        found.child("attributes")?.ok_or_else(|| found.error("its \"attributes\" are missing"))?;
+    let named = found.child("attributes")?.ok_or_else(|| found.error("missing \"attributes\""))?;
     let accessors = primitive.child("attributes")?;
-    let accessors = accessors.ok_or_else(|| primitive.error("its \"attributes\" are missing"))?;
+    let accessors = accessors.ok_or_else(|| primitive.error("missing \"attributes\""))?;
     let mut attributes = Vec::new();
     for name in named.names() {
         let id = named.needed(name)?;
         let attribute = u32::try_from(id).ok().and_then(|id| mesh.attribute_by_unique_id(id));
         let attribute = attribute.ok_or_else(|| {
-            named.refuse(name, format!("the compressed data have no attribute {id}"))
+            named.refuse(name, format!("missing attribute {id} in the compressed data"))
         })?;
         let Some(index) = accessors.whole(name)? else { continue };
         let accessor = root.member("accessors", index, &accessors, name)?;
         let (code, size) = component(attribute.data_type()).ok_or_else(|| {
-            named.refuse(name, format!("its numbers are {:?}", attribute.data_type()))
+            named.refuse(name, format!("unsupported number type {:?}", attribute.data_type()))
         })?;
         let size = size * usize::from(attribute.num_components());
         reserve(points as u64 * size as u64, &found, context)?;
-        let values = values(attribute, points, size)
-            .ok_or_else(|| named.refuse(name, "the compressed data have too few values of it"))?;
+        let values = values(attribute, points, size).ok_or_else(|| {
+            named.refuse(name, "the compressed data have fewer values than the accessor")
+        })?;
         let mut described = accessor.without(&["bufferView", "byteOffset", "sparse"]);
         described.insert("componentType".to_owned(), code.into());
         described.insert("count".to_owned(), points.into());

@@ -34,7 +34,7 @@ pub(super) fn open<'a>(
     let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
     let most = limits.elements(MAX_VALUES);
     if values > most {
-        let message = format!("the file has more than {most} values; please split the scene");
+        let message = format!("the file has more than {most} values; split the scene");
         return Err(mesh_file::error(path, 0, message));
     }
     let parsed = serde_json::from_slice(json).map_err(|error| LoadError::Content {
@@ -44,7 +44,7 @@ pub(super) fn open<'a>(
             column: u32::try_from(error.column()).unwrap_or(0),
             element: String::new(),
         },
-        message: format!("the file is no valid JSON: {}", reason(&error)),
+        message: format!("invalid JSON: {}", reason(&error)),
     })?;
     Ok((parsed, binary))
 }
@@ -66,19 +66,20 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     match word(bytes, 4) {
         Some(2) => {}
         Some(other) => {
-            return Err(format!("the binary file is of version {other}; supported is 2"));
+            return Err(format!("found version {other} of the binary file, expected 2"));
         }
-        None => return Err("the binary file ends in its header".to_owned()),
+        None => return Err("unexpected end of the binary file in its header".to_owned()),
     }
-    let claimed = word(bytes, 8).ok_or("the binary file ends in its header")? as usize;
+    let claimed = word(bytes, 8).ok_or("unexpected end of the binary file in its header")? as usize;
     let Some(content) = bytes.get(12..claimed.max(12)) else {
         return Err(format!(
-            "the header says that the file has {claimed} bytes, but it has {}; is a part missing?",
+            "the header declares a file of {claimed} bytes, but the file has {}; it may be \
+             incomplete",
             bytes.len()
         ));
     };
     let mut rest = content;
-    let json = chunk(&mut rest, JSON)?.ok_or("the file has no chunk of JSON at its start")?;
+    let json = chunk(&mut rest, JSON)?.ok_or("found no JSON chunk at the start of the file")?;
     Ok((json, chunk(&mut rest, BINARY)?))
 }
 
@@ -92,7 +93,7 @@ fn chunk<'b>(rest: &mut &'b [u8], kind: u32) -> Result<Option<&'b [u8]>, String>
     let bytes = &rest[8..];
     let Some((content, after)) = bytes.split_at_checked(length as usize) else {
         let left = bytes.len();
-        return Err(format!("a chunk of {length} bytes is cut off: {left} bytes are left"));
+        return Err(format!("truncated chunk: found {left} bytes, expected {length}"));
     };
     *rest = after;
     Ok(Some(content))
@@ -115,7 +116,8 @@ pub(super) fn pack(mut json: Vec<u8>, binary: &[u8]) -> Result<Vec<u8>, String> 
     let length = 12 + chunks().map(|(_, content)| 8 + content.len()).sum::<usize>();
     let told = u32::try_from(length).map_err(|_| {
         format!(
-            "it takes {length} bytes, and a file .glb may have 4294967295 at most; split the scene"
+            "the file requires {length} bytes, expected at most 4294967295 for .glb; split the \
+             scene"
         )
     })?;
     let mut bytes = Vec::with_capacity(length);

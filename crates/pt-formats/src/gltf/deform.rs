@@ -19,14 +19,18 @@ impl<'a> GltfReader<'a> {
         let inverse = self.accessors.numbers(skin, "inverseBindMatrices", &[16])?;
         let bound = inverse.map_or(Vec::new(), |numbers| numbers.values);
         if !bound.is_empty() && bound.len() / 16 < nodes.len() {
-            let message =
-                format!("there are {} matrices for {} joints", bound.len() / 16, nodes.len());
+            let message = format!(
+                "found {} matrices for {} joints, expected one for each",
+                bound.len() / 16,
+                nodes.len()
+            );
             return Err(skin.refuse("inverseBindMatrices", message));
         }
         let mut bound = bound.as_chunks::<16>().0.iter();
         let joint = |node| {
-            let to_world = placed(node)
-                .ok_or_else(|| skin.refuse("joints", format!("node {node} is not in the scene")))?;
+            let to_world = placed(node).ok_or_else(|| {
+                skin.refuse("joints", format!("node {node} is not part of the scene"))
+            })?;
             Ok(bound.next().map_or(to_world, |matrix| to_world * affine(matrix)))
         };
         nodes.into_iter().map(joint).collect()

@@ -102,7 +102,7 @@ impl<'a> Item<'a> {
         let all = self.list(list)?;
         let Some(value) = all.get(index) else {
             let message = format!(
-                "{index} is no index into {}, which has {} entries",
+                "found index {index}, expected an index into {}, which has {} entries",
                 self.path_of(list),
                 all.len()
             );
@@ -194,7 +194,7 @@ impl<'a> Item<'a> {
 
     /// Like [`Self::whole`], for a required field.
     pub(super) fn needed(&self, field: &str) -> Result<usize, LoadError> {
-        self.whole(field)?.ok_or_else(|| self.error(format!("its \"{field}\" is missing")))
+        self.whole(field)?.ok_or_else(|| self.error(format!("missing \"{field}\"")))
     }
 
     /// Returns an array of non-negative integers; empty if it is missing.

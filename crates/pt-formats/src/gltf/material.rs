@@ -93,7 +93,7 @@ impl<'a> GltfReader<'a> {
         let mut other_sets = Vec::new();
         for set in sets.into_iter().filter(|set| Some(*set) != uv_set) {
             let number =
-                u32::try_from(set).map_err(|_| material.error("there is no such TEXCOORD"))?;
+                u32::try_from(set).map_err(|_| material.error("found no such TEXCOORD"))?;
             if !other_sets.contains(&number) {
                 other_sets.push(number);
             }
@@ -150,7 +150,7 @@ impl<'a> GltfReader<'a> {
         } else if thickness > 0.0 && look.transmission != Scalar::Value(0.0) {
             let medium = volume.map_or(Ok(None), |volume| self.medium(item, &volume))?;
             if look.diffuse_transmission != Scalar::Value(0.0) {
-                let message = "no light goes through it diffusely, as it has an inside that light is refracted into";
+                let message = "diffuse transmission is ignored for volumes";
                 self.warn(item, message);
             }
             (MetallicRoughness { diffuse_transmission: 0.0.into(), ..look }, medium)
@@ -177,7 +177,7 @@ impl<'a> GltfReader<'a> {
         color: Color,
         values: MeshAttributes,
     ) -> Result<Material, LoadError> {
-        self.warn(item, "it emits its base colour, and lights what is around it");
+        self.warn(item, "unlit material: its base colour is emitted and lights the scene");
         let opacity = self.opacity(item, values)?;
         Ok(Material {
             name: item.name(),
@@ -220,7 +220,7 @@ impl<'a> GltfReader<'a> {
         self.film(item, &mut made)?;
         for (extension, what) in PASSED_OVER {
             if item.extension(extension)?.is_some() {
-                self.warn(item, format!("{extension} is passed over: {what}"));
+                self.warn(item, format!("{extension} is ignored: {what}"));
             }
         }
         Ok(made)
@@ -404,7 +404,10 @@ impl<'a> GltfReader<'a> {
         }
         let extinction = color.map(|c| -trig::ln(c.max(MIN_TRANSMITTANCE)) / distance);
         if !extinction.iter().all(|sigma| sigma.is_finite()) {
-            return Err(volume.refuse("attenuationDistance", "it is too small; use a larger one"));
+            return Err(volume.refuse(
+                "attenuationDistance",
+                "found a distance that is too small; use a larger one",
+            ));
         }
         let matter =
             MediumProperties::Homogeneous { extinction, albedo: [0.0; 3], emission: [0.0; 3] };
@@ -461,7 +464,7 @@ impl<'a> GltfReader<'a> {
         if !factor.iter().all(|c| c.is_finite()) {
             return Err(item.refuse(
                 "emissiveFactor",
-                "it is infinite with its strength; use smaller numbers",
+                "the product of emission and strength is infinite; use smaller numbers",
             ));
         }
         let texture = self.texture(item, "emissiveTexture", TextureUsage::Colors)?;

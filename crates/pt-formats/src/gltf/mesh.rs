@@ -55,7 +55,7 @@ impl<'a> GltfReader<'a> {
         }
         let mode = primitive.whole("mode")?.unwrap_or(4);
         if !TRIANGLES.contains(&mode) {
-            let message = format!("{mode} is no kind of primitive; expected 0 to 6");
+            let message = format!("found mode {mode}, expected 0 to 6");
             return Err(primitive.refuse("mode", message));
         }
         let Some((attributes, mut positions)) = self.vertices(primitive)? else { return Ok(None) };
@@ -64,14 +64,16 @@ impl<'a> GltfReader<'a> {
         let mut triangles =
             triangles(mode, corners.unwrap_or_else(|| (0..vertices as u32).collect()));
         if triangles.is_empty() {
-            self.warn(primitive, "it has no triangles; it is left out");
+            self.warn(primitive, "primitive without triangles; it is omitted");
             return Ok(None);
         }
         let normals = self.attribute::<3>(&attributes, "NORMAL", vertices);
-        let mut normals = self.context.forgive(normals, "it is shaded flat")?.flatten();
+        let mut normals = self.context.forgive(normals, "the primitive is shaded flat")?.flatten();
         let mut tangents = if form.layout.has_frame {
             let tangents = self.attribute::<4>(&attributes, "TANGENT", vertices);
-            self.context.forgive(tangents, "they follow from its coordinates")?.flatten()
+            self.context
+                .forgive(tangents, "tangents are computed from the texture coordinates")?
+                .flatten()
         } else {
             None
         };
@@ -105,10 +107,10 @@ impl<'a> GltfReader<'a> {
             _ => 0,
         };
         let colored = self.colors(&attributes, vertices);
-        let colored = self.context.forgive(colored, "the vertices have no colours")?;
+        let colored = self.context.forgive(colored, "primitive without colours of vertices")?;
         let Colored { colors, opacities } = colored.unwrap_or_default();
         if opacities.is_some() && form.layout.is_masked {
-            self.warn(&attributes, "the opacity of COLOR_0 is not read where alphaMode is MASK");
+            self.warn(&attributes, "the opacity of COLOR_0 is ignored where alphaMode is MASK");
         }
         if let Some(opacities) = opacities.filter(|_| form.layout.is_blended) {
             named.vertices.insert(MeshAttributes::OPACITIES.into(), opacities);
@@ -134,10 +136,10 @@ impl<'a> GltfReader<'a> {
         primitive: &Item<'a>,
     ) -> Result<Option<PrimitiveVertices<'a>>, LoadError> {
         let Some(attributes) = primitive.child("attributes")? else {
-            return Err(primitive.error("its \"attributes\" are missing"));
+            return Err(primitive.error("missing \"attributes\""));
         };
         let Some(positions) = self.accessors.vectors::<3>(&attributes, "POSITION")? else {
-            self.warn(primitive, "it has no POSITION; it is left out");
+            self.warn(primitive, "missing POSITION; the primitive is omitted");
             return Ok(None);
         };
         Ok(Some((attributes, positions)))
@@ -158,7 +160,8 @@ impl<'a> GltfReader<'a> {
         let exist = |part: &[u32]| greatest(part).is_none_or(|most| (most as usize) < vertices);
         if !all_parts(&indices, exist) {
             let bad = greatest(&indices).unwrap_or_default();
-            let message = format!("{bad} is no index of a vertex; there are {vertices}");
+            let message =
+                format!("found index {bad}, expected an index of the {vertices} vertices");
             return Err(primitive.refuse("indices", message));
         }
         Ok(Some(indices))
@@ -185,10 +188,10 @@ impl<'a> GltfReader<'a> {
     ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
         let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));
         let uvs = self.attribute::<2>(attributes, &name, vertices);
-        let uvs = self.context.forgive(uvs, "they are left out")?.flatten();
+        let uvs = self.context.forgive(uvs, "texture coordinates are ignored")?.flatten();
         if uvs.is_none() && layout.uv_set.is_some() {
             let message =
-                format!("it has no {name} for its textures, which lie on each triangle alone");
+                format!("missing {name} for the textures; each triangle shows the whole texture");
             self.warn(primitive, message);
         }
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
@@ -205,9 +208,9 @@ impl<'a> GltfReader<'a> {
     ) -> Result<Vec<[f32; 2]>, LoadError> {
         let name = format!("TEXCOORD_{set}");
         let uvs = self.attribute::<2>(attributes, &name, vertices);
-        let Some(uvs) = self.context.forgive(uvs, "they are left out")?.flatten() else {
-            let message =
-                format!("it has no {name} for some of its textures, of which it shows one texel");
+        let Some(uvs) = self.context.forgive(uvs, "texture coordinates are ignored")?.flatten()
+        else {
+            let message = format!("missing {name} for some textures; one texel of each is shown");
             self.warn(primitive, message);
             return Ok(vec![[0.0; 2]; vertices]);
         };
@@ -225,8 +228,8 @@ impl<'a> GltfReader<'a> {
         };
         if let Some(highest) = numbers.highest {
             let message = format!(
-                "the whole numbers of COLOR_0 are not \"normalized\", as they have to be; they are read as if they \
-                 were: {highest} stands for 1"
+                "found integers of COLOR_0 that are not \"normalized\", expected normalized ones; \
+                 the value {highest} is read as 1"
             );
             self.warn(attributes, message);
         }
@@ -289,15 +292,18 @@ impl<'a> GltfReader<'a> {
             let Some(numbers) = self.accessors.wholes::<4>(attributes, &by)? else { break };
             let numbers = as_many(numbers, attributes, &by, vertices)?;
             let Some(weights) = self.attribute::<4>(attributes, &weights, vertices)? else {
-                return Err(attributes.error(format!("it has {by}, but no {weights}")));
+                return Err(
+                    attributes.error(format!("found {by} without {weights}, expected both"))
+                );
             };
             for (influences, (numbers, weights)) in
                 influences.iter_mut().zip(numbers.into_iter().zip(weights))
             {
                 for (joint, weight) in numbers.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
                     if joint as usize >= joints {
-                        let message =
-                            format!("{joint} is no joint of the skin, which has {joints}");
+                        let message = format!(
+                            "found joint {joint}, expected a joint of the skin, which has {joints}"
+                        );
                         return Err(attributes.refuse(&by, message));
                     }
                     influences.push((joint, weight));
@@ -314,7 +320,7 @@ pub(super) fn check_finite(primitive: &Item<'_>, positions: &[[f32; 3]]) -> Resu
     if all_parts(positions, are_finite) {
         return Ok(());
     }
-    Err(primitive.error("its vertices are too far away for numbers of single precision"))
+    Err(primitive.error("found vertices beyond the range of single precision"))
 }
 
 /// Optional normals and tangents of vertices.
@@ -382,7 +388,8 @@ fn as_many<T>(
     if values.len() == vertices {
         return Ok(values);
     }
-    let message = format!("it has {} elements, but there are {vertices} vertices", values.len());
+    let message =
+        format!("found {} elements, expected {vertices}, one for each vertex", values.len());
     Err(attributes.refuse(name, message))
 }
 

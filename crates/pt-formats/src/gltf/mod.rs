@@ -175,15 +175,13 @@ fn check(root: &Item<'_>) -> Result<Vec<Warning>, LoadError> {
     let asset = root.child("asset")?;
     let version = asset.map_or(Ok(None), |asset| asset.text("version"))?.unwrap_or_default();
     if version.split('.').next() != Some("2") {
-        let message = format!("the version is {}; supported is \"2.0\"", quote(version));
+        let message = format!("found version {}, expected \"2.0\"", quote(version));
         return Err(root.refuse("asset", message));
     }
     for name in root.texts("extensionsRequired")? {
         if !EXTENSIONS.contains(&name) {
-            let message = format!(
-                "{} is required by the file, but not supported; export without it",
-                quote(name)
-            );
+            let message =
+                format!("unsupported required extension {}; export without it", quote(name));
             return Err(root.refuse("extensionsRequired", message));
         }
     }
@@ -192,7 +190,7 @@ fn check(root: &Item<'_>) -> Result<Vec<Warning>, LoadError> {
     Ok(unread
         .map(|name| Warning {
             at: root.span_of("extensionsUsed"),
-            message: format!("{} is not read", quote(name)),
+            message: format!("unsupported extension {}", quote(name)),
         })
         .collect())
 }

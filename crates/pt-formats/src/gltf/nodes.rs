@@ -62,7 +62,8 @@ impl<'a> GltfReader<'a> {
             let Some(node) = self.context.ok_or_report(found)? else { continue };
             if to_world[index].is_some() {
                 let message = format!(
-                    "node {index} is shown twice, or contains itself; expected one parent for each node"
+                    "found node {index} twice or inside of itself, expected one parent for each \
+                     node"
                 );
                 self.context.ok_or_report(Err::<(), _>(from.refuse(field, message)))?;
                 continue;
@@ -142,7 +143,7 @@ impl<'a> GltfReader<'a> {
         self.shown = self.shown.saturating_add(count.max(1).saturating_mul(places.len().max(1)));
         let most = self.context.limits().shapes(MAX_OBJECTS);
         if self.shown > most {
-            let message = format!("the scene shows more than {most} primitives");
+            let message = format!("the scene exceeds {most} primitives");
             return Err(LoadContext::exceeded(node.span(), message));
         }
         let is_mirrored = |place: &DAffine3| place.matrix3.determinant() < 0.0;
@@ -320,11 +321,13 @@ impl<'a> GltfReader<'a> {
     fn place(&mut self, node: &Item<'a>, object: Object) -> Result<(), LoadError> {
         let determinant = object.to_world.matrix3.determinant();
         if determinant == 0.0 {
-            self.warn(node, "its transform flattens space; its mesh is left out there");
+            self.warn(node, "found a transform that flattens space; its mesh is omitted");
             return Ok(());
         }
         if !object.to_world.is_finite() || !determinant.is_finite() {
-            return Err(node.error("its place is too far away, or too large"));
+            return Err(
+                node.error("found a transform that is too large or too far from the origin")
+            );
         }
         self.scene.objects.push(object);
         Ok(())
@@ -336,7 +339,7 @@ impl<'a> GltfReader<'a> {
         let Some(instancing) = node.extension("EXT_mesh_gpu_instancing")? else {
             return Ok(vec![DAffine3::IDENTITY]);
         };
-        let missing = || instancing.error("its \"attributes\" are missing");
+        let missing = || instancing.error("missing \"attributes\"");
         let attributes = instancing.child("attributes")?.ok_or_else(missing)?;
         let moved = self.accessors.vectors::<3>(&attributes, "TRANSLATION")?;
         let turned = self.accessors.vectors::<4>(&attributes, "ROTATION")?;
@@ -348,10 +351,12 @@ impl<'a> GltfReader<'a> {
         ];
         let count = counts.into_iter().flatten().next().unwrap_or(0);
         if counts.into_iter().flatten().any(|other| other != count) {
-            return Err(attributes.error("its accessors have different numbers of elements"));
+            return Err(attributes.error(
+                "found accessors with different numbers of elements, expected the same number",
+            ));
         }
         if count > MAX_OBJECTS {
-            let message = format!("the scene shows more than {MAX_OBJECTS} primitives");
+            let message = format!("the scene exceeds {MAX_OBJECTS} primitives");
             return Err(attributes.error(message));
         }
         let wide = |v: [f32; 3]| v.map(f64::from);
@@ -359,8 +364,10 @@ impl<'a> GltfReader<'a> {
             let rotation =
                 turned.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[i].map(f64::from));
             let rotation = quaternion(rotation).ok_or_else(|| {
-                attributes
-                    .refuse("ROTATION", format!("element {i} is zero; expected unit quaternions"))
+                attributes.refuse(
+                    "ROTATION",
+                    format!("found a zero element {i}, expected unit quaternions"),
+                )
             })?;
             Ok(composed(
                 moved.as_ref().map_or([0.0; 3], |all| wide(all[i])),
@@ -376,7 +383,7 @@ impl<'a> GltfReader<'a> {
 fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
     let count = item.count("weights")?;
     if count > MAX_TARGETS {
-        let message = format!("{count} morph targets; expected at most {MAX_TARGETS}");
+        let message = format!("found {count} morph targets, expected at most {MAX_TARGETS}");
         return Err(item.refuse("weights", message));
     }
     item.numbers("weights")
@@ -389,21 +396,22 @@ fn place_of(node: &Item<'_>, pose: Option<&Pose>, parent: DAffine3) -> Result<DA
     if here.is_finite() {
         return Ok(here);
     }
-    Err(node.error("its place is too far away, or too large"))
+    Err(node.error("found a transform that is too large or too far from the origin"))
 }
 
 /// Computes the transform from a node to its parent. [glTF 2.0, §3.5.3]
 fn transform(node: &Item<'_>, pose: Option<&Pose>) -> Result<DAffine3, LoadError> {
     if let Some(matrix) = node.vector::<16>("matrix")? {
         if [matrix[3], matrix[7], matrix[11], matrix[15]] != [0.0, 0.0, 0.0, 1.0] {
-            let message = "expected 0 0 0 1 as its last row, so that parallels stay parallel";
+            let message = "expected the last row 0 0 0 1 of an affine transform";
             return Err(node.refuse("matrix", message));
         }
         return Ok(affine(&matrix));
     }
     let rotation = node.vector("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let rotation = quaternion(rotation)
-        .ok_or_else(|| node.refuse("rotation", "it is zero; expected a unit quaternion x y z w"))?;
+    let rotation = quaternion(rotation).ok_or_else(|| {
+        node.refuse("rotation", "found a zero quaternion, expected a unit quaternion x y z w")
+    })?;
     let moved = node.vector("translation")?.unwrap_or([0.0; 3]);
     let scale = node.vector("scale")?.unwrap_or([1.0; 3]);
     Ok(composed(

@@ -53,7 +53,7 @@ impl<'a> GltfReader<'a> {
         } else {
             self.warn(
                 primitive,
-                "textures of its material are not shown on points and lines, nor its colour",
+                "the textures and the colour of the material are ignored for points and lines",
             );
             self.material(None, None, values)?
         };
@@ -84,10 +84,10 @@ impl<'a> GltfReader<'a> {
         }
         check_finite(primitive, &positions)?;
         let colored = self.colors(&attributes, vertices);
-        let colored = self.context.forgive(colored, "the vertices have no colours")?;
+        let colored = self.context.forgive(colored, "primitive without colours of vertices")?;
         let colored = colored.unwrap_or_default();
         if colored.opacities.is_some() {
-            self.warn(&attributes, "the opacity of COLOR_0 is not read of points and lines");
+            self.warn(&attributes, "the opacity of COLOR_0 is ignored for points and lines");
         }
         let mut colors = colored.colors;
         let mode = primitive.whole("mode")?.unwrap_or(POINTS);
@@ -102,7 +102,7 @@ impl<'a> GltfReader<'a> {
             segments(mode, &indices.unwrap_or_else(|| (0..vertices as u32).collect()))
         };
         if positions.is_empty() || mode != POINTS && segments.is_empty() {
-            self.warn(primitive, "it has no points; it is left out");
+            self.warn(primitive, "primitive without points; it is omitted");
             return Ok(None);
         }
         Ok(Some(Points { name: name.to_owned(), positions, colors, segments }))

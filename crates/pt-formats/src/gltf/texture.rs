@@ -76,7 +76,11 @@ impl GltfImage {
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "image.webp",
             [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', ..] => "image.ktx2",
             [b'D', b'D', b'S', b' ', ..] => "image.dds",
-            _ => return Err("it is neither PNG, JPEG, WebP, KTX 2.0 nor DDS".to_owned()),
+            _ => {
+                return Err(
+                    "found an image format other than PNG, JPEG, WebP, KTX 2.0 and DDS".to_owned()
+                );
+            }
         };
         let grant = |bytes| context.grant_picture(bytes);
         let room = ImageMemory::new(&grant);
@@ -90,7 +94,7 @@ impl ImageCache {
     fn count(&mut self, texels: usize) -> Result<(), String> {
         self.texels = self.texels.saturating_add(texels);
         if self.texels > MAX_TEXELS {
-            return Err(format!("the images of the scene have more than {MAX_TEXELS} texels"));
+            return Err(format!("the images of the scene exceed {MAX_TEXELS} texels"));
         }
         Ok(())
     }
@@ -109,7 +113,8 @@ impl<'a> GltfReader<'a> {
         let Some(info) = from.child(field)? else { return Ok(None) };
         let texture = self.root.member("textures", info.needed("index")?, &info, "index")?;
         let Some(source) = source_of(&texture)? else {
-            let message = "it has no \"source\" of a format that is read; what it is multiplied with stands alone";
+            let message =
+                "missing \"source\" of a supported format; the factor is used without the texture";
             self.warn(&texture, message);
             return Ok(None);
         };
@@ -203,7 +208,7 @@ impl<'a> GltfReader<'a> {
     /// Returns the file of an image, from a URI or a buffer view.
     fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
         let text = |error: LoadError| match error {
-            LoadError::AlreadyReported => "its buffer is missing".to_owned(),
+            LoadError::AlreadyReported => "missing buffer of the image".to_owned(),
             error => error.to_string(),
         };
         let uri = described.text("uri").map_err(text)?;
@@ -214,7 +219,7 @@ impl<'a> GltfReader<'a> {
                 let view = self.buffers.view(&self.root, view, described, "bufferView");
                 Ok(Cow::Borrowed(view.map_err(text)?.bytes))
             }
-            _ => Err("expected either a \"uri\" or a \"bufferView\"".to_owned()),
+            _ => Err("expected a \"uri\" or a \"bufferView\"".to_owned()),
         }
     }
 
@@ -233,7 +238,7 @@ impl<'a> GltfReader<'a> {
                 33_648 => Edge::Mirror,
                 other => {
                     let message =
-                        format!("{other} is no wrap mode; expected 33071, 33648 or 10497");
+                        format!("found wrap mode {other}, expected 33071, 33648 or 10497");
                     return Err(sampler.refuse(field, message));
                 }
             })

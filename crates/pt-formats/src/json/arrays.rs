@@ -30,7 +30,7 @@ pub(super) fn encode(arrays: &[Array]) -> Result<Vec<u8>, String> {
 
 /// Decodes the arrays of a file.
 pub(super) fn decode(bytes: &[u8]) -> Result<SafeTensors<'_>, String> {
-    SafeTensors::deserialize(bytes).map_err(|e| format!("it is no file of arrays: {e}"))
+    SafeTensors::deserialize(bytes).map_err(|e| format!("invalid file of arrays: {e}"))
 }
 
 /// Returns an error if an array has an unknown name.
@@ -40,14 +40,14 @@ pub(super) fn check_names(
     is_known: impl Fn(&str) -> bool,
 ) -> Result<(), String> {
     match all.names().into_iter().find(|name| !known.contains(name) && !is_known(name)) {
-        Some(name) => Err(format!("unknown array \"{name}\"; there are {}", known.join(", "))),
+        Some(name) => Err(format!("unknown array \"{name}\"; known: {}", known.join(", "))),
         None => Ok(()),
     }
 }
 
 /// Returns the message about a missing array.
 pub(super) fn missing(name: &str) -> String {
-    format!("the array \"{name}\" is missing")
+    format!("missing array \"{name}\"")
 }
 
 /// Returns the rows of an array of this type, or `None` if it does not exist.
@@ -62,7 +62,7 @@ fn rows<const N: usize>(
             Ok(Some(array.data().as_chunks::<4>().0.as_chunks::<N>().0.to_vec()))
         }
         shape => Err(format!(
-            "the array \"{name}\" is {:?} of {shape:?}; expected {kind:?} in rows of {N}",
+            "array \"{name}\": found {:?} of {shape:?}, expected {kind:?} in rows of {N}",
             array.dtype()
         )),
     }
@@ -75,7 +75,10 @@ pub(super) fn points<const N: usize>(
     let Some(rows) = rows::<N>(all, name, Dtype::F32)? else { return Ok(None) };
     let points: Vec<_> = rows.into_iter().map(|row| row.map(f32::from_le_bytes)).collect();
     match points.as_flattened().iter().position(|x| !x.is_finite()) {
-        Some(bad) => Err(format!("row {} of \"{name}\" is not finite", bad / N)),
+        Some(bad) => Err(format!(
+            "found row {} of \"{name}\" that is not finite, expected finite numbers",
+            bad / N
+        )),
         None => Ok(Some(points)),
     }
 }

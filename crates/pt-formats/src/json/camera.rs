@@ -39,10 +39,12 @@ json_struct! {
 fn check(camera: &Camera) -> Result<(), String> {
     let Camera { near, far, shutter: [open, close], .. } = camera;
     if near >= far {
-        return Err(format!("nothing is between near, {near}, and far, {far}"));
+        return Err(format!("found \"near\" = {near} and \"far\" = {far}, expected near < far"));
     }
     if open > close {
-        return Err(format!("the shutter closes at {close}, before it opens at {open}"));
+        return Err(format!(
+            "the shutter closes at {close}, before it opens at {open}; expected open <= close"
+        ));
     }
     Ok(())
 }
@@ -55,7 +57,7 @@ json_unit_enum! { Quantity { Irradiance, Radiance } }
 
 json_unit_enum! { Fit { Whole, Width, Height } }
 
-json_unit_enum! { Placement { JsonNode, Course, Fit } }
+json_unit_enum! { Placement { Node, Course, Fit } }
 
 json_struct! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
 
@@ -77,7 +79,10 @@ impl StructCodec for Projection {
                 if fits(x_fov) && fits(y_fov) {
                     return Ok(Self::Perspective { x_fov, y_fov });
                 }
-                Err(keys.node.error("the field of view must lie between 0 and 180 degrees"))
+                Err(keys.node.error(
+                    "found a field of view out of range, expected more than 0 and less than 180 \
+                     degrees",
+                ))
             }
             "orthographic" => {
                 let names = ["half_width", "half_height"];
@@ -137,7 +142,7 @@ fn sizes(
         (Some(horizontal), Some(vertical)) => Ok([horizontal, vertical]),
         (Some(horizontal), None) => Ok([horizontal, other(horizontal, cx.aspect.recip())]),
         (None, Some(vertical)) => Ok([other(vertical, cx.aspect), vertical]),
-        (None, None) => Err(keys.node.error(format!("its \"{x}\" or \"{y}\" is missing"))),
+        (None, None) => Err(keys.node.error(format!("missing \"{x}\" or \"{y}\""))),
     }
 }
 

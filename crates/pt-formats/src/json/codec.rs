@@ -111,7 +111,7 @@ impl ObjectKeys<'_> {
             Some(node) => kind.read(&node, cx),
             None => default
                 .or_else(|| kind.missing(&self.node, cx))
-                .ok_or_else(|| self.node.error(format!("its {} is missing", quote(name)))),
+                .ok_or_else(|| self.node.error(format!("missing {}", quote(name)))),
         }
     }
 }

@@ -107,7 +107,7 @@ impl<'a> JsonReader<'a> {
         if self.files.bytes <= MAX_BYTES {
             return Ok(());
         }
-        Err(node.error("with this file, meshes, images and grids take more than 32 GiB"))
+        Err(node.error("meshes, images and grids up to this file exceed 32 GiB"))
     }
 
     /// Returns the path of a file to which the scene refers.

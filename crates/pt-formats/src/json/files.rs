@@ -46,7 +46,7 @@ impl TableEntry for Image {
 
     fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
-        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
         let is_raw = keys.take("raw").map_or(Ok(false), |raw| bool::read(&raw, cx))?;
         keys.finish()?;
         let path = cx.path(&file)?;
@@ -98,8 +98,7 @@ impl TableEntry for Grid {
             let channels = keys.take("channels");
             let values = keys.take("values");
             keys.finish()?;
-            let missing =
-                || node.error("its \"file\", or its \"resolution\" and \"values\", are missing");
+            let missing = || node.error("missing \"file\", or \"resolution\" and \"values\"");
             let (resolution, values) = resolution.zip(values).ok_or_else(missing)?;
             let channels = channels.map_or(Ok(1), |node| u32::read(&node, cx))?;
             return inline_grid(node, &resolution, channels, &values, cx).map(Arc::new);
@@ -163,8 +162,8 @@ fn inline_grid(
         let [x, y, z] = resolution;
         let count = values.len();
         return Err(node.error(format!(
-            "there are {count} values for {x} x {y} x {z} cells with {channels} channels; expected one or three \
-             values for each cell, and cells along each axis"
+            "found {count} values for {x} x {y} x {z} cells with {channels} channels, expected one, \
+             three or six values for each cell, and cells along each axis"
         )));
     }
     Ok(Grid { resolution, channels, values })
@@ -180,7 +179,7 @@ impl TableEntry for IesProfile {
 
     fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
-        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
         keys.finish()?;
         let path = cx.path(&file)?;
         if let Some(known) = cx.files.profiles.get(&path) {
@@ -216,13 +215,13 @@ impl TableEntry for Measurements {
 
     fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
-        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
         keys.finish()?;
         match cx.context.measurements(&cx.path(&file)?) {
             Ok(measurements) => Ok(measurements),
             Err(Unusable::Broken(why)) => Err(file.error(why)),
             Err(Unusable::Missing(why)) => {
-                let message = format!("{why}; what is magenta from everywhere stands in for it");
+                let message = format!("{why}; a magenta surface is shown instead");
                 cx.context.missing(file.span(), message);
                 Ok(Arc::new(placeholder::measurements()))
             }

@@ -302,8 +302,8 @@ impl StructCodec for Pigment {
         let melanin = eumelanin.is_some() || pheomelanin.is_some();
         let given = [reflectance.is_some(), absorption.is_some(), melanin];
         if given.into_iter().filter(|is_given| *is_given).count() > 1 {
-            let message = "fibres have a \"reflectance\", an \"absorption\", or \"eumelanin\" and \"pheomelanin\"; give one of \
-                           the three";
+            let message = "expected one of \"reflectance\", \"absorption\", or \"eumelanin\" and \
+                           \"pheomelanin\", found several";
             return Err(keys.node.error(message));
         }
         if let Some(reflectance) = reflectance {
@@ -362,7 +362,7 @@ impl StructCodec for NormalOrBump {
             return Arc::read(&normals, cx).map(Self::TurnedNormals);
         }
         let Some(heights) = keys.take("height_map") else {
-            return Err(keys.node.error("its \"normal_map\" or \"height_map\" is missing"));
+            return Err(keys.node.error("missing \"normal_map\" or \"height_map\""));
         };
         Ok(Self::Heights(Arc::read(&heights, cx)?, keys.read("height", &ANY, Some(1.0), cx)?))
     }
@@ -478,7 +478,7 @@ impl TableEntry for Texture {
         // Nested products of the same texture would grow without bound.
         if parts(&texture) > MAX_PARTS {
             return Err(node.error(format!(
-                "with all that it is made of, the texture has more than {MAX_PARTS} parts"
+                "the texture has more than {MAX_PARTS} parts, including nested ones"
             )));
         }
         Ok(Arc::new(texture))

@@ -193,8 +193,7 @@ fn of_file(
             LoadError::Content { .. } => error.to_string(),
             other => return other,
         };
-        cx.context
-            .missing(node.span(), format!("{why}; the objects that are made of it are left out"));
+        cx.context.missing(node.span(), format!("{why}; its objects are omitted"));
         LoadError::AlreadyReported
     })?;
     if let Some(name) = name {
@@ -223,7 +222,7 @@ fn parse(bytes: &[u8], path: &Path, group: u32, node: &JsonNode<'_>) -> Result<M
         "serialized" => Ok(serialized::parse_mesh(bytes, path, group)?.mesh),
         _ => {
             let known = ENDINGS.map(|ending| format!(".{ending}")).join(", ");
-            Err(node.error(format!("the ending belongs to no format of meshes; there are {known}")))
+            Err(node.error(format!("unknown mesh format; known extensions: {known}")))
         }
     }
 }
@@ -231,7 +230,7 @@ fn parse(bytes: &[u8], path: &Path, group: u32, node: &JsonNode<'_>) -> Result<M
 /// Checks the invariants of meshes.
 fn check(mesh: &Mesh) -> Result<(), String> {
     if mesh.triangles.is_empty() {
-        return Err("the mesh has no triangles".to_owned());
+        return Err("mesh without triangles".to_owned());
     }
     let triangles = mesh.triangles.len();
     let below = |what: &str, indices: &[[u32; 3]], count: usize| match indices
@@ -239,19 +238,21 @@ fn check(mesh: &Mesh) -> Result<(), String> {
         .iter()
         .find(|index| **index as usize >= count)
     {
-        Some(index) => Err(format!("{what} refers to {index}; there are {count}")),
+        Some(index) => {
+            Err(format!("found index {index} in {what}, expected an index below {count}"))
+        }
         None => Ok(()),
     };
     below("\"triangles\"", &mesh.triangles, mesh.positions.len())?;
     let attribute = |what: &str, count: usize, indices: Option<&Vec<[u32; 3]>>| match indices {
         Some(indices) if indices.len() != triangles => Err(format!(
-            "{what} have indices for {} triangles; there are {triangles}",
+            "found indices of {what} for {} triangles, expected {triangles}",
             indices.len()
         )),
         Some(indices) => below(&format!("the indices of {what}"), indices, count),
         None if count == mesh.positions.len() => Ok(()),
         None => Err(format!(
-            "there are {count} {what} for {} positions; expected as many, or indices for them",
+            "found {count} {what} for {} positions, expected the same number, or indices",
             mesh.positions.len()
         )),
     };
@@ -264,7 +265,10 @@ fn check(mesh: &Mesh) -> Result<(), String> {
         .flatten()
         .try_for_each(|(what, count, indices)| attribute(what, count, indices))?;
     if let Some(colors) = mesh.face_colors.as_ref().filter(|colors| colors.len() != triangles) {
-        return Err(format!("there are {} face_colors for {triangles} triangles", colors.len()));
+        return Err(format!(
+            "found {} face_colors for {triangles} triangles, expected the same number",
+            colors.len()
+        ));
     }
     let Attributes { vertices, faces } = &mesh.attributes;
     let of = [("vertex", vertices, mesh.positions.len()), ("face", faces, triangles)];
@@ -272,7 +276,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
         if let Some((name, values)) = named.iter().find(|(_, values)| values.len() != count) {
             let there = values.len();
             return Err(format!(
-                "there are {there} values of the {of} attribute {}; expected {count}",
+                "found {there} values of the {of} attribute {}, expected {count}",
                 quote(name)
             ));
         }
@@ -280,15 +284,18 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     let mut next = 0;
     for Submesh { triangles, .. } in &mesh.submeshes {
         if triangles.start != next || triangles.end < next {
-            return Err("the parts do not follow one another from triangle 0".to_owned());
+            return Err(
+                "found parts that are not consecutive from triangle 0, expected consecutive ones"
+                    .to_owned(),
+            );
         }
         next = triangles.end;
     }
     let slots = mesh.submeshes.iter().map(|part| part.slot).max().unwrap_or_default();
     if next as usize != triangles || slots as usize >= triangles.max(1) + mesh.submeshes.len() {
         return Err(format!(
-            "the parts hold {next} of {triangles} triangles, and slots up to {slots}; expected all triangles, and \
-             slots that are numbered from 0"
+            "found parts with {next} of {triangles} triangles and slots up to {slots}, expected \
+             all triangles, and slots that are numbered from 0"
         ));
     }
     Ok(())

@@ -66,7 +66,11 @@ pub(super) fn parse(
     let bytes = &*text::lines(bytes, path)?;
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
-        crate::shared::mesh_file::error(path, line as u32, "the text is not in UTF-8")
+        crate::shared::mesh_file::error(
+            path,
+            line as u32,
+            "found text that is not in UTF-8, expected UTF-8",
+        )
     })?;
     let value = node::parse(text, path)?;
     let document = JsonDocument::new(text, path);
@@ -83,7 +87,7 @@ pub(super) fn parse(
 fn check_version(keys: &mut ObjectKeys<'_>) -> Result<(), LoadError> {
     let Some(node) = keys.take(HEADER) else {
         let message = format!(
-            "this is no scene of pathtracer, which begins with {{{}: {VERSION}",
+            "found no scene of pathtracer, expected a file that begins with {{{}: {VERSION}",
             quote(HEADER)
         );
         return Err(keys.node.error(message));
@@ -91,7 +95,7 @@ fn check_version(keys: &mut ObjectKeys<'_>) -> Result<(), LoadError> {
     match node.digits().and_then(|digits| digits.parse::<u32>().ok()) {
         Some(1..=VERSION) => Ok(()),
         Some(newer) if newer > VERSION => Err(node.error(format!(
-            "the file has version {newer} of the format, and this program reads up to {VERSION}; it takes a newer \
+            "found version {newer} of the format, expected at most {VERSION}; use a newer \
              pathtracer"
         ))),
         _ => Err(node.unexpected(&format!("the version of the format, {VERSION}"))),
@@ -120,8 +124,10 @@ fn scene(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, Lo
     let cameras: Vec<Camera> = list("cameras", keys, cx)?;
     let used_camera = keys.read("used_camera", &Plain, Some(None), cx)?;
     if let Some(index) = used_camera.filter(|index: &u32| *index as usize >= cameras.len()) {
-        let message =
-            format!("\"used_camera\" is {index}, but there are {} cameras", cameras.len());
+        let message = format!(
+            "found \"used_camera\" = {index}, expected an index of the {} cameras",
+            cameras.len()
+        );
         return Err(keys.node.error(message));
     }
     Ok(Scene {

@@ -42,10 +42,10 @@ pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadErr
     };
     match parse_to_ast(text, &CollectOptions::default(), &OPTIONS) {
         Ok(result) => {
-            result.value.ok_or_else(|| error(0, 0, "the file is empty; expected {…}".into()))
+            result.value.ok_or_else(|| error(0, 0, "found an empty file, expected {…}".into()))
         }
         Err(e) => {
-            let message = format!("this is no JSON: {}", e.kind());
+            let message = format!("invalid JSON: {}", e.kind());
             Err(error(e.line_display(), e.column_display(), message))
         }
     }
@@ -137,7 +137,7 @@ impl<'a> JsonNode<'a> {
         let mut seen = HashSet::new();
         for property in &object.properties {
             if !seen.insert(property.name.as_str()) {
-                let message = format!("{} is given twice", quote(property.name.as_str()));
+                let message = format!("duplicate key {}", quote(property.name.as_str()));
                 return Err(self.document.error(property.range, &self.path, message));
             }
         }
@@ -201,7 +201,7 @@ impl<'a> ObjectKeys<'a> {
 
     /// Returns the value of the key "type".
     pub(super) fn tag(&mut self) -> Result<JsonNode<'a>, LoadError> {
-        self.take(TYPE).ok_or_else(|| self.node.error(format!("its {} is missing", quote(TYPE))))
+        self.take(TYPE).ok_or_else(|| self.node.error(format!("missing {}", quote(TYPE))))
     }
 
     /// Returns an error if there are keys that were not requested.
@@ -224,7 +224,7 @@ fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> 
     let listed: Vec<_> = all.iter().take(MAX_LISTED).map(|name| quote(name)).collect();
     let more = if all.len() > MAX_LISTED { " …" } else { "" };
     let listed = if all.is_empty() { "none".to_owned() } else { listed.join(", ") };
-    format!("unknown {what} {}; {meant}there are {listed}{more}", quote(name))
+    format!("unknown {what} {}; {meant}known: {listed}{more}", quote(name))
 }
 
 /// Describes a value in a few words.

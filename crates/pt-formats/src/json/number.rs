@@ -104,7 +104,7 @@ impl Real for f64 {
 /// Returns the shortest digits that represent a number.
 pub(super) fn digits<T: Real>(x: T) -> Result<Out, String> {
     if !x.into().is_finite() {
-        return Err(format!("{x:?} is no number that a file can hold"));
+        return Err(format!("found {x:?}, expected a finite number"));
     }
     let digits = format!("{x:?}");
     Ok(Out::Number(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned)))

@@ -139,9 +139,9 @@ fn materials(
             let names = each.list("a list of materials")?;
             if names.len() < slots {
                 let count = names.len();
-                return Err(
-                    each.error(format!("there are {count} materials; the mesh has {slots} slots"))
-                );
+                return Err(each.error(format!(
+                    "found {count} materials, expected {slots}, one for each slot of the mesh"
+                )));
             }
             names.iter().map(|name| Numbered::Material.read(name, cx)).collect()
         }

@@ -111,7 +111,7 @@ fn of_file(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, 
         "obj" => obj::parse_points(&bytes, &path)?,
         _ => {
             let message = format!(
-                "the ending {} belongs to no format of points; there are .{}, .ply, .obj",
+                "unknown point format {}; known extensions: .{}, .ply, .obj",
                 quote(&ending),
                 arrays::ENDING
             );
@@ -126,7 +126,7 @@ fn of_file(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Points>, 
 
 fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, LoadError> {
     let Some(positions) = keys.take("positions") else {
-        return Err(keys.node.error("expected a \"file\", or \"positions\""));
+        return Err(keys.node.error("expected \"file\" or \"positions\""));
     };
     let colors = keys.take("colors").map(|node| super::mesh::vectors(&node)).transpose()?;
     let segments = keys.take("segments").map(|node| Vec::read(&node, cx)).transpose()?;
@@ -142,13 +142,18 @@ fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, 
 fn check(points: &Points) -> Result<(), String> {
     let count = points.positions.len();
     if count == 0 {
-        return Err("there are no \"positions\"".to_owned());
+        return Err("missing \"positions\"".to_owned());
     }
     if let Some(colors) = points.colors.as_ref().filter(|colors| colors.len() != count) {
-        return Err(format!("there are {} \"colors\" for {count} points", colors.len()));
+        return Err(format!(
+            "found {} \"colors\" for {count} points, expected the same number",
+            colors.len()
+        ));
     }
     match points.segments.as_flattened().iter().find(|end| **end as usize >= count) {
-        Some(end) => Err(format!("\"segments\" refers to {end}; there are {count} points")),
+        Some(end) => {
+            Err(format!("found index {end} in \"segments\", expected an index below {count}"))
+        }
         None => Ok(()),
     }
 }

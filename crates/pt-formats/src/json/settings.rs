@@ -56,7 +56,7 @@ fn check(settings: &RenderHints) -> Result<(), String> {
     let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
     if settings.resolution.is_some_and(|size| !(1..=MAX_PIXELS).contains(&area(size))) {
         return refuse(
-            "the \"resolution\" must be a width and a height above 0, of up to 2^32 pixels",
+            "expected a \"resolution\" with a width and a height above 0, of up to 2^32 pixels",
         );
     }
     let ends = |start: u32, length: u32, size: u32| {
@@ -68,11 +68,11 @@ fn check(settings: &RenderHints) -> Result<(), String> {
     };
     if !settings.crop.is_none_or(fits) {
         return refuse(
-            "the \"crop\" [x, y, width, height] must lie in the image of the \"resolution\"",
+            "expected a \"crop\" [x, y, width, height] inside of the image of the \"resolution\"",
         );
     }
     if settings.spp == Some(0) {
-        return refuse("the \"spp\" must be 1 or more");
+        return refuse("expected an \"spp\" of 1 or more");
     }
     settings.filter.map_or(Ok(()), |filter| filter.check())
 }

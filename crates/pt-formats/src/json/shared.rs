@@ -150,7 +150,7 @@ impl FieldCodec<Option<u32>> for Numbered {
             Self::Medium => cx.media,
         };
         let name = names.get(index as usize);
-        name.map(Out::text).ok_or_else(|| format!("there is no {} {index}", self.what()))
+        name.map(Out::text).ok_or_else(|| format!("undefined {} {index}", self.what()))
     }
 
     fn schema(&self, _: &mut Schemas) -> Value {

@@ -95,7 +95,7 @@ fn any_step(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
         [None, Some(degrees), None, None, None] => {
             let axis = keys.take("axis").map_or(Ok(DVec3::Y), |axis| three(&axis))?;
             if axis.try_normalize().is_none() {
-                return Err(node.error("the axis has no direction"));
+                return Err(node.error("found a zero rotation axis, expected a non-zero axis"));
             }
             rotate(axis, ANY.number(degrees)?)
         }
@@ -107,7 +107,7 @@ fn any_step(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
             let from = keys.take("from").map_or(Ok(DVec3::ZERO), |from| three(&from))?;
             let up = keys.take("up").map_or(Ok(DVec3::Y), |up| three(&up))?;
             look(from, three(target)?, up).ok_or_else(|| {
-                node.error("where it stands, what it looks at and \"up\" do not span a plane")
+                node.error("found eye, target and \"up\" that do not span a plane")
             })?
         }
         [None, None, None, None, Some(rows)] => matrix(rows)?,
@@ -137,7 +137,11 @@ fn matrix(node: &JsonNode<'_>) -> Result<DAffine3, LoadError> {
         .collect::<Result<_, _>>()?;
     let affine = match rows.as_slice() {
         [a, b, c] | [a, b, c, [0.0, 0.0, 0.0, 1.0]] => [a, b, c],
-        [_, _, _, _] => return Err(node.error("the last row is not 0, 0, 0, 1")),
+        [_, _, _, _] => {
+            return Err(node.error(
+                "found a last row other than 0, 0, 0, 1; only affine transforms are supported",
+            ));
+        }
         _ => return Err(node.unexpected(expected)),
     };
     let column = |c: usize| DVec3::from_array(affine.map(|row| row[c]));
@@ -151,7 +155,9 @@ fn check(transform: DAffine3, node: &JsonNode<'_>) -> Result<DAffine3, LoadError
     if transform.is_finite() && determinant != 0.0 && determinant.is_finite() {
         return Ok(transform);
     }
-    Err(node.error("the transform flattens space, or its numbers are too large"))
+    Err(node.error(
+        "found a transform that flattens space or is not finite, expected an invertible one",
+    ))
 }
 
 /// Codec of the transform from the world to the space of a texture, which may be singular.
@@ -167,7 +173,11 @@ impl FieldCodec<DAffine3> for ToTexture {
                 Ok::<_, LoadError>(any_step(node)? * all)
             })?
         };
-        if all.is_finite() { Ok(all) } else { Err(node.error("its numbers are too large")) }
+        if all.is_finite() {
+            Ok(all)
+        } else {
+            Err(node.error("found a transform that is not finite, expected finite numbers"))
+        }
     }
 
     fn write(&self, value: &DAffine3, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
@@ -245,5 +255,9 @@ fn texture_step(node: &JsonNode<'_>) -> Result<DMat3, LoadError> {
         }
     };
     keys.finish()?;
-    if step.is_finite() { Ok(step) } else { Err(node.error("its numbers are too large")) }
+    if step.is_finite() {
+        Ok(step)
+    } else {
+        Err(node.error("found a transform that is not finite, expected finite numbers"))
+    }
 }

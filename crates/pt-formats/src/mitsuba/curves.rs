@@ -53,7 +53,7 @@ pub(super) fn parse_mesh(
     let most = context.limits().triangles(MAX_TRIANGLES);
     if triangles(detail) > most {
         context.suggest(Hint::RaiseLimit("triangles"));
-        let message = format!("the curves are cut into more than {most} triangles, the limit");
+        let message = format!("the curves exceed the limit of {most} triangles");
         return Err(mesh_file::error(path, 0, message));
     }
     let mut made: Option<Mesh> = None;
@@ -64,10 +64,10 @@ pub(super) fn parse_mesh(
             continue;
         };
         if !append(all, &tube) {
-            return Err(error(*end, "there are too many curves up to here".to_owned()));
+            return Err(error(*end, "the curves up to here have too many vertices".to_owned()));
         }
     }
-    made.ok_or_else(|| mesh_file::error(path, 0, "the file has no control points"))
+    made.ok_or_else(|| mesh_file::error(path, 0, "found no control points in the file"))
 }
 
 /// Parses all curves. The error is a line and a message.
@@ -88,7 +88,7 @@ fn curves(
             let spline = Spline { points: std::mem::take(&mut points), degree, is_bspline: true };
             if !spline.is_whole() {
                 let message = format!(
-                    "the curve before this has {} control points; expected at least {}",
+                    "found {} control points in the preceding curve, expected at least {}",
                     spline.points.len(),
                     degree + 1
                 );
@@ -106,19 +106,25 @@ fn numbers(line: &str) -> Result<[f64; 4], String> {
     let mut found = [0.0; 4];
     for number in &mut found {
         let word = words.next().ok_or_else(|| {
-            format!("{} has too few numbers; expected x, y, z and a radius", quote(line.trim()))
+            format!(
+                "found too few numbers in {}, expected x, y, z and a radius",
+                quote(line.trim())
+            )
         })?;
         *number = word
             .parse()
             .ok()
             .filter(|x: &f64| x.is_finite() && x.abs() <= f64::from(f32::MAX))
-            .ok_or_else(|| format!("{} is no finite number", quote(word)))?;
+            .ok_or_else(|| format!("found {}, expected a finite number", quote(word)))?;
     }
     if let Some(more) = words.next() {
-        return Err(format!("{} is one too many; expected x, y, z and a radius", quote(more)));
+        return Err(format!(
+            "found the additional number {}, expected x, y, z and a radius",
+            quote(more)
+        ));
     }
     if found[3] < 0.0 {
-        return Err(format!("the radius is {}; expected at least 0", found[3]));
+        return Err(format!("found the radius {}, expected at least 0", found[3]));
     }
     Ok(found)
 }
@@ -163,32 +169,36 @@ mod tests {
     #[test]
     fn what_is_wrong_with_a_file_is_told_with_its_line() {
         for (text, degree, want) in [
-            ("", 3, "a.txt: the file has no control points"),
+            ("", 3, "a.txt: found no control points in the file"),
             (
                 "0 0 0 1\n0 0 1\n",
                 1,
-                "a.txt:2: \"0 0 1\" has too few numbers; expected x, y, z and a radius",
+                "a.txt:2: found too few numbers in \"0 0 1\", expected x, y, z and a radius",
             ),
-            ("0 0 0 1 7\n", 1, "a.txt:1: \"7\" is one too many; expected x, y, z and a radius"),
-            ("0 0 0 -1\n", 1, "a.txt:1: the radius is -1; expected at least 0"),
-            ("0 nan 0 1\n", 1, "a.txt:1: \"nan\" is no finite number"),
-            ("0 0 1e39 1\n", 1, "a.txt:1: \"1e39\" is no finite number"),
+            (
+                "0 0 0 1 7\n",
+                1,
+                "a.txt:1: found the additional number \"7\", expected x, y, z and a radius",
+            ),
+            ("0 0 0 -1\n", 1, "a.txt:1: found the radius -1, expected at least 0"),
+            ("0 nan 0 1\n", 1, "a.txt:1: found \"nan\", expected a finite number"),
+            ("0 0 1e39 1\n", 1, "a.txt:1: found \"1e39\", expected a finite number"),
             (
                 "0 0 0 1\n\n",
                 1,
-                "a.txt:2: the curve before this has 1 control points; expected at least 2",
+                "a.txt:2: found 1 control points in the preceding curve, expected at least 2",
             ),
             (
                 "0 0 0 1\n0 0 1 1\n0 1 0 1",
                 3,
-                "a.txt:4: the curve before this has 3 control points; expected at least 4",
+                "a.txt:4: found 3 control points in the preceding curve, expected at least 4",
             ),
         ] {
             assert_eq!(read(text, degree, &Limits::default()).unwrap_err(), want);
         }
         let few = Limits { triangles: Some(20), ..Limits::default() };
         let told = read("0 0 0 1\n0 0 1 1", 1, &few).unwrap_err();
-        assert!(told.contains("more than 20 triangles, the limit"), "{told}");
+        assert!(told.contains("exceed the limit of 20 triangles"), "{told}");
     }
 
     /// Tubes of many curves have fewer sides.

@@ -37,7 +37,8 @@ pub(super) fn sunsky(parameters: &mut Parameters<'_>) -> Result<(DAffine3, Light
                 return Err(parameters.refuse(name, message));
             }
             let unit = direction.try_normalize();
-            let message = "the direction of the sun is zero or infinite";
+            let message = "found a sun direction that is zero or infinite, expected a finite \
+                           non-zero direction";
             node.transpose() * unit.ok_or_else(|| parameters.refuse("sun_direction", message))?
         }
         None => of_time_and_place(parameters)?,
@@ -84,7 +85,8 @@ pub(super) fn timed_sunsky(
         number("window_end_time", 19.0, 0.0..=24.0)?,
     ];
     if hours[0] > hours[1] {
-        let message = format!("the hours end at {}, before they begin", hours[1]);
+        let message =
+            format!("found {} as the last hour, expected an hour after the first one", hours[1]);
         return Err(parameters.refuse("window_end_time", message));
     }
     let first = date(parameters, ["start_year", "start_month", "start_day"], [2025, 1, 1])?;
@@ -92,7 +94,7 @@ pub(super) fn timed_sunsky(
     let last = date(parameters, ["end_year", "end_month", "end_day"], after)?;
     let days = DateTime::days_between(first, last);
     if days < 1 {
-        let message = "the last day is not after the first one";
+        let message = "found a last day that is not after the first day";
         return Err(parameters.refuse("end_year", message));
     }
     let any = f64::from(f32::MIN)..=f64::from(f32::MAX);
@@ -101,7 +103,8 @@ pub(super) fn timed_sunsky(
         within(parameters, "shutter_close", 1.0, any)?,
     ];
     if shutter[0] >= shutter[1] {
-        return Err(parameters.refuse("shutter_close", "the shutter does not close after it opens"));
+        return Err(parameters
+            .refuse("shutter_close", "found a shutter_close that is not after shutter_open"));
     }
     let days = u32::try_from(days).unwrap_or(u32::MAX).min(TimeRange::MAX_DAYS);
     let span = TimeRange { place, timezone, first, days, hours, part: shutter };
@@ -183,9 +186,9 @@ fn in_range(
     }
     let (least, most) = (range.start(), range.end());
     let message = if *most < f64::from(f32::MAX) {
-        format!("{name} is {value}; expected {least} to {most}")
+        format!("found {name} = {value}, expected {least} to {most}")
     } else {
-        format!("{name} is {value}; expected {least} or more")
+        format!("found {name} = {value}, expected {least} or more")
     };
     Err(parameters.refuse(name, message))
 }

@@ -64,7 +64,10 @@ pub(super) fn shapes(
         Err(why) => return Err(shape::left_out(tree, &parameters, &why)),
     };
     let Some(pose) = Trs::of(&placing.to_world) else {
-        return Err(parameters.refuse("to_world", "\"to_world\" cannot be undone"));
+        return Err(parameters.refuse(
+            "to_world",
+            "found a singular \"to_world\", expected an invertible transform",
+        ));
     };
     let geometry = Geometry::Mesh(mesh);
     let placed = rows.iter().filter_map(|(row, share)| placing.place(&pose, row, *share));
@@ -73,7 +76,8 @@ pub(super) fn shapes(
         .collect();
     if made.len() < rows.len() {
         let message = format!(
-            "{} of {} ellipsoids are left out: they are too small, too large or not turned by a quaternion",
+            "{} of {} ellipsoids are omitted: too small, too large, or without a valid rotation \
+             quaternion",
             rows.len() - made.len(),
             rows.len()
         );
@@ -136,13 +140,15 @@ fn shell(
     if let Some(inner) = tree.only(&children, "shape")? {
         let inner = &tree.objects[inner];
         if named.is_some() {
-            return Err(parameters.refuse("shell", "the shell is given by a shape as well"));
+            return Err(
+                parameters.refuse("shell", "found a shell name and a shape, expected one of them")
+            );
         }
         return match shape(tree, inner, meshes, warnings)? {
             MitsubaShape { geometry: Geometry::Mesh(mesh), to_world, .. } => {
                 Ok(Arc::new(around_unit_sphere(&mesh, to_world)))
             }
-            _ => Err(error(&inner.at, "a shell has to be a mesh")),
+            _ => Err(error(&inner.at, "found a shell that is not a mesh, expected a mesh")),
         };
     }
     match named {
@@ -151,7 +157,7 @@ fn shell(
         Some("uv_sphere") => Ok(meshes.made("uv_sphere", barrel, false)),
         Some(other) => {
             let message = format!(
-                "{} is no shell; expected \"box\", \"ico_sphere\" or \"uv_sphere\"",
+                "unknown shell {}; expected \"box\", \"ico_sphere\" or \"uv_sphere\"",
                 quote(other)
             );
             Err(parameters.refuse("shell", message))

@@ -78,7 +78,8 @@ pub(super) fn light(
             let node = parameters.transform("to_world")?;
             let direction = either(&mut parameters, "direction")?.unwrap_or(node.matrix3.z_axis);
             let Some(direction) = direction.try_normalize() else {
-                return Err(parameters.refuse("direction", "the direction is zero"));
+                return Err(parameters
+                    .refuse("direction", "found a zero direction, expected a non-zero direction"));
             };
             let irradiance = parameters.color("irradiance", ColorRole::Emission, 1.0)?;
             (shining_along(direction), LightKind::Directional { irradiance })
@@ -90,7 +91,8 @@ pub(super) fn light(
         "spot" => spot(&mut parameters, texture)?,
         "projector" => projector(&mut parameters, texture)?,
         "area" => {
-            let message = "an emitter \"area\" belongs inside the <shape> that emits";
+            let message =
+                "emitter \"area\" outside of a shape, expected inside of the <shape> that emits";
             return Err(error(&object.at, message));
         }
         _ => return Err(unsupported(object, &KINDS)),
@@ -110,8 +112,8 @@ fn spot(
     let beam_angle = parameters.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
     if !(0.0..=cutoff_angle).contains(&beam_angle) || cutoff_angle > 180.0 {
         let message = format!(
-            "the beam of {beam_angle}° and the cutoff of {cutoff_angle}° are no cone; \
-             expected 0 <= beam_width <= cutoff_angle <= 180"
+            "found a beam width of {beam_angle}° and a cutoff angle of {cutoff_angle}°, expected 0 \
+             <= beam_width <= cutoff_angle <= 180"
         );
         return Err(parameters.refuse("beam_width", message));
     }
@@ -119,7 +121,7 @@ fn spot(
         None => shining_along(node.matrix3.z_axis.normalize()).matrix3,
         Some(_) if cutoff_angle >= 90.0 => {
             let message = format!(
-                "a spot of {cutoff_angle}° throws no picture; with a texture, expected less than 90"
+                "found a cutoff angle of {cutoff_angle}°, expected less than 90 with a texture"
             );
             return Err(parameters.refuse("cutoff_angle", message));
         }
@@ -148,7 +150,7 @@ fn projector(
     require_even(parameters, node.matrix3, "for a projector,")?;
     let scale = parameters.float("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
-        let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+        let message = format!("found \"scale\" = {scale}, expected a number of at least 0");
         return Err(parameters.refuse("scale", message));
     }
     let texture = if let Some(texture) = texture {
@@ -172,7 +174,9 @@ fn require_even(parameters: &Parameters<'_>, node: DMat3, whom: &str) -> Result<
     let scale = node.x_axis.length_squared();
     let difference = node.transpose() * node - DMat3::from_diagonal(DVec3::splat(scale));
     if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE * scale) {
-        let message = format!("{whom} expected a transform that only turns, mirrors and scales");
+        let message = format!(
+            "{whom} expected a transform of rotations, reflections and uniform scales only"
+        );
         return Err(parameters.refuse("to_world", message));
     }
     Ok(())
@@ -190,7 +194,9 @@ fn envmap(
     let node = turn(parameters)?;
     let scale = parameters.float("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
-        return Err(parameters.refuse("scale", format!("{scale} is negative")));
+        return Err(
+            parameters.refuse("scale", format!("found {scale}, expected a number of at least 0"))
+        );
     }
     let text = file_name(object, parameters)?;
     let path = tree.resolve(text).ok_or_else(|| tree.not_found(text));
@@ -241,7 +247,7 @@ fn file_name<'t>(
     object: &MitsubaObject,
     parameters: &mut Parameters<'t>,
 ) -> Result<&'t str, LoadError> {
-    let missing = || error(&object.at, "the <string name=\"filename\"> is missing");
+    let missing = || error(&object.at, "missing <string name=\"filename\">");
     parameters.text("filename")?.ok_or_else(missing)
 }
 

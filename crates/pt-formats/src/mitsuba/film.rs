@@ -67,7 +67,8 @@ fn has_alpha(parameters: &mut Parameters<'_>) -> Result<bool, LoadError> {
         "rgb" | "luminance" | "xyz" => Ok(false),
         other => {
             let message = format!(
-                "{} is no pixel format; expected luminance, luminance_alpha, rgb, rgba, xyz or xyza",
+                "unknown pixel format {}; expected luminance, luminance_alpha, rgb, rgba, xyz or \
+                 xyza",
                 quote(other)
             );
             Err(parameters.refuse("pixel_format", message))
@@ -87,8 +88,8 @@ fn crop(
             Ok(start) if start.saturating_add(length) <= whole => Ok((start, length)),
             _ => {
                 let message = format!(
-                    "the crop window has {length} of {whole} pixels from number {start} on; \
-                     expected it to lie inside of the film"
+                    "found a crop window of {length} of {whole} pixels from pixel {start} on, \
+                     expected one inside of the film"
                 );
                 Err(parameters.refuse(offset, message))
             }

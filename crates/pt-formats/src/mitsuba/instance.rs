@@ -25,22 +25,21 @@ impl SceneBuilder<'_> {
         for child in tree.children(group, &["shape"])? {
             let shape = &tree.objects[child];
             if matches!(shape.kind.as_str(), "shapegroup" | "instance") {
-                let message = "a shape group cannot contain groups or instances; place them in the \
-                               scene itself";
+                let message =
+                    "a shape group cannot contain groups or instances; place them in the scene";
                 return Err(error(&shape.at, message));
             }
             for inner in tree.children(shape, &["bsdf", "emitter", "medium"])? {
                 let inner = &tree.objects[inner];
                 if inner.tag == "emitter" {
-                    let message = "shapes of a shape group cannot emit; place them in the scene \
-                                   itself";
+                    let message = "shapes of a shape group cannot emit; place them in the scene";
                     return Err(error(&inner.at, message));
                 }
             }
             let made = self.shapes(shape)?;
             if made.iter().any(|object| object.motion.is_some()) {
-                let message = "shapes of a shape group cannot move by themselves; give the <animation> to \
-                               the instances";
+                let message = "shapes of a shape group cannot have a motion; move the <animation> \
+                               to the instances";
                 return Err(error(&shape.at, message));
             }
             shapes.extend(made);
@@ -60,7 +59,7 @@ impl SceneBuilder<'_> {
         if self.scene.objects.len() + more <= most {
             return Ok(());
         }
-        let message = format!("with this {}, there are more than {most} shapes", object.kind);
+        let message = format!("the number of shapes exceeds {most} with this {}", object.kind);
         Err(LoadContext::exceeded(object.at.clone(), message))
     }
 
@@ -73,12 +72,12 @@ impl SceneBuilder<'_> {
         let children = tree.children(instance, &["shape"])?;
         let [group] = children.as_slice() else {
             let count = children.len();
-            let message = format!("expected one <ref> to a shape group, but there are {count}");
+            let message = format!("expected one <ref> to a shape group, found {count}");
             return Err(error(&instance.at, message));
         };
         if tree.objects[*group].kind != "shapegroup" {
             let kind = tree.objects[*group].describe();
-            let message = format!("expected a <ref> to a shape group, but it is a {kind}");
+            let message = format!("expected a <ref> to a shape group, found a {kind}");
             return Err(error(&instance.at, message));
         }
         let shapes = self.group(*group)?;
@@ -86,7 +85,8 @@ impl SceneBuilder<'_> {
         for shape in shapes.iter() {
             let placed = to_world * shape.to_world;
             if !placed.inverse().is_finite() {
-                let message = "\"to_world\" flattens a shape of the group; it cannot be undone";
+                let message = "found a \"to_world\" that flattens a shape of the group, expected \
+                               an invertible transform";
                 return Err(parameters.refuse("to_world", message));
             }
             self.scene.objects.push(pt_scene::Object {

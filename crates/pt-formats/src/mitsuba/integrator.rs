@@ -2,7 +2,7 @@
 
 use pt_scene::material::{Black, Mix, ThinGlass};
 use pt_scene::texture::{Color, Scalar};
-use pt_scene::{Hidden, Light, LightKind, RenderHints, Scene, Warning};
+use pt_scene::{Hidden, RenderHints, Scene, Warning};
 
 use super::object::{MitsubaObject, ObjectTree, Parameters, error, unsupported};
 use crate::LoadError;
@@ -93,8 +93,8 @@ pub(super) fn integrator(
         settings.hidden = Hidden::Emitters;
     }
     if object.kind == "ptracer" {
-        let message = "light is followed from the camera, not from the lights: the picture is the same \
-                       but for what only paths from lights find, such as caustics of point lights";
+        let message = "paths start at the camera, not at the lights; paths that only light tracing \
+                       finds, such as caustics of point lights, are missing";
         warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
     }
     parameters.pass_over(&PASSED_OVER);
@@ -113,21 +113,8 @@ pub(super) fn integrator(
 /// them: passing through counts as an interaction, and lights without an extent are not sampled
 /// through them. If neither has an effect on the image, opacities are kept.
 pub(super) fn fill_holes(scene: &mut Scene) {
-    use LightKind::{Directional, Ies, LinearSpot, Point, Projector, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
-    let is_point = |light: &Light| {
-        matches!(
-            light.kind,
-            Point { .. }
-                | Spot { .. }
-                | LinearSpot { .. }
-                | PunctualSpot { .. }
-                | Projector { .. }
-                | Ies { .. }
-                | Directional { .. }
-        )
-    };
-    let shows = is_limited || scene.lights.iter().any(is_point);
+    let shows = is_limited || scene.lights.iter().any(|light| light.kind.is_delta());
     if scene.settings.straight_is_free || !shows {
         return;
     }
@@ -167,19 +154,18 @@ fn inside_of_wrappers<'t>(
             let mut parameters = Parameters::new(object);
             parameters.pass_over(&PASSED_OVER);
             parameters.finish()?;
-            let message = "the squares of samples that a \"moment\" adds are not written";
+            let message = "the squared samples of \"moment\" are not written";
             warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
         }
         if let [_, second, ..] = inner[..] {
-            let message =
-                format!("the image is that of the first integrator of the {}", quote(kind));
+            let message = format!("only the first integrator of the {} is rendered", quote(kind));
             warnings.push(Warning { at: tree.objects[second].at.clone(), message });
         }
         match inner.first() {
             Some(&first) => object = &tree.objects[first],
             None if kind == "aov" => return Ok(None),
             None => {
-                let message = "a \"moment\" needs an <integrator> inside that finds light";
+                let message = "missing <integrator> with radiance inside of \"moment\"";
                 return Err(error(&object.at, message));
             }
         }
@@ -203,7 +189,7 @@ fn channels(aov: &MitsubaObject) -> Result<Vec<&'static str>, LoadError> {
         }
     }
     if found.is_empty() {
-        let message = "the aovs are missing; expected a list such as \"dd.y:depth,nn:sh_normal\"";
+        let message = "missing aovs; expected a list such as \"dd.y:depth,nn:sh_normal\"";
         return Err(parameters.refuse("aovs", message));
     }
     parameters.finish()?;
@@ -214,7 +200,7 @@ fn channels(aov: &MitsubaObject) -> Result<Vec<&'static str>, LoadError> {
 fn channel(entry: &str) -> Result<&'static str, String> {
     let Some((_, kind)) = entry.split_once(':') else {
         return Err(format!(
-            "{} is no aov; expected a name and a type, as in dd.y:depth",
+            "found {}, expected a name and a type, as in dd.y:depth",
             quote(entry)
         ));
     };
@@ -222,7 +208,7 @@ fn channel(entry: &str) -> Result<&'static str, String> {
     found.map(|(_, ours)| *ours).ok_or_else(|| {
         let known: Vec<_> = CHANNELS.iter().map(|(theirs, _)| *theirs).collect();
         let what = if UNMATCHED.contains(&kind) { "not supported" } else { "unknown" };
-        format!("the aov type {} is {what}; supported: {}", quote(kind), known.join(", "))
+        format!("aov type {} is {what}; supported: {}", quote(kind), known.join(", "))
     })
 }
 
@@ -235,7 +221,8 @@ fn max_depth(parameters: &mut Parameters<'_>, usual: i64) -> Result<u32, LoadErr
     let interactions = depth.checked_sub(1).and_then(|d| u32::try_from(d).ok());
     interactions.ok_or_else(|| {
         let message = format!(
-            "max_depth is {depth}; expected -1 (no limit), 1 (emitters only), 2 (direct light) or more"
+            "found max_depth = {depth}, expected -1 (no limit), 1 (emitters only), 2 (direct \
+             light) or more"
         );
         parameters.refuse("max_depth", message)
     })

@@ -50,14 +50,15 @@ impl<'t> MitsubaMediumCache<'t> {
                 "exterior" => &mut exterior,
                 name => {
                     let message = format!(
-                        "{} is no side of a shape; expected name=\"interior\" or name=\"exterior\"",
+                        "unknown side {} of a shape; expected name=\"interior\" or \
+                         name=\"exterior\"",
                         quote(name)
                     );
                     return Err(error(&child.at, message));
                 }
             };
             if side.is_some() {
-                let message = format!("there is already another {} medium", child.name);
+                let message = format!("duplicate {} medium; expected at most one", child.name);
                 return Err(error(&child.at, message));
             }
             *side = Some(self.get(index)?);
@@ -94,7 +95,7 @@ impl<'t> MitsubaMediumCache<'t> {
         let albedo = self.field(object, &mut parameters, "albedo", ColorRole::Share, 0.75)?;
         let scale = parameters.float("scale")?.unwrap_or(1.0) as f32;
         if scale < 0.0 {
-            let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+            let message = format!("found \"scale\" = {scale}, expected a number of at least 0");
             return Err(parameters.refuse("scale", message));
         }
         let matter = match object.kind.as_str() {
@@ -125,7 +126,10 @@ impl<'t> MitsubaMediumCache<'t> {
             let index = self.tree.target(child)?;
             if child.name == name && self.tree.objects[index].tag == "volume" {
                 if parameters.find(name).is_some() {
-                    let message = format!("{} is given as a value as well", quote(name));
+                    let message = format!(
+                        "found a <volume> and a value for {}, expected one of them",
+                        quote(name)
+                    );
                     return Err(error(&child.at, message));
                 }
                 return self.grids.volume(self.tree, &self.tree.objects[index], role);
@@ -152,8 +156,8 @@ impl<'t> MitsubaMediumCache<'t> {
             VolumeField::Grid(placed) => placed,
         };
         if is_turned(extinction.to_world.matrix3) {
-            let message = "the grid is turned; it ends at its own box here, and in Mitsuba at the \
-                           upright box around that";
+            let message = "rotated grid: its boundary is the rotated box; Mitsuba uses the \
+                           axis-aligned box around it";
             self.warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
         }
         let albedo = match albedo {
@@ -185,12 +189,13 @@ impl<'t> MitsubaMediumCache<'t> {
         let phase = match object.kind.as_str() {
             "blendphase" => {
                 let [first, second] = children.as_slice() else {
-                    let message = format!("expected two <phase> in it, found {}", children.len());
+                    let message = format!("expected two <phase>, found {}", children.len());
                     return Err(error(&object.at, message));
                 };
                 let share = parameters.float("weight")?.unwrap_or(0.5) as f32;
                 if !(0.0..=1.0).contains(&share) {
-                    let message = format!("\"weight\" is {share}; expected a number from 0 to 1");
+                    let message =
+                        format!("found \"weight\" = {share}, expected a number from 0 to 1");
                     return Err(parameters.refuse("weight", message));
                 }
                 let first = self.phase_of(&tree.objects[*first], left)?;
@@ -202,15 +207,15 @@ impl<'t> MitsubaMediumCache<'t> {
             "hg" => {
                 let g = parameters.float("g")?.unwrap_or(0.8) as f32;
                 if !(-1.0 < g && g < 1.0) {
-                    let message = format!("\"g\" is {g}; expected a number above -1 and below 1");
+                    let message =
+                        format!("found \"g\" = {g}, expected a number above -1 and below 1");
                     return Err(parameters.refuse("g", message));
                 }
                 Phase::HenyeyGreenstein { g }
             }
             "sggx" => {
                 let [volume] = children.as_slice() else {
-                    let message =
-                        "expected one <volume name=\"S\"> in it, with six numbers in each cell";
+                    let message = "expected one <volume name=\"S\"> with six numbers in each cell";
                     return Err(error(&object.at, message));
                 };
                 let matrices = self.grids.matrices(tree, &tree.objects[*volume])?;
@@ -229,7 +234,7 @@ impl<'t> MitsubaMediumCache<'t> {
             let is_volume = self.tree.objects[self.tree.target(child)?].tag == "volume";
             if is_volume && !matches!(child.name.as_str(), "sigma_t" | "albedo") {
                 let message = format!(
-                    "<volume name={}> is not supported; supported: sigma_t, albedo",
+                    "unsupported <volume name={}>; supported: sigma_t, albedo",
                     quote(&child.name)
                 );
                 return Err(error(&child.at, message));
@@ -248,8 +253,8 @@ fn homogeneous(
     let constant = |field, name| match field {
         VolumeField::Constant(color, _) => Ok(color),
         VolumeField::Grid(_) => {
-            let message = "a homogeneous medium is the same everywhere; a grid needs the type \
-                           \"heterogeneous\"";
+            let message =
+                "a grid requires the medium type \"heterogeneous\", found \"homogeneous\"";
             Err(parameters.refuse(name, message))
         }
     };
@@ -260,8 +265,8 @@ fn homogeneous(
 
 /// Reads the values of a phase function at equal steps of the cosine.
 fn table(parameters: &mut Parameters<'_>) -> Result<Vec<f32>, LoadError> {
-    const EXPECTED: &str = "expected two or more numbers from 0 up, not all of them 0, for equal steps of the cosine \
-                            from -1 to 1";
+    const EXPECTED: &str = "expected two or more numbers from 0 up, not all of them 0, at equal \
+                            steps of the cosine from -1 to 1";
     let text = parameters.text("values")?.unwrap_or_default();
     let refuse = |found: &str| parameters.refuse("values", format!("{found}; {EXPECTED}"));
     let values = numbers(text).map_err(|message| refuse(&message))?;

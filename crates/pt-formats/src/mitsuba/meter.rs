@@ -32,7 +32,7 @@ pub(super) fn meter(
     if resolution != [1; 2] {
         let [width, height] = resolution;
         let message = format!(
-            "{} {} has one pixel; expected a film of 1 x 1, found {width} x {height}",
+            "{} {} requires a film of 1 x 1 pixels, found {width} x {height}",
             if object.kind.starts_with('i') { "an" } else { "a" },
             quote(&object.kind)
         );
@@ -73,8 +73,8 @@ pub(super) fn meter(
 /// Irradiance at the shape that contains the sensor.
 fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     let Some((geometry, to_world)) = seat.surface.clone() else {
-        let message = "it stands alone; expected an \"irradiancemeter\" inside of a <shape> that does not move, whose \
-                       surface it measures at";
+        let message = "\"irradiancemeter\" without a surface; expected inside of a static <shape>, \
+                       whose irradiance is measured";
         return Err(error(&seat.object.at, message));
     };
     let meter = Meter { quantity: Quantity::Irradiance, geometry, to_world };
@@ -92,7 +92,7 @@ fn distant(
     let target = parameters.vector("target")?;
     let (geometry, to_world) = match (target, seat.surface.clone()) {
         (Some(_), Some(_)) => {
-            let message = "the target is given as a point as well as a shape";
+            let message = "found a target point and a target shape, expected one of them";
             return Err(parameters.refuse("target", message));
         }
         (Some(point), None) => {
@@ -121,7 +121,9 @@ fn direction(parameters: &mut Parameters<'_>) -> Result<(DVec3, DAffine3), LoadE
     }
     let direction = given.unwrap_or(node.matrix3.z_axis);
     let Some(direction) = direction.try_normalize() else {
-        return Err(parameters.refuse("direction", "the direction is zero"));
+        return Err(
+            parameters.refuse("direction", "found a zero direction, expected a non-zero direction")
+        );
     };
     Ok((direction, node))
 }

@@ -107,9 +107,9 @@ fn whole(
     let bsdfs = children.bsdfs.saturating_add(1);
     let most = tree.context.limits().depth(MAX_DEPTH);
     let message = if depth > most {
-        format!("with those that it refers to, objects are nested deeper than {most}")
+        format!("objects, including referenced ones, are nested deeper than {most}")
     } else if is_bsdf && bsdfs > MAX_BSDFS {
-        format!("it is made of more than {MAX_BSDFS} bsdfs, each counted as often as it is used")
+        format!("more than {MAX_BSDFS} nested bsdfs, each counted as often as it is used")
     } else {
         return Ok(NestingSize { depth, bsdfs: if is_bsdf { bsdfs } else { 0 } });
     };
@@ -131,11 +131,11 @@ fn circle(name: &str, way: &[&str]) -> String {
     let by = match (named.as_slice(), way.len()) {
         ([], _) => String::new(),
         (named, count) if count > MAX_NAMED => {
-            format!(" by way of {} and {} others", named.join(", "), count - MAX_NAMED)
+            format!(" through {} and {} others", named.join(", "), count - MAX_NAMED)
         }
-        (named, _) => format!(" by way of {}", named.join(", ")),
+        (named, _) => format!(" through {}", named.join(", ")),
     };
-    format!("{} contains itself{by}; refer to another object", quote(name))
+    format!("{} contains itself{by}; reference another object", quote(name))
 }
 
 /// Maximum nesting depth of objects, including referenced ones.

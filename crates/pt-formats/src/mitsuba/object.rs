@@ -101,7 +101,7 @@ impl ObjectTree {
             }
             ChildTarget::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
                 let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
-                error(&child.at, format!("there is no object with the id {}{hint}", quote(id)))
+                error(&child.at, format!("undefined id {}{hint}", quote(id)))
             })?,
         };
         if self.objects[index].is_broken { Err(LoadError::AlreadyReported) } else { Ok(index) }
@@ -123,7 +123,7 @@ impl ObjectTree {
                     _ => "",
                 };
                 let message =
-                    format!("<{tag}> inside of {} is not supported{advice}", object.describe());
+                    format!("unsupported <{tag}> inside of {}{advice}", object.describe());
                 return Err(error(&child.at, message));
             }
             targets.push(index);
@@ -137,7 +137,7 @@ impl ObjectTree {
         let first = found.next();
         match found.next() {
             Some(second) => {
-                let message = format!("there is already another <{tag}>; expected at most one");
+                let message = format!("duplicate <{tag}>; expected at most one");
                 Err(error(&self.objects[second].at, message))
             }
             None => Ok(first),
@@ -163,7 +163,7 @@ impl MitsubaObject {
         at: Span,
     ) -> Result<(), LoadError> {
         if self.parameters.iter().any(|p| p.name == name) {
-            return Err(error(&at, format!("{} is given twice", quote(&name))));
+            return Err(error(&at, format!("duplicate parameter {}", quote(&name))));
         }
         self.parameters.push(ObjectParameter { name, value, at });
         Ok(())
@@ -246,7 +246,7 @@ impl<'t> Parameters<'t> {
     ) -> Result<Option<T>, LoadError> {
         let Some(parameter) = self.find(name) else { return Ok(None) };
         convert(&parameter.value).map(Some).ok_or_else(|| {
-            error(&parameter.at, format!("{} has the wrong type; expected {expected}", quote(name)))
+            error(&parameter.at, format!("wrong type of {}; expected {expected}", quote(name)))
         })
     }
 
@@ -264,7 +264,7 @@ impl<'t> Parameters<'t> {
         if x > 0.0 {
             return Ok(x);
         }
-        Err(self.refuse(name, format!("{} is {x}; expected a number above 0", quote(name))))
+        Err(self.refuse(name, format!("found {} = {x}, expected a number above 0", quote(name))))
     }
 
     pub(super) fn integer(&mut self, name: &'static str) -> Result<Option<i64>, LoadError> {
@@ -284,7 +284,7 @@ impl<'t> Parameters<'t> {
         let count = u32::try_from(x).ok().filter(|x| (1..=most).contains(x));
         count.map(Some).ok_or_else(|| {
             let message =
-                format!("{} is {x}; expected a whole number from 1 to {most}", quote(name));
+                format!("found {} = {x}, expected a whole number from 1 to {most}", quote(name));
             self.refuse(name, message)
         })
     }
@@ -338,8 +338,8 @@ impl<'t> Parameters<'t> {
         if let Some(ObjectParameter { value: ParameterValue::Animation(_), .. }) = self.find(name) {
             let what = self.object.describe();
             let message = format!(
-                "{what} cannot move; expected a <transform>, and an <animation> only as the \"to_world\" of \
-                 shapes, instances and sensors"
+                "{what} does not support motion; expected a <transform>, and an <animation> only \
+                 as the \"to_world\" of shapes, instances and sensors"
             );
             return Err(self.refuse(name, message));
         }
@@ -351,7 +351,10 @@ impl<'t> Parameters<'t> {
         if transform.inverse().is_finite() {
             return Ok(transform);
         }
-        Err(self.refuse(name, format!("{} flattens space; it cannot be undone", quote(name))))
+        Err(self.refuse(
+            name,
+            format!("found a singular {}, expected an invertible transform", quote(name)),
+        ))
     }
 
     /// Returns a colour; `default` in all channels if there is none.
@@ -394,7 +397,7 @@ impl<'t> Parameters<'t> {
         match color.iter().find(|x| !range.contains(x)) {
             Some(bad) => {
                 let message = format!(
-                    "{} has a channel of {bad:?}; expected numbers {name_of_range}",
+                    "found a channel of {bad:?} in {}, expected numbers {name_of_range}",
                     quote(name)
                 );
                 Err(self.refuse(name, message))

@@ -76,7 +76,11 @@ pub(super) fn read(
     let definitions = context.options().definitions.as_slice();
     for (i, (name, _)) in definitions.iter().enumerate() {
         if definitions[..i].iter().any(|(before, _)| before == name) {
-            return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
+            return Err(mesh_file::error(
+                path,
+                0,
+                format!("duplicate definition of {}", quote(name)),
+            ));
         }
     }
     let given = |(name, value): &(String, String)| NameDefinition {
@@ -112,7 +116,7 @@ pub(super) fn read(
         && !context.has_errors()
     {
         let hint = did_you_mean(&name.text, others.iter().map(|name| name.text.as_str()));
-        let message = format!("{} is defined, but nothing uses it{hint}", quote(&name.text));
+        let message = format!("unused definition of {}{hint}", quote(&name.text));
         return Err(mesh_file::error(path, 0, message));
     }
     spectrum::resolve(&mut reader.tree)?;
@@ -173,7 +177,7 @@ impl ElementAttributes<'_> {
     fn vector(&self, default: f64) -> Result<DVec3, LoadError> {
         if let Some(value) = self.parse("value", value::one_or_three)? {
             if ["x", "y", "z"].iter().any(|axis| self.find(axis).is_some()) {
-                return Err(self.error("", "expected either value or x, y and z, not both"));
+                return Err(self.error("", "expected value or x, y and z, found both"));
             }
             return Ok(DVec3::from_array(value));
         }
@@ -271,7 +275,7 @@ impl MitsubaReader {
             }
             tag => {
                 let hint = did_you_mean(tag, OBJECTS.into_iter().chain(OTHERS));
-                Err(document.error(node, format!("<{tag}> is not supported here{hint}")))
+                Err(document.error(node, format!("unsupported <{tag}>{hint}")))
             }
         }
     }
@@ -351,7 +355,7 @@ impl MitsubaReader {
         let index = self.tree.objects.len();
         let id = attributes.text("id").to_owned();
         if !id.is_empty() && self.tree.ids.insert(id.clone(), index).is_some() {
-            return Err(document.error(node, format!("the id {} is given twice", quote(&id))));
+            return Err(document.error(node, format!("duplicate id {}", quote(&id))));
         }
         let at = document.span(node);
         self.tree.objects[parent].children.push(ChildObject {
@@ -381,11 +385,12 @@ impl MitsubaReader {
         let (id, alias) = (attributes.text("id"), attributes.text("as"));
         let Some(index) = self.tree.ids.get(id).copied() else {
             let hint = did_you_mean(id, self.tree.ids.keys().map(String::as_str));
-            let message = format!("there is no object with the id {} above{hint}", quote(id));
+            let message =
+                format!("undefined id {}; expected the id of an element above{hint}", quote(id));
             return Err(attributes.error(id, message));
         };
         if self.tree.ids.insert(alias.to_owned(), index).is_some() {
-            return Err(attributes.error(alias, format!("the id {} is given twice", quote(alias))));
+            return Err(attributes.error(alias, format!("duplicate id {}", quote(alias))));
         }
         Ok(())
     }
@@ -399,13 +404,13 @@ impl MitsubaReader {
         let attributes = self.attributes(document, node, &["name", "value"], &[])?;
         let (name, value) = (attributes.text("name"), attributes.text("value"));
         if name.is_empty() {
-            return Err(document.error(node, "the name is empty"));
+            return Err(document.error(node, "found an empty name, expected a name"));
         }
         if self.names.iter().any(|known| known.text == name) {
             return Ok(());
         }
         if self.names.len() >= MAX_NAMES {
-            return Err(document.error(node, format!("there are more than {MAX_NAMES} names")));
+            return Err(document.error(node, format!("more than {MAX_NAMES} names")));
         }
         let (text, value) = (name.to_owned(), value.to_owned());
         self.names.push(NameDefinition { text, value, is_used: Cell::new(false) });
@@ -438,7 +443,7 @@ impl MitsubaReader {
         let text = attributes.text("filename");
         let at = document.span(node);
         let Some(path) = self.tree.resolve(text) else {
-            return self.tree.miss(&at, &self.tree.not_found(text), "what it contains is left out");
+            return self.tree.miss(&at, &self.tree.not_found(text), "its content is omitted");
         };
         match self.way.enter_file(&path) {
             Ok(()) => {}
@@ -449,7 +454,7 @@ impl MitsubaReader {
         }
         let done = match self.tree.context.read(&path) {
             Ok(bytes) => self.file(&bytes, &path, parent),
-            Err(why) => self.tree.miss(&at, &why, "what it contains is left out"),
+            Err(why) => self.tree.miss(&at, &why, "its content is omitted"),
         };
         self.way.leave();
         done
@@ -470,7 +475,7 @@ impl MitsubaReader {
             if !required.contains(&name) && !optional.contains(&name) {
                 let known = required.iter().chain(optional).copied();
                 let hint = did_you_mean(name, known);
-                let message = format!("<{tag}> has no attribute {}{hint}", quote(name));
+                let message = format!("unknown attribute {} of <{tag}>{hint}", quote(name));
                 return Err(document.error_at(node, name, message));
             }
             let value = self.substitute(attribute.value()).map_err(|message| match message {
@@ -481,7 +486,7 @@ impl MitsubaReader {
         }
         if let Some(missing) = required.iter().find(|r| !node.has_attribute(**r)) {
             return Err(
-                document.error(node, format!("<{tag}> needs the attribute {missing}=\"…\""))
+                document.error(node, format!("missing attribute {missing}=\"…\" of <{tag}>"))
             );
         }
         Ok(ElementAttributes { document, node, values })
@@ -511,8 +516,7 @@ impl MitsubaReader {
                     return Err(None);
                 }
                 let hint = did_you_mean(name, self.names.iter().map(|n| n.text.as_str()));
-                let message = "nothing above says what it stands for; add <default name=\"…\" \
-                               value=\"…\"/>";
+                let message = "undefined name; add <default name=\"…\" value=\"…\"/> above";
                 return Err(Some(format!("{}: {message}{hint}", quote(&format!("${name}")))));
             };
             found.is_used.set(true);
@@ -521,7 +525,7 @@ impl MitsubaReader {
             rest = &after[found.text.len()..];
             if result.len() > MAX_SUBSTITUTED {
                 return Err(Some(format!(
-                    "with all $names put in, it exceeds {MAX_SUBSTITUTED} bytes"
+                    "value longer than {MAX_SUBSTITUTED} bytes after substitution of all $names"
                 )));
             }
         }
@@ -550,7 +554,7 @@ impl ObjectTree {
     /// Message about a file that does not exist.
     pub(super) fn not_found(&self, text: &str) -> String {
         let folders: Vec<_> = self.search.iter().map(|f| f.display().to_string()).collect();
-        format!("{} is not found; looked in {}", quote(text), folders.join(", "))
+        format!("{} not found; searched in {}", quote(text), folders.join(", "))
     }
 }
 
@@ -561,13 +565,13 @@ fn check_version<'a>(document: &'a XmlDocument<'a>, root: XmlNode<'a>) -> Result
     match major {
         Some(2 | 3) => Ok(()),
         Some(0 | 1) => {
-            let message = "scenes of Mitsuba 0.x and 1.x have other names; convert it with \
+            let message = "unsupported names of Mitsuba 0.x and 1.x; convert the scene with \
                            Mitsuba 3 (mitsuba -u)";
             Err(document.error_at(root, version, message))
         }
         _ => {
             let message = format!(
-                "{} is no version; expected one like <scene version=\"3.0.0\">",
+                "found version {}, expected one such as <scene version=\"3.0.0\">",
                 quote(version)
             );
             Err(document.error_at(root, version, message))

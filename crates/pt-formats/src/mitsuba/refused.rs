@@ -2,17 +2,18 @@
 
 /// Tags, types and reasons.
 const REFUSED: [(&str, &str, &str); 7] = [
-    ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
+    ("bsdf", "measured_polarized", "polarization and wavelengths are not simulated"),
     (
         "emitter",
         "directionalarea",
-        "no path from the camera finds what shines into a single direction from a surface; take directional, or spot",
+        "light emitted by a surface in a single direction cannot be hit by camera paths; use \
+         directional or spot",
     ),
-    ("film", "specfilm", "spectra are colours here; take hdrfilm"),
-    ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
-    ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
-    ("integrator", "depth", "distances are a channel beside light; take path, and the AOV depth"),
-    ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),
+    ("film", "specfilm", "spectra are converted to colours; use hdrfilm"),
+    ("shape", "blender", "the mesh is in the memory of Blender; export it as ply"),
+    ("integrator", "stokes", "polarization is not simulated; use the nested integrator alone"),
+    ("integrator", "depth", "depth is an additional channel; use path and the AOV depth"),
+    ("integrator", "volprim_rf_basic", "radiance fields have no surfaces that scatter light"),
 ];
 
 /// Returns the reason why a plugin is rejected, if there is a specific one.

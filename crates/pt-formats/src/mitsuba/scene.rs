@@ -22,7 +22,10 @@ use crate::shared::{cameras, placeholder};
 pub(super) fn build(tree: &ObjectTree) -> Result<Scene, LoadError> {
     let root = &tree.objects[0];
     if let Some(stray) = root.parameters.first() {
-        return Err(error(&stray.at, "a scene has no parameters; it belongs into an object"));
+        return Err(error(
+            &stray.at,
+            "found a parameter of the scene, expected parameters inside of objects",
+        ));
     }
     tree.context.expect_pictures(texture::pictures(tree));
     let mut builder = SceneBuilder {
@@ -151,7 +154,7 @@ impl SceneBuilder<'_> {
             // These are read where they are referenced.
             "bsdf" | "film" | "medium" | "phase" | "rfilter" | "sampler" | "texture" | "volume" => {
             }
-            tag => return Err(error(&object.at, format!("<{tag}> is not supported"))),
+            tag => return Err(error(&object.at, format!("unsupported <{tag}>"))),
         }
         Ok(())
     }
@@ -164,7 +167,7 @@ impl SceneBuilder<'_> {
         let MitsubaShape { geometry, to_world, motion } =
             shape(tree, target, &mut self.meshes, &mut self.scene.warnings)?;
         if motion.is_some() {
-            let message = "the shape that a sensor aims at moves; expected one that does not";
+            let message = "found a moving target shape of a sensor, expected a static one";
             return Err(error(&target.at, message));
         }
         seat.surface = Some((geometry, to_world));
@@ -182,7 +185,7 @@ impl SceneBuilder<'_> {
                 Parameters::new(object).finish()?;
                 for shape in self.tree.children(object, &["shape"])? {
                     if let Some(sensor) = inside(self.tree, &self.tree.objects[shape], "sensor")? {
-                        let message = "a sensor cannot stand inside of what is merged";
+                        let message = "sensor inside of a \"merge\", expected outside";
                         return Err(error(&self.tree.objects[sensor].at, message));
                     }
                     let placed = self.place(shape);

@@ -39,8 +39,8 @@ pub(super) fn shutter(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadE
     let name =
         if parameters.find("shutter_close").is_some() { "shutter_close" } else { "shutter_open" };
     let message = format!(
-        "the shutter closes at {close} s, before it opens at {open} s; expected a shutter_close of at \
-         least shutter_open"
+        "found a shutter from {open} s to {close} s, expected a shutter_close of at least \
+         shutter_open"
     );
     Err(parameters.refuse(name, message))
 }

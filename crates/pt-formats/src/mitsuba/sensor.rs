@@ -43,21 +43,22 @@ pub(super) fn seats<'t>(
     let sensors = children.iter().map(|i| &tree.objects[*i]).filter(|o| o.tag == "sensor");
     let sensors: Vec<_> = sensors.collect();
     let Ok(count @ 1..) = u32::try_from(sensors.len()) else {
-        return Err(error(&object.at, "a \"batch\" needs at least one <sensor> in it"));
+        return Err(error(&object.at, "\"batch\" without a <sensor>, expected at least one"));
     };
     let [width, _] = film(tree, object)?.resolution;
     if width % count != 0 {
-        let message =
-            format!("the film is {width} pixels wide; expected a multiple of its {count} sensors");
+        let message = format!(
+            "found a film width of {width} pixels, expected a multiple of the {count} sensors"
+        );
         return Err(error(&object.at, message));
     }
     if let Some(inner) = sensors.iter().find(|sensor| sensor.kind == "batch") {
-        return Err(error(&inner.at, "it is inside of another \"batch\""));
+        return Err(error(&inner.at, "\"batch\" inside of another \"batch\""));
     }
     if count > 1 {
         let message = format!(
-            "its {count} sensors are not shown side by side; each is a camera, whose image has their share of the \
-             film"
+            "the {count} sensors are not combined in one image; each becomes a camera with its \
+             part of the film"
         );
         tree.context.note(object.at.clone(), message);
     }
@@ -70,7 +71,10 @@ fn film_of(tree: &ObjectTree, seat: &Seat<'_>) -> Result<SensorFilm, LoadError> 
     let mut film = film(tree, seat.holder)?;
     film.resolution[0] /= seat.count;
     if seat.count > 1 && film.crop.take().is_some() {
-        return Err(error(&seat.holder.at, "the film of a \"batch\" may not be cropped"));
+        return Err(error(
+            &seat.holder.at,
+            "found a cropped film in a \"batch\", expected no crop window",
+        ));
     }
     Ok(film)
 }
@@ -96,7 +100,10 @@ pub(super) fn camera(
     let near = parameters.positive("near_clip", 0.01)?;
     let far = parameters.positive("far_clip", 10_000.0)?;
     if near >= far {
-        let message = format!("far_clip ({far}) is not behind near_clip ({near})");
+        let message = format!(
+            "found far_clip = {far} and near_clip = {near}, expected far_clip greater than \
+             near_clip"
+        );
         return Err(parameters.refuse("far_clip", message));
     }
     let (to_world, motion) = parameters.placement("to_world")?;
@@ -160,8 +167,9 @@ fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadErro
     const TOLERANCE: f64 = 1e-3; // matrices are written with a few digits
     let error = axes.transpose() * axes - DMat3::IDENTITY;
     if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
-        let message = "the camera is scaled or sheared; expected turns and translations only, or \
-                       for an orthographic camera a scale before them, the same at all times";
+        let message = "found a scaled or sheared camera, expected rotations and translations only, \
+                       or for an orthographic camera a preceding scale that is the same at all \
+                       times";
         return Err(parameters.refuse("to_world", message));
     }
     Ok(())
@@ -175,7 +183,7 @@ fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadErro
         if x.abs() <= MAX {
             return Ok(x);
         }
-        let message = format!("{name} is {x}; expected a share of the film's size");
+        let message = format!("found {name} = {x}, expected a fraction of the film size");
         Err(parameters.refuse(name, message))
     };
     Ok([offset("principal_point_offset_x")?, offset("principal_point_offset_y")?])
@@ -191,11 +199,11 @@ pub(super) fn fields_of_view(
     // Half the extent of the image at unit distance, along the axis.
     let (half, axis) = match (fov, focal_length) {
         (Some(_), Some(_)) => {
-            return Err(parameters.refuse("fov", "expected fov or focal_length, not both"));
+            return Err(parameters.refuse("fov", "expected fov or focal_length, found both"));
         }
         (Some(fov), None) if 0.0 < fov && fov < 180.0 => (libm::tan(0.5 * fov.to_radians()), axis),
         (Some(fov), None) => {
-            let message = format!("the fov is {fov}; expected degrees above 0 and below 180");
+            let message = format!("found a fov of {fov}, expected degrees above 0 and below 180");
             return Err(parameters.refuse("fov", message));
         }
         (None, text) => {
@@ -203,7 +211,7 @@ pub(super) fn fields_of_view(
             let length = text.strip_suffix("mm").unwrap_or(text).trim().parse().ok();
             let length = length.filter(|x: &f64| x.is_finite() && *x > 0.0);
             let length = length.ok_or_else(|| {
-                let message = format!("{} is no length like \"50mm\"", quote(text));
+                let message = format!("found {}, expected a length such as \"50mm\"", quote(text));
                 parameters.refuse("focal_length", message)
             })?;
             (0.5 * film_diagonal() / length, "diagonal")
@@ -217,7 +225,7 @@ pub(super) fn fields_of_view(
         "diagonal" => half / (1.0 + 1.0 / (aspect * aspect)).sqrt(),
         other => {
             let message =
-                format!("{} is no axis; expected x, y, smaller, larger or diagonal", quote(other));
+                format!("found {}, expected x, y, smaller, larger or diagonal", quote(other));
             return Err(parameters.refuse("fov_axis", message));
         }
     };

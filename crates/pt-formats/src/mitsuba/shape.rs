@@ -185,7 +185,7 @@ fn mesh_key(
         _ => 0,
     };
     let index = u32::try_from(index).map_err(|_| {
-        let message = format!("\"shape_index\" is {index}; expected a whole number from 0");
+        let message = format!("found \"shape_index\" = {index}, expected a whole number from 0");
         parameters.refuse("shape_index", message)
     })?;
     let path = mesh_path(tree, object, parameters)?;
@@ -199,7 +199,7 @@ pub(super) fn mesh_path(
     parameters: &mut Parameters<'_>,
 ) -> Result<PathBuf, LoadError> {
     let Some(text) = parameters.text("filename")? else {
-        let message = "the <string name=\"filename\"> is missing";
+        let message = "missing <string name=\"filename\">";
         return Err(error(&object.at, message));
     };
     tree.resolve(text).ok_or_else(|| left_out(tree, parameters, &tree.not_found(text)))
@@ -212,8 +212,7 @@ fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<IsosurfaceNormals,
         None | Some("smooth") => Ok(IsosurfaceNormals::Smooth),
         Some("analytic") => Ok(IsosurfaceNormals::Analytic),
         Some(other) => {
-            let message =
-                format!("{} is unknown; expected \"smooth\" or \"analytic\"", quote(other));
+            let message = format!("found {}, expected \"smooth\" or \"analytic\"", quote(other));
             Err(parameters.refuse("normals", message))
         }
     }
@@ -231,8 +230,8 @@ fn surface_of_grid(
     let distances = Distances::new(&grid).ok_or_else(|| {
         let [x, y, z] = grid.resolution;
         format!(
-            "the grid has {x} x {y} x {z} cells of {} numbers; expected one signed distance in each of at least \
-             2 x 2 x 2",
+            "found a grid of {x} x {y} x {z} cells of {} numbers, expected one signed distance in \
+             each of at least 2 x 2 x 2",
             grid.channels
         )
     })?;
@@ -241,14 +240,14 @@ fn surface_of_grid(
         context.suggest(Hint::RaiseLimit("triangles"));
     })?;
     if mesh.triangles.is_empty() {
-        return Err("the grid has no surface: its distances are of one sign".to_owned());
+        return Err("found distances of one sign, expected a surface inside of the grid".to_owned());
     }
     Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() })
 }
 
 /// Reports a file that cannot be used, with the reason.
 pub(super) fn left_out(tree: &ObjectTree, parameters: &Parameters<'_>, why: &str) -> LoadError {
-    let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
+    let told = tree.miss(parameters.place("filename"), why, "the shape is omitted");
     told.err().unwrap_or(LoadError::AlreadyReported)
 }
 
@@ -267,7 +266,8 @@ fn cylinder(parameters: &mut Parameters<'_>, to_world: DAffine3) -> Result<DAffi
     let p1 = parameters.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = parameters.positive("radius", 1.0)?;
     let Some(axis) = (p1 - p0).try_normalize() else {
-        return Err(parameters.refuse("p1", "the cylinder has no length: p0 and p1 are equal"));
+        return Err(parameters
+            .refuse("p1", "found a cylinder without length, expected different p0 and p1"));
     };
     let Frame { s, t, .. } = Frame::from_normal(axis.as_vec3());
     let linear = DMat3::from_cols(s.as_dvec3() * radius, t.as_dvec3() * radius, p1 - p0);
@@ -275,7 +275,8 @@ fn cylinder(parameters: &mut Parameters<'_>, to_world: DAffine3) -> Result<DAffi
     if placed.inverse().is_finite() {
         return Ok(placed);
     }
-    Err(parameters.refuse("radius", "the cylinder is too thin or too large to be computed with"))
+    Err(parameters
+        .refuse("radius", "found a cylinder that is too thin or too large to be represented"))
 }
 
 /// Reads a sphere, whose transform has to scale uniformly.
@@ -291,12 +292,14 @@ fn sphere(
     let scale = linear.x_axis.length();
     let error = linear.transpose() * linear - DMat3::from_diagonal([scale * scale; 3].into());
     if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE * scale * scale) {
-        let message = "a sphere has to stay one; expected the same scale in all directions";
+        let message =
+            "found a non-uniform scale of a sphere, expected the same scale in all directions";
         return Err(parameters.refuse("to_world", message));
     }
     let world_radius = radius.abs() * scale;
     if !(world_radius > 0.0 && world_radius.is_finite()) {
-        let message = format!("the radius in the world is {world_radius}; expected more than 0");
+        let message =
+            format!("found a radius of {world_radius} in world space, expected more than 0");
         return Err(parameters.refuse("radius", message));
     }
     let mirrored = (linear.determinant() < 0.0) != (radius < 0.0);

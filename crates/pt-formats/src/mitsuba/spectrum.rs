@@ -25,7 +25,7 @@ impl SpectrumColors {
         let words = text.split(|c: char| c.is_ascii_whitespace() || c == ',');
         let pair = |word: &str| match word.split_once(':') {
             Some((nanometres, value)) => Ok((number(nanometres)?, number(value)?)),
-            None => Err(format!("{} is no pair; expected WAVELENGTH:VALUE", quote(word))),
+            None => Err(format!("found {}, expected WAVELENGTH:VALUE", quote(word))),
         };
         let samples: Result<Vec<_>, _> = words.filter(|w| !w.is_empty()).map(pair).collect();
         Self::sampled(&samples?)
@@ -43,7 +43,12 @@ impl SpectrumColors {
             let message = |message: String| format!("{}:{i}: {message}", path.display());
             match value::numbers(line).map_err(message)?.as_slice() {
                 [nanometres, value] => samples.push((*nanometres, *value)),
-                _ => return Err(message(format!("{} is no WAVELENGTH VALUE", quote(line)))),
+                _ => {
+                    return Err(message(format!(
+                        "found {}, expected WAVELENGTH VALUE",
+                        quote(line)
+                    )));
+                }
             }
         }
         Self::sampled(&samples).map_err(|message| format!("{}: {message}", path.display()))
@@ -100,7 +105,7 @@ fn add(
     value: Option<ParameterValue>,
 ) -> Result<(), LoadError> {
     if child.name.is_empty() {
-        let message = "the attribute name=\"…\" is missing, which says what it is for";
+        let message = "missing attribute name=\"…\", which selects the parameter";
         return Err(error(&child.at, message));
     }
     object.add_parameter(child.name, value.ok_or(LoadError::AlreadyReported)?, child.at)
@@ -127,7 +132,7 @@ fn of_object(tree: &ObjectTree, object: &MitsubaObject) -> Result<ParameterValue
             let values = list(&mut parameters, "values")?;
             if wavelengths.len() != values.len() {
                 let message = format!(
-                    "{} values are given for {} wavelengths",
+                    "found {} values for {} wavelengths, expected the same number",
                     values.len(),
                     wavelengths.len()
                 );
@@ -159,7 +164,7 @@ fn of_object(tree: &ObjectTree, object: &MitsubaObject) -> Result<ParameterValue
 fn required(parameters: &mut Parameters<'_>, name: &'static str) -> Result<(), LoadError> {
     match parameters.find(name) {
         Some(_) => Ok(()),
-        None => Err(parameters.refuse(name, format!("{} is missing", quote(name)))),
+        None => Err(parameters.refuse(name, format!("missing {}", quote(name)))),
     }
 }
 

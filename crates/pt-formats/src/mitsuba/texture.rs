@@ -40,7 +40,7 @@ fn raw_value(
         parameters.float("value")?.map(|x| [x; 3])
     };
     let Some(value) = value else {
-        let message = "the <float name=\"value\"> or <vector name=\"value\"> is missing";
+        let message = "missing <float name=\"value\"> or <vector name=\"value\">";
         return Err(super::object::error(&object.at, message));
     };
     if value.iter().any(|x| !(0.0..=f64::from(f32::MAX)).contains(x)) {
@@ -103,7 +103,7 @@ impl<'t> MitsubaTextureCache<'t> {
     fn volume(&mut self, object: &MitsubaObject, children: &[usize]) -> Result<Texture, LoadError> {
         let [volume] = children else {
             let message =
-                format!("expected one <volume name=\"volume\"> in it, found {}", children.len());
+                format!("expected one <volume name=\"volume\">, found {}", children.len());
             return Err(super::object::error(&object.at, message));
         };
         let field = self.grids.volume(self.tree, &self.tree.objects[*volume], ColorRole::Level)?;
@@ -125,8 +125,8 @@ impl<'t> MitsubaTextureCache<'t> {
 
     fn note_levels_above_1(&self, object: &MitsubaObject, mut levels: impl Iterator<Item = f32>) {
         if levels.any(|level| level > 1.0) {
-            let message = "where the texture is a share of light, what is above 1 counts as 1: nothing reflects more \
-                           light than arrives";
+            let message =
+                "values above 1 are clamped to 1 where the texture is a reflectance or a weight";
             self.tree.context.note(object.at.clone(), message.to_owned());
         }
     }
@@ -150,7 +150,7 @@ impl<'t> MitsubaTextureCache<'t> {
         {
             if child.name != name || found.is_some() {
                 let message = format!(
-                    "this <texture> inside of {} is not supported; one is supported, for: {name}",
+                    "unsupported <texture> inside of {}; expected at most one, for {name}",
                     object.describe()
                 );
                 return Err(super::object::error(&child.at, message));
@@ -169,7 +169,7 @@ impl<'t> MitsubaTextureCache<'t> {
         let to_uv = coordinates(parameters.transform("to_uv")?);
         parameters.pass_over(&["format", "accel"]);
         let Some(text) = parameters.text("filename")? else {
-            let message = "the <string name=\"filename\"> is missing";
+            let message = "missing <string name=\"filename\">";
             return Err(super::object::error(&object.at, message));
         };
         let is_raw = parameters.boolean("raw")?;
@@ -178,8 +178,7 @@ impl<'t> MitsubaTextureCache<'t> {
             Some("mirror") => Wrap::MIRROR,
             Some("clamp") => Wrap::CLAMP,
             Some(other) => {
-                let message =
-                    format!("{} is unknown; there are repeat, mirror, clamp", quote(other));
+                let message = format!("found {}, expected repeat, mirror or clamp", quote(other));
                 return Err(parameters.refuse("wrap_mode", message));
             }
         };
@@ -187,7 +186,7 @@ impl<'t> MitsubaTextureCache<'t> {
             None | Some("bilinear") => Filter::Bilinear,
             Some("nearest") => Filter::Nearest,
             Some(other) => {
-                let message = format!("{} is unknown; there are bilinear, nearest", quote(other));
+                let message = format!("found {}, expected bilinear or nearest", quote(other));
                 return Err(parameters.refuse("filter_type", message));
             }
         };
@@ -260,14 +259,13 @@ fn mesh_attribute(
         (Some(name), _) if !name.is_empty() => Pattern::VertexAttribute(name.to_owned()),
         (_, Some(name)) if !name.is_empty() => Pattern::FaceAttribute(name.to_owned()),
         _ if name.is_empty() => {
-            let message = "the <string name=\"name\"> is missing; expected one such as vertex_color or \
-                           face_color";
+            let message =
+                "missing <string name=\"name\">; expected one such as vertex_color or face_color";
             return Err(super::object::error(&object.at, message));
         }
         _ => {
             let message = format!(
-                "the attribute {} is neither of vertices nor of faces; expected a name that begins with \
-                 vertex_ or face_",
+                "found attribute {}, expected a name that begins with vertex_ or face_",
                 quote(name)
             );
             return Err(parameters.refuse("name", message));
@@ -275,7 +273,7 @@ fn mesh_attribute(
     };
     let scale = parameters.float("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
-        let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+        let message = format!("found \"scale\" = {scale}, expected a number of at least 0");
         return Err(parameters.refuse("scale", message));
     }
     if scale == 1.0 {

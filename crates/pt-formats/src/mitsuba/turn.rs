@@ -22,8 +22,9 @@ pub(super) fn turned(
 ) -> Result<DMat3, LoadError> {
     let difference = node.transpose() * node - DMat3::IDENTITY;
     if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
-        let message =
-            format!("{what} has no size; expected a transform that only turns or mirrors");
+        let message = format!(
+            "found a scale of {what}, expected a transform of rotations and reflections only"
+        );
         return Err(parameters.refuse("to_world", message));
     }
     Ok(node)

@@ -29,7 +29,7 @@ pub(super) fn one_or_three(text: &str) -> Result<[f64; 3], String> {
     match numbers(text)?.as_slice() {
         [x] => Ok([*x; 3]),
         [x, y, z] => Ok([*x, *y, *z]),
-        other => Err(format!("expected 1 or 3 numbers, but there are {}", other.len())),
+        other => Err(format!("expected 1 or 3 numbers, found {}", other.len())),
     }
 }
 
@@ -37,12 +37,12 @@ pub(super) fn one_or_three(text: &str) -> Result<[f64; 3], String> {
 pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
     let numbers = numbers(text)?;
     let count = numbers.len();
-    numbers.try_into().map_err(|_| format!("expected 3 numbers, but there are {count}"))
+    numbers.try_into().map_err(|_| format!("expected 3 numbers, found {count}"))
 }
 
 /// Parses an integer.
 pub(super) fn integer(text: &str) -> Result<i64, String> {
-    text.trim().parse().map_err(|_| format!("{} is no whole number", quote(text)))
+    text.trim().parse().map_err(|_| format!("found {}, expected a whole number", quote(text)))
 }
 
 /// Parses `true` or `false`, ignoring case.
@@ -50,7 +50,7 @@ pub(super) fn boolean(text: &str) -> Result<bool, String> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" => Ok(true),
         "false" => Ok(false),
-        _ => Err(format!("{} is neither \"true\" nor \"false\"", quote(text))),
+        _ => Err(format!("found {}, expected \"true\" or \"false\"", quote(text))),
     }
 }
 
@@ -59,8 +59,9 @@ pub(super) fn rgb(text: &str) -> Result<[f64; 3], String> {
     let Some(digits) = text.trim().strip_prefix('#') else { return one_or_three(text) };
     let is_good = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());
     let value = u32::from_str_radix(digits, 16).ok().filter(|_| is_good);
-    let [_, rgb @ ..] =
-        value.ok_or_else(|| format!("{} is no colour like #ff8000", quote(text)))?.to_be_bytes();
+    let [_, rgb @ ..] = value
+        .ok_or_else(|| format!("found {}, expected a colour such as #ff8000", quote(text)))?
+        .to_be_bytes();
     Ok(rgb.map(|byte| f64::from(byte) / 255.0))
 }
 

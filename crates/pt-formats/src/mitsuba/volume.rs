@@ -81,7 +81,7 @@ impl Grids {
     ) -> Result<PlacedGrid, LoadError> {
         parameters.pass_over(&["raw", "accel"]);
         let Some(text) = parameters.text("filename")? else {
-            return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
+            return Err(error(&object.at, "missing <string name=\"filename\">"));
         };
         let path = tree.resolve(text);
         let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
@@ -91,18 +91,18 @@ impl Grids {
             None | Some("trilinear") => GridFilter::Trilinear,
             Some("nearest") => GridFilter::Nearest,
             Some(other) => {
-                let message = format!("{} is unknown; there are trilinear, nearest", quote(other));
+                let message = format!("found {}, expected trilinear or nearest", quote(other));
                 return Err(parameters.refuse("filter_type", message));
             }
         };
         if let Some(other) = parameters.text("wrap_mode")?.filter(|mode| *mode != "clamp") {
-            let message = format!("{} is not supported; supported: clamp", quote(other));
+            let message = format!("unsupported wrap mode {}; supported: clamp", quote(other));
             return Err(parameters.refuse("wrap_mode", message));
         }
         let uses_box = parameters.boolean("use_grid_bbox")?;
         let to_world = if uses_box { to_world * to_box } else { to_world };
         if !to_world.inverse().is_finite() {
-            let message = "the box of the grid's file is flat; expected one with a volume";
+            let message = "found a grid file with a flat box, expected one with a volume";
             return Err(parameters.refuse("use_grid_bbox", message));
         }
         Ok(PlacedGrid { grid, to_world, filter })
@@ -132,6 +132,6 @@ fn require(
     if fits(channels) {
         return Ok(());
     }
-    let message = format!("the grid has {channels} numbers in each cell; expected {expected}");
+    let message = format!("found {channels} numbers in each cell, expected {expected}");
     Err(parameters.refuse("filename", message))
 }

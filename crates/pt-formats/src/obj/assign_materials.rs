@@ -101,14 +101,14 @@ impl MaterialAssigner<'_> {
         let Some(first) = not_found.first() else { return };
         if self.libraries.is_empty() {
             let message =
-                "no \"mtllib\" names a file of materials; the default material is taken for all";
+                "missing \"mtllib\" with a material library; the default material is used for all";
             return notes.add(place(self.path, first.line), message.to_owned());
         }
         for LocatedName { name, line } in not_found.iter().take(MAX_NOT_FOUND) {
             let near = suggestions(name, library.names.iter().map(String::as_str));
             let hint = near.first().map(|near| format!(" (did you mean {}?)", quote(near)));
             let message = format!(
-                "the material {} is in no file{}; the default material is taken",
+                "undefined material {}{}; the default material is used",
                 quote(name),
                 hint.unwrap_or_default()
             );
@@ -116,7 +116,7 @@ impl MaterialAssigner<'_> {
         }
         if let Some(next) = not_found.get(MAX_NOT_FOUND) {
             let count = not_found.len() - MAX_NOT_FOUND;
-            let message = format!("{count} more materials are in no file");
+            let message = format!("{count} more undefined materials");
             notes.add(place(self.path, next.line), message);
         }
     }
@@ -132,12 +132,12 @@ impl MaterialAssigner<'_> {
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { return };
         let whole = place(self.path, 0);
         if shows_images && mesh.uvs.is_none() {
-            let message = "materials show images, but the faces have no texture coordinates (\"f 1/1 2/2 3/3\"); each \
-                           triangle shows half of the image";
+            let message = "materials have images, but the faces have no texture coordinates (\"f \
+                           1/1 2/2 3/3\"); each triangle shows half of the image";
             notes.add(whole.clone(), message.to_owned());
         }
         if is_dressed && mesh.colors.is_some() {
-            let message = "the colours of vertices are seen only where faces have no material";
+            let message = "the colours of vertices are shown only where faces have no material";
             notes.add(whole, message.to_owned());
         }
     }

@@ -138,8 +138,11 @@ impl ObjFaces {
                     if read_corners(line, counts, &mut corners, faults) {
                         let is_line = kind == b"l";
                         if is_line && corners.len() < 2 {
-                            let fault = line.error(line.text, "a line needs at least two points");
-                            faults.pardon(fault, "it is left out");
+                            let fault = line.error(
+                                line.text,
+                                "found fewer than two points of a line, expected at least two",
+                            );
+                            faults.pardon(fault, "the line is omitted");
                         } else {
                             faces.strokes.add(corners.iter().map(|corner| corner[0]), is_line);
                         }
@@ -172,8 +175,11 @@ impl ObjFaces {
     ) {
         match corners {
             [] | [_] | [_, _] => {
-                let fault = line.error(line.text, "a face needs at least three corners");
-                faults.pardon(fault, "it is left out");
+                let fault = line.error(
+                    line.text,
+                    "found fewer than three corners of a face, expected at least three",
+                );
+                faults.pardon(fault, "the face is omitted");
             }
             [a, b, c] => self.push([*a, *b, *c]),
             all => polygons.cut(all.iter().map(|c| c[0]), positions, |triangle| {
@@ -285,7 +291,8 @@ fn corner(
     let mut corner = [MISSING; 3];
     for (i, text) in word.split('/').enumerate() {
         let Some(count) = counts.get(i) else {
-            let message = format!("{} has more than three indices", quote(word));
+            let message =
+                format!("found more than three indices in {}, expected up to three", quote(word));
             return Err(line.error(word, message));
         };
         if text.is_empty() && i > 0 {
@@ -293,18 +300,18 @@ fn corner(
         }
         if i > 0 && *count == 0 {
             let (written, what) = (quote(text), ["vertices", "texture coordinates", "normals"][i]);
-            let message = format!("{written} is an index into {what}, but there are none above");
-            faults.pardon(line.error(text, message), "the corner has none");
+            let message = format!("found index {written} of {what}, but none are above");
+            faults.pardon(line.error(text, message), "the index is ignored");
             continue;
         }
         corner[i] = resolve(text, *count).ok_or_else(|| {
             let (written, what) = (quote(text), ["vertices", "texture coordinates", "normals"][i]);
             let message = match count {
-                _ if text.is_empty() => format!("{} has no vertex", quote(word)),
-                0 => format!("{written} is an index into {what}, but there are none above"),
+                _ if text.is_empty() => format!("missing vertex in {}", quote(word)),
+                0 => format!("found index {written} of {what}, but none are above"),
                 _ => format!(
-                    "{written} is no index into the {what} above; expected 1 to {count}, or -{count} \
-                     to -1"
+                    "found {written}, expected an index of the {what} above: 1 to {count}, or \
+                     -{count} to -1"
                 ),
             };
             line.error(text, message)

@@ -55,7 +55,7 @@ impl MaterialLibrary {
         if named.name.is_empty() {
             notes.add(
                 at,
-                "expected the name of a file after \"mtllib\"; it is passed over".to_owned(),
+                "missing name of a file after \"mtllib\"; the statement is ignored".to_owned(),
             );
             return Ok(());
         }
@@ -64,7 +64,7 @@ impl MaterialLibrary {
                 continue;
             }
             if self.read.len() > MAX_FILES {
-                let message = format!("there are more than {MAX_FILES} files of materials");
+                let message = format!("more than {MAX_FILES} material libraries");
                 return Err(LoadContext::exceeded(at, message));
             }
             let read = folder.context.read(&path).and_then(|bytes| {
@@ -76,8 +76,8 @@ impl MaterialLibrary {
                 Err(why) => {
                     self.is_incomplete = true;
                     let message = format!(
-                        "the file of materials is not read: {why}; surfaces whose materials are in no other file have the default \
-                         one"
+                        "the material library is ignored: {why}; materials that no other library \
+                         defines become the default material"
                     );
                     folder.context.missing(at.clone(), message);
                 }
@@ -105,10 +105,8 @@ impl MaterialLibrary {
                 if is_new {
                     self.names.push(name.to_owned());
                 } else {
-                    let message = format!(
-                        "the material {} is there already; the first one stands",
-                        quote(name)
-                    );
+                    let message =
+                        format!("duplicate material {}; the first one is used", quote(name));
                     notes.add(place(&path, number), message);
                 }
                 current = Some(name).filter(|name| is_new && wanted.contains(name));
@@ -121,12 +119,12 @@ impl MaterialLibrary {
             {
                 described.lines.push((number, line.to_owned()));
             } else if !has_any && !word.is_empty() {
-                let message = "statements above the first \"newmtl\" are passed over".to_owned();
+                let message = "statements above the first \"newmtl\" are ignored".to_owned();
                 notes.add(place(&path, number), message);
             }
         }
         if !has_any {
-            let message = "the file has no materials (\"newmtl red\")".to_owned();
+            let message = "file without materials (\"newmtl red\")".to_owned();
             notes.add(place(&path, 0), message);
         }
     }

@@ -82,7 +82,7 @@ impl TextureMap {
         map.file = rest.0.trim().to_owned();
         if map.file.is_empty() {
             let message = format!(
-                "expected the name of an image after {}; it is passed over",
+                "missing name of an image after {}; the statement is ignored",
                 quote(keyword)
             );
             notes.add(map.at, message);
@@ -104,7 +104,7 @@ impl TextureMap {
             "-bm" => [self.height] = line.numbers(&mut *rest)?,
             "-clamp" if rest.next() == Some("on") => {
                 self.wrap = Wrap::CLAMP;
-                let message = "\"-clamp on\": beyond its edges, the image shows what is at them";
+                let message = "\"-clamp on\": the image is extended by the colour of its edges";
                 notes.add(line.at(option), message.to_owned());
             }
             "-clamp" => self.wrap = Wrap::REPEAT,
@@ -114,7 +114,7 @@ impl TextureMap {
                 if range != [0.0, 1.0] {
                     notes.add(
                         line.at(option),
-                        "\"-mm\" is passed over: images are as they are".to_owned(),
+                        "\"-mm\" is ignored: images are not scaled".to_owned(),
                     );
                 }
             }
@@ -122,20 +122,21 @@ impl TextureMap {
                 if pair(line, rest, 0.0)? != [0.0; 2] {
                     notes.add(
                         line.at(option),
-                        "\"-t\" is passed over: images have no turbulence".to_owned(),
+                        "\"-t\" is ignored: turbulence is not supported".to_owned(),
                     );
                 }
             }
             "-cc" => {
                 if rest.next() == Some("on") {
-                    let message = "\"-cc on\" is passed over: colours are not corrected".to_owned();
+                    let message =
+                        "\"-cc on\" is ignored: colour correction is not supported".to_owned();
                     notes.add(line.at(option), message);
                 }
             }
             _ if PASSED_OVER.contains(&option) => drop(rest.next()),
             _ => {
                 let message = format!(
-                    "the option {} of an image is unknown, and passed over with the numbers after it",
+                    "unknown option {} of an image; it is ignored with the numbers after it",
                     quote(option)
                 );
                 notes.add(line.at(option), message);
@@ -195,7 +196,7 @@ fn channel(
         Some("b") => Some(2),
         Some("l") => None,
         _ => {
-            let message = "\"-imfchan\": expected r, g, b or l; the luminance is taken".to_owned();
+            let message = "\"-imfchan\": expected r, g, b or l; the luminance is used".to_owned();
             notes.add(line.at(option), message);
             None
         }

@@ -105,7 +105,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
     fn surface(&mut self) -> (Surface, Scalar) {
         let model = self.values.number("illum").unwrap_or(2.0);
         if model.fract() != 0.0 || model == 10.0 {
-            self.note("illum", format!("there is no illum {model} here; it is read as illum 2"));
+            self.note("illum", format!("unsupported illum {model}; illum 2 is used"));
         }
         let is_solid_glass = (model == 6.0 || model == 7.0) && !self.values.has("map_d");
         let dissolve = self.dissolve();
@@ -120,7 +120,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
             if dissolve.is_some_and(|d| d > 0.0 && d < 1.0) {
                 self.note(
                     "d",
-                    "\"d\" is passed over: glass lets all light through that it does not reflect"
+                    "\"d\" is ignored for glass: it transmits all light that it does not reflect"
                         .to_owned(),
                 );
             }
@@ -137,7 +137,10 @@ impl MaterialBuilder<'_, '_, '_, '_> {
         let inverse = self.values.number("Tr").map(|transparency| 1.0 - transparency);
         let Some(dissolve) = self.values.number("d") else { return inverse };
         if inverse.is_some_and(|inverse| (inverse - dissolve).abs() > 1e-3) {
-            self.note("Tr", "\"d\" and \"Tr\" do not add up to 1; \"d\" is taken".to_owned());
+            self.note(
+                "Tr",
+                "found \"d\" and \"Tr\" that do not add up to 1; \"d\" is used".to_owned(),
+            );
         }
         Some(dissolve)
     }
@@ -149,7 +152,8 @@ impl MaterialBuilder<'_, '_, '_, '_> {
             return scaled(texture, factor);
         }
         if dissolve == Some(0.0) {
-            let message = "it is invisible; for glass, use illum 4, 6 or 7, or else \"d\" above 0";
+            let message =
+                "invisible material; for glass, use illum 4, 6 or 7, otherwise \"d\" above 0";
             let word = if self.values.has("d") { "d" } else { "Tr" };
             self.note(word, message.to_owned());
         }
@@ -160,7 +164,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
     fn ior(&mut self) -> f32 {
         match self.values.number("Ni") {
             Some(0.0) => {
-                self.note("Ni", format!("\"Ni\" is 0; {DEFAULT_IOR} is taken"));
+                self.note("Ni", format!("found \"Ni\" 0; {DEFAULT_IOR} is used"));
                 DEFAULT_IOR
             }
             Some(ior) => ior.clamp(1.0 / MAX_IOR, MAX_IOR),
@@ -185,7 +189,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
         if tints {
             self.note(
                 "Tf",
-                "\"Tf\" is passed over: it is for glass (illum 4, 6, 7 or 9)".to_owned(),
+                "\"Tf\" is ignored: it is supported for glass only (illum 4, 6, 7 or 9)".to_owned(),
             );
         }
         let diffuse = self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE);
@@ -194,7 +198,8 @@ impl MaterialBuilder<'_, '_, '_, '_> {
             if legacy_specular::amount(&diffuse) <= legacy_specular::MIN {
                 return Mirror { reflectance: specular }.into();
             }
-            let message = "mirrors that are also diffuse are not supported; the gloss of \"Ks\" and \"Ns\" is taken";
+            let message = "mirrors that are also diffuse are not supported; the gloss of \"Ks\" \
+                           and \"Ns\" is used";
             self.note("illum", message.to_owned());
         }
         let exponent = self.exponent().unwrap_or(legacy_specular::DEFAULT_EXPONENT);
@@ -205,7 +210,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
     fn exponent(&mut self) -> Option<f32> {
         let exponent = self.values.number("Ns")?;
         if exponent < 0.0 {
-            self.note("Ns", "\"Ns\" is below 0; 0 is taken".to_owned());
+            self.note("Ns", "found \"Ns\" below 0; 0 is used".to_owned());
         }
         Some(exponent.max(0.0))
     }
@@ -254,7 +259,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
         match color {
             Some(color) if color == [0.0; 3] && word == "Ks" => color.into(),
             Some(color) if color == [0.0; 3] => {
-                let message = format!("{} is black beside an image; 1 1 1 is taken", quote(word));
+                let message = format!("{} is black beside an image; 1 1 1 is used", quote(word));
                 self.note(word, message);
                 Input::Texture(texture)
             }
@@ -285,10 +290,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
         let texture = self.texture(&map, MapUsage::Relief);
         let has_normals = word == "norm" || self.shows_normals(word, &texture);
         if has_normals && map.height != 1.0 {
-            self.note(
-                word,
-                "\"-bm\" is passed over: normals are as steep as the image has them".to_owned(),
-            );
+            self.note(word, "\"-bm\" is ignored: normal maps are not scaled".to_owned());
         }
         let relief = if has_normals {
             NormalOrBump::Normals(texture)
@@ -305,7 +307,7 @@ impl MaterialBuilder<'_, '_, '_, '_> {
             _ => false,
         };
         if is_found {
-            let message = "the image has normals, not heights; it is read as \"norm\"".to_owned();
+            let message = "found a normal map, expected heights; it is read as \"norm\"".to_owned();
             self.note(word, message);
         }
         is_found

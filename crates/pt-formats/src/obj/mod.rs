@@ -84,7 +84,7 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
         all.segments = std::mem::take(&mut content.faces.strokes).into_segments();
         (all.positions, all.colors) = content.vertices.into_cloud();
         if all.positions.is_empty() {
-            let message = "the file has no vertices (\"v 1 2 3\")";
+            let message = "file without vertices (\"v 1 2 3\")";
             return Err(faults.because_of(mesh_file::error(path, 0, message)));
         }
         Ok(all)
@@ -134,7 +134,7 @@ impl ObjContent {
             return Err(LoadError::AlreadyReported);
         }
         if u32::try_from(content.faces.triangles.len()).is_err() {
-            let message = "the file has more than 4294967295 triangles";
+            let message = "more than 4294967295 triangles";
             return Err(mesh_file::error(path, 0, message));
         }
         Ok(content)
@@ -173,12 +173,13 @@ impl ObjContent {
     fn warnings(&self, path: &Path) -> Vec<Warning> {
         let unknown = self.faces.unknown.iter().map(|(word, at)| Warning {
             at: at.clone(),
-            message: format!("statements like {} are passed over", quote(word)),
+            message: format!("unsupported statement {}; such statements are ignored", quote(word)),
         });
         let mut warnings: Vec<_> = unknown.collect();
         let ObjVertices { positions, colors, .. } = &self.vertices;
         if !colors.is_empty() && colors.len() != positions.len() {
-            let message = "some vertices have no colours; those of others are left out".to_owned();
+            let message =
+                "some vertices have no colours; the colours of the others are ignored".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
         }
         warnings
@@ -195,12 +196,13 @@ impl ObjContent {
         let has_colors = vertices.colors.len() == positions.len();
         let (mut normals, mut uvs) = (faces.normals, faces.uvs);
         if !normals.of.is_empty() && normals.missing > 0 {
-            let message = "some corners have no normals; those of others are left out".to_owned();
+            let message =
+                "some corners have no normals; the normals of the others are ignored".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
             normals = Indices::default();
         }
         if !uvs.of.is_empty() && uvs.missing > 0 {
-            let message = "some corners have no texture coordinates; they lie at 0 0".to_owned();
+            let message = "some corners have no texture coordinates; 0 0 is used".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
             uvs.replace_missing(vertices.uvs.len() as u32);
             vertices.uvs.push([0.0; 2]);
@@ -227,7 +229,7 @@ impl ObjContent {
 
 /// Returns the error about a file without faces, unless earlier errors may be the cause.
 fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
-    faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
+    faults.because_of(mesh_file::error(path, 0, "file without faces (\"f 1 2 3\")"))
 }
 
 /// Reads chunks, several at a time, and passes the results to `take` in file order, until there are

@@ -64,20 +64,20 @@ const STATEMENTS: [(&str, StatementKind); 44] = [
     ("map_Ka", StatementKind::Silent),
     ("sharpness", StatementKind::Silent),
     ("map_aat", StatementKind::Silent),
-    ("map_Ns", StatementKind::PassedOver("the gloss is as sharp everywhere as \"Ns\" says")),
+    ("map_Ns", StatementKind::PassedOver("the gloss is constant (\"Ns\")")),
     ("map_Tr", StatementKind::PassedOver("use \"map_d\"")),
-    ("map_Tf", StatementKind::PassedOver("the colour of what goes through is that of \"Tf\"")),
-    ("map_Ps", StatementKind::PassedOver("the sheen is the same everywhere")),
-    ("map_Pc", StatementKind::PassedOver("the coat is the same everywhere")),
-    ("map_Pcr", StatementKind::PassedOver("the coat is the same everywhere")),
-    ("map_aniso", StatementKind::PassedOver("highlights are alike everywhere")),
-    ("map_anisor", StatementKind::PassedOver("highlights are alike everywhere")),
+    ("map_Tf", StatementKind::PassedOver("the colour of transmission is constant (\"Tf\")")),
+    ("map_Ps", StatementKind::PassedOver("the sheen is constant")),
+    ("map_Pc", StatementKind::PassedOver("the coat is constant")),
+    ("map_Pcr", StatementKind::PassedOver("the coat is constant")),
+    ("map_aniso", StatementKind::PassedOver("highlights are isotropic")),
+    ("map_anisor", StatementKind::PassedOver("highlights are isotropic")),
     ("refl", StatementKind::PassedOver("reflections are those of the scene")),
     ("map_refl", StatementKind::PassedOver("reflections are those of the scene")),
-    ("disp", StatementKind::PassedOver("shapes are not displaced")),
-    ("map_disp", StatementKind::PassedOver("shapes are not displaced")),
-    ("decal", StatementKind::PassedOver("decals are not shown")),
-    ("map_decal", StatementKind::PassedOver("decals are not shown")),
+    ("disp", StatementKind::PassedOver("displacement is not supported")),
+    ("map_disp", StatementKind::PassedOver("displacement is not supported")),
+    ("decal", StatementKind::PassedOver("decals are not supported")),
+    ("map_decal", StatementKind::PassedOver("decals are not supported")),
     ("map_RMA", StatementKind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
 ];
 
@@ -156,7 +156,7 @@ fn statement(
         let hint =
             near.first().map_or(String::new(), |near| format!("; did you mean {}?", quote(near)));
         let message =
-            format!("statements like {} are unknown and passed over{hint}", quote(keyword));
+            format!("unknown statement {}; such statements are ignored{hint}", quote(keyword));
         notes.add(line.at(keyword), message);
         return Ok(None);
     };
@@ -164,7 +164,7 @@ fn statement(
         StatementKind::Share => color(line, notes)?.map(|color| {
             if color.iter().any(|c| *c > 1.0) {
                 let message = format!(
-                    "{}: it would give more light than arrives; components above 1 become 1",
+                    "{}: found a component above 1, expected at most 1; it is clamped",
                     quote(keyword)
                 );
                 notes.add(line.at(keyword), message);
@@ -178,7 +178,7 @@ fn statement(
         StatementKind::Map => TextureMap::parse(line, notes)?.map(StatementValue::Map),
         StatementKind::Silent => None,
         StatementKind::PassedOver(meaning) => {
-            notes.add(line.at(keyword), format!("{} is passed over: {meaning}", quote(keyword)));
+            notes.add(line.at(keyword), format!("{} is ignored: {meaning}", quote(keyword)));
             None
         }
     };
@@ -190,7 +190,7 @@ fn color(line: Line, notes: &mut MaterialNotes) -> Result<Option<[f32; 3]>, Load
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(kind @ ("spectral" | "xyz")) = words.peek().copied() {
         let message =
-            format!("colours by {} are passed over; expected red, green and blue", quote(kind));
+            format!("colours by {} are ignored; expected red, green and blue", quote(kind));
         notes.add(line.at(kind), message);
         return Ok(None);
     }
@@ -211,10 +211,7 @@ fn color(line: Line, notes: &mut MaterialNotes) -> Result<Option<[f32; 3]>, Load
 fn number(line: Line, least: f32, most: f32, notes: &mut MaterialNotes) -> Result<f32, LoadError> {
     let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
     if let Some(halo) = words.next_if_eq(&"-halo") {
-        notes.add(
-            line.at(halo),
-            "\"-halo\" is passed over: edges are as clear as middles".to_owned(),
-        );
+        notes.add(line.at(halo), "\"-halo\" is ignored".to_owned());
     }
     let word = words.peek().copied().unwrap_or(line.text.trim_start());
     let [number] = line.numbers(words)?;

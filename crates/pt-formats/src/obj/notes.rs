@@ -28,7 +28,7 @@ impl MaterialNotes {
     /// Returns all warnings; `whole` is the location of one about the number of further ones.
     pub(super) fn finish(mut self, whole: Span) -> Vec<Warning> {
         if self.left_out > 0 {
-            let message = format!("there are up to {} more notes about materials", self.left_out);
+            let message = format!("up to {} more notes about materials", self.left_out);
             self.kept.push(Warning { at: whole, message });
         }
         self.kept

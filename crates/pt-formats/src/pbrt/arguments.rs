@@ -14,10 +14,10 @@ pub(super) fn text(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<String
     let text = match tokens.take()? {
         Some(Token { kind: TokenKind::Text(text), .. }) => text.into_owned(),
         Some(token) => {
-            let message = format!("{} where a text in quotes is expected", token.kind.describe());
+            let message = format!("found {}, expected a text in quotes", token.kind.describe());
             return Err(tokens.place(&token).error(message));
         }
-        None => return Err(at.error("the file ends where a text in quotes is expected")),
+        None => return Err(at.error("found the end of the file, expected a text in quotes")),
     };
     if has_bracket {
         close(tokens, at)?;
@@ -42,13 +42,14 @@ pub(super) fn numbers<const N: usize>(
             }
             Some(token) => {
                 let message =
-                    format!("{} where number {} of {N} is expected", token.kind.describe(), i + 1);
+                    format!("found {}, expected number {} of {N}", token.kind.describe(), i + 1);
                 return Err(tokens.place(&token).error(message));
             }
             None => {
-                return Err(
-                    at.error(format!("the file ends where number {} of {N} is expected", i + 1))
-                );
+                return Err(at.error(format!(
+                    "found the end of the file, expected number {} of {N}",
+                    i + 1
+                )));
             }
         };
     }
@@ -62,10 +63,10 @@ fn close(tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
     match tokens.take()? {
         Some(Token { kind: TokenKind::Close, .. }) => Ok(()),
         Some(token) => {
-            let message = format!("{} where a \"]\" is expected", token.kind.describe());
+            let message = format!("found {}, expected \"]\"", token.kind.describe());
             Err(tokens.place(&token).error(message))
         }
-        None => Err(at.error("the file ends where a \"]\" is expected")),
+        None => Err(at.error("found the end of the file, expected \"]\"")),
     }
 }
 

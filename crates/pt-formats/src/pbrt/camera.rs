@@ -56,7 +56,7 @@ pub(super) fn camera(
     let shutter = [entity.float("shutteropen", 0.0)?, entity.float("shutterclose", 1.0)?];
     if shutter[0] >= shutter[1] {
         let message = format!(
-            "the shutter opens at {} s and closes at {} s; expected a shutterclose after shutteropen",
+            "found a shutter from {} s to {} s, expected a shutterclose after shutteropen",
             shutter[0], shutter[1]
         );
         return Err(entity.refuse("shutterclose", message));
@@ -88,7 +88,7 @@ pub(super) fn camera(
         None => [entity.not_negative("lensradius", 0.0)?, entity.positive("focaldistance", 1e6)?],
     };
     if lens.is_none() && lens_radius > 0.0 && entity.kind != "perspective" {
-        let message = "only perspective cameras have a lens here; expected a lensradius of 0";
+        let message = "found a lens of a non-perspective camera, expected a lensradius of 0";
         return Err(entity.refuse("lensradius", message));
     }
     let camera = Camera {
@@ -123,11 +123,12 @@ fn realistic(
     let lens = lens::lens(entity, film, around.folder)?;
     let mut warn = |message| warnings.push(Warning { at: entity.at.span(""), message });
     warn(format!(
-        "the lens of {:.1} mm and f/{:.1} is taken as a thin one: without distortion, and as bright at the edges as in the middle",
+        "the lens of {:.1} mm and f/{:.1} is approximated by a thin lens, without distortion and \
+         vignetting",
         lens.focal_length, lens.number
     ));
     if entity.text("aperture")?.is_some() {
-        warn("\"aperture\" is left out: the opening of the lens is round".to_owned());
+        warn("\"aperture\" is ignored: the lens opening is round".to_owned());
     }
     Ok(lens)
 }
@@ -141,8 +142,7 @@ fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
         Some("equirectangular") => Ok(Projection::Panorama),
         other => {
             let mapping = other.unwrap_or("equalarea");
-            let message =
-                format!("the mapping \"{mapping}\" is not supported; supported: equirectangular");
+            let message = format!("unsupported mapping \"{mapping}\"; supported: equirectangular");
             Err(entity.refuse("mapping", message))
         }
     }
@@ -172,8 +172,8 @@ fn view(
     };
     let [half_width, half_height] = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
     if (half_width / half_height / aspect - 1.0).abs() > 1e-3 {
-        let message = "the window has not the proportions of the image, so that pixels would be no squares; \
-                       expected those of xresolution and yresolution";
+        let message = "found a screenwindow with an aspect ratio other than that of the image, \
+                       expected that of xresolution and yresolution";
         let name =
             if entity.find("screenwindow").is_some() { "screenwindow" } else { "frameaspectratio" };
         return Err(entity.refuse(name, message));
@@ -183,8 +183,8 @@ fn view(
     let offset = [0.5 * (x0 + x1) / (x1 - x0), -0.5 * (y0 + y1) / (y1 - y0)];
     if !in_perspective {
         if offset.iter().any(|x| x.abs() > 1e-6) {
-            let message =
-                "the window of an orthographic camera has to lie around 0; move the camera instead";
+            let message = "found an off-centre window of an orthographic camera, expected one \
+                           centred at 0; move the camera instead";
             return Err(entity.refuse("screenwindow", message));
         }
         return Ok((Projection::Orthographic { half_width, half_height }, [0.0; 2]));
@@ -194,7 +194,7 @@ fn view(
         None => entity.float("fov", 90.0)?,
     };
     if !(0.0 < fov && fov < 180.0) {
-        let message = format!("the fov is {fov}; expected degrees above 0 and below 180");
+        let message = format!("found a fov of {fov}, expected degrees above 0 and below 180");
         return Err(entity.refuse("fov", message));
     }
     let scale = libm::tan(0.5 * fov.to_radians());
@@ -206,7 +206,9 @@ fn view(
         Projection::Perspective { x_fov, y_fov } if is_good(x_fov) && is_good(y_fov) => {
             Ok((projection, offset))
         }
-        _ => Err(entity
-            .refuse("screenwindow", "the window is too small or too large to be computed with")),
+        _ => Err(entity.refuse(
+            "screenwindow",
+            "found a window that is too small or too large to be represented",
+        )),
     }
 }

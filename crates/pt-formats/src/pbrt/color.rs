@@ -34,7 +34,7 @@ pub(super) fn color(
     let color = match (parameter.kind, &parameter.values) {
         ("rgb", ParameterValues::Numbers(numbers)) => {
             let rgb: [f64; 3] = numbers.as_slice().try_into().map_err(|_| {
-                refuse(format!("expected three numbers of an rgb, but there are {}", numbers.len()))
+                refuse(format!("expected three numbers of an rgb, found {}", numbers.len()))
             })?;
             let range =
                 if role == SpectrumType::Share { 0.0..=1.0 } else { 0.0..=f64::from(f32::MAX) };
@@ -42,7 +42,7 @@ pub(super) fn color(
                 let expected =
                     if role == SpectrumType::Share { "from 0 to 1" } else { "of at least 0" };
                 return Err(refuse(format!(
-                    "\"{name}\" has a channel of {bad}; expected numbers {expected}"
+                    "found a channel of {bad} in \"{name}\", expected numbers {expected}"
                 )));
             }
             let color = entity.color_space.to_rec709(rgb);
@@ -57,7 +57,11 @@ pub(super) fn color(
             }
         }
         ("blackbody", _) => {
-            return Err(refuse("only light may be that of a black body".to_owned()));
+            return Err(refuse(
+                "found a black-body temperature of a material; black bodies are supported for \
+                 light only"
+                    .to_owned(),
+            ));
         }
         ("spectrum", ParameterValues::Numbers(numbers)) => {
             of_spectrum(&pairs(numbers).map_err(refuse)?, role)
@@ -65,12 +69,19 @@ pub(super) fn color(
         ("spectrum", ParameterValues::Texts(texts)) if texts.len() == 1 => {
             named_or_file(&texts[0], role, folder).map_err(refuse)?
         }
-        _ => return Err(refuse(format!("\"{name}\" has values that are no {}", parameter.kind))),
+        _ => {
+            return Err(refuse(format!(
+                "found other values for \"{name}\", expected {}",
+                parameter.kind
+            )));
+        }
     };
     if color.iter().all(|c| c.is_finite() && *c <= f64::from(f32::MAX)) {
         return Ok(Some(color.map(|c| c as f32)));
     }
-    Err(refuse(format!("\"{name}\" is no finite colour")))
+    Err(refuse(format!(
+        "found a colour that is not finite for \"{name}\", expected finite numbers"
+    )))
 }
 
 /// Reads an index of refraction as one number for all wavelengths; pbrt-v4 supports dispersion.
@@ -100,15 +111,20 @@ pub(super) fn index(
     if index > 0.0 {
         return Ok(index);
     }
-    Err(entity
-        .refuse(name, format!("\"{name}\" is {index}; expected an index of refraction above 0")))
+    Err(entity.refuse(
+        name,
+        format!("found \"{name}\" = {index}, expected an index of refraction above 0"),
+    ))
 }
 
 /// Creates a spectrum from pairs of a wavelength and a value.
 fn pairs(numbers: &[f64]) -> Result<SpectrumColors, String> {
     let (pairs, rest) = numbers.as_chunks::<2>();
     if !rest.is_empty() {
-        return Err(format!("{} numbers are no pairs of wavelength and value", numbers.len()));
+        return Err(format!(
+            "found {} numbers, expected pairs of wavelength and value",
+            numbers.len()
+        ));
     }
     let samples: Vec<_> = pairs.iter().map(|[nanometres, value]| (*nanometres, *value)).collect();
     SpectrumColors::sampled(&samples)
@@ -129,10 +145,10 @@ fn named_or_file(text: &str, role: SpectrumType, folder: &Folder) -> Result<[f64
             Ok(normalized(light_of(chromaticity)))
         }
         (Some(NamedSpectrum::Illuminant(_)), _) => {
-            Err(format!("{text:?} is light; expected a spectrum of a material"))
+            Err(format!("found the illuminant {text:?}, expected a spectrum of a material"))
         }
         (Some(NamedSpectrum::Optical(_)), SpectrumType::Light) => {
-            Err(format!("{text:?} is no light"))
+            Err(format!("found the material spectrum {text:?}, expected an illuminant"))
         }
         (Some(NamedSpectrum::Optical(color)), _) => Ok(color.map(f64::from)),
         (None, _) => {

@@ -20,11 +20,13 @@ pub(super) fn content(context: &LoadContext, path: &Path) -> Result<Vec<u8>, Str
         return Ok(bytes);
     }
     let mut unpacked = Vec::new();
-    let message = |why: &str| format!("{} cannot be unpacked: {why}", path.display());
+    let message = |why: &str| format!("cannot unpack {}: {why}", path.display());
     let unpack = GzDecoder::new(bytes.as_slice()).take(MAX_UNPACKED).read_to_end(&mut unpacked);
     match unpack {
         Err(error) => Err(message(&error.to_string())),
-        Ok(length) if length as u64 >= MAX_UNPACKED => Err(message("it holds 1 GiB or more")),
+        Ok(length) if length as u64 >= MAX_UNPACKED => {
+            Err(message("the content exceeds the limit of 1 GiB"))
+        }
         Ok(_) => Ok(unpacked),
     }
 }

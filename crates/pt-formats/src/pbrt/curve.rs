@@ -34,14 +34,13 @@ pub(super) fn is_tube(entity: &Entity) -> Result<bool, LoadError> {
 
 fn spline(entity: &Entity) -> Result<Spline, LoadError> {
     let Some(points) = entity.points("P")? else {
-        return Err(entity.at.error("the parameter \"point3 P\" is missing"));
+        return Err(entity.at.error("missing parameter \"point3 P\""));
     };
     let is_bspline = match entity.text("basis")? {
         None | Some("bezier") => false,
         Some("bspline") => true,
         Some(other) => {
-            let message =
-                format!("the basis {} is unknown; there are bezier, bspline", quote(other));
+            let message = format!("unknown basis {}; expected bezier or bspline", quote(other));
             return Err(entity.refuse("basis", message));
         }
     };
@@ -52,7 +51,8 @@ fn spline(entity: &Entity) -> Result<Spline, LoadError> {
         return Ok(spline);
     }
     let message = format!(
-        "{} control points make no whole segments of degree {degree}; expected {} and more, up to {MAX_SEGMENTS} segments",
+        "found {} control points for segments of degree {degree}, expected {} or more in whole \
+         segments, up to {MAX_SEGMENTS} segments",
         spline.points.len(),
         degree + 1
     );
@@ -70,7 +70,7 @@ fn ribbon(entity: &Entity, spline: &Spline) -> Result<Option<Vec<DVec3>>, LoadEr
             let expected = spline.segments() + 1;
             if normals.len() != expected {
                 let message = format!(
-                    "a ribbon of {} segments has {expected} normals, but there are {}",
+                    "a ribbon of {} segments requires {expected} normals, found {}",
                     expected - 1,
                     normals.len()
                 );
@@ -80,7 +80,7 @@ fn ribbon(entity: &Entity, spline: &Spline) -> Result<Option<Vec<DVec3>>, LoadEr
         }
         Some(other) => {
             let message =
-                format!("the type {} is unknown; there are flat, cylinder, ribbon", quote(other));
+                format!("unknown type {}; expected flat, cylinder or ribbon", quote(other));
             Err(entity.refuse("type", message))
         }
     }

@@ -27,7 +27,7 @@ pub(super) fn displaced(
     while split(&mut cut, edge, to_world) {
         if cut.triangles.len() > MAX_TRIANGLES {
             return Err(format!(
-                "it would be cut into more than {MAX_TRIANGLES} triangles; give a larger edgelength"
+                "the displaced mesh exceeds {MAX_TRIANGLES} triangles; give a larger edgelength"
             ));
         }
     }
@@ -129,7 +129,8 @@ fn number_at(number: &Scalar, uv: [f32; 2]) -> Result<f32, String> {
 
 /// Evaluates a texture whose channels are equal.
 fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
-    const EXPECTED: &str = "meshes are displaced by images, chess boards, and what is made of these, on their texture coordinates";
+    const EXPECTED: &str = "unsupported displacement; supported: images, checkerboards and their \
+                            combinations on texture coordinates";
     if texture.layout != TextureMapping::Surface {
         return Err(EXPECTED.to_owned());
     }

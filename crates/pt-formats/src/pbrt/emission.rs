@@ -55,9 +55,7 @@ pub(super) fn area_light(
     let mut mean = 1.0;
     let light = match entity.text("filename")? {
         Some(_) if given.is_some() => {
-            return Err(
-                entity.refuse("filename", "both L and filename are given; give one of the two")
-            );
+            return Err(entity.refuse("filename", "found L and filename, expected one of the two"));
         }
         Some(name) => {
             let path = folder.join(name);
@@ -93,7 +91,7 @@ pub(super) fn area_light(
     if !(scale >= 0.0 && scale.is_finite()) {
         return Err(entity.refuse(
             "scale",
-            format!("the light is multiplied by {scale}; expected a number of at least 0"),
+            format!("found a factor {scale} of the light, expected a number of at least 0"),
         ));
     }
     entity.finish()?;
@@ -101,7 +99,7 @@ pub(super) fn area_light(
     if let Input::Value(value) = &radiance
         && !value.iter().all(|c| c.is_finite())
     {
-        return Err(entity.refuse("scale", "the light is too bright to be computed with"));
+        return Err(entity.refuse("scale", "found a light that is too bright to be represented"));
     }
     Ok(AreaLight { radiance, two_sided })
 }

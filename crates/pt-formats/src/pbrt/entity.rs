@@ -76,13 +76,13 @@ impl ParsedParameter {
     fn add(self, tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
         if let Some(first) = list.iter_mut().find(|p| p.name == self.name) {
             let message =
-                format!("the parameter {} is given twice; the last one counts", quote(&self.name));
+                format!("duplicate parameter {}; the last one is used", quote(&self.name));
             tokens.notes.push(Warning { at: self.at.span(""), message });
             *first = self;
         } else if list.len() < MAX_PARAMETERS {
             list.push(self);
         } else {
-            let message = format!("this directive has more than {MAX_PARAMETERS} parameters");
+            let message = format!("directive with more than {MAX_PARAMETERS} parameters");
             return Err(self.at.error(message));
         }
         Ok(())
@@ -97,14 +97,15 @@ impl ParsedParameter {
             let mut words = declaration.split_ascii_whitespace();
             let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
                 let message = format!(
-                    "{} declares no parameter; expected a type and a name, such as \"float radius\"",
+                    "found {}, expected a parameter with a type and a name, such as \"float \
+                     radius\"",
                     quote(&declaration)
                 );
                 return Err(at.error(message));
             };
             let Some(kind) = TYPES.iter().find(|known| **known == kind) else {
                 let hint = did_you_mean(kind, TYPES.into_iter());
-                return Err(at.error(format!("there is no type {}{hint}", quote(kind))));
+                return Err(at.error(format!("unknown type {}{hint}", quote(kind))));
             };
             let values = ParameterValues::read(tokens, &at, kind, name)?;
             let (name, was_read) = (name.to_owned(), Cell::new(false));
@@ -123,14 +124,14 @@ impl ParameterValues {
         of: &str,
         name: &str,
     ) -> Result<Self, LoadError> {
-        let missing = || at.error(format!("the value of the parameter {} is missing", quote(name)));
+        let missing = || at.error(format!("missing value of the parameter {}", quote(name)));
         let first = tokens.take()?.ok_or_else(missing)?;
         let mut values = None;
         match first.kind {
             TokenKind::Open => loop {
                 let token = tokens.take()?.ok_or_else(|| {
                     at.error(format!(
-                        "the list of the parameter {} has no end; expected a \"]\"",
+                        "unterminated list of the parameter {}; expected a \"]\"",
                         quote(name)
                     ))
                 })?;
@@ -153,7 +154,10 @@ impl ParameterValues {
     /// before.
     fn push(values: &mut Option<Self>, of: &str, kind: &TokenKind<'_>) -> Result<(), String> {
         let mixed = |what: &TokenKind<'_>| {
-            format!("{} is of another type than the values before it", what.describe())
+            format!(
+                "found {}, expected a value of the same type as those before it",
+                what.describe()
+            )
         };
         match kind {
             TokenKind::Text(text) => match values.get_or_insert_with(|| Self::Texts(Vec::new())) {
@@ -168,9 +172,11 @@ impl ParameterValues {
             }
             TokenKind::Word(word) => {
                 let number = number(word).map_err(|message| match of {
-                    "bool" => format!("{} is neither true nor false", quote(word)),
+                    "bool" => format!("found {}, expected true or false", quote(word)),
                     "string" | "texture" => {
-                        format!("{word} has no quotes; expected a text in quotes: \"{word}\"")
+                        format!(
+                            "found {word} without quotes, expected a text in quotes: \"{word}\""
+                        )
                     }
                     _ => message,
                 })?;
@@ -180,7 +186,10 @@ impl ParameterValues {
                 }
             }
             TokenKind::Open | TokenKind::Close => {
-                return Err(format!("{} in a list; expected a value or \"]\"", kind.describe()));
+                return Err(format!(
+                    "found {} in a list, expected a value or \"]\"",
+                    kind.describe()
+                ));
             }
         }
         Ok(())
@@ -217,7 +226,7 @@ impl Entity {
     /// Returns an error that this type is not supported.
     pub(super) fn unsupported(&self, supported: &[&str]) -> LoadError {
         let hint = supported.join(", ");
-        self.at.error(format!("{} is not supported; supported: {hint}", self.describe()))
+        self.at.error(format!("unsupported {}; supported: {hint}", self.describe()))
     }
 
     /// Location of a parameter, or of the directive if the parameter is not specified.
@@ -256,11 +265,8 @@ impl Entity {
         let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
         let known = self.known.borrow();
         let hint = did_you_mean(&unknown.name, known.iter().copied());
-        let message = format!(
-            "the parameter {} of {} is not supported{hint}",
-            quote(&unknown.name),
-            self.describe()
-        );
+        let message =
+            format!("unsupported parameter {} of {}{hint}", quote(&unknown.name), self.describe());
         Err(unknown.at.error(message))
     }
 
@@ -275,7 +281,7 @@ impl Entity {
             return Ok(Some(parameter));
         }
         let ParsedParameter { kind, at, .. } = parameter;
-        Err(at.error(format!("{} is of the type {kind}; expected {}", quote(name), kinds[0])))
+        Err(at.error(format!("found {} of the type {kind}, expected {}", quote(name), kinds[0])))
     }
 
     fn numbers_of(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&[f64]>, LoadError> {
@@ -285,7 +291,10 @@ impl Entity {
             ParameterValues::Texts(texts) if texts.iter().all(|text| number(text).is_ok()) => {
                 Err(parameter.in_quotes("numbers", &texts[0]))
             }
-            _ => Err(parameter.at.error(format!("{} has values that are no numbers", quote(name)))),
+            _ => Err(parameter.at.error(format!(
+                "found values of {} that are not numbers, expected numbers",
+                quote(name)
+            ))),
         }
     }
 
@@ -294,8 +303,7 @@ impl Entity {
         if let [value] = values {
             return Ok(*value);
         }
-        let message =
-            format!("expected one value for {}, but there are {}", quote(name), values.len());
+        let message = format!("expected one value for {}, found {}", quote(name), values.len());
         Err(self.refuse(name, message))
     }
 
@@ -313,7 +321,7 @@ impl Entity {
         if x > 0.0 {
             return Ok(x);
         }
-        Err(self.refuse(name, format!("{} is {x}; expected a number above 0", quote(name))))
+        Err(self.refuse(name, format!("found {} = {x}, expected a number above 0", quote(name))))
     }
 
     /// Returns a number of at least 0.
@@ -322,7 +330,8 @@ impl Entity {
         if x >= 0.0 {
             return Ok(x);
         }
-        Err(self.refuse(name, format!("{} is {x}; expected a number of at least 0", quote(name))))
+        Err(self
+            .refuse(name, format!("found {} = {x}, expected a number of at least 0", quote(name))))
     }
 
     /// Returns an integer from `least` to `most`.
@@ -338,7 +347,7 @@ impl Entity {
             return Ok(x as u32);
         }
         let message =
-            format!("{} is {x}; expected a whole number from {least} to {most}", quote(name));
+            format!("found {} = {x}, expected a whole number from {least} to {most}", quote(name));
         Err(self.refuse(name, message))
     }
 
@@ -349,7 +358,10 @@ impl Entity {
             ParameterValues::Texts(texts) if matches!(texts.as_slice(), [text] if is_boolean(text)) => {
                 Err(parameter.in_quotes("true and false", &texts[0]))
             }
-            _ => Err(parameter.at.error(format!("{} is neither true nor false", quote(name)))),
+            _ => Err(parameter.at.error(format!(
+                "found a value of {} that is not a boolean, expected true or false",
+                quote(name)
+            ))),
         }
     }
 
@@ -357,9 +369,10 @@ impl Entity {
         let Some(parameter) = self.values(name, &["string"])? else { return Ok(None) };
         match &parameter.values {
             ParameterValues::Texts(texts) => Ok(Some(texts)),
-            _ => Err(parameter
-                .at
-                .error(format!("{} has values that are no texts in quotes", quote(name)))),
+            _ => Err(parameter.at.error(format!(
+                "found values of {} without quotes, expected texts in quotes",
+                quote(name)
+            ))),
         }
     }
 
@@ -369,7 +382,7 @@ impl Entity {
             Some([text]) => Ok(Some(text)),
             Some(texts) => {
                 let message =
-                    format!("expected one text for {}, but there are {}", quote(name), texts.len());
+                    format!("expected one text for {}, found {}", quote(name), texts.len());
                 Err(self.refuse(name, message))
             }
         }
@@ -405,7 +418,7 @@ impl Entity {
                 return Ok(*x as u32);
             }
             let message = format!(
-                "{} has the number {x}; expected whole numbers from 0 on and below {end}",
+                "found the number {x} in {}, expected whole numbers from 0 on and below {end}",
                 quote(name)
             );
             Err(self.refuse(name, message))
@@ -468,7 +481,7 @@ impl Entity {
     ) -> Result<Option<&ParsedParameter>, LoadError> {
         match self.find(name) {
             Some(p) if p.kind == "texture" => Err(p.at.error(format!(
-                "a texture as {} of {} is not supported; give an rgb or a spectrum",
+                "found a texture for {} of {}, which is not supported; give an rgb or a spectrum",
                 quote(name),
                 self.describe()
             ))),

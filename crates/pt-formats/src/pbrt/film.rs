@@ -44,7 +44,7 @@ fn read_film(
     }
     let mut warn = |message: String| warnings.push(Warning { at: entity.at.span(""), message });
     if entity.kind != "rgb" {
-        warn(format!("of {}, the colours alone are written", entity.describe()));
+        warn(format!("only the colours of {} are written", entity.describe()));
     }
     entity.pass_over(&["filename", "savefp16", "diagonal", "coordinatesystem"]);
     entity.pass_over(&["nbuckets", "lambdamin", "lambdamax"]);
@@ -55,18 +55,19 @@ fn read_film(
     settings.resolution = Some(size);
     settings.crop = crop(entity, size)?;
     if entity.given_float("maxcomponentvalue")?.is_some() {
-        warn("\"maxcomponentvalue\" is left out: light is not cut off".to_owned());
+        warn("\"maxcomponentvalue\" is ignored: radiance is not clamped".to_owned());
     }
     match entity.text("sensor")? {
         None | Some("cie1931") => {}
         Some(other) => warn(format!(
-            "the sensor {} is taken as \"cie1931\": its colours differ a little",
+            "the sensor {} is approximated by \"cie1931\": colours differ slightly",
             quote(other)
         )),
     }
     if white_balance(entity)?.is_some() {
         warn(
-            "white is balanced in the colours of light, and not in what the sensor sees".to_owned(),
+            "white balance is applied to the colours of light, not to the response of the sensor"
+                .to_owned(),
         );
     }
     let iso = entity.positive("iso", 100.0)?;
@@ -86,8 +87,9 @@ pub(super) fn white_balance(film: &Entity) -> Result<Option<f64>, LoadError> {
         kelvin if RANGE.contains(&kelvin) => Ok(Some(kelvin)),
         kelvin => {
             let (least, most) = (RANGE.start(), RANGE.end());
-            let message =
-                format!("\"whitebalance\" is {kelvin}; expected 0, or {least} to {most} kelvins");
+            let message = format!(
+                "found \"whitebalance\" = {kelvin}, expected 0, or {least} to {most} kelvins"
+            );
             Err(film.refuse("whitebalance", message))
         }
     }
@@ -115,9 +117,10 @@ fn crop(entity: &Entity, size: [u32; 2]) -> Result<Option<[u32; 4]>, LoadError> 
     };
     if ranges.iter().any(|[start, end]| start >= end) {
         let name = if entity.find("cropwindow").is_some() { "cropwindow" } else { "pixelbounds" };
-        return Err(
-            entity.refuse(name, "no pixel of the film lies inside; expected x0 < x1 and y0 < y1")
-        );
+        return Err(entity.refuse(
+            name,
+            "found a crop window without pixels of the film, expected x0 < x1 and y0 < y1",
+        ));
     }
     let [[x0, x1], [y0, y1]] = ranges;
     let crop = [x0, y0, x1 - x0, y1 - y0];
@@ -136,13 +139,12 @@ fn filter(entity: &Entity, warnings: &mut Vec<Warning>) -> Result<Filter, LoadEr
     let [radius, y_radius] =
         [entity.positive("xradius", default)?, entity.positive("yradius", default)?];
     if radius != y_radius {
-        return Err(
-            entity.refuse("yradius", "xradius and yradius differ; expected the same radius")
-        );
+        return Err(entity
+            .refuse("yradius", "found different xradius and yradius, expected the same radius"));
     }
     let fixed = |expected: f64| {
         let message =
-            format!("the radius of {} is {radius}; supported: {expected}", entity.describe());
+            format!("found a radius of {} of {radius}, expected {expected}", entity.describe());
         if radius == expected { Ok(()) } else { Err(entity.refuse("xradius", message)) }
     };
     let filter = match entity.kind.as_str() {
@@ -160,7 +162,7 @@ fn filter(entity: &Entity, warnings: &mut Vec<Warning>) -> Result<Filter, LoadEr
             let tau = entity.positive("tau", 3.0)?;
             if tau != radius {
                 let message =
-                    format!("the filter ends at its tau, {tau} pixels, and not at {radius}");
+                    format!("the filter ends at its tau, {tau} pixels, instead of {radius}");
                 warnings.push(Warning { at: entity.at.span(""), message });
             }
             Filter::Lanczos { lobes: tau }
@@ -207,7 +209,7 @@ fn integrator(
     }
     if is_other {
         let message = format!(
-            "{} is replaced by the path tracer, which sees the same light",
+            "{} is replaced by the path tracer, which converges to the same image",
             entity.describe()
         );
         warnings.push(Warning { at: entity.at.span(""), message });
@@ -228,7 +230,7 @@ fn integrator(
     }
     entity.pass_over(&["lightsampler", "samplelights", "samplebsdf", "rrthreshold"]);
     if entity.boolean("regularize", false)? {
-        let message = "\"regularize\" is left out: smooth surfaces stay smooth".to_owned();
+        let message = "\"regularize\" is ignored: smooth surfaces stay smooth".to_owned();
         warnings.push(Warning { at: entity.at.span(""), message });
     }
     let is_without_media = kind == "path" || kind == "simplepath" || kind == "sppm";
@@ -254,7 +256,7 @@ pub(super) fn check_option(entity: &Entity) -> Result<(), LoadError> {
     entity.pass_over(&["wavefront", "gpu", "nthreads", "quiet", "logutilization"]);
     for name in ["disablepixeljitter", "forcediffuse"] {
         if entity.boolean(name, false)? {
-            return Err(entity.refuse(name, format!("the option {} is not supported", quote(name))));
+            return Err(entity.refuse(name, format!("unsupported option {}", quote(name))));
         }
     }
     entity.finish()

@@ -30,8 +30,7 @@ impl PbrtWorld {
         if let Some(name) = color
             && (absorption.is_some() || melanin != [None; 2])
         {
-            let message =
-                "both a reflectance and what fibres absorb are given; give one of the two";
+            let message = "found a reflectance and an absorption of hair, expected one of the two";
             return Err(entity.refuse(name, message));
         }
         let pigment = if let Some(name) = color {
@@ -64,8 +63,9 @@ impl PbrtWorld {
     }
 
     fn tell_of_mean(&mut self, entity: &Entity, name: &str) {
-        let message =
-            format!("fibres have the same \"{name}\" everywhere, which is the mean of its texture");
+        let message = format!(
+            "textured \"{name}\" of hair is not supported; the mean of the texture is used"
+        );
         self.warn(entity, message);
     }
 }

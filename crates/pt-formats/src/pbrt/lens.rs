@@ -91,7 +91,7 @@ pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<L
     let refuse = |message: String| entity.refuse("lensfile", message);
     let name = entity
         .text("lensfile")?
-        .ok_or_else(|| refuse("there is no lensfile; expected the surfaces of the lens".into()))?;
+        .ok_or_else(|| refuse("missing lensfile; expected the surfaces of the lens".into()))?;
     let stop = entity.positive("aperturediameter", 1.0)?;
     let focus = entity.positive("focusdistance", 10.0)? / METRES;
     let bytes = folder.context.read(&folder.join(name)).map_err(refuse)?;
@@ -108,8 +108,8 @@ fn surfaces(text: &str, stop: f64) -> Result<Vec<LensSurface>, String> {
     let (rows, rest) = numbers.as_chunks::<4>();
     if !rest.is_empty() || rows.is_empty() || rows.len() > MAX {
         return Err(format!(
-            "expected four numbers for each surface, of which there are 1 to {MAX}: radius, distance to \
-             the next, index of refraction and diameter"
+            "expected four numbers per surface (radius, distance to the next, index of refraction \
+             and diameter) of 1 to {MAX} surfaces"
         ));
     }
     rows.iter()
@@ -117,8 +117,8 @@ fn surfaces(text: &str, stop: f64) -> Result<Vec<LensSurface>, String> {
             let is_good = numbers.iter().all(|x| x.is_finite()) && aperture > 0.0 && index >= 0.0;
             if !is_good {
                 return Err(format!(
-                    "the surface {radius} {thickness} {index} {aperture} makes no sense; expected a diameter \
-                     above 0, and an index of refraction of at least 0"
+                    "found the surface {radius} {thickness} {index} {aperture}, expected a \
+                     diameter above 0 and an index of refraction of at least 0"
                 ));
             }
             let aperture = if radius == 0.0 { aperture.min(stop) } else { aperture };
@@ -151,7 +151,9 @@ fn thin(surfaces: &[LensSurface], film: [f64; 2], focus: f64) -> Result<Lens, St
     let focal_length = -1.0 / optics.c;
     let usable = pupil.filter(|_| focal_length > 0.0 && focal_length.is_finite());
     let Some((radius, to_pupil)) = usable else {
-        return Err("the lens makes no image; expected one with a focal length above 0".to_owned());
+        return Err(
+            "found a lens that forms no image, expected one with a focal length above 0".to_owned()
+        );
     };
     // Positions of the principal planes: of the first one from the front surface, of the second one
     // from the last surface; and the distance between the two.
@@ -163,7 +165,7 @@ fn thin(surfaces: &[LensSurface], film: [f64; 2], focus: f64) -> Result<Lens, St
     if !(span > 0.0 && square >= 0.0) {
         let least = (4.0 * focal_length + between) * METRES;
         return Err(format!(
-            "a lens of {focal_length:.1} mm has no sharp image of what is {} m in front of the film; expected at \
+            "a lens of {focal_length:.1} mm cannot focus at {} m in front of the film; expected at \
              least {least:.3} m",
             focus * METRES
         ));
@@ -191,8 +193,8 @@ fn thin(surfaces: &[LensSurface], film: [f64; 2], focus: f64) -> Result<Lens, St
     let is_good = |x: f64| (MIN..1.0 / MIN).contains(&x);
     if ![lens.radius, lens.focal_distance, x, y, lens.light].into_iter().all(is_good) {
         return Err(format!(
-            "what is sharp lies inside of the lens, or nothing sensible is seen: a pupil of {} m that is {} m behind \
-             it; expected a longer focusdistance, or another lens",
+            "found a focus inside of the lens or an unusable pupil of {} m, {} m behind it, \
+             expected a longer focusdistance or another lens",
             lens.radius, lens.focal_distance
         ));
     }

@@ -33,11 +33,13 @@ impl PbrtWorld {
         let [node, end] = state.ctm;
         if node != end {
             return Err(entity.at.error(
-                "lights without a shape do not move; expected the same transform at all times",
+                "found a moving light without a shape, expected the same transform at all times",
             ));
         }
         if !node.inverse().is_finite() {
-            return Err(entity.at.error("the transform flattens space"));
+            return Err(entity
+                .at
+                .error("found a transform that flattens space, expected an invertible one"));
         }
         let (to_world, kind) = match entity.kind.as_str() {
             "point" => self.point(entity, node)?,
@@ -69,7 +71,7 @@ impl PbrtWorld {
         if light.iter().all(|c| c.is_finite()) {
             return Ok(light);
         }
-        Err(entity.refuse("scale", "the light is too bright to be computed with"))
+        Err(entity.refuse("scale", "found a light that is too bright to be represented"))
     }
 
     fn point(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
@@ -90,8 +92,8 @@ impl PbrtWorld {
         let delta = entity.float("conedeltaangle", 5.0)?;
         if !(0.0 < cone && cone < 180.0 && (0.0..=cone).contains(&delta)) {
             let message = format!(
-                "a cone of {cone}° that begins to fade {delta}° before is none; expected an angle above 0 and below \
-                 180, and a conedeltaangle from 0 to that"
+                "found coneangle {cone}° and conedeltaangle {delta}°, expected a coneangle above 0 \
+                 and below 180 and a conedeltaangle from 0 to that"
             );
             return Err(entity.refuse("coneangle", message));
         }
@@ -101,7 +103,7 @@ impl PbrtWorld {
         let intensity = self.emitted(entity, "I", power(entity, k)?)?;
         let axis = node.transform_vector3(to - from).try_normalize();
         let Some(axis) = axis else {
-            return Err(entity.refuse("to", "from and to are the same point; expected a direction"));
+            return Err(entity.refuse("to", "found equal points from and to, expected a direction"));
         };
         let fade = |angle: f64| {
             let t = ((libm::cos(angle.to_radians()) - end) / (start - end)).clamp(0.0, 1.0);
@@ -171,7 +173,7 @@ impl PbrtWorld {
         let fov = entity.float("fov", 90.0)?;
         if !(fov > 0.0 && fov <= WIDEST) {
             let message = format!(
-                "{fov}° is no angle of a picture; expected more than 0 and at most {WIDEST}"
+                "found a field of view of {fov}°, expected more than 0 and at most {WIDEST}"
             );
             return Err(entity.refuse("fov", message));
         }
@@ -205,7 +207,7 @@ impl PbrtWorld {
         let from = entity.point("from")?.unwrap_or_default();
         let to = entity.point("to")?.unwrap_or(DVec3::Z);
         let Some(direction) = node.transform_vector3(to - from).try_normalize() else {
-            return Err(entity.refuse("to", "from and to are the same point; expected a direction"));
+            return Err(entity.refuse("to", "found equal points from and to, expected a direction"));
         };
         let illuminance = entity.float("illuminance", -1.0)?;
         let scale = if illuminance > 0.0 { illuminance } else { 1.0 };
@@ -223,7 +225,7 @@ impl PbrtWorld {
         if portal.is_some() && illuminance > 0.0 {
             return Err(entity.refuse(
                 "illuminance",
-                "with a portal, give its scale in place of the illuminance",
+                "found an illuminance of a light with a portal, expected scale instead",
             ));
         }
         let Some(image) = self.sky_map(entity)? else {
@@ -232,12 +234,12 @@ impl PbrtWorld {
             return Ok((DAffine3::IDENTITY, LightKind::Constant { radiance, portal }));
         };
         if entity.spectrum("L")?.is_some() {
-            return Err(entity.refuse("L", "both L and filename are given; give one of the two"));
+            return Err(entity.refuse("L", "found L and filename, expected one of the two"));
         }
         if illuminance > 0.0 {
             return Err(entity.refuse(
                 "illuminance",
-                "with an image, give its scale in place of the illuminance",
+                "found an illuminance of a light with an image, expected scale instead",
             ));
         }
         let scale = entity.not_negative("scale", 1.0)? as f32;
@@ -265,7 +267,8 @@ impl PbrtWorld {
         let image = self.picture(entity)?;
         if let Some(Image { width, height, .. }) = image.as_ref().filter(|i| i.width != i.height) {
             let message = format!(
-                "the image has {width} × {height} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it"
+                "found an image of {width} × {height} pixels, expected a square equal-area map, as \
+                 written by imgtool makeequiarea"
             );
             return Err(entity.refuse("filename", message));
         }
@@ -306,7 +309,7 @@ fn portal(entity: &Entity) -> Result<Option<Portal>, LoadError> {
 }
 
 fn no_file(entity: &Entity) -> LoadError {
-    entity.at.error("the parameter \"string filename\" is missing")
+    entity.at.error("missing parameter \"string filename\"")
 }
 
 /// Returns the power of a light of intensity 1 through a slide at distance 1 with half side lengths
@@ -335,8 +338,8 @@ fn turned(entity: &Entity, node: DMat3) -> Result<DMat3, LoadError> {
     let turn = node * scale.recip();
     let difference = turn.transpose() * turn - DMat3::IDENTITY;
     if difference.to_cols_array().iter().any(|x| x.is_nan() || x.abs() > TOLERANCE) {
-        let message = "a light that is an image cannot be stretched; expected a transform that turns, mirrors or \
-                       scales all directions alike";
+        let message = "found a non-uniform scale of a light with an image, expected a transform of \
+                       rotations, reflections and uniform scales";
         return Err(entity.at.error(message));
     }
     Ok(turn)

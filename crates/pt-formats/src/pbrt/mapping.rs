@@ -33,7 +33,7 @@ pub(super) fn read(
         }
         Some(other) => {
             let message = format!(
-                "the mapping {} is unknown; there are uv, planar, spherical, cylindrical",
+                "unknown mapping {}; expected uv, planar, spherical or cylindrical",
                 quote(other)
             );
             return Err(entity.refuse("mapping", message));
@@ -41,7 +41,7 @@ pub(super) fn read(
     };
     match layout {
         TextureMapping::Space { to_texture } if !to_texture.is_finite() => {
-            Err(entity.refuse("v1", "with v1 and v2, the numbers of the mapping are too large"))
+            Err(entity.refuse("v1", "v1 and v2 give a mapping that is too large to be represented"))
         }
         layout => Ok((layout, DMat3::IDENTITY)),
     }
@@ -53,7 +53,7 @@ pub(super) fn to_texture(entity: &Entity, to_world: DAffine3) -> Result<DAffine3
     if inverse.is_finite() && to_world.matrix3.determinant() != 0.0 {
         return Ok(inverse);
     }
-    let message = "the transform flattens the space in which the texture is; it cannot be undone";
+    let message = "found a transform that flattens the texture space, expected an invertible one";
     Err(entity.at.error(message))
 }
 
@@ -68,9 +68,10 @@ pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, L
             let scale = entity.float("scale", 1.0)?;
             to_texture = DAffine3::from_scale(DVec3::splat(scale)) * to_texture;
             if !to_texture.is_finite() {
-                return Err(
-                    entity.refuse("scale", "with it, the numbers of the texture are too large")
-                );
+                return Err(entity.refuse(
+                    "scale",
+                    "the scale gives a texture transform that is too large to be represented",
+                ));
             }
             let variation = entity.float("variation", 0.2)? as f32;
             Pattern::Marble(Marble { noise: noise(entity)?, variation })
@@ -85,6 +86,7 @@ fn noise(entity: &Entity) -> Result<Noise, LoadError> {
     if (0.0..=2.0).contains(&roughness) {
         return Ok(Noise { octaves, roughness: roughness as f32 });
     }
-    let message = format!("{} is {roughness}; expected a number from 0 to 2", quote("roughness"));
+    let message =
+        format!("found {} = {roughness}, expected a number from 0 to 2", quote("roughness"));
     Err(entity.refuse("roughness", message))
 }

@@ -71,7 +71,7 @@ impl PbrtWorld {
                         return LoadError::AlreadyReported;
                     }
                     let hint = did_you_mean(name, self.named_materials.keys().map(String::as_str));
-                    at.error(format!("there is no material {}{hint}", quote(name)))
+                    at.error(format!("undefined material {}{hint}", quote(name)))
                 })
             }
         }
@@ -110,7 +110,7 @@ impl PbrtWorld {
             "subsurface" => {
                 return Err(entity
                     .at
-                    .error("a mix cannot contain a subsurface, which is a medium as well"));
+                    .error("a mix cannot contain a subsurface, which includes a medium"));
             }
             "interface" | "" => {
                 return Err(entity
@@ -173,11 +173,12 @@ impl PbrtWorld {
         let base_color = self.textures.share(entity, "reflectance", 0.5)?;
         let Some(Roughness { alpha: [u, v], .. }) = self.roughness(entity, &ROUGHNESS, 0.0)? else {
             let message =
-                "a smooth metal with a texture reflects the same share of light at all angles";
+                "the reflectance of a smooth metal with a texture does not depend on the angle";
             self.warn(entity, message.to_owned());
             return Ok(Mirror { reflectance: base_color }.into());
         };
-        let message = "what a metal with a texture reflects grows with the angle by Schlick's formula, and not by Fresnel's";
+        let message = "the reflectance of a metal with a texture depends on the angle by Schlick's \
+                       approximation instead of Fresnel's equations";
         self.warn(entity, message.to_owned());
         let alpha = if u == v { u } else { self.one_alpha(entity, "metal", [&u, &v]).into() };
         Ok(Principled {
@@ -202,7 +203,9 @@ impl PbrtWorld {
         let mut given = |name, role| {
             let (color, is_mean) = self.textures.mean_of(entity, name, role)?;
             if is_mean {
-                let message = format!("of the texture of \"{name}\", the mean counts");
+                let message = format!(
+                    "textured \"{name}\" is not supported; the mean of the texture is used"
+                );
                 self.scene.warnings.push(Warning { at: entity.place(name).span(""), message });
             }
             Ok::<_, LoadError>(color)
@@ -256,8 +259,8 @@ impl PbrtWorld {
         if let (Color::Value(reflected), Color::Value(transmitted)) = (&reflectance, &transmittance)
             && (0..3).any(|c| reflected[c] + transmitted[c] > 1.0 + 1e-6)
         {
-            let message = "reflectance and transmittance are more than 1 together, so that light would grow; expected \
-                           at most 1 with the scale";
+            let message = "found a reflectance and a transmittance with a sum above 1, expected a \
+                           sum of at most 1 including the scale";
             return Err(entity.refuse("transmittance", message));
         }
         Ok(DiffuseTransmission { reflectance, transmittance })
@@ -273,7 +276,7 @@ impl PbrtWorld {
         let thickness = thickness.unwrap_or(0.01.into());
         if thickness.texture().is_some() {
             let message =
-                "the coat has the same thickness everywhere, which is the mean of its texture";
+                "textured thickness of the coat is not supported; the mean of the texture is used";
             self.warn(entity, message.to_owned());
         }
         let thickness = thickness.mean().max(0.0);
@@ -295,7 +298,7 @@ impl PbrtWorld {
     /// Reads a measured material, on both sides. A missing file is replaced by a placeholder.
     fn measured(&self, entity: &Entity) -> Result<Surface, LoadError> {
         let Some(name) = entity.text("filename")? else {
-            return Err(entity.at.error("the parameter \"string filename\" is missing"));
+            return Err(entity.at.error("missing parameter \"string filename\""));
         };
         let Folder { context, .. } = &self.textures.folder;
         match context.measurements(&self.textures.folder.join(name)) {
@@ -312,7 +315,8 @@ impl PbrtWorld {
     fn one_alpha(&mut self, entity: &Entity, layer: &str, [u, v]: [&Scalar; 2]) -> f32 {
         if u != v || u.texture().is_some() {
             let message = format!(
-                "the {layer} has the same roughness everywhere, which is the mean of what is given"
+                "textured or anisotropic roughness of the {layer} is not supported; the mean is \
+                 used"
             );
             self.warn(entity, message);
         }
@@ -324,7 +328,7 @@ impl PbrtWorld {
         entity.pass_over(&["g"]);
         let albedo = self.textures.share(entity, "albedo", 0.0)?;
         if albedo != [0.0; 3].into() {
-            let message = "the coat scatters no light within: its albedo is left out";
+            let message = "scattering inside of the coat is not supported; its albedo is ignored";
             self.warn(entity, message.to_owned());
         }
         Ok(())
@@ -338,8 +342,7 @@ impl PbrtWorld {
     ) -> Result<Surface, LoadError> {
         let names = entity.texts("materials")?.unwrap_or_default();
         let [first, second] = names else {
-            let message =
-                format!("expected the names of two materials, but there are {}", names.len());
+            let message = format!("expected the names of two materials, found {}", names.len());
             return Err(entity.refuse("materials", message));
         };
         let share = self.textures.number(entity, "amount", [0.0, 1.0])?.unwrap_or(0.5.into());
@@ -347,10 +350,14 @@ impl PbrtWorld {
             let part = self.material_of(&MaterialName::Named(name.into(), entity.at.clone()))?;
             way.enter(name.to_owned()).map_err(|barred| {
                 entity.at.error(match barred {
-                    ReferenceError::Circle => format!("the mixture {} contains itself", quote(name)),
+                    ReferenceError::Circle => {
+                        format!("the mixture {} contains itself", quote(name))
+                    }
                     ReferenceError::Deep(most) => format!("mixtures are nested deeper than {most}"),
                     ReferenceError::Many(most) => {
-                        format!("it is made of more than {most} materials, each counted as often as it is used")
+                        format!(
+                            "more than {most} nested materials, each counted as often as it is used"
+                        )
                     }
                 })
             })?;
@@ -375,7 +382,7 @@ impl PbrtWorld {
             if relief.is_some() {
                 return Err(entity.refuse(
                     "normalmap",
-                    "both a displacement and a normalmap are given; give one",
+                    "found a displacement and a normalmap, expected one of the two",
                 ));
             }
             match self.textures.raw(name) {
@@ -398,7 +405,7 @@ impl PbrtWorld {
 /// Returns an error about a metal that is specified in two ways.
 fn both_given(entity: &Entity, [eta, k, reflectance]: [&'static str; 3]) -> LoadError {
     let message =
-        format!("both \"{reflectance}\" and \"{eta}\" or \"{k}\" are given; give one of the two");
+        format!("found \"{reflectance}\" and \"{eta}\" or \"{k}\", expected one of the two");
     entity.refuse(reflectance, message)
 }
 

@@ -21,7 +21,7 @@ impl MeasuredMedium {
         known.clone().find(|medium| medium.name == name).copied().ok_or_else(|| {
             let hint = did_you_mean(name, known.map(|medium| medium.name));
             format!(
-                "there is no measured medium {}{hint}; else give sigma_a and sigma_s",
+                "unknown measured medium {}{hint}; otherwise give sigma_a and sigma_s",
                 quote(name)
             )
         })

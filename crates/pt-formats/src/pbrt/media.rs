@@ -40,5 +40,5 @@ pub(super) fn check_count(
     if cells == found as u64 {
         return Ok(());
     }
-    Err(entity.refuse(name, format!("expected {x} · {y} · {z} {what}, but there are {found}")))
+    Err(entity.refuse(name, format!("expected {x} · {y} · {z} {what}, found {found}")))
 }

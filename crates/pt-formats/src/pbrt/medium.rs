@@ -46,12 +46,12 @@ impl PbrtMedia {
         warnings: &mut Vec<Warning>,
     ) -> Result<(), LoadError> {
         if self.numbers.contains_key(name) {
-            return Err(entity.at.error(format!("there is already a medium {}", quote(name))));
+            return Err(entity.at.error(format!("duplicate medium {}", quote(name))));
         }
         if state.ctm[0] != state.ctm[1] {
             return Err(entity
                 .at
-                .error("media do not move; expected the same transform at all times"));
+                .error("found a moving medium, expected the same transform at all times"));
         }
         let matter = match entity.kind.as_str() {
             "cloud" => self.cloud(entity, state.ctm[0])?,
@@ -121,8 +121,10 @@ impl PbrtMedia {
         let densities = entity.floats("density")?.unwrap_or_default();
         check_count(entity, "density", "densities", resolution, densities.len())?;
         if let Some(bad) = densities.iter().find(|density| **density < 0.0) {
-            return Err(entity
-                .refuse("density", format!("a density is {bad}; expected numbers of at least 0")));
+            return Err(entity.refuse(
+                "density",
+                format!("found a density of {bad}, expected numbers of at least 0"),
+            ));
         }
         let to_world = to_world * unit_cube_to_box(entity, to_world)?;
         let is_grey = extinction[0] == extinction[1] && extinction[1] == extinction[2];
@@ -132,7 +134,9 @@ impl PbrtMedia {
         });
         let values: Vec<_> = values.collect();
         if !values.iter().all(|value| value.is_finite()) {
-            return Err(entity.refuse("density", "the medium is too dense to be computed with"));
+            return Err(
+                entity.refuse("density", "found a medium that is too dense to be represented")
+            );
         }
         let emission = self.grid_emission(entity, to_world)?;
         let grid = Grid { resolution, channels: if is_grey { 1 } else { 3 }, values };
@@ -176,7 +180,7 @@ impl PbrtMedia {
         let refuse = |message: String| entity.refuse("filename", message);
         let name = entity
             .text("filename")?
-            .ok_or_else(|| refuse("there is no filename; expected that of a grid".to_owned()))?;
+            .ok_or_else(|| refuse("missing filename of a grid".to_owned()))?;
         let path = self.folder.join(name);
         let file = self.sparse.file(&self.folder, &path).map_err(refuse)?;
         let emission = if let Some(heat) = &file.heat {
@@ -194,7 +198,7 @@ impl PbrtMedia {
         let others: Vec<_> = file.names.iter().filter(is_other).map(String::as_str).collect();
         if !others.is_empty() {
             let message = format!(
-                "of {}, the grids \"{DENSITY}\" and \"{HEAT}\" are read, and not {}",
+                "from {}, only the grids \"{DENSITY}\" and \"{HEAT}\" are read, not {}",
                 quote(name),
                 others.join(", ")
             );
@@ -210,7 +214,9 @@ impl PbrtMedia {
             (grid.map_err(refuse)?, 1.0)
         };
         if !grid.values.iter().all(|value| (value * scale).is_finite()) {
-            return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+            return Err(
+                entity.refuse("scale", "found a medium that is too dense to be represented")
+            );
         }
         let to_world = to_world * file.density.to_world;
         let extinction = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
@@ -236,7 +242,7 @@ impl PbrtMedia {
         }
         known.map(Some).ok_or_else(|| {
             let hint = did_you_mean(name, self.numbers.keys().map(String::as_str));
-            at.error(format!("there is no medium {}{hint}", quote(name)))
+            at.error(format!("undefined medium {}{hint}", quote(name)))
         })
     }
 
@@ -273,7 +279,7 @@ fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, Loa
     if placed.is_finite() && placed.inverse().is_finite() {
         return Ok(to_box);
     }
-    Err(entity.refuse("p1", "the box of the grid is flat; expected one with a volume"))
+    Err(entity.refuse("p1", "found a flat box of the grid, expected one with a volume"))
 }
 
 /// Reads a grid of absorption and scattering coefficients; one of the two may be missing, and is 1
@@ -286,7 +292,7 @@ fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, L
         check_count(entity, name, "colours", resolution, cells.len())?;
         if cells.as_flattened().iter().any(|sigma| *sigma < 0.0) {
             let message =
-                format!("\"{name}\" has a number below 0; expected numbers of at least 0");
+                format!("found a number below 0 in \"{name}\", expected numbers of at least 0");
             return Err(entity.refuse(name, message));
         }
         let to_rec709 = |cell| entity.color_space.to_rec709(cell);
@@ -294,13 +300,13 @@ fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<MediumProperties, L
     };
     let (absorbed, scattered) = (read("sigma_a")?, read("sigma_s")?);
     let Some(cells) = absorbed.as_ref().or(scattered.as_ref()).map(Vec::len) else {
-        return Err(entity.at.error("the grid has no cells; expected sigma_a or sigma_s"));
+        return Err(entity.at.error("found a grid without cells, expected sigma_a or sigma_s"));
     };
     let numbers = |list: Option<Vec<[f64; 3]>>| list.map_or(vec![1.0; 3 * cells], |l| l.concat());
     let pairs: Vec<_> = numbers(absorbed).into_iter().zip(numbers(scattered)).collect();
     let extinction: Vec<_> = pairs.iter().map(|(a, s)| ((a + s) * scale) as f32).collect();
     if !extinction.iter().all(|sigma| sigma.is_finite()) {
-        return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+        return Err(entity.refuse("scale", "found a medium that is too dense to be represented"));
     }
     let share = |(a, s): &(f64, f64)| if *s > 0.0 { (s / (a + s)) as f32 } else { 0.0 };
     let albedo: Vec<_> = pairs.iter().map(share).collect();
@@ -329,7 +335,7 @@ pub(super) fn extinction_and_albedo(
 ) -> Result<[[f32; 3]; 2], LoadError> {
     let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
     if !extinction.iter().all(|sigma| sigma.is_finite()) {
-        return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+        return Err(entity.refuse("scale", "found a medium that is too dense to be represented"));
     }
     let share = |c: usize| {
         let sum = absorbed[c] + scattered[c];
@@ -344,7 +350,7 @@ pub(super) fn mean_cosine(entity: &Entity) -> Result<f32, LoadError> {
     if -1.0 < g && g < 1.0 {
         return Ok(g);
     }
-    Err(entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1")))
+    Err(entity.refuse("g", format!("found \"g\" = {g}, expected a number above -1 and below 1")))
 }
 
 /// Default absorption and scattering coefficients of a homogeneous medium, per unit of length.

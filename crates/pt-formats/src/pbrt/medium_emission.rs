@@ -48,7 +48,7 @@ impl PbrtMedia {
         };
         match (kelvins, light) {
             (Some(_), Some(_)) => {
-                let message = "both Le and temperature are given; give one of the two";
+                let message = "found Le and temperature, expected one of the two";
                 Err(entity.refuse("temperature", message))
             }
             (Some(kelvins), None) => match scales {
@@ -59,7 +59,8 @@ impl PbrtMedia {
                     Ok(MediumEmission::BlackBody(BlackBody { temperature, scale }))
                 }
                 _ => {
-                    let message = "a Lescale that differs from cell to cell is not supported where there are temperatures; give the same number for all";
+                    let message = "found a Lescale that varies between cells together with \
+                                   temperatures, expected the same number for all cells";
                     Err(entity.refuse("Lescale", message))
                 }
             },
@@ -89,7 +90,7 @@ pub(super) fn color_emission(
         return Ok(DARK);
     }
     if entity.find("sigma_a").is_none() {
-        let message = "a grid that emits light needs sigma_a, which tells where it does";
+        let message = "missing sigma_a; a grid that emits light requires it";
         return Err(entity.refuse("Le", message));
     }
     let light =
@@ -139,7 +140,8 @@ fn scale(entity: &Entity) -> Result<f64, LoadError> {
     if scale >= 0.0 {
         return Ok(scale);
     }
-    Err(entity.refuse(first, format!("\"{first}\" is {scale}; expected a number of at least 0")))
+    Err(entity
+        .refuse(first, format!("found \"{first}\" = {scale}, expected a number of at least 0")))
 }
 
 fn list_of_scales(entity: &Entity) -> Result<Option<(&'static str, &[f64])>, LoadError> {

@@ -61,7 +61,7 @@ pub(super) fn named(name: &str) -> Result<Option<NamedSpectrum>, String> {
             let names: Vec<_> = names.collect();
             let hint = did_you_mean(name, names.iter().map(String::as_str));
             format!(
-                "there is no metal {}{hint}; else give eta and k as rgb or by wavelengths",
+                "unknown metal {}{hint}; otherwise give eta and k as rgb or by wavelengths",
                 quote(name)
             )
         });
@@ -71,12 +71,12 @@ pub(super) fn named(name: &str) -> Result<Option<NamedSpectrum>, String> {
     }
     if name.starts_with("glass-") {
         let hint = did_you_mean(name, GLASSES.iter().map(|(known, _)| *known));
-        return Err(format!("there is no glass {}{hint}; else give eta as a number", quote(name)));
+        return Err(format!("unknown glass {}{hint}; otherwise give eta as a number", quote(name)));
     }
     let found = ILLUMINANTS.iter().find(|(known, _)| *known == name);
     if found.is_none() && (name.starts_with("stdillum-") || name.starts_with("illum-")) {
         let hint = did_you_mean(name, ILLUMINANTS.iter().map(|(known, _)| *known));
-        return Err(format!("there is no illuminant {}{hint}", quote(name)));
+        return Err(format!("unknown illuminant {}{hint}", quote(name)));
     }
     Ok(found.map(|(_, chromaticity)| NamedSpectrum::Illuminant(*chromaticity)))
 }

@@ -127,7 +127,7 @@ pub(super) fn read(
         && !context.has_errors()
     {
         let end = by.replace("Begin", "End");
-        return Err(at.error(format!("{by} has no {end}")));
+        return Err(at.error(format!("{by} without {end}")));
     }
     Ok(reader.world)
 }
@@ -148,8 +148,7 @@ impl PbrtReader {
             let done = match token.kind {
                 TokenKind::Word(word) => self.directive(word, &mut tokens, at),
                 other => {
-                    let message =
-                        format!("{} stands alone; expected a directive", other.describe());
+                    let message = format!("found {}, expected a directive", other.describe());
                     Err(at.error(message))
                 }
             };
@@ -160,7 +159,8 @@ impl PbrtReader {
         }
         let done = match tokens.take_tail()?.first() {
             Some(ParsedParameter { at, name, .. }) => Err(at.error(format!(
-                "the parameter {} belongs to no directive: the included file does not end with one that has parameters",
+                "found the parameter {} without a directive, expected an included file that ends \
+                 with a directive with parameters",
                 quote(name)
             ))),
             None => Ok(()),
@@ -211,7 +211,7 @@ impl PbrtReader {
                 let Some(defaults) = self.state.defaults.of(&target) else {
                     let hint = did_you_mean(&target, TARGETS.into_iter());
                     return Err(
-                        at.error(format!("there are no attributes of {}{hint}", quote(&target)))
+                        at.error(format!("unknown attribute target {}{hint}", quote(&target)))
                     );
                 };
                 let kept =
@@ -219,7 +219,7 @@ impl PbrtReader {
                 *defaults = kept.cloned().chain(list.iter().cloned()).collect();
                 if defaults.len() > MAX_PARAMETERS {
                     return Err(at.error(format!(
-                        "there are more than {MAX_PARAMETERS} attributes of {}",
+                        "more than {MAX_PARAMETERS} attributes of {}",
                         quote(&target)
                     )));
                 }
@@ -230,9 +230,7 @@ impl PbrtReader {
                 let Some(space) = ColorSpace::ALL.into_iter().find(|space| space.name == name)
                 else {
                     let hint = did_you_mean(&name, ColorSpace::ALL.iter().map(|space| space.name));
-                    return Err(
-                        at.error(format!("there is no colour space {}{hint}", quote(&name)))
-                    );
+                    return Err(at.error(format!("unknown colour space {}{hint}", quote(&name))));
                 };
                 self.state.color_space = space;
             }
@@ -287,12 +285,13 @@ impl PbrtReader {
             }
             "WorldEnd" => {
                 return Err(at.error(
-                    "WorldEnd is of pbrt-v3; delete it, or convert the file with pbrt --upgrade",
+                    "unsupported WorldEnd of pbrt-v3; delete it, or convert the file with pbrt \
+                     --upgrade",
                 ));
             }
             _ => {
                 let hint = did_you_mean(word, DIRECTIVES.into_iter());
-                return Err(at.error(format!("there is no directive {}{hint}", quote(word))));
+                return Err(at.error(format!("unknown directive {}{hint}", quote(word))));
             }
         }
         Ok(())
@@ -349,7 +348,7 @@ impl PbrtReader {
         let mut entity =
             Entity::new(directive, String::new(), at, parameters, defaults, self.state.color_space);
         let Some(kind) = entity.text("type")?.map(str::to_owned) else {
-            return Err(entity.at.error("the parameter \"string type\" is missing"));
+            return Err(entity.at.error("missing parameter \"string type\""));
         };
         entity.kind = kind;
         Ok(entity)
@@ -379,14 +378,15 @@ impl PbrtReader {
             "spectrum" => false,
             other => {
                 let message =
-                    format!("{} is no type of a texture; expected float or spectrum", quote(other));
+                    format!("unknown texture type {}; expected float or spectrum", quote(other));
                 return Err(entity.at.error(message));
             }
         };
         let [start, end] = self.state.ctm;
         let is_in_space = self.world.textures.define(name, is_number, &entity, start)?;
         if is_in_space && start != end {
-            let message = "textures do not move: this one is where it is at the start".to_owned();
+            let message =
+                "moving textures are not supported; the transform at the start is used".to_owned();
             self.world.scene.warnings.push(Warning { at: entity.at.span(""), message });
         }
         Ok(())
@@ -400,7 +400,7 @@ impl PbrtReader {
         at: TokenPosition,
     ) -> Result<(), LoadError> {
         if self.in_world {
-            return Err(at.error(format!("{word} belongs before WorldBegin")));
+            return Err(at.error(format!("found {word} after WorldBegin, expected before")));
         }
         match word {
             "Option" => {
@@ -414,7 +414,9 @@ impl PbrtReader {
                 let entity = self.entity("Camera", tokens, at)?;
                 let to_world = self.state.ctm.map(|ctm| ctm.inverse());
                 if !to_world.iter().all(DAffine3::is_finite) {
-                    return Err(entity.at.error("the transform of the camera flattens space"));
+                    return Err(entity.at.error(
+                        "found a camera transform that flattens space, expected an invertible one",
+                    ));
                 }
                 self.systems.insert("camera".to_owned(), to_world);
                 let media = Rc::clone(&self.state.media);
@@ -444,7 +446,7 @@ impl PbrtReader {
 
     fn world_begin(&mut self, at: &TokenPosition) -> Result<(), LoadError> {
         if self.in_world {
-            return Err(at.error("the world has begun already; expected one WorldBegin"));
+            return Err(at.error("duplicate WorldBegin; expected one"));
         }
         self.in_world = true;
         self.state.ctm = [DAffine3::IDENTITY; 2];
@@ -457,7 +459,7 @@ impl PbrtReader {
         if self.in_world {
             Ok(())
         } else {
-            Err(at.error(format!("{what} belongs behind WorldBegin")))
+            Err(at.error(format!("found {what} before WorldBegin, expected after")))
         }
     }
 
@@ -480,10 +482,11 @@ impl PbrtReader {
                 Ok(saved.state)
             }
             Some(saved) => {
-                let message = format!("{end} closes the {} of {}", saved.by, saved.at.span(""));
+                let message =
+                    format!("{end} does not match the {} of {}", saved.by, saved.at.span(""));
                 Err(at.error(message))
             }
-            None => Err(at.error(format!("{end} has no {by}"))),
+            None => Err(at.error(format!("{end} without {by}"))),
         }
     }
 
@@ -495,10 +498,10 @@ impl PbrtReader {
         let name = text(tokens, &at)?;
         self.require_world(&at, "ObjectBegin")?;
         if self.object.is_some() {
-            return Err(at.error("an object cannot contain another; expected ObjectEnd before"));
+            return Err(at.error("an object cannot contain another; expected ObjectEnd first"));
         }
         if self.world.objects.contains_key(&name) {
-            return Err(at.error(format!("there is already an object {}", quote(&name))));
+            return Err(at.error(format!("duplicate object {}", quote(&name))));
         }
         self.object = Some((name, Vec::new()));
         self.save("ObjectBegin", at)
@@ -516,7 +519,7 @@ impl PbrtReader {
         let name = text(tokens, at)?;
         self.require_world(at, "ObjectInstance")?;
         if self.object.is_some() {
-            return Err(at.error("an object cannot contain instances; expected ObjectEnd before"));
+            return Err(at.error("an object cannot contain instances; expected ObjectEnd first"));
         }
         self.world.instance(&name, self.state.ctm, at)
     }
@@ -551,7 +554,7 @@ impl PbrtReader {
         let bytes = match content(&self.folder.context, path) {
             Ok(bytes) => bytes,
             Err(why) => {
-                let message = format!("{why}; what it contains is left out");
+                let message = format!("{why}; its content is omitted");
                 self.folder.context.missing(at.span(""), message);
                 return Ok(());
             }
@@ -564,7 +567,7 @@ impl PbrtReader {
         self.file(&bytes, path, tail)?;
         if self.saved.len() != open {
             return Err(at.error(format!(
-                "{} leaves an AttributeBegin or AttributeEnd without the other",
+                "found an AttributeBegin or AttributeEnd in {} without the other, expected pairs",
                 quote(name)
             )));
         }

@@ -80,7 +80,7 @@ impl PbrtWorld {
     /// Adds a named material.
     pub(super) fn name_material(&mut self, name: String, entity: Entity) -> Result<(), LoadError> {
         if self.named_materials.contains_key(&name) {
-            return Err(entity.at.error(format!("there is already a material {}", quote(&name))));
+            return Err(entity.at.error(format!("duplicate material {}", quote(&name))));
         }
         self.named_materials.insert(name, Rc::new(entity));
         Ok(())
@@ -103,8 +103,9 @@ impl PbrtWorld {
         entity.finish()?;
         let mut light = state.area_light.clone();
         if in_object && light.take().is_some() {
-            let message = "shapes of an object do not shine, there and here; its light is left out"
-                .to_owned();
+            let message =
+                "emissive shapes in object definitions are not supported; the emission is ignored"
+                    .to_owned();
             self.scene.warnings.push(Warning { at: entity.at.span(""), message });
         }
         Ok(PlacedShape {
@@ -156,7 +157,7 @@ impl PbrtWorld {
         }
         let most = self.context().limits().shapes(MAX_SHAPES);
         if self.shapes.len() >= most {
-            let message = format!("with this one, there are more than {most} shapes");
+            let message = format!("the number of shapes exceeds {most}");
             return Err(LoadContext::exceeded(placed.at.span(""), message));
         }
         self.shapes.push(placed);
@@ -172,7 +173,10 @@ impl PbrtWorld {
     ) -> Result<(), LoadError> {
         let Some(shapes) = self.objects.get(name).cloned() else {
             let hint = did_you_mean(name, self.objects.keys().map(String::as_str));
-            return Err(at.error(format!("there is no object {} above{hint}", quote(name))));
+            return Err(at.error(format!(
+                "undefined object {}; expected the name of an object above{hint}",
+                quote(name)
+            )));
         };
         for shape in shapes.iter() {
             let placed = [0, 1].map(|i| to_world[i] * shape.to_world[i]);
@@ -246,7 +250,7 @@ impl PbrtWorld {
             if self.context().has_errors() {
                 return Err(LoadError::AlreadyReported);
             }
-            let message = "there is no Camera; expected one before WorldBegin".to_owned();
+            let message = "missing Camera; expected one before WorldBegin".to_owned();
             return Err(LoadError::Content { at: self.file.clone(), message });
         };
         let medium = self.media.number(&media.outside, media.at.as_ref())?;
@@ -270,9 +274,9 @@ impl PbrtWorld {
         let PlacedShape { name, to_world: [start, end], mut geometry, .. } = placed;
         for map in [start, end] {
             if !(map.is_finite() && map.inverse().is_finite() && map.matrix3.determinant() != 0.0) {
-                return Err(placed
-                    .at
-                    .error("the transform flattens the shape; it cannot be undone"));
+                return Err(placed.at.error(
+                    "found a transform that flattens the shape, expected an invertible one",
+                ));
             }
         }
         let known = self.surface_once(&placed.material)?;
@@ -296,7 +300,8 @@ impl PbrtWorld {
             }
             (Some(_), None) => {
                 let message =
-                    "what is only the border of a medium does not shine; its light is left out"
+                    "emission of an interface between media is not supported; the emission is \
+                     ignored"
                         .to_owned();
                 self.scene.warnings.push(Warning { at: placed.at.span(""), message });
             }

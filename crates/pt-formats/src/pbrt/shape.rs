@@ -87,9 +87,7 @@ impl PbrtMeshCache {
             return Ok(());
         }
         context.suggest(Hint::RaiseLimit("triangles"));
-        Err(format!(
-            "with this one, shapes are cut into more than {most} triangles, the limit; give them as plymesh"
-        ))
+        Err(format!("the shapes exceed the limit of {most} triangles; give them as plymesh"))
     }
 }
 
@@ -113,7 +111,9 @@ pub(super) fn shape(
             let radius = entity.positive("radius", 1.0)?;
             let inner = entity.not_negative("innerradius", 0.0)?;
             if inner >= radius {
-                let message = format!("the inner radius {inner} is not below the radius {radius}");
+                let message = format!(
+                    "found an inner radius of {inner}, expected less than the radius {radius}"
+                );
                 return Err(entity.refuse("innerradius", message));
             }
             let (height, phi_max) = (entity.float("height", 0.0)?, phi_max(entity)?);
@@ -141,12 +141,12 @@ pub(super) fn shape(
         _ => return Err(entity.unsupported(&KINDS)),
     };
     if matches!(&geometry, Geometry::Mesh(mesh) if mesh.triangles.is_empty()) {
-        return Err(entity.at.error("the shape has no triangle with an area"));
+        return Err(entity.at.error("shape without a triangle that has an area"));
     }
     if let Geometry::Mesh(mesh) = &geometry {
         let is_finite = mesh.positions.as_flattened().iter().all(|x| x.is_finite());
         if !is_finite {
-            return Err(entity.at.error("the shape is too large to be computed with"));
+            return Err(entity.at.error("found a shape that is too large to be represented"));
         }
         if !matches!(
             entity.kind.as_str(),
@@ -176,9 +176,10 @@ fn phi_max(entity: &Entity) -> Result<f64, LoadError> {
 /// Returns a range of heights in increasing order.
 fn sorted(entity: &Entity, [a, b]: [f64; 2]) -> Result<[f64; 2], LoadError> {
     if a == b {
-        return Err(
-            entity.refuse("zmax", format!("zmin and zmax are both {a}; expected two heights"))
-        );
+        return Err(entity.refuse(
+            "zmax",
+            format!("found zmin and zmax of {a}, expected two different heights"),
+        ));
     }
     Ok([a.min(b), a.max(b)])
 }
@@ -190,9 +191,10 @@ fn sphere(entity: &Entity, is_inside_out: bool) -> Result<Geometry, LoadError> {
     let [low, high] = sorted(entity, heights)?;
     let phi_max = phi_max(entity)?;
     if low >= radius || high <= -radius {
-        return Err(
-            entity.refuse("zmin", format!("no part of the sphere lies between {low} and {high}"))
-        );
+        return Err(entity.refuse(
+            "zmin",
+            format!("found no part of the sphere between {low} and {high}, expected an overlap"),
+        ));
     }
     let is_whole = low <= -radius && high >= radius && phi_max == TAU;
     if is_whole && !is_inside_out {
@@ -214,12 +216,13 @@ fn to_f32<const N: usize>(tuples: &[[f64; N]]) -> Vec<[f32; N]> {
 /// Reads positions, normals and texture coordinates of vertices.
 fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
     let Some(positions) = entity.points("P")? else {
-        return Err(entity.at.error("the parameter \"point3 P\" is missing"));
+        return Err(entity.at.error("missing parameter \"point3 P\""));
     };
     let count = positions.len();
     let check = |name: &str, values: usize| {
-        let message =
-            format!("{name} has {values} entries for {count} points of P; expected one for each");
+        let message = format!(
+            "found {values} entries of {name} for {count} points of P, expected one for each"
+        );
         if values == count { Ok(()) } else { Err(entity.refuse(name, message)) }
     };
     let normals = entity.normals("N")?;
@@ -242,14 +245,14 @@ fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
 fn faces<const N: usize>(entity: &Entity, vertices: usize) -> Result<Vec<[u32; N]>, LoadError> {
     let indices = match entity.indices("indices", vertices)? {
         None if vertices == N => (0..N as u32).collect(),
-        None => return Err(entity.at.error("the parameter \"integer indices\" is missing")),
+        None => return Err(entity.at.error("missing parameter \"integer indices\"")),
         Some(indices) => indices,
     };
     let (faces, rest) = indices.as_chunks::<N>();
     if rest.is_empty() && !faces.is_empty() {
         return Ok(faces.to_vec());
     }
-    let message = format!("{} indices are no faces of {N} corners", indices.len());
+    let message = format!("found {} indices, expected faces of {N} corners", indices.len());
     Err(entity.refuse("indices", message))
 }
 
@@ -303,7 +306,7 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
     if entity.text("emissionfilename")?.is_some() {
         return Err(entity.refuse(
             "emissionfilename",
-            "emissionfilename is not supported; give the AreaLightSource a filename",
+            "unsupported emissionfilename; give the AreaLightSource a filename",
         ));
     }
     entity.pass_over(&["faceIndices"]);
@@ -318,7 +321,7 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
         if u32::try_from(all.positions.len() + patch.positions.len()).is_err() {
             return Err(entity
                 .at
-                .error("the patches have more vertices than can be numbered with 32 bits"));
+                .error("the patches have more vertices than 32-bit indices can address"));
         }
         all.triangles.extend(patch.triangles.iter().map(|t| t.map(|i| i + first)));
         let parameters = patch.uvs.iter().flat_map(|uvs| &uvs.values);
@@ -365,7 +368,7 @@ fn ply_mesh(
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     let Some(name) = entity.text("filename")? else {
-        return Err(entity.at.error("the parameter \"string filename\" is missing"));
+        return Err(entity.at.error("missing parameter \"string filename\""));
     };
     let key = (folder.join(name), flips);
     let made = meshes.of_files.entry(key.clone()).or_insert_with(|| {
@@ -379,7 +382,7 @@ fn ply_mesh(
     match made {
         Ok(mesh) => Ok(Geometry::Mesh(Arc::clone(mesh))),
         Err(why) => {
-            let message = format!("{why}; the shape is left out");
+            let message = format!("{why}; the shape is omitted");
             folder.context.missing(entity.place("filename").span(""), message);
             Err(LoadError::AlreadyReported)
         }

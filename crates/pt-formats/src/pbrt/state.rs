@@ -86,7 +86,8 @@ pub(super) fn matrix(numbers: &[f64; 16]) -> Result<DAffine3, String> {
     let last_row: [f64; 4] = std::array::from_fn(|c| columns[c][3]);
     if last_row[..3] != [0.0; 3] || last_row[3] == 0.0 {
         return Err(
-            "the matrix is no affine one; expected 0, 0, 0 and 1 as the last of each four numbers"
+            "found a matrix that is not affine, expected 0, 0, 0 and 1 as the last of each four \
+             numbers"
                 .to_owned(),
         );
     }

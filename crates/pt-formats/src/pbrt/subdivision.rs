@@ -24,7 +24,7 @@ pub(super) fn subdivide(
     let count = faces.len().saturating_mul(1 << (2 * levels));
     if count > MAX_TRIANGLES {
         return Err(format!(
-            "with {levels} levels, {} triangles become {count}; expected at most {MAX_TRIANGLES}",
+            "{levels} levels subdivide {} triangles into {count}; expected at most {MAX_TRIANGLES}",
             faces.len()
         ));
     }
@@ -91,8 +91,8 @@ impl Fans {
     fn of(faces: &[[u32; 3]], vertices: usize) -> Result<Self, String> {
         let error = |from: usize, to: u32| {
             format!(
-                "the edge from vertex {from} to vertex {to} has two triangles on the same side, or no length; expected a \
-                 surface"
+                "the edge from vertex {from} to vertex {to} has two triangles on the same side, or \
+                 zero length; expected a manifold surface"
             )
         };
         let mut starts = vec![0_u32; vertices + 1];

@@ -41,9 +41,9 @@ impl PbrtWorld {
         let matter = MediumProperties::Homogeneous { extinction, albedo, emission: [0.0; 3] };
         let number = self.media.add("subsurface", entity, matter, g);
         let message = format!(
-            "light below the surface is followed from collision to collision, by volpath and up to {STEPS} interactions of \
-             a path, as -m counts them; the shape has to be closed, and lights without a size do not shine into it \
-             where it is smooth"
+            "light below the surface is simulated by volpath from collision to collision, up to \
+             {STEPS} interactions of a path, as -m counts them; the shape has to be closed, and \
+             lights without extent do not light a smooth one from inside"
         );
         self.warn(entity, message);
         let [reflectance, transmittance] = [[1.0; 3].into(), [1.0; 3].into()];
@@ -67,14 +67,15 @@ impl PbrtWorld {
         }
         if way == Some("reflectance") {
             if entity.find("reflectance").is_none() {
-                return Err(entity.refuse("mfp", "mfp is given without reflectance; expected both"));
+                return Err(entity.refuse("mfp", "found mfp without reflectance, expected both"));
             }
             let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
             let mfp = self.textures.unbounded(entity, "mfp")?.unwrap_or([1.0; 3].into());
             let reflectance = self.everywhere(entity, "reflectance", &reflectance);
             let extinction = self.everywhere(entity, "mfp", &mfp).map(|mfp| 1.0 / (mfp * scale));
             if !extinction.iter().all(|sigma| sigma.is_finite()) {
-                let message = "with the scale, a mean free path is 0; expected a length above that";
+                let message =
+                    "found a mean free path of 0 after scaling, expected a length above 0";
                 return Err(entity.refuse("mfp", message));
             }
             let inner = internal_reflectance(f64::from(ior));
@@ -92,7 +93,7 @@ impl PbrtWorld {
                 self.everywhere(entity, "sigma_s", scattered),
             ],
             [Some(_), None] | [None, Some(_)] => {
-                let message = "only one of sigma_a and sigma_s is given; expected both";
+                let message = "found only one of sigma_a and sigma_s, expected both";
                 return Err(
                     entity.refuse(if given[0].is_some() { "sigma_a" } else { "sigma_s" }, message)
                 );
@@ -108,7 +109,7 @@ impl PbrtWorld {
             self.warn(
                 entity,
                 format!(
-                    "the medium below the surface is the same everywhere, of the mean of {}",
+                    "the medium below the surface is homogeneous; the mean of {} is used",
                     quote(name)
                 ),
             );
@@ -124,7 +125,7 @@ fn the_way(entity: &Entity) -> Result<Option<&'static str>, LoadError> {
     });
     let (first, second) = (given.next(), given.next());
     if let (Some((_, first)), Some((_, second))) = (first, second) {
-        let message = format!("both \"{first}\" and \"{second}\" are given; give one of the two");
+        let message = format!("found \"{first}\" and \"{second}\", expected one of the two");
         return Err(entity.refuse(second, message));
     }
     Ok(first.map(|(way, _)| way))

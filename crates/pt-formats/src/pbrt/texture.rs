@@ -119,7 +119,7 @@ impl PbrtTextures {
         };
         entity.finish()?;
         if leaves(&texture) > MAX_PARTS {
-            let message = format!("this is made of more than {MAX_PARTS} textures");
+            let message = format!("texture of more than {MAX_PARTS} parts");
             return Err(entity.at.error(message));
         }
         if self.folder.context.take_placeholder_used() {
@@ -128,9 +128,7 @@ impl PbrtTextures {
         let is_in_space = texture.texture().is_some_and(|texture| texture.is_in_space());
         let table = if is_number { &mut self.numbers } else { &mut self.colors };
         if table.insert(name.to_owned(), texture).is_some() {
-            return Err(entity
-                .at
-                .error(format!("there is already a texture {} of this type", quote(name))));
+            return Err(entity.at.error(format!("duplicate texture {} of this type", quote(name))));
         }
         Ok(is_in_space)
     }
@@ -166,7 +164,10 @@ impl PbrtTextures {
             let hint = did_you_mean(name, table.keys().map(String::as_str));
             entity.refuse(
                 parameter,
-                format!("there is no {what} texture {} above{hint}", quote(name)),
+                format!(
+                    "undefined {what} texture {}; expected the name of a texture above{hint}",
+                    quote(name)
+                ),
             )
         })
     }
@@ -245,7 +246,8 @@ impl PbrtTextures {
         if (f64::from(least)..=f64::from(most)).contains(&x) {
             return Ok(Some(Input::Value(x as f32)));
         }
-        let message = format!("{} is {x}; expected a number from {least} to {most}", quote(name));
+        let message =
+            format!("found {} = {x}, expected a number from {least} to {most}", quote(name));
         Err(entity.refuse(name, message))
     }
 
@@ -277,9 +279,10 @@ impl PbrtTextures {
         ];
         let direction = entity.vector("dir")?.unwrap_or(DVec3::Y);
         let Some(direction) = to_world.transform_vector3(direction).try_normalize() else {
-            return Err(
-                entity.refuse("dir", "expected a direction, but the transform of it has no length")
-            );
+            return Err(entity.refuse(
+                "dir",
+                "found a direction that the transform maps to zero, expected a direction",
+            ));
         };
         let facing = Pattern::AbsNormalDot(direction.as_vec3().to_array());
         Ok(between(across, along, Input::Texture(Arc::new(facing.into()))))
@@ -342,7 +345,7 @@ impl PbrtTextures {
             match self.input(entity, name, is_number, default)? {
                 Input::Value(value) => corners.push(value),
                 Input::Texture(_) => {
-                    return Err(entity.refuse(name, "expected a value, but this is a texture"));
+                    return Err(entity.refuse(name, "found a texture, expected a value"));
                 }
             }
         }
@@ -367,10 +370,8 @@ impl PbrtTextures {
             Some("clamp") => Wrap::CLAMP,
             Some("black") => Wrap::BLACK,
             Some(other) => {
-                let message = format!(
-                    "the wrap {} is not supported; supported: repeat, black, clamp",
-                    quote(other)
-                );
+                let message =
+                    format!("unsupported wrap {}; supported: repeat, black, clamp", quote(other));
                 return Err(entity.refuse("wrap", message));
             }
         };
@@ -380,14 +381,14 @@ impl PbrtTextures {
             Some("trilinear" | "ewa" | "EWA") => Filter::Trilinear,
             Some(other) => {
                 let message = format!(
-                    "the filter {} is unknown; there are point, bilinear, trilinear, ewa",
+                    "unknown filter {}; expected point, bilinear, trilinear or ewa",
                     quote(other)
                 );
                 return Err(entity.refuse("filter", message));
             }
         };
         let Some(name) = entity.text("filename")? else {
-            return Err(entity.at.error("the parameter \"string filename\" is missing"));
+            return Err(entity.at.error("missing parameter \"string filename\""));
         };
         let key = ImageKey {
             path: self.folder.join(name),
@@ -467,7 +468,7 @@ fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
             Ok(Box::new(move |x| trig::powf(x.max(0.0), gamma)))
         }
         (other, _) => Err(format!(
-            "the encoding {} is unknown; there are sRGB, linear, and gamma with a number",
+            "unknown encoding {}; expected sRGB, linear, or gamma with a number",
             quote(other)
         )),
     }

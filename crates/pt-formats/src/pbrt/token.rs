@@ -187,7 +187,7 @@ impl<'a> Tokens<'a> {
                     let text = if text.contains('\\') {
                         Cow::Owned(unescape(text).map_err(|c| {
                             let message = format!(
-                                "\\{c} stands for nothing in a text; for a backslash, write \\\\"
+                                "found the unknown escape \\{c}; for a backslash, write \\\\"
                             );
                             self.place_of(start, self.line).error(message)
                         })?)
@@ -199,7 +199,7 @@ impl<'a> Tokens<'a> {
                 _ => {}
             }
         }
-        let message = "this text has no end; expected a second \" on the same line";
+        let message = "unterminated text; expected a second \" on the same line";
         Err(self.place_of(self.next, self.line).error(message))
     }
 }
@@ -266,7 +266,7 @@ mod tests {
         assert_eq!(tokens.place(&first).span("").to_string(), "a.pbrt:1:1");
         tokens.take().expect("a token");
         let error = tokens.take().expect_err("an open text").to_string();
-        assert!(error.starts_with("a.pbrt:2:4: this text has no end"), "{error}");
+        assert!(error.starts_with("a.pbrt:2:4: unterminated text"), "{error}");
         assert!(kinds("\"a\\qb\"").is_err());
         assert!(kinds("\"a\nb\"").is_err());
     }

@@ -224,13 +224,7 @@ fn color_of_emission(emission: &Color) -> Option<[f32; 3]> {
 
 /// Returns the colour of a light, if it is constant.
 fn color_of(kind: &LightKind) -> Option<[f32; 3]> {
-    match kind {
-        LightKind::Point { intensity: light }
-        | LightKind::Ies { scale: light, .. }
-        | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light, .. } => Some(*light),
-        _ => None,
-    }
+    if kind.slide().is_some() { None } else { kind.strength().copied() }
 }
 
 #[cfg(test)]

@@ -44,13 +44,13 @@ fn daylight(kelvin: f64) -> [f64; 2] {
 pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
     for light in &mut scene.lights {
         match &mut light.kind {
-            LightKind::Point { intensity: light }
-            | LightKind::Ies { scale: light, .. }
-            | LightKind::Directional { irradiance: light }
-            | LightKind::Constant { radiance: light, .. } => *light = seen(matrix, *light),
             LightKind::LinearSpot { texture: Some(texture), .. } => tint_texture(texture, matrix),
             LightKind::Environment { image, .. } => *image = picture(image, matrix),
-            _ => {}
+            kind => {
+                if let Some(light) = kind.strength_mut() {
+                    *light = seen(matrix, *light);
+                }
+            }
         }
     }
     for material in &mut scene.materials {

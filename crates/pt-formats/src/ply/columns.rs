@@ -34,7 +34,7 @@ pub(in super::super) fn parse<const N: usize>(
             }
             body.skip(element)?;
         }
-        Err(mesh_file::error(path, 0, "the file has no element \"vertex\""))
+        Err(mesh_file::error(path, 0, "missing element \"vertex\""))
     })
 }
 
@@ -46,7 +46,7 @@ fn read<const N: usize>(
     for name in names {
         let property = element.properties.get(name).map(|property| &property.data_type);
         if !matches!(property, Some(PropertyType::Scalar(_))) {
-            let message = format!("the element \"vertex\" has no number {}", quote(name));
+            let message = format!("missing number {} of the element \"vertex\"", quote(name));
             return Err(mesh_file::error(body.path, 0, message));
         }
     }
@@ -61,13 +61,17 @@ fn read<const N: usize>(
                 rows.push(numbers);
                 return Ok(());
             }
-            Err(format!("vertex {i} has a value that is not finite"))
+            Err(format!("found a value of vertex {i} that is not finite"))
         });
         rows
     };
     body.read(&layout, read, |mut rows| all.append(&mut rows))?;
     if all.is_empty() {
-        return Err(body.faults.because_of(mesh_file::error(body.path, 0, "no vertex is whole")));
+        return Err(body.faults.because_of(mesh_file::error(
+            body.path,
+            0,
+            "found no vertex with finite values",
+        )));
     }
     Ok(all)
 }

@@ -35,7 +35,7 @@ pub(super) fn read(
                 None => part.push(ends.map(|end| end as u32)),
                 Some(bad) => {
                     return Err(format!(
-                        "edge {i} refers to vertex {bad}; the vertices are numbered 0 to {}",
+                        "found vertex {bad} in edge {i}, expected 0 to {}",
                         vertices - 1
                     ));
                 }

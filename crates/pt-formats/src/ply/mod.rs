@@ -118,12 +118,12 @@ fn read(
     let vertices = count("vertex");
     let has_faces = (count("face"), count("tristrips")) != (0, 0);
     if !has_faces && wanted == RequestedContent::Faces || vertices == 0 {
-        let message = "the file has no faces; expected the elements \"vertex\" and \"face\" (or \
-                       \"tristrips\")";
+        let message =
+            "found no faces, expected the elements \"vertex\" and \"face\" (or \"tristrips\")";
         return Err(mesh_file::error(path, 0, message));
     }
     if u32::try_from(vertices).is_err() {
-        let message = format!("{vertices} vertices are more than can be numbered with 32 bits");
+        let message = format!("{vertices} vertices exceed the range of 32-bit indices");
         return Err(mesh_file::error(path, 0, message));
     }
     let mut body = Body { path, encoding: header.encoding, line, rest, faults };
@@ -158,7 +158,7 @@ fn read(
         }
     }
     if mesh.triangles.is_empty() && has_faces {
-        let error = mesh_file::error(path, 0, "no face has three corners");
+        let error = mesh_file::error(path, 0, "found no face with three corners");
         if wanted == RequestedContent::Faces || !body.faults.is_empty() {
             return Err(body.faults.because_of(error));
         }
@@ -175,7 +175,7 @@ fn header_of<'b>(bytes: &'b [u8], path: &Path) -> Result<(Header, u32, &'b [u8])
     let mut reader = Reader::new(bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
         let line = e.line().unwrap_or(0) as u32;
-        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
+        mesh_file::error(path, line, format!("invalid PLY header: {}", explain(&e)))
     })?;
     let line = reader.line() as u32;
     Ok((header, line, reader.into_inner()))
@@ -212,7 +212,7 @@ fn read_vertices(
     mesh: &mut Mesh,
 ) -> Result<(), LoadError> {
     if !layout.has(&["x", "y", "z"]) {
-        let message = "the element \"vertex\" has no properties \"x\", \"y\" and \"z\"";
+        let message = "missing properties \"x\", \"y\" and \"z\" of the element \"vertex\"";
         return Err(mesh_file::error(body.path, 0, message));
     }
     let fixed = match body.encoding {
@@ -255,7 +255,7 @@ fn any_vertices(
         chunk.rows(faults, |i, row| {
             let row = row.and_then(|row| {
                 let is_finite = |at: usize| row.numbers[at].is_finite();
-                let fault = || format!("vertex {i} has a value that is not finite");
+                let fault = || format!("found a value of vertex {i} that is not finite");
                 if !(COLOR..IMAGE).all(is_finite) {
                     without_color.push(i);
                 }
@@ -268,8 +268,8 @@ fn any_vertices(
             row.map(drop)
         });
         for i in without_color {
-            let message = format!("vertex {i} has a colour that is not finite");
-            faults.pardon(mesh_file::error(path, 0, message), "it is black");
+            let message = format!("found a colour of vertex {i} that is not finite");
+            faults.pardon(mesh_file::error(path, 0, message), "the vertex becomes black");
         }
         vertices
     };
@@ -362,9 +362,9 @@ fn any_faces(
             check_indices("face", i, &row.corners, 0..i64::from(vertices))?;
             let color = [0, 1, 2].map(|k| row.numbers[COLOR + k]);
             if !color.iter().all(|x| x.is_finite()) {
-                return Err(format!("face {i} has a colour that is not finite"));
+                return Err(format!("found a colour of face {i} that is not finite"));
             }
-            let coordinates = coordinates(row).map_err(|what| format!("face {i} {what}"))?;
+            let coordinates = coordinates(row).map_err(|what| format!("face {i}: {what}"))?;
             let all = row.corners.as_slice();
             let mut push = |cut: [usize; 3]| {
                 triangles.corners.push(cut.map(|c| all[c] as u32));
@@ -393,7 +393,7 @@ fn any_faces(
         without_area += its_without_area;
     })?;
     if without_area > 0 {
-        let message = format!("{without_area} faces with fewer than three corners left out");
+        let message = format!("{without_area} faces with fewer than three corners omitted");
         warnings.push(Warning { at: at_the_end, message });
     }
     Ok(all)
@@ -408,11 +408,11 @@ fn coordinates(row: &ElementRow) -> Result<&[[f32; 2]], String> {
     let (found, wanted) = (row.coordinates.len(), 2 * row.corners.len());
     if found > 0 && (!rest.is_empty() || found != wanted) {
         return Err(format!(
-            "has {found} numbers in \"texcoord\"; expected two for each corner, {wanted}"
+            "found {found} numbers in \"texcoord\", expected two for each corner, {wanted}"
         ));
     }
     if !pairs.as_flattened().iter().all(|x| x.is_finite()) {
-        return Err("has texture coordinates that are not finite".to_owned());
+        return Err("found texture coordinates that are not finite".to_owned());
     }
     Ok(pairs)
 }
@@ -452,7 +452,7 @@ fn check_corners(body: &Body, layout: &ElementLayout) -> Result<(), LoadError> {
     if *count == 0 || layout.has_corners() {
         return Ok(());
     }
-    let message = format!("the element \"{name}\" has no list \"vertex_indices\"");
+    let message = format!("missing list \"vertex_indices\" of the element \"{name}\"");
     Err(mesh_file::error(body.path, 0, message))
 }
 
@@ -466,10 +466,9 @@ fn check_indices(
 ) -> Result<(), String> {
     match corners.iter().find(|c| !range.contains(c)) {
         None => Ok(()),
-        Some(bad) => Err(format!(
-            "{name} {i} refers to vertex {bad}; the vertices are numbered 0 to {}",
-            range.end - 1
-        )),
+        Some(bad) => {
+            Err(format!("found vertex {bad} in {name} {i}, expected 0 to {}", range.end - 1))
+        }
     }
 }
 
@@ -478,7 +477,7 @@ fn check_count(body: &Body, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
     if u32::try_from(triangles.len()).is_ok() {
         return Ok(());
     }
-    Err(body.error("the file has more than 4294967295 triangles".to_owned()))
+    Err(body.error("more than 4294967295 triangles".to_owned()))
 }
 
 /// Formats an error of the parser on one line.

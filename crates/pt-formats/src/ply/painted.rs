@@ -79,7 +79,7 @@ impl Painted {
             matches!(&object.geometry, pt_scene::Geometry::Mesh(mesh) if mesh.uvs.is_some());
         if !has_uvs {
             let message =
-                format!("there are no texture coordinates for {}; it is not shown", quote(first));
+                format!("missing texture coordinates for {}; it is not shown", quote(first));
             scene.warnings.push(Warning { at: place(path, 0), message });
             return;
         }

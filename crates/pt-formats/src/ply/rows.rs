@@ -65,10 +65,14 @@ impl<'a> Body<'a> {
         while done < layout.element.count {
             let (chunks, end) = self.batch(layout, done);
             if let (Some(first), Some((name, kind))) = (chunks.first(), layout.unsupported) {
-                return Err(first.error(first.line, format!(
-                    "{} 0 is wrong: PLY property '{name}' with declared type {kind:?} is unsupported",
-                    layout.element.name
-                )));
+                return Err(first.error(
+                    first.line,
+                    format!(
+                        "invalid {} 0: PLY property '{name}' with declared type {kind:?} is \
+                         unsupported",
+                        layout.element.name
+                    ),
+                ));
             }
             let noting = |chunk: &RowChunk| {
                 let mut faults = MeshDiagnostics::default();
@@ -184,8 +188,10 @@ impl<'a> Body<'a> {
             let ElementDef { name, count: all, .. } = layout.element;
             let row = first + count;
             self.error(match fault {
-                Some(fault) => format!("{name} {row} is wrong: {fault}"),
-                None => format!("the file ends in {name} {row} of {all}; is it complete?"),
+                Some(fault) => format!("invalid {name} {row}: {fault}"),
+                None => format!(
+                    "unexpected end of the file in {name} {row} of {all}; it may be incomplete"
+                ),
             })
         });
         let bytes = &rest[..rest.len() - self.rest.len()];
@@ -304,7 +310,7 @@ impl RowChunk<'_> {
     ) -> Result<(), String> {
         let name = &self.layout.element.name;
         row.read(&self.layout.fields, words)
-            .map_err(|fault| format!("{name} {number} is wrong: {fault}"))
+            .map_err(|fault| format!("invalid {name} {number}: {fault}"))
     }
 
     fn error(&self, line: u32, message: String) -> LoadError {
@@ -355,7 +361,10 @@ fn row_size<const BIG: bool>(
         match field.kind {
             PropertyKind::Scalar(number) => size += number.size(),
             PropertyKind::List(NumberType::Float | NumberType::Double, _) => {
-                return Err("the length of a list must be of an integer type".to_owned());
+                return Err(
+                    "found a list length that is not an integer type, expected an integer type"
+                        .to_owned(),
+                );
             }
             PropertyKind::List(length, of) => {
                 let mut words = BinaryWords::<BIG> { rest: bytes.get(size..).unwrap_or_default() };

@@ -25,14 +25,14 @@ pub(crate) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
         ([one], _) => return Ok(*one),
         ([], Some(number)) => return Ok(number),
         ([], None) if names.is_empty() => return Err("the scene has no camera".to_owned()),
-        ([], None) => format!("there is no camera {}", quote(wanted)),
-        _ => format!("{} cameras are called {}", named.len(), quote(wanted)),
+        ([], None) => format!("unknown camera {}", quote(wanted)),
+        _ => format!("found {} cameras named {}, expected one", named.len(), quote(wanted)),
     };
     let hint = match names::suggestions(wanted, names.iter().copied()).first() {
         Some(name) if named.is_empty() => format!("; did you mean {}?", quote(name)),
         _ => String::new(),
     };
-    Err(format!("{problem}{hint}; the scene has {}", list(names)))
+    Err(format!("{problem}{hint}; cameras of the scene: {}", list(names)))
 }
 
 /// Formats a list as in `0 "front", 1 "back"`.
@@ -86,12 +86,14 @@ mod tests {
         let message = find("frnt", &names).expect_err("no such camera");
         assert_eq!(
             message,
-            "there is no camera \"frnt\"; did you mean \"front\"?; the scene has 0 \"front\", 1 \"1\", 2 \"side\", \
-             3 \"side\""
+            "unknown camera \"frnt\"; did you mean \"front\"?; cameras of the scene: \
+             0 \"front\", 1 \"1\", 2 \"side\", 3 \"side\""
         );
         assert!(find("4", &names).is_err() && find("-1", &names).is_err());
         assert!(
-            find("side", &names).expect_err("two").starts_with("2 cameras are called \"side\"")
+            find("side", &names)
+                .expect_err("two")
+                .starts_with("found 2 cameras named \"side\", expected one")
         );
         assert_eq!(find("0", &[]), Err("the scene has no camera".to_owned()));
     }

@@ -168,7 +168,7 @@ impl LoadContext {
         if metadata.is_file() {
             Ok(metadata.len())
         } else {
-            Err(unreadable(path, "it is no regular file"))
+            Err(unreadable(path, "not a regular file"))
         }
     }
 
@@ -332,7 +332,7 @@ impl LoadContext {
         let folder = if target.is_dir() { &*target } else { target.parent().unwrap_or(&target) };
         self.suggest(Hint::AllowFolder(folder.to_owned()));
         Err(format!(
-            "{} leads to {}, outside of the folder of the scene, which is not allowed",
+            "{} leads to {}, which is outside of the scene folder and not allowed",
             path.display(),
             target.display()
         ))
@@ -384,7 +384,7 @@ impl LoadContext {
                     return Ok(None);
                 }
                 drop(noted);
-                ended("there are too many errors; the rest of the scene is not read".to_owned())
+                ended("too many errors; the rest of the scene is not read".to_owned())
             }
         }
     }
@@ -508,12 +508,12 @@ impl LoadContext {
 
 /// Message about a scene that exceeds the memory limit.
 fn beyond(most: u64) -> String {
-    format!("the scene takes more memory than the limit of {most} bytes")
+    format!("the scene exceeds the memory limit of {most} bytes")
 }
 
 /// Message about a scene whose read exceeds the time limit.
 pub(crate) fn out_of_time(most: Duration) -> String {
-    format!("reading takes longer than the limit of {} seconds", most.as_secs())
+    format!("reading exceeds the time limit of {} seconds", most.as_secs())
 }
 
 /// Message about a file that cannot be read.

@@ -52,7 +52,7 @@ impl<'a> Distances<'a> {
     /// # Errors
     /// Returns a message if there are more than `most` triangles.
     pub(crate) fn surface(&self, normals: IsosurfaceNormals, most: usize) -> Result<Mesh, String> {
-        let too_many = || format!("the surface has more than {most} triangles, the limit");
+        let too_many = || format!("the surface exceeds the limit of {most} triangles");
         // Each corner of a voxel belongs to at least two tetrahedra, so that each crossed voxel has
         // at least two triangles.
         let voxels: Vec<_> = self.crossed_voxels().take(most / 2 + 1).collect();

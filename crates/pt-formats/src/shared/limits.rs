@@ -68,7 +68,7 @@ impl Limits {
             _ => {
                 let hint = did_you_mean(name, Self::NAMES.into_iter());
                 let all = Self::NAMES.join(", ");
-                return Err(format!("there is no limit {}{hint}; all: {all}", quote(name)));
+                return Err(format!("unknown limit {}{hint}; known: {all}", quote(name)));
             }
         };
         *limit = Some(value);

@@ -41,7 +41,8 @@ impl<'a> Line<'a> {
             let quick = leading_f32(word.as_bytes()).map(|(number, _)| number);
             let parsed: Option<f32> = quick.or_else(|| word.parse().ok());
             *number = parsed.filter(|x| x.is_finite()).ok_or_else(|| {
-                let message = format!("{} is no finite number such as 0.5", quote(word));
+                let message =
+                    format!("found {}, expected a finite number such as 0.5", quote(word));
                 self.error(word, message)
             })?;
         }

@@ -126,7 +126,7 @@ pub(crate) fn of_part<T>(
             let (least, s) =
                 (if is_all { "" } else { "at least " }, if more > 1 { "s" } else { "" });
             let message = format!(
-                "{message}; {least}{more} more error{s} in this file, which `pathtracer check` lists"
+                "{message}; {least}{more} more error{s} in this file, listed by `pathtracer check`"
             );
             LoadError::Content { at, message }
         }
@@ -171,7 +171,7 @@ mod tests {
             of_part(read).err().map(|error| error.to_string())
         };
         let more = |count: &str| {
-            format!("a.obj:1: bad; {count} in this file, which `pathtracer check` lists")
+            format!("a.obj:1: bad; {count} in this file, listed by `pathtracer check`")
         };
         assert_eq!(told(0, Ok(())), None);
         assert_eq!(told(1, Ok(())), Some("a.obj:1: bad".to_owned()));

@@ -83,7 +83,7 @@ impl PointsFile {
         let mut points = Points { name, positions, colors, segments };
         let lost = points.drop_infinite();
         if lost > 0 {
-            let message = format!("points left out whose coordinates are not finite: {lost}");
+            let message = format!("points with non-finite coordinates are omitted: {lost}");
             warnings.push(Warning { at: place(path, 0), message });
         }
         Self { points, warnings }

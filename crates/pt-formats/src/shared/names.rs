@@ -56,8 +56,8 @@ pub(crate) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c st
     }
     let more = if names.len() > MAX_NAMED { ", …" } else { "" };
     match quoted(&names, ", ") {
-        none if none.is_empty() => " (there is none)".to_owned(),
-        some => format!(" (there is {some}{more})"),
+        none if none.is_empty() => " (known: none)".to_owned(),
+        some => format!(" (known: {some}{more})"),
     }
 }
 
@@ -107,7 +107,7 @@ mod tests {
         let suggest =
             |written, names: &[&'static str]| did_you_mean(written, names.iter().copied());
         assert_eq!(suggest("bal", &["wall", "ball"]), " (did you mean \"ball\"?)");
-        assert_eq!(suggest("roof", &["a", "b", "c", "d"]), " (there is \"a\", \"b\", \"c\", …)");
-        assert_eq!(suggest("roof", &[]), " (there is none)");
+        assert_eq!(suggest("roof", &["a", "b", "c", "d"]), " (known: \"a\", \"b\", \"c\", …)");
+        assert_eq!(suggest("roof", &[]), " (known: none)");
     }
 }

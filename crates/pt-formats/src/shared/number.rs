@@ -13,7 +13,7 @@ pub(crate) fn number(text: &str) -> Result<f64, String> {
     let parsed: Result<f64, _> = text.trim().parse();
     match parsed {
         Ok(x) if x.abs() <= LARGEST => Ok(x),
-        Ok(_) => Err(format!("{} is no finite number within ±3.4e38", quote(text))),
-        Err(_) => Err(format!("{} is no number; expected one such as 0.5 or 1e-3", quote(text))),
+        Ok(_) => Err(format!("found {}, expected a finite number within ±3.4e38", quote(text))),
+        Err(_) => Err(format!("found {}, expected a number such as 0.5 or 1e-3", quote(text))),
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn texture() -> Arc<Texture> {
 }
 
 /// Description of the placeholder in messages.
-pub(crate) const INSTEAD: &str = "squares in magenta and black stand in for it";
+pub(crate) const INSTEAD: &str = "a magenta and black checkerboard is shown instead";
 
 /// Returns the placeholder of a surface with such a texture, whatever the texture controls.
 pub(crate) fn surface() -> Surface {

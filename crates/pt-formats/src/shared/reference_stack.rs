@@ -97,9 +97,9 @@ impl ReferenceError {
     /// Returns the message about a file of this name that is not included.
     pub(crate) fn of_file(self, name: &str) -> String {
         match self {
-            Self::Circle => format!("{} includes itself, directly or by others", quote(name)),
-            Self::Deep(deep) => format!("files are included more than {} deep", deep - 1),
-            Self::Many(many) => format!("more than {} files are included", many - 1),
+            Self::Circle => format!("{} includes itself, directly or indirectly", quote(name)),
+            Self::Deep(deep) => format!("includes nested deeper than {}", deep - 1),
+            Self::Many(many) => format!("more than {} included files", many - 1),
         }
     }
 }

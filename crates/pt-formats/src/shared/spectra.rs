@@ -32,21 +32,21 @@ impl SpectrumColors {
     pub(crate) fn sampled(samples: &[(f64, f64)]) -> Result<Self, String> {
         let [first, .., last] = samples else {
             let count = samples.len();
-            return Err(format!("expected at least 2 wavelengths, but there are {count}"));
+            return Err(format!("found {count} wavelengths, expected at least 2"));
         };
         if let Some((nanometres, value)) = samples.iter().find(|(_, value)| *value < 0.0) {
-            return Err(format!(
-                "the value at {nanometres} nm is {value}; it has to be at least 0"
-            ));
+            return Err(format!("found the value {value} at {nanometres} nm, expected at least 0"));
         }
         if let Some(two) = samples.windows(2).find(|two| two[0].0 >= two[1].0) {
             let [before, after] = [two[0].0, two[1].0];
-            return Err(format!("wavelengths have to increase, but {after} comes after {before}"));
+            return Err(format!(
+                "found wavelength {after} after {before}, expected increasing wavelengths"
+            ));
         }
         let [shortest, longest] = cie::WAVELENGTHS;
         if last.0 < shortest || first.0 > longest {
             let message = format!(
-                "no wavelength is visible; expected nanometres from {shortest} to {longest}"
+                "found no visible wavelength, expected nanometres from {shortest} to {longest}"
             );
             return Err(message);
         }
@@ -103,20 +103,19 @@ fn integrals(value_at: impl Fn(f64) -> f64) -> SpectrumColors {
 /// Returns a message if there are fewer than two, they do not increase, or none is visible.
 pub(crate) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
     if wavelengths.len() < 2 {
-        return Err(format!(
-            "expected at least 2 wavelengths, but there are {}",
-            wavelengths.len()
-        ));
+        return Err(format!("found {} wavelengths, expected at least 2", wavelengths.len()));
     }
     let decrease = |two: &&[f32]| two[0].partial_cmp(&two[1]) != Some(Ordering::Less);
     if let Some([before, after]) = wavelengths.windows(2).find(decrease) {
-        return Err(format!("wavelengths have to increase, but {after} comes after {before}"));
+        return Err(format!(
+            "found wavelength {after} after {before}, expected increasing wavelengths"
+        ));
     }
     let [shortest, longest] = cie::WAVELENGTHS;
     let last = wavelengths.len() - 1;
     if f64::from(wavelengths[last]) < shortest || f64::from(wavelengths[0]) > longest {
         return Err(format!(
-            "no wavelength is visible; expected nanometres from {shortest} to {longest}"
+            "found no visible wavelength, expected nanometres from {shortest} to {longest}"
         ));
     }
     let mut weights = vec![[0.0; 3]; wavelengths.len()];
@@ -189,11 +188,11 @@ mod tests {
     fn wavelengths_that_make_no_sense_are_told() {
         for (wavelengths, want) in [
             (&[500.0][..], "at least 2"),
-            (&[500.0, 500.0], "have to increase, but 500 comes after 500"),
-            (&[500.0, f32::NAN], "have to increase"),
-            (&[f32::NAN, 500.0], "have to increase"),
-            (&[0.1, 0.2], "no wavelength is visible"),
-            (&[831.0, 832.0], "no wavelength is visible"),
+            (&[500.0, 500.0], "found wavelength 500 after 500"),
+            (&[500.0, f32::NAN], "expected increasing wavelengths"),
+            (&[f32::NAN, 500.0], "expected increasing wavelengths"),
+            (&[0.1, 0.2], "found no visible wavelength"),
+            (&[831.0, 832.0], "found no visible wavelength"),
         ] {
             let message = reflectance_weights(wavelengths).unwrap_err();
             assert!(message.contains(want), "{message}");

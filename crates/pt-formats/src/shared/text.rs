@@ -26,7 +26,7 @@ pub(crate) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>
     };
     let text = unit.text(rest).ok_or_else(|| {
         let message = format!(
-            "the text begins as {}, but is none; save it as UTF-8",
+            "found invalid {} text; save it as UTF-8",
             if matches!(unit, Unit::Two(_)) { "UTF-16" } else { "UTF-32" }
         );
         mesh_file::error(path, 0, message)

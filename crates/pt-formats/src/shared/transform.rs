@@ -37,10 +37,10 @@ pub(crate) fn matrix(numbers: &[f64]) -> Result<DAffine3, String> {
     let size = match numbers.len() {
         9 => 3,
         16 => 4,
-        count => return Err(format!("expected 9 or 16 numbers, but there are {count}")),
+        count => return Err(format!("found {count} numbers, expected 9 or 16")),
     };
     if size == 4 && numbers[12..] != [0.0, 0.0, 0.0, 1.0] {
-        let message = "the last row is not 0 0 0 1; only affine transforms are supported";
+        let message = "found a last row other than 0 0 0 1; only affine transforms are supported";
         return Err(message.to_owned());
     }
     let column = |c: usize| DVec3::from_array([0, 1, 2].map(|row| numbers[size * row + c]));

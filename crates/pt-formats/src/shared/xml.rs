@@ -124,7 +124,8 @@ impl<'a> XmlDocument<'a> {
             });
             numbers.push(parsed.ok_or_else(|| {
                 let index = numbers.len() + 1;
-                let message = format!("value {index} is {}; expected {}", quote(word), T::NAME);
+                let message =
+                    format!("found {} as value {index}, expected {}", quote(word), T::NAME);
                 self.error_at(node, word, message)
             })?);
         }
@@ -206,8 +207,8 @@ fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
         LoadError::Content {
             at: place(path, line_and_column, String::new()),
             message: format!(
-                "the byte 0x{:02X} is not UTF-8; save the file as UTF-8 (or as UTF-16 with a byte \
-                 order mark)",
+                "found the byte 0x{:02X}, expected UTF-8; save the file as UTF-8 (or as UTF-16 \
+                 with a byte order mark)",
                 bytes[good]
             ),
         }
@@ -254,14 +255,14 @@ fn check_limits(text: &str, most_deep: usize) -> Result<(), (usize, String)> {
         let refusal = if depth > most_deep {
             Some(format!("elements are nested deeper than {most_deep}"))
         } else if tag.attributes > MAX_ATTRIBUTES {
-            Some(format!("this element has more than {MAX_ATTRIBUTES} attributes"))
+            Some(format!("element with more than {MAX_ATTRIBUTES} attributes"))
         } else if namespaces > MAX_NAMESPACES {
-            Some(format!("the file declares more than {MAX_NAMESPACES} namespaces"))
+            Some(format!("more than {MAX_NAMESPACES} declared namespaces"))
         } else {
             None
         };
         if let Some(refusal) = refusal {
-            return Err((start, format!("{refusal}; such files are refused")));
+            return Err((start, format!("{refusal}; such files are rejected")));
         }
     }
     Ok(())
@@ -308,35 +309,37 @@ fn scan_tag(text: &str) -> Option<Tag> {
 /// Describes an error of the parser, with the offset if the parser does not provide the location.
 fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usize>, String) {
     use roxmltree::Error as E;
-    let ends_early = |what: &str| (Some(text.len()), format!("{what}; is the file complete?"));
+    let ends_early = |what: &str| (Some(text.len()), format!("{what}; the file may be incomplete"));
     match error {
         E::NoRootNode if text.trim().is_empty() => (Some(0), "the file is empty".to_owned()),
-        E::NoRootNode => (Some(0), "the file contains no XML element".to_owned()),
-        E::UnclosedRootNode => ends_early("the file ends before its outermost element is closed"),
-        E::UnexpectedEndOfStream => ends_early("the file ends in the middle of an element"),
+        E::NoRootNode => (Some(0), "found no XML element".to_owned()),
+        E::UnclosedRootNode => {
+            ends_early("unexpected end of the file before its outermost element is closed")
+        }
+        E::UnexpectedEndOfStream => ends_early("unexpected end of the file within an element"),
         _ if !text.trim_start().starts_with('<') => {
             let start: String = text.trim_start().chars().take(20).collect();
-            (Some(0), format!("this is no XML: it starts with {}, not with \"<\"", quote(&start)))
+            (
+                Some(0),
+                format!("found no XML: the file starts with {}, expected \"<\"", quote(&start)),
+            )
         }
         E::DtdDetected => (
             text.find("<!DOCTYPE"),
-            "document type definitions are refused, for they can make a small file huge; remove \
-             the <!DOCTYPE …>"
+            "document type definitions are rejected because they can expand a small file \
+             enormously; remove the <!DOCTYPE …>"
                 .to_owned(),
         ),
-        E::NodesLimitReached => (
-            Some(0),
-            format!(
-                "the file has more than {most_nodes} elements and texts; such files are refused"
-            ),
-        ),
+        E::NodesLimitReached => {
+            (Some(0), format!("more than {most_nodes} elements and texts; such files are rejected"))
+        }
         E::UnexpectedCloseTag(expected, actual, _) => {
-            (None, format!("<{expected}> is closed by </{actual}>; expected </{expected}>"))
+            (None, format!("found </{actual}>, expected </{expected}>"))
         }
         _ => {
             let message = error.to_string();
             let message = message.replace(&format!(" at {}", error.pos()), "");
-            (None, format!("this is no well-formed XML: {message}"))
+            (None, format!("malformed XML: {message}"))
         }
     }
 }

@@ -39,8 +39,10 @@ pub(super) fn read(
         note_infinite(rows, path, faults);
     }
     if rows.len() < count {
-        let message =
-            format!("the file ends in triangle {} of {count}; is it complete?", rows.len());
+        let message = format!(
+            "unexpected end of the file in triangle {} of {count}; it may be incomplete",
+            rows.len()
+        );
         return Err(mesh_file::error(path, 0, message));
     }
     join(&pieces, triangles, path)
@@ -51,7 +53,7 @@ fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut MeshDiagnost
     let is_bad = |row: &[u8; TRIANGLE]| !corners(row).as_flattened().iter().all(|x| x.is_finite());
     let bad = rows.iter().enumerate().filter(|(_, row)| is_bad(row));
     for (i, _) in bad.take(MeshDiagnostics::MAX) {
-        let message = format!("triangle {i} has a value that is not finite");
+        let message = format!("found a value of triangle {i} that is not finite");
         faults.add(mesh_file::error(path, 0, message));
     }
 }

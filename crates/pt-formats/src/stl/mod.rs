@@ -91,15 +91,15 @@ fn read(bytes: &[u8], path: &Path, faults: &mut MeshDiagnostics) -> Result<Mesh,
                 _ if is_text(&text) => text::read(&text, path, faults)?,
                 Some(count) => binary::read(bytes, count, path, faults)?,
                 None => {
-                    let message = "the file is no STL: expected the word \"solid\", or 84 bytes \
-                                   and 50 for each triangle";
+                    let message = "found no STL, expected the word \"solid\", or 84 bytes and 50 \
+                                   for each triangle";
                     return Err(mesh_file::error(path, 0, message));
                 }
             }
         }
     };
     if welded.triangles.is_empty() {
-        return Err(faults.because_of(mesh_file::error(path, 0, "the file has no triangles")));
+        return Err(faults.because_of(mesh_file::error(path, 0, "file without triangles")));
     }
     Ok(mesh_of(welded, path))
 }

@@ -54,7 +54,11 @@ pub(super) fn read(
     for (its_vertices, mut its_triangles, its_faults, end) in parts {
         faults.append(its_faults);
         if let Some(line) = end {
-            return Err(mesh_file::error(path, line, "the file ends in a loop; is it complete?"));
+            return Err(mesh_file::error(
+                path,
+                line,
+                "unexpected end of the file in a loop; it may be incomplete",
+            ));
         }
         vertices.push((its_vertices, its_triangles.len()));
         triangles.append(&mut its_triangles);
@@ -167,7 +171,7 @@ impl<'w> Loops<'w> {
             self.trouble = Trouble::Lost;
             let near = meant(word, WORDS.into_iter());
             let hint = if near.is_empty() { "; expected \"vertex\"" } else { &near };
-            return Err(line.error(word, format!("{} is no word of STL{hint}", quote(word))));
+            return Err(line.error(word, format!("unknown word {}{hint}", quote(word))));
         }
         Ok(())
     }
@@ -178,7 +182,9 @@ impl<'w> Loops<'w> {
         }
         if self.corners.len() == 3 {
             self.trouble = Trouble::Lost;
-            return Err(line.error(line.keyword(), "the loop has more than 3 corners"));
+            return Err(
+                line.error(line.keyword(), "found a loop of more than 3 corners, expected 3")
+            );
         }
         let position = line.numbers(line.text.split_ascii_whitespace().skip(1));
         self.corners.push(*position.as_ref().unwrap_or(&[0.0; 3]));
@@ -192,7 +198,7 @@ impl<'w> Loops<'w> {
     fn end(&mut self, line: Line) -> Result<(), LoadError> {
         let count = self.corners.len();
         let wrong = (self.trouble != Trouble::Lost && count != 3).then(|| {
-            let message = format!("the loop has {count} corners; expected 3");
+            let message = format!("found a loop of {count} corners, expected 3");
             line.error(line.keyword(), message)
         });
         if let ([a, b, c], Trouble::Nothing) = (&self.corners[..], self.trouble) {

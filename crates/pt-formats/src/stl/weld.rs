@@ -77,7 +77,7 @@ pub(super) fn join(
 ) -> Result<WeldedTriangles, LoadError> {
     let vertices = pieces.iter().map(|(vertices, _)| vertices.len()).sum();
     if u32::try_from(vertices).is_err() {
-        let message = format!("{vertices} vertices are more than can be numbered with 32 bits");
+        let message = format!("{vertices} vertices exceed the range of 32-bit indices");
         return Err(mesh_file::error(path, 0, message));
     }
     let mut positions = pt_memory::zeros(vertices);

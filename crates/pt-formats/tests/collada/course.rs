@@ -142,7 +142,7 @@ fn scenes_of_the_course_load_completely() {
         check_invariants(&scene);
         let attenuated = usize::from(name.starts_with("simple/"));
         assert_eq!(scene.warnings.len(), attenuated, "{name}: {:?}", scene.warnings);
-        assert!(scene.warnings.iter().all(|w| w.message.contains("fall off")), "{name}");
+        assert!(scene.warnings.iter().all(|w| w.message.contains("falls off")), "{name}");
         assert_eq!(scene.cameras.len(), 1, "{name}");
         let found: Vec<_> = scene.lights.iter().map(|l| course_light(&l.kind)).collect();
         assert_eq!(found, *lights, "{name}");

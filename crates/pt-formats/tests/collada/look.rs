@@ -238,7 +238,8 @@ fn images_paint_materials() {
     let told = scene.warnings.iter().chain(&scene.missing);
     let warnings: Vec<_> = told.map(ToString::to_string).collect();
     let expected = [
-        "<border_color> of effect \"bordered-effect\": \"0 0.5 0 1\" around an image is taken as black",
+        "<border_color> of effect \"bordered-effect\": \"0 0.5 0 1\" around an image is replaced \
+         by black",
         "<reflective> of effect \"chrome-effect\": the texture",
         "<transparent> of effect \"curtain-effect\": the texture",
         "<diffuse> of effect \"lost-effect\": the texture \"lost.png\" is not shown",

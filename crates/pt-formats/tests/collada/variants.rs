@@ -80,10 +80,10 @@ fn a_side_of_a_view_that_stands_alone_is_kept() {
     assert_eq!(flat("<xmag>2</xmag><ymag>2</ymag>"), Fit::Whole);
     // tan(40°/2) · 2 is the tangent of half of 72.1°.
     assert_eq!(view(&format!("<xfov>72.1</xfov>{y}{ratio}")).2, "");
-    assert!(view(&format!("{x}{y}{ratio}")).2.contains("do not fit together"));
+    assert!(view(&format!("{x}{y}{ratio}")).2.contains("inconsistent width, height"));
     let (projection, _, notes) = view("");
     assert!(matches!(projection, Projection::Perspective { x_fov: 50.0, .. }));
-    assert!(notes.contains("no <xfov> and no <yfov>; <xfov> 50 is taken"), "{notes}");
+    assert!(notes.contains("missing <xfov> and <yfov>; <xfov> 50 is used"), "{notes}");
 }
 
 /// The transmittance is 1 − a t, a t, 1 − c t and c t for a colour c with alpha a, and t alone
@@ -129,7 +129,7 @@ fn texture_coordinates_are_those_of_the_set_that_is_bound() {
         (bind("layout", " input_set=\"1\""), [2.0, 2.0], ""),
         (bind("other", " input_set=\"1\""), [1.0, 1.0], ""),
         (bind("layout", ""), [1.0, 1.0], ""),
-        (bind("layout", " input_set=\"7\""), [1.0, 1.0], "asks for set 7"),
+        (bind("layout", " input_set=\"7\""), [1.0, 1.0], "missing set 7"),
     ] {
         let scene = read(
             &text("<perspective><xfov>9</xfov></perspective>", &binding, effect),
@@ -196,9 +196,9 @@ fn cameras_and_lights_that_are_not_there_are_left_out() {
         };
         let scene = read(false).expect("the rest is shown");
         assert_eq!(scene.lights.len(), 1);
-        let wanted = format!("names no <{kind}> of this file");
+        let wanted = format!("expected the id of a <{kind}> of this file");
         let is_noted = |w: &pt_scene::Warning| {
-            w.message.contains(&wanted) && w.message.ends_with("; it is left out")
+            w.message.contains(&wanted) && w.message.ends_with("; the instance is omitted")
         };
         assert!(scene.warnings.iter().any(is_noted), "{:?}", scene.warnings);
         let message = read(true).expect_err("strict").to_string();

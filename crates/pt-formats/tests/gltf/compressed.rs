@@ -136,10 +136,14 @@ fn draco_data_are_checked_against_the_file() {
     let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
     assert_eq!(mesh.triangles.len(), 1);
     for (said, data, expected) in [
-        (json!({"attributes": {"POSITION": 7}}), &data[..], "have no attribute 7"),
-        (json!({}), &data, "its \"attributes\" are missing"),
-        (json!({"attributes": {"POSITION": 0}}), &data[..data.len() / 2], "data are damaged"),
-        (json!({"attributes": {"POSITION": 0}}), b"DRACO", "data are damaged"),
+        (json!({"attributes": {"POSITION": 7}}), &data[..], "missing attribute 7"),
+        (json!({}), &data, "missing \"attributes\""),
+        (
+            json!({"attributes": {"POSITION": 0}}),
+            &data[..data.len() / 2],
+            "damaged compressed data",
+        ),
+        (json!({"attributes": {"POSITION": 0}}), b"DRACO", "damaged compressed data"),
     ] {
         let found = errors(&with_draco(data, said));
         assert!(found.contains(expected), "{found}");
@@ -182,11 +186,11 @@ fn meshopt_views_are_checked() {
     for (text, expected) in [
         (said("POINTS", "NONE", 3, 12), "expected ATTRIBUTES, TRIANGLES or INDICES"),
         (said("ATTRIBUTES", "BLUR", 3, 12), "expected NONE, OCTAHEDRAL"),
-        (said("ATTRIBUTES", "NONE", 3, 13), "data are damaged"),
+        (said("ATTRIBUTES", "NONE", 3, 13), "damaged compressed data"),
         (said("ATTRIBUTES", "NONE", 1 << 40, 12), "expected at most 1073741824"),
-        (said("ATTRIBUTES", "NONE", 1 << 24, 12), "data are damaged"),
-        (said("TRIANGLES", "NONE", 4, 2), "data are damaged"),
-        (said("INDICES", "NONE", 3, 4), "data are damaged"),
+        (said("ATTRIBUTES", "NONE", 1 << 24, 12), "damaged compressed data"),
+        (said("TRIANGLES", "NONE", 4, 2), "damaged compressed data"),
+        (said("INDICES", "NONE", 3, 4), "damaged compressed data"),
     ] {
         let found = errors(&text);
         assert!(found.contains(expected), "{found}");

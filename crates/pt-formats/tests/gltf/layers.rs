@@ -93,7 +93,9 @@ fn light_goes_through_sheets_diffusely() {
     }}));
     let Surface::MetallicRoughness(look) = &solid.materials[0].surface else { panic!("another") };
     assert!(!look.thin && look.diffuse_transmission == Scalar::Value(0.0));
-    assert!(solid.warnings.iter().any(|note| note.message.contains("diffusely")));
+    assert!(
+        solid.warnings.iter().any(|note| note.message.contains("diffuse transmission is ignored"))
+    );
 }
 
 /// The roughness of the coat is in the second channel of its image, that of the sheen in alpha.

@@ -456,7 +456,7 @@ fn textures_lie_on_several_sets_of_coordinates() {
     let scene = file(json!({"pbrMetallicRoughness": {
         "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0, "texCoord": 3}
     }}));
-    assert!(scene.warnings.iter().any(|note| note.message.contains("no TEXCOORD_3")));
+    assert!(scene.warnings.iter().any(|note| note.message.contains("missing TEXCOORD_3")));
 }
 
 /// Two triangles, of which the first one has mirrored coordinates.
@@ -541,14 +541,14 @@ fn images_are_made_once() {
     assert!(images.len() == 2 && std::sync::Arc::ptr_eq(&images[0], &images[1]));
 }
 
-/// An unlit surface emits its base colour.
+/// An unlit surface base colour is emitted.
 #[test]
 fn unlit_surfaces_emit_in_their_base_colour() {
     let unlit = |base: Value| json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_unlit": {}}});
     let read = scene(&unlit(json!({"baseColorFactor": [0.5, 0.25, 1, 1]})));
     let Material { surface, emission, .. } = &read.materials[0];
     assert_eq!((surface, emission), (&Black.into(), &[0.5, 0.25, 1.0].into()));
-    assert!(read.warnings.iter().any(|note| note.message.contains("emits its base colour")));
+    assert!(read.warnings.iter().any(|note| note.message.contains("base colour is emitted")));
     let textured = made(&unlit(json!({"baseColorTexture": {"index": 0}})));
     assert_eq!(bitmap(&textured.emission).image.width, 2);
 }

@@ -172,7 +172,7 @@ fn textures_without_coordinates_have_a_note() {
         "materials": [{"emissiveTexture": {"index": 0, "texCoord": 1}}]
     })));
     let note = scene.warnings[0].to_string();
-    assert!(note.contains("meshes[0].primitives[0]: it has no TEXCOORD_1"), "{note}");
+    assert!(note.contains("meshes[0].primitives[0]: missing TEXCOORD_1"), "{note}");
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn primitives_cannot_multiply() {
     let nodes = vec![json!({"mesh": 0}); 600];
     let error =
         refusal(&text.with(json!({"nodes": nodes, "meshes": [{"primitives": primitives}]})));
-    assert!(error.contains("more than 1000000 primitives"), "{error}");
+    assert!(error.contains("exceeds 1000000 primitives"), "{error}");
 }
 
 /// A default scene that does not exist, without any scenes, shows all nodes.

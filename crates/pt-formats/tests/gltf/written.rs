@@ -362,10 +362,10 @@ fn features_that_gltf_lacks_are_noted_once() {
     };
     let (read, _, notes) = written(&scene);
     let expected = [
-        ": lamp: it is left out: glTF has no light from all around",
-        "material \"paint\": its back, which is black, becomes like its front",
+        ": lamp: environment lights are not representable in glTF; the light is omitted",
+        "material \"paint\": the black back side becomes like the front side",
         ": thing: the sphere becomes triangles",
-        "settings: glTF has no settings: left out are samples per pixel",
+        "settings: render settings are not representable in glTF and omitted: samples per pixel",
     ];
     assert_eq!(notes, expected);
     assert_eq!(read.lights.len(), 1);
@@ -501,5 +501,8 @@ fn computed_textures_become_their_mean() {
         panic!("another surface")
     };
     assert_eq!(look.base_color, Color::Value([0.5, 0.5, 0.375]));
-    assert!(notes.iter().any(|note| note.contains("one is left out")), "{notes:?}");
+    assert!(
+        notes.iter().any(|note| note.contains("one of the combined textures is omitted")),
+        "{notes:?}"
+    );
 }

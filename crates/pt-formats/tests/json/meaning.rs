@@ -176,13 +176,13 @@ fn what_cannot_be_written_is_refused_and_nothing_is_overwritten() {
         save(scene, &folder.path().join(name), false).expect_err("it is refused").to_string()
     };
     let mut scene = read(r#""objects": [{"type": "sphere"}]"#);
-    assert!(refusal(&scene, "a.dae").contains("scenes can be written as .json"));
+    assert!(refusal(&scene, "a.dae").contains("unknown scene format for writing; known: .json"));
     scene.objects[0].to_world.translation.x = f64::NAN;
     let message = refusal(&scene, "a.json");
-    assert!(message.contains("objects: [0]: to_world: NaN is no number"), "{message}");
+    assert!(message.contains("objects: [0]: to_world: found NaN, expected"), "{message}");
     scene.objects[0].to_world.translation.x = 0.0;
     scene.objects[0].materials = vec![Some(3)];
-    assert!(refusal(&scene, "a.json").contains("there is no material 3"));
+    assert!(refusal(&scene, "a.json").contains("undefined material 3"));
     scene.objects[0].materials = vec![None];
     save(&scene, &path, false).unwrap_or_else(|error| panic!("{error}"));
     assert!(refusal(&scene, "a.json").contains("exists already"));

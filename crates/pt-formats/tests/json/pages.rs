@@ -53,6 +53,12 @@ impl Schema {
         };
         DEFINITIONS.iter().find_map(|definition| of(definition))
     }
+
+    /// Names of the types of a definition.
+    fn types(&self, definition: &str) -> BTreeSet<&str> {
+        let variants = self.0["$defs"][definition]["anyOf"].as_array().expect("variants");
+        variants.iter().filter_map(|v| v["properties"]["type"]["const"].as_str()).collect()
+    }
 }
 
 /// Variant with the parameters of both.
@@ -189,11 +195,42 @@ fn pages(folder: &Path, all: &mut Vec<PathBuf>) {
     }
 }
 
+fn schema() -> Schema {
+    Schema(serde_json::from_str(&json_schema()).expect("the schema is JSON"))
+}
+
+/// Each type has a table of its parameters on some page. Phase functions, which have at most a few,
+/// have a row of a common table instead.
+#[test]
+fn all_types_are_described() {
+    let mut paths = Vec::new();
+    pages(&Path::new(ROOT).join("docs"), &mut paths);
+    let texts: Vec<_> =
+        paths.iter().map(|path| fs::read_to_string(path).expect("a readable page")).collect();
+    let schema = schema();
+    let mut missing = Vec::new();
+    for definition in DEFINITIONS {
+        let types = schema.types(definition);
+        assert!(!types.is_empty(), "{definition} has no types");
+        for name in types {
+            let mark = if definition == "Phase" {
+                format!("\n| `{name}` | ")
+            } else {
+                format!("{BEGIN}{name} -->\n")
+            };
+            if !texts.iter().any(|text| text.contains(&mark)) {
+                missing.push(format!("{definition} {name}: no page has {mark:?}"));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
 /// `PT_WRITE_GENERATED=1` writes them anew; the meanings of new parameters are then to be filled
 /// in.
 #[test]
 fn tables_of_parameters_are_those_of_the_schema() {
-    let schema = Schema(serde_json::from_str(&json_schema()).expect("the schema is JSON"));
+    let schema = schema();
     let mut all = Vec::new();
     pages(&Path::new(ROOT).join("docs"), &mut all);
     let mut tables = 0;

@@ -84,10 +84,7 @@ fn edges_of_ply_are_segments() {
     let scene = read(&format!("{CLOUD}{edges}end_header\n{rows}0 1 9\n2 0 9\n"), "a.ply");
     assert_eq!(only(&scene).segments, [[0, 1], [2, 0]]);
     let message = refusal(&format!("{CLOUD}{edges}end_header\n{rows}0 1 9\n2 3 9\n"), "a.ply");
-    assert!(
-        message.contains("edge 1 refers to vertex 3; the vertices are numbered 0 to 2"),
-        "{message}"
-    );
+    assert!(message.contains("found vertex 3 in edge 1, expected 0 to 2"), "{message}");
 }
 
 /// Missing measurements of scanners are removed, in text and binary files.
@@ -108,7 +105,7 @@ fn points_that_are_nowhere_are_left_out() {
         assert_eq!(points.positions, [[0.0; 3], [0.0, 1.0, 0.0]]);
         assert_eq!(points.colors.as_deref(), Some(&[[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]][..]));
         let [warning] = scene.warnings.as_slice() else { panic!("{:?}", scene.warnings) };
-        assert!(warning.message.ends_with("coordinates are not finite: 1"), "{warning}");
+        assert!(warning.message.ends_with("non-finite coordinates are omitted: 1"), "{warning}");
     }
 }
 
@@ -125,7 +122,7 @@ fn vertices_of_obj_alone_are_points() {
     assert_eq!(scene.objects[0].materials, [None]);
     assert!(refusal("o nothing\n", "a.obj").contains("no faces"));
     // With an invalid face, the vertices are not points.
-    assert!(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj").contains("no index"));
+    assert!(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj").contains("expected an index"));
 }
 
 /// Points and lines of each material are an object; indices may be relative, and have texture
@@ -146,10 +143,14 @@ fn points_and_lines_of_obj_have_their_materials() {
     assert_eq!(points(red).segments, [[0, 1]]);
     assert_eq!(points(other).segments, [[0, 1]]);
     assert_eq!(points(other).positions, [[0.0, 1.0, 0.0], [0.0; 3]]);
-    assert!(refusal("v 0 0 0\nv 1 0 0\nl 1 3\n", "a.obj").contains("no index"));
+    assert!(refusal("v 0 0 0\nv 1 0 0\nl 1 3\n", "a.obj").contains("expected an index"));
     let scene = read("v 0 0 0\nv 1 0 0\nl 1\nl 1 2\n", "a.obj");
     assert_eq!(only(&scene).segments, [[0, 1]]);
-    assert!(scene.warnings[0].message.contains("a line needs at least two points"));
+    assert!(
+        scene.warnings[0]
+            .message
+            .contains("found fewer than two points of a line, expected at least two")
+    );
 }
 
 #[test]
@@ -222,11 +223,8 @@ fn points_and_lines_of_gltf_are_shown() {
     let at = scene.objects[0].to_world.transform_point3(DVec3::ONE);
     assert_eq!(at, DVec3::splat(2.0));
     let message = refusal(&gltf(&[(1, Some(&[0, 4]))], &json!({"mesh": 0})), "a.gltf");
-    assert!(message.contains("4 is no index of a vertex"), "{message}");
-    assert!(
-        refusal(&gltf(&[(7, None)], &json!({"mesh": 0})), "a.gltf")
-            .contains("no kind of primitive")
-    );
+    assert!(message.contains("found index 4, expected an index of"), "{message}");
+    assert!(refusal(&gltf(&[(7, None)], &json!({"mesh": 0})), "a.gltf").contains("found mode 7"));
 }
 
 /// A radius in the options is in world units, whatever the scale of an object.
@@ -241,7 +239,7 @@ fn a_radius_that_is_given_is_the_same_for_all() {
     }
     let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let scene = parse_with(mesh.as_bytes(), Path::new("a.obj"), &options).expect("a scene");
-    assert!(scene.warnings[0].message.contains("no points and no lines"), "{:?}", scene.warnings);
+    assert!(scene.warnings[0].message.contains("no points or lines"), "{:?}", scene.warnings);
 }
 
 fn scene_of(points: Points, radius: Option<f64>) -> Scene {
@@ -313,12 +311,15 @@ fn points_of_our_own_files_may_be_of_other_files() {
     assert_eq!(of("{\"file\": \"a.obj\"}").segments, [[0, 1]]);
     assert_eq!(of("{\"positions\": [[1, 2, 3]]}").positions, [[1.0, 2.0, 3.0]]);
     let cases = [
-        ("{}", "expected a \"file\", or \"positions\""),
-        ("{\"positions\": []}", "there are no \"positions\""),
-        ("{\"positions\": [[1, 2, 3]], \"colors\": []}", "there are 0 \"colors\" for 1 points"),
-        ("{\"positions\": [[1, 2, 3]], \"segments\": [[0, 1]]}", "\"segments\" refers to 1"),
+        ("{}", "expected \"file\" or \"positions\""),
+        ("{\"positions\": []}", "missing \"positions\""),
+        (
+            "{\"positions\": [[1, 2, 3]], \"colors\": []}",
+            "found 0 \"colors\" for 1 points, expected the same number",
+        ),
+        ("{\"positions\": [[1, 2, 3]], \"segments\": [[0, 1]]}", "found index 1 in \"segments\""),
         ("{\"file\": \"a.stl\"}", "a.stl"),
-        ("{\"file\": \"scene.json\"}", "belongs to no format of points"),
+        ("{\"file\": \"scene.json\"}", "unknown point format"),
     ];
     for (points, want) in cases {
         let message = scene(points).expect_err("it makes no sense");
@@ -338,7 +339,10 @@ fn gltf_has_points_and_lines_as_they_were() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.glb");
     let notes = save(&scene_of(points, Some(0.5)), &path, false).expect("it can be written");
-    assert!(notes.iter().any(|note| note.contains("no radius of points")), "{notes:?}");
+    assert!(
+        notes.iter().any(|note| note.contains("radius of points and lines is not representable")),
+        "{notes:?}"
+    );
     let scene = load(&path).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scene.objects.len(), 4);
     let [lines, alone] = [0, 1].map(|i| points_of(&scene.objects[i]));

@@ -107,15 +107,16 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     let [mut bytes, _] = stl_files(&triangles);
     let limits = Limits { memory: Some(bytes.len() as u64 - 1), ..Limits::default() };
     let error = read(3, &limits).scene.expect_err("a limit");
-    assert!(error.to_string().contains("more memory than the limit of"), "{error}");
+    assert!(error.to_string().contains("exceeds the memory limit of"), "{error}");
     for bad in [90_000, 130_049] {
         bytes[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     }
     std::fs::write(&path, &bytes).expect("there is room");
     let reading = read(3, &unlimited);
     assert_eq!(reading.sources, [pt_formats::source_file(&path, &bytes)]);
-    let told = [90_000, 130_049]
-        .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
+    let told = [90_000, 130_049].map(|bad| {
+        format!("{}: found a value of triangle {bad} that is not finite", path.display())
+    });
     assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));
 }
 
@@ -127,7 +128,7 @@ fn faults_of_large_files_of_stl_are_told_by_their_places() {
     let mut expected = Vec::new();
     for bad in [60_000, 40_000, 100] {
         binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-        expected.insert(0, format!("a.stl: triangle {bad} has a value that is not finite"));
+        expected.insert(0, format!("a.stl: found a value of triangle {bad} that is not finite"));
         assert_eq!(told(&binary), expected.join("\n"));
     }
     let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
@@ -136,10 +137,7 @@ fn faults_of_large_files_of_stl_are_told_by_their_places() {
         lines[bad] = "vertices";
         expected.insert(
             0,
-            format!(
-                "a.stl:{}:1: \"vertices\" is no word of STL (did you mean \"vertex\"?)",
-                bad + 1
-            ),
+            format!("a.stl:{}:1: unknown word \"vertices\" (did you mean \"vertex\"?)", bad + 1),
         );
         assert_eq!(told(lines.join("\n").as_bytes()), expected.join("\n"));
     }

@@ -97,7 +97,7 @@ fn one_image_lies_on_all_faces_and_missing_ones_are_told() {
         .expect("it is written");
     let error = load(&file).expect_err("too few").to_string();
     assert!(
-        error.contains("face 0 has 6 numbers in \"texcoord\"; expected two for each corner, 8"),
+        error.contains("face 0: found 6 numbers in \"texcoord\", expected two for each corner, 8"),
         "{error}"
     );
 }

@@ -466,7 +466,8 @@ fn levels_of_textures_may_be_above_1() {
         read(&format!("<shape type=\"sphere\"><bsdf type=\"diffuse\">{texture}</bsdf></shape>"));
     let pattern = &texture_of(scene.materials[0].surface.clone()).pattern;
     assert_eq!(*pattern, Pattern::Checkerboard([[0.4; 3], [1.4; 3]]));
-    let noted = scene.warnings.iter().filter(|note| note.message.contains("above 1 counts as 1"));
+    let noted =
+        scene.warnings.iter().filter(|note| note.message.contains("above 1 are clamped to 1"));
     assert_eq!(noted.count(), 1, "{:?}", scene.warnings);
 }
 

@@ -101,8 +101,8 @@ fn phase_functions_may_be_tables() {
         (of("1"), "found \"1\"; expected two or more numbers from 0 up"),
         (of("0, 0"), "found \"0, 0\"; expected"),
         (of("1, -0.5"), "found -0.5; expected"),
-        (of("1, 1e39"), "\"1e39\" is no finite number within ±3.4e38; expected two"),
-        (of("1, x"), "\"x\" is no number"),
+        (of("1, 1e39"), "found \"1e39\", expected a finite number within ±3.4e38; expected two"),
+        (of("1, x"), "found \"x\", expected a number"),
         (medium(""), "found \"\"; expected"),
     ] {
         let message = refusal(&bad);
@@ -128,11 +128,11 @@ fn microflakes_are_grids_of_matrices() {
     assert_eq!((matrices.grid.resolution, matrices.grid.channels), ([5, 4, 3], 6));
     for (bad, found) in [
         (flakes(""), "expected one <volume name=\"S\">"),
-        (flakes(&grid("S", "parts/cloud.vol")), "1 numbers in each cell; expected six"),
+        (flakes(&grid("S", "parts/cloud.vol")), "1 numbers in each cell, expected six"),
         (flakes("<volume name=\"S\" type=\"constvolume\"/>"), "supported: gridvolume"),
         (
             medium(&grid("sigma_t", "parts/flakes.vol")),
-            "6 numbers in each cell; expected one or three",
+            "6 numbers in each cell, expected one or three",
         ),
     ] {
         let message = refusal(&bad);

@@ -160,18 +160,18 @@ fn definitions_that_nothing_uses_and_second_ones_are_refused() {
     let refused = |name| read_with(BALL, &[(name, "2")]).expect_err("it is not used");
     assert_eq!(
         refused("radios"),
-        "test.xml: \"radios\" is defined, but nothing uses it (did you mean \"radius\"?)"
+        "test.xml: unused definition of \"radios\" (did you mean \"radius\"?)"
     );
     for name in ["other", "", "$radius"] {
-        assert!(refused(name).contains("nothing uses it"), "{name}");
+        assert!(refused(name).contains("unused definition of"), "{name}");
     }
     let twice = read_with(BALL, &[("radius", "2"), ("radius", "3")]).expect_err("two");
-    assert_eq!(twice, "test.xml: \"radius\" is defined twice");
+    assert_eq!(twice, "test.xml: duplicate definition of \"radius\"");
     let unknown = read_with("<default name=\"a\" value=\"$b\"/>", &[("", "1")]);
     assert!(unknown.expect_err("no name at all").contains("\"$b\""));
     let ply = LoadOptions { definitions: vec![("a".into(), "b".into())], ..LoadOptions::default() };
     let error = parse_with(b"ply", "ball.ply".as_ref(), &ply).expect_err("no names").to_string();
-    let wanted = "ball.ply: \"a\" is defined, but Stanford PLY has no such names; they are for \
-                  Mitsuba 3";
+    let wanted = "ball.ply: unsupported definition \"a\": Stanford PLY has no definitions; formats \
+                  with definitions: Mitsuba 3";
     assert_eq!(error, wanted);
 }

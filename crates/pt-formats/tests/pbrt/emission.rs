@@ -101,14 +101,14 @@ fn emission_of_media_without_it_is_refused() {
     let cases = [
         (
             "\"uniformgrid\" \"float density\" 1 \"rgb Le\" [1 1 1] \"float temperature\" 900",
-            "both Le",
+            "found Le and temperature",
         ),
         (
             "\"uniformgrid\" \"float density\" 1 \"rgb Le\" [1 1 1] \"float Lescale\" [1 2]",
             "numbers",
         ),
         ("\"uniformgrid\" \"float density\" 1 \"float temperature\" [1 2]", "temperatures"),
-        ("\"rgbgrid\" \"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "needs sigma_a"),
+        ("\"rgbgrid\" \"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "missing sigma_a"),
         ("\"homogeneous\" \"rgb Le\" [1 1 1] \"float Lescale\" -1", "at least 0"),
         ("\"cloud\" \"float frequency\" 0", "frequency"),
         ("\"cloud\" \"float density\" -1", "density"),

@@ -106,8 +106,11 @@ fn portals_are_read() {
     assert_eq!(light(&text).0, LightKind::Constant { radiance: [1.0, 2.0, 3.0], portal });
     for (bad, message) in [
         ("\"point3 portal\" [0 0 0 1 0 0 1 2 0]", "expected the four corners of a rectangle"),
-        ("\"point3 portal\" [0 0 0 1 0 0 2 2 0 0 2 0]", "is no rectangle"),
-        ("\"float illuminance\" 2 \"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]", "give its scale"),
+        ("\"point3 portal\" [0 0 0 1 0 0 2 2 0 0 2 0]", "is not a rectangle"),
+        (
+            "\"float illuminance\" 2 \"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]",
+            "expected scale instead",
+        ),
     ] {
         let found = refusal(&format!("LightSource \"infinite\" {bad}"));
         assert!(found.contains(message), "{found}");
@@ -237,7 +240,7 @@ fn values_in_quotes_are_told_as_such() {
     for (light, expected) in [
         ("\"bool twosided\" \"true\"", "written without quotes: \"bool twosided\" true"),
         ("\"bool twosided\" [ \"false\" ]", "written without quotes: \"bool twosided\" false"),
-        ("\"bool twosided\" yes", "\"yes\" is neither true nor false"),
+        ("\"bool twosided\" yes", "found \"yes\", expected true or false"),
         ("\"float scale\" \"2\"", "written without quotes: \"float scale\" 2"),
         ("\"string filename\" a.exr", "expected a text in quotes: \"a.exr\""),
     ] {
@@ -330,12 +333,14 @@ fn the_power_of_a_picture_is_what_it_throws() {
     let bad = refusal(
         "LightSource \"projection\" \"string filename\" \"parts/dots.png\" \"float fov\" 180",
     );
-    assert!(bad.contains("180° is no angle of a picture"), "{bad}");
-    assert!(refusal("LightSource \"projection\"").contains("\"string filename\" is missing"));
+    assert!(bad.contains("found a field of view of 180°"), "{bad}");
+    assert!(
+        refusal("LightSource \"projection\"").contains("missing parameter \"string filename\"")
+    );
 }
 
 #[test]
 fn images_of_the_sky_are_square() {
     let error = refusal("LightSource \"infinite\" \"string filename\" \"../bad/wide.png\"");
-    assert!(error.contains("4 × 2 pixels; expected a square map"), "{error}");
+    assert!(error.contains("4 × 2 pixels, expected a square equal-area map"), "{error}");
 }

@@ -249,7 +249,7 @@ fn spectra_that_reflect_are_seen_under_daylight() {
     assert!(grey.iter().all(|c| (c - 0.5).abs() < 1e-3), "{grey:?}");
     let message =
         refusal("Material \"diffuse\" \"spectrum reflectance\" [360 .5 830] Shape \"sphere\"");
-    assert!(message.contains("no pairs"), "{message}");
+    assert!(message.contains("expected pairs"), "{message}");
 }
 
 #[test]
@@ -319,7 +319,7 @@ fn grids_of_colours_have_their_colours() {
             "\"integer nx\" 60000 \"integer ny\" 60000 \"rgb sigma_a\" [1 1 1]",
             "60000 · 60000 · 1 colours",
         ),
-        ("\"integer nx\" 60000", "no cells"),
+        ("\"integer nx\" 60000", "without cells"),
         ("\"rgb sigma_s\" [1 -1 1]", "below 0"),
         ("\"rgb sigma_s\" [1 1]", "2 numbers"),
         ("\"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "emits light"),
@@ -364,7 +364,7 @@ fn hair_has_the_pigment_that_is_given() {
     for other in ["\"float eumelanin\" 1", "\"rgb sigma_a\" [1 1 1]"] {
         let both =
             refusal(&format!("Material \"hair\" \"rgb reflectance\" [.5 .3 .1] {other} {SPHERE}"));
-        assert!(both.contains("give one of the two"), "{both}");
+        assert!(both.contains("expected one of the two"), "{both}");
     }
 }
 
@@ -377,9 +377,9 @@ fn hair_has_the_roughness_the_index_and_the_scales_that_are_given() {
     let Hair { roughness, azimuthal_roughness, scale_angle, ior, .. } = given;
     assert_eq!([roughness, azimuthal_roughness, scale_angle, ior], [0.2, 0.6, 3.0, 1.4]);
     for (parameter, expected) in [
-        ("\"float beta_m\" 1.5", "\"beta_m\" is 1.5; expected a number from 0 to 1"),
-        ("\"float eta\" .5", "\"eta\" is 0.5; expected a number from 1 to 100"),
-        ("\"float alpha\" 50", "\"alpha\" is 50; expected a number from -45 to 45"),
+        ("\"float beta_m\" 1.5", "found \"beta_m\" = 1.5, expected a number from 0 to 1"),
+        ("\"float eta\" .5", "found \"eta\" = 0.5, expected a number from 1 to 100"),
+        ("\"float alpha\" 50", "found \"alpha\" = 50, expected a number from -45 to 45"),
     ] {
         let refused = refusal(&format!("Material \"hair\" {parameter} {SPHERE}"));
         assert!(refused.contains(expected), "{refused}");
@@ -447,9 +447,9 @@ fn metals_may_have_textures() {
     let both = format!(
         "{SQUARES} Material \"conductor\" \"texture reflectance\" \"s\" \"rgb k\" [3 3 3] Shape \"sphere\""
     );
-    assert!(refusal(&both).contains("give one of the two"));
+    assert!(refusal(&both).contains("expected one of the two"));
     let lost = "Texture \"s\" \"spectrum\" \"constant\" Material \"dielectric\" \"texture eta\" \"s\" Shape \"sphere\"";
-    assert!(refusal(lost).contains("a texture as \"eta\""), "{}", refusal(lost));
+    assert!(refusal(lost).contains("found a texture for \"eta\""), "{}", refusal(lost));
 }
 
 /// The last directive of an included file continues after the directive that includes it.

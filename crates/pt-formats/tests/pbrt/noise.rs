@@ -147,7 +147,11 @@ fn textures_stay_where_they_are_at_the_start() {
     let moves = "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All";
     let count = |textures: &str| {
         let scene = scene(textures);
-        scene.warnings.iter().filter(|w| w.message.contains("textures do not move")).count()
+        scene
+            .warnings
+            .iter()
+            .filter(|w| w.message.contains("moving textures are not supported"))
+            .count()
     };
     assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"marble\"")), 1);
     assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"directionmix\"")), 1);

@@ -13,8 +13,9 @@ use super::super::{Decoded, ImageMemory, check_size};
 use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 
 /// Message for files with subsampling that is not supported.
-const ADVICE: &str = "has channels with fewer pixels than others, and is no single image in scan lines with a size that these divide; \
-                      save it with all channels in full";
+const ADVICE: &str = "has subsampled channels, which are supported only in a single image in scan \
+                      lines whose size is a multiple of the sampling rates; save it with all \
+                      channels at full resolution";
 /// Returns true if any channel of a file is subsampled.
 pub(super) fn is_of_this_kind(meta: &MetaData) -> bool {
     meta.headers.iter().flat_map(|header| &header.channels.list).any(|c| c.sampling != Vec2(1, 1))
@@ -35,8 +36,8 @@ pub(super) fn read(bytes: &[u8], meta: MetaData, room: &ImageMemory) -> Result<D
     }
     // The library miscounts the values of these.
     if matches!(header.compression, Method::B44 | Method::B44A) {
-        let message = "has channels with fewer pixels than others, packed by B44; save it with another compression, or with all \
-                       channels in full";
+        let message = "has subsampled channels with B44 compression, which is not supported; save \
+                       it with another compression, or with all channels at full resolution";
         return Err(message.into());
     }
     let pixels = header.layer_size.area() as u64;
@@ -60,7 +61,7 @@ pub(super) fn read(bytes: &[u8], meta: MetaData, room: &ImageMemory) -> Result<D
 }
 
 fn incomplete() -> String {
-    "ends early, or its table of blocks is not complete".to_owned()
+    "ends early, or its block table is incomplete".to_owned()
 }
 
 /// Returns the end of the attributes in the header of a single-part file.
@@ -122,7 +123,7 @@ fn planes(bytes: &[u8], header: &mut Header) -> Result<Vec<Vec<f32>>, String> {
             section,
             false,
         );
-        let made = made.map_err(|e| format!("is no valid EXR file: {e}"))?;
+        let made = made.map_err(|e| format!("is not a valid EXR file: {e}"))?;
         let mut rest = made.get(..expected).ok_or("has a block that ends early")?;
         for line in 0..lines {
             for (channel, plane) in channels.iter().zip(&mut planes) {

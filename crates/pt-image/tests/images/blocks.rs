@@ -141,10 +141,10 @@ fn wrong_textures_are_refused_with_a_reason() {
     let refusal = |bytes: &[u8], name: &str| {
         decode_as(bytes, Path::new(name), LIGHT).expect_err("it is wrong").to_string()
     };
-    assert!(refusal(b"DDS ", "a.dds").contains("is no valid DDS file"));
-    assert!(refusal(b"\xABKTX 20\xBB\r\n\x1A\n", "a.ktx2").contains("is no valid KTX 2.0 file"));
-    assert!(refusal(b"sB", "a.basis").contains("has no picture that can be read"));
-    assert!(refusal(&dds_of_block(3, [0; 16]), "a.dds").contains("form of pixels"));
+    assert!(refusal(b"DDS ", "a.dds").contains("is not a valid DDS file"));
+    assert!(refusal(b"\xABKTX 20\xBB\r\n\x1A\n", "a.ktx2").contains("is not a valid KTX 2.0 file"));
+    assert!(refusal(b"sB", "a.basis").contains("has no readable image"));
+    assert!(refusal(&dds_of_block(3, [0; 16]), "a.dds").contains("pixel format"));
     let mut empty = fs::read(folder().join("basis.basis")).expect("it is there");
     let slices = u32::from_le_bytes([empty[65], empty[66], empty[67], empty[68]]) as usize;
     for blocks in [0_u16, 6000] {
@@ -153,14 +153,14 @@ fn wrong_textures_are_refused_with_a_reason() {
     }
     let mut huge = fs::read(folder().join("bc7.dds")).expect("it is there");
     huge[12..20].copy_from_slice(&[0xFF; 8]);
-    assert!(refusal(&huge, "a.dds").contains("more than 1 GiB"));
+    assert!(refusal(&huge, "a.dds").contains("exceeds 1 GiB"));
     let mut huge = fs::read(folder().join("uastc.ktx2")).expect("it is there");
     huge[20..28].copy_from_slice(&[0xFF, 0xFF, 0, 0, 0xFF, 0xFF, 0, 0]);
-    assert!(refusal(&huge, "a.ktx2").contains("more than 1 GiB"));
+    assert!(refusal(&huge, "a.ktx2").contains("exceeds 1 GiB"));
     // Uncompressed length.
     let mut bomb = fs::read(folder().join("uastc_zstd.ktx2")).expect("it is there");
     bomb[96..104].copy_from_slice(&(1_u64 << 40).to_le_bytes());
-    assert!(refusal(&bomb, "a.ktx2").contains("claims 1099511627776 bytes"));
+    assert!(refusal(&bomb, "a.ktx2").contains("found an image of 1099511627776 bytes"));
 }
 
 /// Files truncated at any position, and with each byte changed.

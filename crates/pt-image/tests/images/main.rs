@@ -204,12 +204,12 @@ fn channels_that_fit_into_no_file_are_refused() {
         half_suffices: false,
     };
     for (file, channels, wanted) in [
-        ("a.png", vec![channel("depth.Z", 6)], "no place for the channel depth.Z"),
-        ("a.exr", vec![channel("depth.Z", 5)], "do not make an image of 5 pixels"),
-        ("a.exr", vec![channel("R", 6)], "\"R\" is no name"),
-        ("a.exr", vec![channel("a", 6), channel("a", 6)], "\"a\" is no name"),
-        ("a.exr", vec![channel("", 6)], "\"\" is no name"),
-        ("a.exr", vec![channel("☀", 6)], "\"☀\" is no name"),
+        ("a.png", vec![channel("depth.Z", 6)], "channel depth.Z is not representable"),
+        ("a.exr", vec![channel("depth.Z", 5)], "found 5 pixels, expected"),
+        ("a.exr", vec![channel("R", 6)], "invalid name \"R\""),
+        ("a.exr", vec![channel("a", 6), channel("a", 6)], "invalid name \"a\""),
+        ("a.exr", vec![channel("", 6)], "invalid name \"\""),
+        ("a.exr", vec![channel("☀", 6)], "invalid name \"☀\""),
     ] {
         let options = SaveOptions { channels, ..Default::default() };
         let error = save(&picture(3, 2), &folder.path().join(file), &options).unwrap_err();
@@ -372,7 +372,7 @@ fn exr_channels_are_found_by_name() {
     }
     fs::write(&path, exr_of(&[(None, &[("Z", 1.0)])])).unwrap();
     let message = load(&path).unwrap_err().to_string();
-    assert!(message.contains("a.exr") && message.contains("it has Z"), "{message}");
+    assert!(message.contains("a.exr") && message.contains("found Z"), "{message}");
 }
 
 /// Files of other programs: path below the shared folder, width, height, and the mean of all
@@ -487,7 +487,7 @@ fn exr_windows_that_claim_to_be_huge_are_refused() {
     let folder = folder();
     let path = folder.path().join("bomb.exr");
     let bytes = exr_of(&[(None, &[("R", 1.0), ("G", 2.0), ("B", 3.0)])]);
-    for (side, reason) in [(8_000i32, "claims"), (60_000, "1 GiB")] {
+    for (side, reason) in [(8_000i32, "declares"), (60_000, "1 GiB")] {
         let mut bytes = bytes.clone();
         for window in ["dataWindow\0box2i\0", "displayWindow\0box2i\0"] {
             let at = bytes.windows(window.len()).position(|w| w == window.as_bytes()).unwrap();

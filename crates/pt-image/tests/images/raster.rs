@@ -69,7 +69,7 @@ fn the_first_picture_of_an_animation_is_read() {
     bytes[6..10].copy_from_slice(&[0, 0x20, 0, 0x20]);
     let error =
         decode_as(&bytes, Path::new("a.gif"), PixelEncoding::Stored).expect_err("it is too large");
-    assert!(error.to_string().contains("claims 67108864 pixels, but has"), "{error}");
+    assert!(error.to_string().contains("declares 67108864 pixels, but has"), "{error}");
 }
 
 /// An empty page of 5.8 million pixels takes one bit per row, in fax compression.

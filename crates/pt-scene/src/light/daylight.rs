@@ -69,11 +69,11 @@ impl TimeRange {
         } else if !is_rising(*hours, 24.0) {
             "hours from 0 to 24, the first before the last"
         } else if !is_rising(*part, 1.0) {
-            "a part of the time from 0 to 1, the first share before the last"
+            "a fraction of the time from 0 to 1, the first number before the last"
         } else {
             return Ok(());
         };
-        Err(format!("the span of days {self:?} is out of range; expected {what}"))
+        Err(format!("found the time range {self:?}, expected {what}"))
     }
 
     /// Returns the unit vector towards the sun at a fraction from 0 to 1 of [`Self::part`]; the
@@ -122,25 +122,28 @@ impl Daylight {
     /// Returns a message if a number is out of range.
     pub fn check(&self) -> Result<DVec3, String> {
         if !Self::TURBIDITIES.contains(&self.turbidity) {
-            return Err(format!("the turbidity is {}; expected 1 to 10", self.turbidity));
+            return Err(format!("found a turbidity of {}, expected 1 to 10", self.turbidity));
         }
         if !Self::APERTURES.contains(&self.aperture) {
             let (aperture, least) = (self.aperture, Self::APERTURES.start());
-            return Err(format!("the sun is {aperture}° wide; expected {least} to 180"));
+            return Err(format!("found a sun {aperture}° wide, expected {least} to 180"));
         }
         let is_scale = |scale: f32| scale >= 0.0 && scale.is_finite();
         if !(is_scale(self.sky) && is_scale(self.sun)) {
             let (sky, sun) = (self.sky, self.sun);
             return Err(format!(
-                "the sky is scaled by {sky} and the sun by {sun}; expected 0 or more"
+                "found a sky scale of {sky} and a sun scale of {sun}, expected 0 or more"
             ));
         }
         if self.albedo.iter().any(|a| !(0.0..=1.0).contains(a)) {
-            return Err(format!("the ground has the albedo {:?}; expected 0 to 1", self.albedo));
+            return Err(format!("found a ground albedo of {:?}, expected 0 to 1", self.albedo));
         }
         self.span.as_ref().map_or(Ok(()), TimeRange::check)?;
         let unit = DVec3::from(self.to_sun).try_normalize();
-        unit.ok_or_else(|| "the direction of the sun is zero or infinite".into())
+        unit.ok_or_else(|| {
+            "found a sun direction that is zero or infinite, expected a finite non-zero direction"
+                .into()
+        })
     }
 }
 

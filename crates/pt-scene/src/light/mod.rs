@@ -139,23 +139,129 @@ pub enum LightKind {
     },
 }
 
+/// Lists the kinds of lights once; each is a variant of [`LightKind`].
+///
+/// `light_kinds!(then)` is `then! { Hemisphere, Constant, … }`, a call of another macro with the
+/// list.
+///
+/// ```
+/// macro_rules! names {
+///     ($($name:ident),*) => { [$(stringify!($name)),*] };
+/// }
+/// let names = pt_scene::light_kinds!(names);
+/// assert_eq!(names[..2], ["Hemisphere", "Constant"]);
+/// ```
+#[macro_export]
+macro_rules! light_kinds {
+    ($then:ident) => {
+        $then! {
+            Hemisphere, Constant, Environment, Directional, DistantDisk, Point, Spot, LinearSpot, PunctualSpot, Projector, Ies, Daylight, Area
+        }
+    };
+}
+
+/// Implements the method for the name of a kind; it does not compile if the list lacks a variant.
+macro_rules! light_names {
+    ($($name:ident),*) => {
+        impl LightKind {
+            /// Returns the name of the kind.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$name { .. } => stringify!($name)),*
+                }
+            }
+        }
+    };
+}
+light_kinds!(light_names);
+
+/// Matches a [`LightKind`] by reference, shared or mutable, to the colour of
+/// [`LightKind::strength`].
+macro_rules! strength {
+    ($kind:expr) => {
+        match $kind {
+            LightKind::Hemisphere { radiance: color }
+            | LightKind::Constant { radiance: color, .. }
+            | LightKind::Directional { irradiance: color }
+            | LightKind::DistantDisk { irradiance: color, .. }
+            | LightKind::Point { intensity: color }
+            | LightKind::Spot { intensity: color, .. }
+            | LightKind::LinearSpot { intensity: color, .. }
+            | LightKind::PunctualSpot { intensity: color, .. }
+            | LightKind::Projector { intensity: color, .. }
+            | LightKind::Ies { scale: color, .. }
+            | LightKind::Area { radiance: color } => Some(color),
+            LightKind::Environment { .. } | LightKind::Daylight(_) => None,
+        }
+    };
+}
+
 impl LightKind {
-    /// Returns the name of the kind.
-    pub fn name(&self) -> &'static str {
+    /// Returns the colour by which the emission is scaled. `None` if it is scaled by a number, as
+    /// that of an environment map, or by several.
+    pub fn strength(&self) -> Option<&[f32; 3]> {
+        strength!(self)
+    }
+
+    /// Variant of [`Self::strength`] that allows to change it.
+    pub fn strength_mut(&mut self) -> Option<&mut [f32; 3]> {
+        strength!(self)
+    }
+
+    /// Returns the texture that the light projects.
+    pub fn slide(&self) -> Option<&Arc<Texture>> {
         match self {
-            Self::Hemisphere { .. } => "Hemisphere",
-            Self::Constant { .. } => "Constant",
-            Self::Environment { .. } => "Environment",
-            Self::Directional { .. } => "Directional",
-            Self::DistantDisk { .. } => "DistantDisk",
-            Self::Point { .. } => "Point",
-            Self::Spot { .. } => "Spot",
-            Self::LinearSpot { .. } => "LinearSpot",
-            Self::PunctualSpot { .. } => "PunctualSpot",
-            Self::Projector { .. } => "Projector",
-            Self::Ies { .. } => "Ies",
-            Self::Daylight(_) => "Daylight",
-            Self::Area { .. } => "Area",
+            Self::LinearSpot { texture, .. } => texture.as_ref(),
+            Self::Projector { texture, .. } => Some(texture),
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::Directional { .. }
+            | Self::DistantDisk { .. }
+            | Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Ies { .. }
+            | Self::Daylight(_)
+            | Self::Area { .. } => None,
+        }
+    }
+
+    /// Returns true if the light has a position; others are infinite.
+    pub fn is_local(&self) -> bool {
+        match self {
+            Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::LinearSpot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Projector { .. }
+            | Self::Ies { .. }
+            | Self::Area { .. } => true,
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::Directional { .. }
+            | Self::DistantDisk { .. }
+            | Self::Daylight(_) => false,
+        }
+    }
+
+    /// Returns true if the light arrives at a point from a single direction.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Directional { .. }
+            | Self::Point { .. }
+            | Self::Spot { .. }
+            | Self::LinearSpot { .. }
+            | Self::PunctualSpot { .. }
+            | Self::Projector { .. }
+            | Self::Ies { .. } => true,
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::DistantDisk { .. }
+            | Self::Daylight(_)
+            | Self::Area { .. } => false,
         }
     }
 }

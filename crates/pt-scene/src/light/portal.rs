@@ -30,7 +30,9 @@ impl Portal {
             return Ok([a, b - a, d - a]);
         }
         let corners = self.corners;
-        Err(format!("the portal {corners:?} is no rectangle; expected its four corners in order"))
+        Err(format!(
+            "found a portal {corners:?} that is not a rectangle, expected its four corners in order"
+        ))
     }
 }
 
@@ -46,7 +48,10 @@ mod tests {
         assert_eq!(portal([a, b, c, d]), Ok(edges));
         let (bent, none) = ([1.2, 4.0, 4.0], [f64::NAN; 3]);
         for bad in [[a, c, b, d], [a, b, bent, d], [a, a, c, d], [a, b, c, none]] {
-            assert!(portal(bad).is_err_and(|message| message.contains("no rectangle")), "{bad:?}");
+            assert!(
+                portal(bad).is_err_and(|message| message.contains("not a rectangle")),
+                "{bad:?}"
+            );
         }
     }
 }

@@ -145,7 +145,7 @@ fn killed(
         child.kill().context("it cannot be killed")?;
         let output = child.wait_with_output()?;
         let told = String::from_utf8_lossy(&output.stderr);
-        tally.fell_back += u32::from(told.contains("going on from the one before"));
+        tally.fell_back += u32::from(told.contains("the previous film is used"));
         if ended(output.status) {
             ensure!(output.status.success(), "it fails: {told}");
             return render.image();

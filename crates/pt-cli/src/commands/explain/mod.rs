@@ -25,12 +25,12 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     cli.policies().records.map_err(anyhow::Error::msg)?;
     ensure!(
         cli.split == 1 && cli.path_reuse == 1,
-        "explain follows paths one by one; leave out --path-splitting and --path-reuse, which change the noise and not \
-         what the light is"
+        "explain follows paths one by one; omit --path-splitting and --path-reuse, which change \
+         the noise only"
     );
     ensure!(
         !cli.man && cli.completions.is_none(),
-        "--man and --completions print texts about the program; give them without explain"
+        "--man and --completions are not supported by explain; use them without a command"
     );
     let job = command_line::resolved(cli, Vec::new()).map_err(anyhow::Error::msg)?;
     let RenderJob { mode, input, compile, memory, schedule, .. } = job;
@@ -42,7 +42,8 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     prepared.report_notes(mode);
     if session.settings().in_halves() && of.sample.is_none() && !mode.quiet {
         report!(
-            "note: the first of two halves of the samples; the other one begins with sample {HALF_B_OFFSET}"
+            "note: these samples are the first half; the second half begins with sample \
+             {HALF_B_OFFSET}"
         );
     }
     let names = NameLookup::new(scene, session.scene());
@@ -70,8 +71,8 @@ fn pixel(of: &OfPixel, session: &Session) -> Result<[u32; 2]> {
     let [width, height] = session.scene().camera.resolution;
     ensure!(
         x < width && y < height,
-        "-x {x} -y {y}: the image has {width} x {height} pixels; expected a column from 0 to {} and a row, from \
-         the top, from 0 to {}",
+        "-x {x} -y {y}: found a pixel outside of the image of {width} x {height}, expected a \
+         column from 0 to {} and a row, from the top, from 0 to {}",
         width - 1,
         height - 1
     );
@@ -91,7 +92,8 @@ fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
         let of_half = spp.div_ceil(2);
         ensure!(
             number & !HALF_B_OFFSET < of_half,
-            "--sample {number}: there are samples 0 to {} in the first half, and {HALF_B_OFFSET} to {} in the second",
+            "--sample {number}: expected 0 to {} (first half) or {HALF_B_OFFSET} to {} (second \
+             half)",
             of_half - 1,
             HALF_B_OFFSET + (of_half - 1)
         );
@@ -99,7 +101,7 @@ fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
     }
     ensure!(
         (first..spp).contains(&number),
-        "--sample {number}: there are samples {first} to {}; -s says how many",
+        "--sample {number}: expected {first} to {}; set the number of samples with -s",
         spp.saturating_sub(1)
     );
     Ok(())

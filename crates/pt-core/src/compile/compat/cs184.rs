@@ -23,8 +23,9 @@ const WINDOW: [u32; 2] = [800, 600];
 /// Image size of which cameras with [`Placement::Course`] have the view, outside of these policies.
 pub(in crate::compile) const IMAGE: [u32; 2] = [480, 360];
 /// Note on a camera that has [`Placement::Course`] without a request for that.
-pub(in crate::compile) const CAMERA_NOTE: &str = "the scene is of the course CS184: its camera has the place that the course's program gives \
-     it, and its view at 480 x 360 pixels";
+pub(in crate::compile) const CAMERA_NOTE: &str = "CS184 scene: the camera is placed as in the \
+                                                  program of the course, with a view of 480 x 360 \
+                                                  pixels";
 
 /// Policies of the program.
 pub const POLICIES: Policies = Policies {
@@ -77,7 +78,7 @@ fn light(
         | LightKind::Daylight(_)
         | LightKind::Ies { .. }
         | LightKind::DistantDisk { .. } => {
-            return Err("the course's program has no such light; it is left out");
+            return Err("the light is omitted: the program of the course does not support it");
         }
     }))
 }
@@ -138,7 +139,25 @@ fn surface(surface: &Surface, cx: &mut Lowering) -> Option<Material> {
             };
             cx.lobe(Cs184Microfacet { eta: (*eta).into(), k: (*k).into(), alpha }, false)
         }
-        _ => return None,
+        // Surfaces of other kinds, and smooth metals, are as without these policies.
+        Surface::Conductor(Conductor { roughness: None, .. })
+        | Surface::RoughDiffuse(_)
+        | Surface::Mirror(_)
+        | Surface::ThinGlass(_)
+        | Surface::CoatedDiffuse(_)
+        | Surface::RoughCoatedDiffuse(_)
+        | Surface::FresnelPlastic(_)
+        | Surface::CoatedConductor(_)
+        | Surface::Principled(_)
+        | Surface::PrincipledThin(_)
+        | Surface::MetallicRoughness(_)
+        | Surface::DiffuseTransmission(_)
+        | Surface::Hair(_)
+        | Surface::Measured(_)
+        | Surface::Black(_)
+        | Surface::Mix(_)
+        | Surface::TwoSided(_)
+        | Surface::SurfaceDetail(_) => return None,
     })
 }
 

@@ -12,26 +12,37 @@ use crate::light::emitter_triangle::of_triangle;
 use crate::light::laws::{LightGeometry, LightLaws, inverse_square, level};
 use crate::light::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
+/// Methods of [`Light`] that are the same for both kinds of trees, which are in no tree themselves.
+macro_rules! sampled_by_tree {
+    () => {
+        fn sample(
+            &self,
+            tables: &LightTables,
+            context: &LightSampleContext,
+            u: [f32; 2],
+        ) -> Option<LightSample> {
+            tables.trees[self.tree as usize].sample_one(tables, context, u)
+        }
+
+        fn sample_each(
+            &self,
+            tables: &LightTables,
+            points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+            samples: &mut Vec<Option<LightSample>>,
+        ) {
+            tables.trees[self.tree as usize].sample_each(tables, points, samples);
+        }
+
+        fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
+            None
+        }
+    };
+}
+
 impl Light for EmitterTree {
     const DELTA: bool = false;
 
-    fn sample(
-        &self,
-        tables: &LightTables,
-        context: &LightSampleContext,
-        u: [f32; 2],
-    ) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample_one(tables, context, u)
-    }
-
-    fn sample_each(
-        &self,
-        tables: &LightTables,
-        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        tables.trees[self.tree as usize].sample_each(tables, points, samples);
-    }
+    sampled_by_tree!();
 
     fn pdf(
         &self,
@@ -42,10 +53,6 @@ impl Light for EmitterTree {
     ) -> Pdf<SolidAngle> {
         let tree = &tables.trees[self.tree as usize];
         hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, context, wi, hit))
-    }
-
-    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
-        None
     }
 
     fn examples() -> Vec<(Self, LightTables)> {
@@ -74,27 +81,7 @@ impl LightLaws for EmitterTree {
 impl Light for PointLightTree {
     const DELTA: bool = true;
 
-    fn sample(
-        &self,
-        tables: &LightTables,
-        context: &LightSampleContext,
-        u: [f32; 2],
-    ) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample_one(tables, context, u)
-    }
-
-    fn sample_each(
-        &self,
-        tables: &LightTables,
-        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        tables.trees[self.tree as usize].sample_each(tables, points, samples);
-    }
-
-    fn bounds(&self, _: &LightTables) -> Option<LightBounds> {
-        None
-    }
+    sampled_by_tree!();
 
     fn examples() -> Vec<(Self, LightTables)> {
         let trees = vec![LightTree::new(example_of_points(), &LightTables::default())];

@@ -1,8 +1,8 @@
 //! Approximates any surface by a metallic-roughness material of glTF.
 
 use pt_scene::material::{
-    CoatedConductor, Diffuse, DiffuseTransmission, MetallicRoughness, Mix, Principled,
-    PrincipledThin, Roughness,
+    CoatedConductor, Conductor, DiffuseTransmission, Glass, MetallicRoughness, Mix, Principled,
+    PrincipledThin, Roughness, SurfaceDetail, ThinGlass,
 };
 use pt_scene::texture::{Input, NormalOrBump, Pattern, Scalar};
 use pt_scene::{Color, Surface};
@@ -34,58 +34,96 @@ const SHEEN_ROUGHNESS: f32 = 0.5;
 
 /// Returns the best approximation of a surface. `tell` receives a note for each difference.
 pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    match surface {
-        Surface::SurfaceDetail(embossed) => {
-            let inner = approximate(&embossed.surface, tell);
-            if inner.relief.is_some() {
-                tell("of two reliefs, the outer one alone is written");
-            }
-            if embossed.shadowing {
-                tell("its relief shadows nothing");
-            }
-            if embossed.mirrored {
-                tell("what is raised on its front becomes a dent on its back");
-            }
-            ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
-        }
+    let look = match surface {
+        Surface::SurfaceDetail(embossed) => return relief(embossed, tell),
         Surface::TwoSided(sided) => {
-            tell("its back becomes like its front");
+            tell("the back side becomes like the front side");
             let inner = approximate(&sided.front, tell);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
-            ApproximateMaterial { look, ..inner }
+            return ApproximateMaterial { look, ..inner };
         }
-        Surface::Mix(mix) => mixed(mix, tell),
-        Surface::MetallicRoughness(look) => {
-            ApproximateMaterial { look: look.clone(), body: body(look), relief: None }
-        }
+        Surface::Mix(mix) => return mixed(mix, tell),
+        Surface::MetallicRoughness(look) => look.clone(),
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
-            tell("its fibres become matte, of the colour that many of them have together");
-            let matte = Diffuse { reflectance: hair.color(), two_sided: true };
-            approximate(&matte.into(), tell)
+            tell("hair becomes diffuse, with the colour of many fibres");
+            matte(&hair.color(), true)
         }
         Surface::Measured(measured) => {
-            tell("what was measured of it becomes a metal of about the same colour and roughness");
-            let metal = MetallicRoughness {
+            tell(
+                "the measured material becomes a metal of approximately the same colour and \
+                 roughness",
+            );
+            MetallicRoughness {
                 base_color: measured.measurements.color().into(),
                 metallic: 1.0.into(),
                 roughness: measured.measurements.roughness().sqrt().into(),
                 two_sided: measured.two_sided,
                 ..MetallicRoughness::default()
-            };
-            approximate(&metal.into(), tell)
+            }
         }
-        _ => {
-            let look = plain(surface, tell);
-            ApproximateMaterial { body: body(&look), look, relief: None }
+        Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
+        Surface::RoughDiffuse(m) => {
+            tell("the surface becomes Lambertian");
+            matte(&m.reflectance, m.two_sided)
         }
+        Surface::DiffuseTransmission(m) => leaf(m, tell),
+        Surface::Black(_) => matte(&[0.0; 3].into(), true),
+        Surface::Mirror(m) => {
+            let base_color = m.reflectance.clone();
+            MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
+        }
+        Surface::Conductor(m) => metal(m, tell),
+        Surface::CoatedConductor(m) => coated_metal(m, tell),
+        Surface::Glass(m) => glass(m, tell),
+        Surface::Refraction(m) => {
+            tell("the reflectance becomes that of glass");
+            transparent(squared(&m.transmittance), index(m.ior, tell))
+        }
+        Surface::ThinGlass(m) => pane(m, tell),
+        Surface::CoatedDiffuse(m) => {
+            tell(COATED);
+            coated(&m.diffuse, 0.0, m.ior, m.two_sided)
+        }
+        Surface::RoughCoatedDiffuse(m) => {
+            tell(COATED);
+            coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
+        }
+        Surface::FresnelPlastic(m) => {
+            tell(COATED);
+            let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
+            roughen(&mut look, Some(&m.roughness), tell);
+            look
+        }
+        Surface::Plastic(m) => {
+            tell("the specular lobe becomes an achromatic GGX lobe");
+            let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
+            let ior = (1.0 + root) / (1.0 - root);
+            coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
+        }
+    };
+    ApproximateMaterial { body: body(&look), look, relief: None }
+}
+
+/// Returns the approximation of the surface under a relief.
+fn relief(embossed: &SurfaceDetail, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+    let inner = approximate(&embossed.surface, tell);
+    if inner.relief.is_some() {
+        tell("nested normal or bump maps: only the outer one is written");
     }
+    if embossed.shadowing {
+        tell("shadows of the bump map are not written");
+    }
+    if embossed.mirrored {
+        tell("bumps of the front side become dents of the back side");
+    }
+    ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
 }
 
 /// Returns the surface with the larger weight.
 fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    tell("of the surfaces that it mixes, the one with the larger share is written");
+    tell("of the mixed surfaces, only the one with the larger weight is written");
     let is_second = matches!(mix.amount, Input::Value(share) if share > 0.5);
     approximate(if is_second { &mix.second } else { &mix.first }, tell)
 }
@@ -101,24 +139,24 @@ fn body(look: &MetallicRoughness) -> BaseMaterial {
 
 /// Converts a Disney material. The tints of reflection and sheen and the flatness are omitted; the
 /// sheen has the roughness [`SHEEN_ROUGHNESS`].
-fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of its reflection and its sheen are left out");
+        tell("the tints of specular reflection and sheen are omitted");
     }
     let clearcoat_roughness = match &principled.clearcoat_gloss {
         _ if principled.clearcoat == zero => zero.clone(),
         Scalar::Value(gloss) => legacy_specular::roughness_of_coat(*gloss).into(),
         Scalar::Texture(_) => {
-            tell("the gloss of its coat is left out, as it has a texture");
+            tell("the textured gloss of the coat is omitted");
             zero.clone()
         }
     };
     if principled.flatness != zero {
-        tell("its flatness is left out");
+        tell("flatness is omitted");
     }
-    tell("its diffuse part becomes Lambertian, under a gloss that takes light from it");
+    tell("diffuse reflection becomes Lambertian below a specular layer that attenuates it");
     let look = MetallicRoughness {
         base_color: principled.base_color.clone(),
         metallic: principled.metallic.clone(),
@@ -131,17 +169,16 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Approximat
         two_sided: principled.two_sided,
         ..brushed(&principled.roughness, &principled.anisotropic, tell)
     };
-    let look = if look.transmits() { look } else { without_gloss(look, principled.ior) };
-    ApproximateMaterial { body: body(&look), look, relief: None }
+    if look.transmits() { look } else { without_gloss(look, principled.ior) }
 }
 
-fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&thin.spec_tint, &thin.sheen_tint, &thin.flatness];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of its reflection and its sheen, and its flatness, are left out");
+        tell("the tints of specular reflection and sheen, and flatness, are omitted");
     }
-    let look = MetallicRoughness {
+    MetallicRoughness {
         base_color: thin.base_color.clone(),
         transmission: thin.spec_trans.clone(),
         diffuse_transmission: mapped(&thin.diff_trans, |x| 0.5 * x, |x| 0.5 * x),
@@ -152,8 +189,7 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> ApproximateMateri
         thin: true,
         two_sided: true,
         ..brushed(&thin.roughness, &thin.anisotropic, tell)
-    };
-    ApproximateMaterial { body: body(&look), look, relief: None }
+    }
 }
 
 /// Returns the sheen as a grey colour.
@@ -169,7 +205,7 @@ fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
     if ior >= 1.0 {
         return ior;
     }
-    tell("its index of refraction is below 1, which glTF does not know; the inverse is written");
+    tell("an index of refraction below 1 is not representable in glTF; the inverse is written");
     1.0 / ior.max(0.01)
 }
 
@@ -193,7 +229,7 @@ fn brushed(
             stretched([root * root / aspect, root * root * aspect])
         }
         _ => {
-            tell("its highlights become round, as a texture says how long they are");
+            tell("textured anisotropy is not representable in glTF; highlights become isotropic");
             round()
         }
     }
@@ -218,15 +254,10 @@ fn bare(two_sided: bool) -> MetallicRoughness {
 /// Converts diffuse reflection and transmission to a fraction that is transmitted, and colours that
 /// together yield the original reflectance and transmittance.
 fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    let matte = MetallicRoughness {
-        base_color: sheet.reflectance.clone(),
-        roughness: 1.0.into(),
-        specular: 0.0.into(),
-        ..bare(true)
-    };
+    let matte = matte(&sheet.reflectance, true);
     let (Input::Value(reflected), Input::Value(sent)) = (&sheet.reflectance, &sheet.transmittance)
     else {
-        tell("no light goes through it diffusely, as its colours have textures");
+        tell("textured diffuse transmission is not representable in glTF; it is omitted");
         return matte;
     };
     let most = |color: &[f32; 3]| color.iter().fold(0.0_f32, |a, b| a.max(*b));
@@ -248,7 +279,10 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
 
 /// Converts a coated metal to one with the clearcoat of glTF.
 fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    tell("its coat reflects white over the metal, whose reflectance becomes that of Schlick");
+    tell(
+        "the white reflection of the coat and the reflectance of the metal become Schlick's \
+         approximation",
+    );
     let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
     // Light passes through the coat twice.
     let passed = libm::expf(-2.0 * m.thickness);
@@ -263,104 +297,64 @@ fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     }
 }
 
-/// Converts a surface that contains no other surfaces.
-fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    let matte = |color: &Color, two_sided| MetallicRoughness {
+/// Returns a Lambertian surface.
+fn matte(color: &Color, two_sided: bool) -> MetallicRoughness {
+    MetallicRoughness {
         base_color: color.clone(),
         roughness: 1.0.into(),
         specular: 0.0.into(),
         ..bare(two_sided)
+    }
+}
+
+/// Returns a diffuse base under a gloss of this √α and index of refraction.
+fn coated(diffuse: &Color, roughness: f32, ior: f32, two_sided: bool) -> MetallicRoughness {
+    let look = MetallicRoughness {
+        base_color: diffuse.clone(),
+        roughness: roughness.into(),
+        ior: ior.max(1.0),
+        ..bare(two_sided)
     };
-    let coated = |diffuse: &Color, roughness: f32, ior: f32, two_sided| {
-        let look = MetallicRoughness {
-            base_color: diffuse.clone(),
-            roughness: roughness.into(),
-            ior: ior.max(1.0),
-            ..bare(two_sided)
-        };
-        without_gloss(look, ior)
-    };
-    let glass = |color: Color, ior| MetallicRoughness {
-        base_color: color,
-        transmission: 1.0.into(),
-        ior,
-        ..bare(false)
-    };
-    match surface {
-        Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
-        Surface::RoughDiffuse(m) => {
-            tell("it becomes Lambertian");
-            matte(&m.reflectance, m.two_sided)
-        }
-        Surface::DiffuseTransmission(m) => leaf(m, tell),
-        Surface::Black(_) => matte(&[0.0; 3].into(), true),
-        Surface::Mirror(m) => {
-            let base_color = m.reflectance.clone();
-            MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
-        }
-        Surface::Conductor(m) => {
-            tell("its reflectance between straight and grazing light becomes that of Schlick");
-            let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
-            let base_color = times(&m.reflectance, at_normal);
-            let mut look =
-                MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
-            roughen(&mut look, m.roughness.as_ref(), tell);
-            look
-        }
-        Surface::CoatedConductor(m) => coated_metal(m, tell),
-        Surface::Glass(m) => {
-            if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of what it reflects is left out");
-            }
-            // In glTF, the colour is the transmittance of two interfaces.
-            let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
-            roughen(&mut look, m.roughness.as_ref(), tell);
-            look
-        }
-        Surface::Refraction(m) => {
-            tell("it reflects as glass does");
-            glass(squared(&m.transmittance), index(m.ior, tell))
-        }
-        Surface::ThinGlass(m) => {
-            if m.reflectance != Color::Value([1.0; 3]) {
-                tell("the tint of what it reflects is left out");
-            }
-            let look = glass(m.transmittance.clone(), index(m.ior, tell));
-            MetallicRoughness { thin: true, ..look }
-        }
-        Surface::CoatedDiffuse(m) => {
-            tell(COATED);
-            coated(&m.diffuse, 0.0, m.ior, m.two_sided)
-        }
-        Surface::RoughCoatedDiffuse(m) => {
-            tell(COATED);
-            coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
-        }
-        Surface::FresnelPlastic(m) => {
-            tell(COATED);
-            let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
-            roughen(&mut look, Some(&m.roughness), tell);
-            look
-        }
-        Surface::Plastic(m) => {
-            tell("its gloss becomes a grey one of GGX facets");
-            let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
-            let ior = (1.0 + root) / (1.0 - root);
-            coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
-        }
-        Surface::Principled(_)
-        | Surface::PrincipledThin(_)
-        | Surface::MetallicRoughness(_)
-        | Surface::Hair(_)
-        | Surface::Measured(_)
-        | Surface::Mix(_)
-        | Surface::TwoSided(_)
-        | Surface::SurfaceDetail(_) => unreachable!("they are made of others"),
+    without_gloss(look, ior)
+}
+
+/// Returns a smooth interface that transmits light of a colour.
+fn transparent(color: Color, ior: f32) -> MetallicRoughness {
+    MetallicRoughness { base_color: color, transmission: 1.0.into(), ior, ..bare(false) }
+}
+
+fn metal(m: &Conductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    tell("the angular dependence of the reflectance becomes Schlick's approximation");
+    let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
+    let base_color = times(&m.reflectance, at_normal);
+    let mut look = MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
+    roughen(&mut look, m.roughness.as_ref(), tell);
+    look
+}
+
+fn glass(m: &Glass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, tell);
+    // In glTF, the colour is the transmittance of two interfaces.
+    let mut look = transparent(squared(&m.transmittance), index(m.ior, tell));
+    roughen(&mut look, m.roughness.as_ref(), tell);
+    look
+}
+
+fn pane(m: &ThinGlass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, tell);
+    let look = transparent(m.transmittance.clone(), index(m.ior, tell));
+    MetallicRoughness { thin: true, ..look }
+}
+
+fn note_tint(reflectance: &Color, tell: &mut dyn FnMut(&str)) {
+    if *reflectance != Color::Value([1.0; 3]) {
+        tell("the tint of reflection is omitted");
     }
 }
 
 /// Note about a diffuse base under a coat.
-const COATED: &str = "its coat becomes a gloss over a base that keeps its colour";
+const COATED: &str =
+    "the coat becomes a specular layer that does not change the colour of its base";
 
 /// Sets √α and the anisotropy along u.
 fn roughen(
@@ -370,7 +364,7 @@ fn roughen(
 ) {
     let Some(Roughness { alpha: [along_u, along_v], distribution, .. }) = roughness else { return };
     if *distribution == pt_scene::material::Distribution::Beckmann {
-        tell("its facets become those of GGX");
+        tell("the microfacet distribution becomes GGX");
     }
     match (along_u, along_v) {
         (Input::Value(u), Input::Value(v)) if u > v => {
@@ -379,13 +373,13 @@ fn roughen(
         }
         (Input::Value(u), Input::Value(v)) => {
             if u < v {
-                tell("its highlights, which are long along v, become round");
+                tell("anisotropic highlights along v become isotropic");
             }
             look.roughness = (u * v).sqrt().sqrt().into();
         }
         _ => {
             if along_u != along_v {
-                tell("its roughness becomes the same in all directions, that along u");
+                tell("the roughness becomes isotropic, with the value along u");
             }
             look.roughness = mapped(along_u, f32::sqrt, f32::sqrt);
         }
@@ -414,7 +408,7 @@ fn times(color: &Color, factor: [f32; 3]) -> Color {
 
 #[cfg(test)]
 mod tests {
-    use pt_scene::material::{Distribution, Masking, Mirror};
+    use pt_scene::material::{Diffuse, Distribution, Masking, Mirror};
 
     use super::*;
 

@@ -31,33 +31,35 @@ impl GltfWriter<'_> {
         let camera = &self.placed(camera);
         let mut to_world = camera.to_world;
         if let Some(motion) = &camera.motion {
-            self.notes.tell(&place, "it moves; it stands where it is when its shutter opens");
+            self.notes
+                .tell(&place, "the motion is omitted; the pose when the shutter opens is written");
             to_world = motion.at(camera.shutter[0]) * to_world;
         }
         if camera.lens_radius > 0.0 {
-            self.notes.tell(&place, "its lens is left out: all is in focus");
+            self.notes.tell(&place, "depth of field is omitted");
         }
         if camera.principal_point_offset != [0.0; 2] {
-            self.notes.tell(&place, "the offset of its film is left out");
+            self.notes.tell(&place, "the offset of the film is omitted");
         }
         if camera.medium.is_some() {
-            self.notes.tell(&place, "the medium that it is in is left out");
+            self.notes.tell(&place, "the medium around the camera is omitted");
         }
         if to_world.matrix3.determinant() < 0.0 {
-            self.notes.tell(&place, "it mirrors what it sees, which is left out");
+            self.notes.tell(&place, "the reflection in the camera transform is omitted");
         }
         let Some(rigid) = unscaled(self.in_metres(to_world)) else {
-            return Err(format!("{place}: its transform flattens space"));
+            return Err(format!("{place}: found a transform that flattens space"));
         };
         let [near, far] = [camera.near, camera.far].map(|x| x * self.metres);
         let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(DVec3::length);
         if camera.meter.is_some() {
-            self.notes.tell(&place, "it is left out: glTF has no meters");
+            self.notes.tell(&place, "meters are not representable in glTF; the camera is omitted");
             return Ok(());
         }
         let view = match camera.projection {
             Projection::Panorama => {
-                self.notes.tell(&place, "it is left out: glTF has no panoramas");
+                self.notes
+                    .tell(&place, "panoramas are not representable in glTF; the camera is omitted");
                 return Ok(());
             }
             Projection::Perspective { x_fov, y_fov } => {
@@ -65,7 +67,8 @@ impl GltfWriter<'_> {
                 match (camera.fit, view.as_object_mut()) {
                     (Fit::Height, Some(keys)) => drop(keys.remove("aspectRatio")),
                     (Fit::Width, _) => {
-                        self.notes.tell(&place, "images of other shapes show all of its view");
+                        self.notes
+                            .tell(&place, "images of other aspect ratios show the whole view");
                     }
                     _ => {}
                 }
@@ -115,40 +118,41 @@ impl GltfWriter<'_> {
         let (kind, intensity, to_world) = match &light.kind {
             LightKind::Directional { irradiance } => ("directional", *irradiance, to_world),
             LightKind::DistantDisk { irradiance, .. } => {
-                tell("its disk becomes parallel light, whose shadows are sharp");
+                tell("the disk becomes a directional light, with sharp shadows");
                 // The disk is towards +z, and directional lights face −z: the direction of light is
                 // the same.
                 ("directional", *irradiance, to_world)
             }
             LightKind::Point { intensity } => ("point", *intensity, to_world),
             LightKind::Ies { profile, scale } => {
-                tell("it shines the same in all directions, as its profile does on average");
+                tell("the profile becomes an isotropic intensity, its mean");
                 ("point", scale.map(|c| c * profile.mean_candela()), to_world)
             }
             LightKind::Spot { intensity, falloff_exponent, .. } => {
                 if *falloff_exponent > 0.0 {
-                    tell("its intensity falls from its axis to the edge as glTF has it");
+                    tell("the falloff from the axis to the edge becomes that of glTF");
                 }
                 ("spot", *intensity, to_world)
             }
             LightKind::PunctualSpot { intensity, .. } => ("spot", *intensity, to_world),
             LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture } => {
                 if beam_angle < cutoff_angle {
-                    tell("its intensity falls from its beam to the edge as glTF has it");
+                    tell("the falloff from the beam to the edge becomes that of glTF");
                 }
                 if texture.is_some() {
-                    tell("the picture that it throws is left out");
+                    tell("the projected image is omitted");
                 }
                 ("spot", *intensity, to_world)
             }
             LightKind::Projector { intensity, .. } => {
                 tell(
-                    "the picture that it throws is left out, and its intensity does not grow towards the edge",
+                    "the projected image is omitted; the intensity does not increase towards the \
+                     edge",
                 );
                 ("spot", *intensity, to_world)
             }
             LightKind::Area { .. } if represents_emissive_mesh(light, self.scene) => {
-                tell("it is left out, as it represents the emissive surface around it");
+                tell("the light is omitted: it represents the emissive surface around it");
                 return Ok(());
             }
             LightKind::Area { radiance } => return self.square(light, *radiance),
@@ -156,12 +160,12 @@ impl GltfWriter<'_> {
             | LightKind::Constant { .. }
             | LightKind::Environment { .. }
             | LightKind::Daylight(_) => {
-                tell("it is left out: glTF has no light from all around");
+                tell("environment lights are not representable in glTF; the light is omitted");
                 return Ok(());
             }
         };
         if !intensity.iter().all(|c| *c >= 0.0 && c.is_finite()) {
-            return Err(format!("{}: its intensity is no light", light.at));
+            return Err(format!("{}: found an intensity that is negative or not finite", light.at));
         }
         let strength = match intensity {
             [r, g, b] if r == g && g == b => r,
@@ -201,7 +205,7 @@ impl GltfWriter<'_> {
             _ => return None,
         };
         if cutoff > 90.0 {
-            self.notes.tell(&light.at, "its cone becomes a half space, the widest that glTF knows");
+            self.notes.tell(&light.at, "the cone becomes a half space, the widest one of glTF");
         }
         let radians = |degrees: f64| {
             let degrees = degrees.clamp(0.0, 90.0);

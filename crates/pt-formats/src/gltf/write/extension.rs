@@ -42,7 +42,7 @@ impl GltfWriter<'_> {
     ) -> Result<(), String> {
         let made = MaterialParameter::of(color);
         if made.lost || made.colors.is_some() {
-            let note = format!("of the textures that its {what} is made of, one is left out");
+            let note = format!("{what}: one of the combined textures is omitted");
             self.notes.tell(&cx.place, note);
         }
         fields.insert(factor.to_owned(), made.factor.to_vec().into());
@@ -89,8 +89,7 @@ impl GltfWriter<'_> {
             return Ok(());
         }
         if look.anisotropy_along.is_some() {
-            self.notes
-                .tell(&cx.place, "its anisotropy is along u, as its tangents are not written");
+            self.notes.tell(&cx.place, "the anisotropy is along u, as tangents are not written");
         }
         let strength = self.number(&look.anisotropy, "anisotropy", cx);
         let factor = self.share(strength.factor[0], "anisotropy", cx);
@@ -154,7 +153,7 @@ impl GltfWriter<'_> {
                     let made = self.number(&Input::Texture(Arc::clone(share)), "film", cx);
                     (Some(least), most, made.layer)
                 } else {
-                    let note = "its film is as thick everywhere as it is on average";
+                    let note = "the thickness of the film becomes its mean";
                     self.notes.tell(&cx.place, note);
                     (None, texture.pattern.mean()[0], None)
                 }

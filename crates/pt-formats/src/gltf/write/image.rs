@@ -84,7 +84,8 @@ impl GltfWriter<'_> {
         if parts.iter().any(|(_, layer)| !layer.lies_as(first)) {
             self.notes.tell(
                 place,
-                "two of its images are one in glTF, but do not lie alike; the second one lies as the first does",
+                "two images share one glTF texture, but have different mappings; the second one \
+                 uses the mapping of the first",
             );
         }
         let sizes = || parts.iter().map(|(_, layer)| [layer.image.width, layer.image.height]);
@@ -100,7 +101,7 @@ impl GltfWriter<'_> {
             }
             Err(_) => self.notes.tell(
                 place,
-                "the coordinates of its texture are sheared, which glTF cannot say; it lies on them as they are",
+                "a shear of texture coordinates is not representable in glTF; it is omitted",
             ),
         }
         Ok(info)

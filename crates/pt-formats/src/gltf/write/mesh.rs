@@ -127,10 +127,10 @@ fn check(mesh: &Mesh) -> Result<(), String> {
             && fits(mesh.colors.as_ref(), mesh)
             && mesh.face_colors.as_ref().is_none_or(|colors| colors.len() == count);
     if !is_whole {
-        return Err("its mesh has indices of what is not there".to_owned());
+        return Err("found a mesh with indices out of range".to_owned());
     }
     if !mesh.positions.as_flattened().iter().all(|x| x.is_finite()) {
-        return Err("its mesh has a position that is not finite".to_owned());
+        return Err("found a mesh with a position that is not finite".to_owned());
     }
     Ok(())
 }

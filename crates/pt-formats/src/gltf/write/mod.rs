@@ -108,7 +108,7 @@ impl<'a> GltfWriter<'a> {
     fn object(&mut self, object: &Object) -> Result<(), String> {
         let media = object.media.unwrap_or_default();
         if media.exterior.is_some() {
-            self.notes.tell(&object.at, "the medium outside of it is left out");
+            self.notes.tell(&object.at, "the medium outside of the scene is omitted");
         }
         let used: Vec<usize> = match &object.geometry {
             Geometry::Sphere { .. } | Geometry::Points { .. } => vec![0],
@@ -143,14 +143,21 @@ impl<'a> GltfWriter<'a> {
         let mut to_world = object.to_world;
         if let Some(motion) = &object.motion {
             let opens = self.scene.camera().map_or(0.0, |camera| camera.shutter[0]);
-            self.notes.tell(&object.at, "it moves; it stands where it is when the shutter opens");
+            self.notes.tell(
+                &object.at,
+                "the motion is omitted; the pose when the shutter opens is written",
+            );
             to_world = motion.at(opens) * to_world;
         }
         let mesh = match &object.geometry {
             Geometry::Mesh(mesh) => Arc::clone(mesh),
             Geometry::Points { points, radius } => {
                 if radius.is_some() {
-                    self.notes.tell(&object.at, "glTF has no radius of points and lines");
+                    self.notes.tell(
+                        &object.at,
+                        "the radius of points and lines is not representable in glTF; it is \
+                         omitted",
+                    );
                 }
                 let shown = self.points(points, worn.first().map(|worn| worn.index))?;
                 return self.node(&object.name, self.in_metres(to_world), shown, &object.at);
@@ -178,14 +185,14 @@ impl<'a> GltfWriter<'a> {
                     worn.has_relief && mesh::is_mirrored_somewhere(&mesh, part)
                 };
                 if parts.iter().any(leans) {
-                    let note = "where its texture coordinates lie mirrored, its normals lean to the other side";
+                    let note = "normals are mirrored where the texture coordinates are mirrored";
                     self.notes.tell(&object.at, note);
                 }
                 parts
             }
         };
         let Some(index) = self.mesh(&mesh, &parts)? else {
-            self.notes.tell(&object.at, "it is left out, as it has no triangles");
+            self.notes.tell(&object.at, "mesh without triangles; it is omitted");
             return Ok(());
         };
         let shown = Map::from_iter([("mesh".to_owned(), index.into())]);
@@ -201,7 +208,7 @@ impl<'a> GltfWriter<'a> {
         place: impl Display,
     ) -> Result<(), String> {
         if !to_world.is_finite() {
-            return Err(format!("{place}: its transform is not finite"));
+            return Err(format!("{place}: found a transform that is not finite"));
         }
         let trs::Place { parent, mut node } = trs::place(to_world);
         node.extend(shown);
@@ -227,18 +234,21 @@ impl<'a> GltfWriter<'a> {
     /// Reports render settings that are omitted.
     fn settings(&mut self, settings: &RenderHints) {
         let asked = [
-            (settings.resolution.is_some(), "the size of the image"),
-            (settings.crop.is_some(), "the part of it that is wanted"),
+            (settings.resolution.is_some(), "image size"),
+            (settings.crop.is_some(), "crop window"),
             (settings.spp.is_some(), "samples per pixel"),
-            (settings.max_depth.is_some(), "the depth of paths"),
+            (settings.max_depth.is_some(), "path depth"),
             (settings.integrator.is_some_and(|name| name != "volpath"), "the integrator"),
-            (!settings.aovs.is_empty(), "more channels"),
+            (!settings.aovs.is_empty(), "additional channels"),
             (settings.filter.is_some(), "the filter"),
-            (settings.hidden != Hidden::Nothing, "what is not seen directly"),
+            (settings.hidden != Hidden::Nothing, "visibility of lights"),
         ];
         let lost: Vec<_> = asked.iter().filter(|(is, _)| *is).map(|(_, what)| *what).collect();
         if !lost.is_empty() {
-            let note = format!("glTF has no settings: left out are {}", lost.join(", "));
+            let note = format!(
+                "render settings are not representable in glTF and omitted: {}",
+                lost.join(", ")
+            );
             self.notes.tell("settings", note);
         }
     }

@@ -25,7 +25,7 @@ impl GltfWriter<'_> {
             return Ok(shown(*known));
         }
         if !points.positions.as_flattened().iter().all(|x| x.is_finite()) {
-            return Err("a point has a position that is not finite".to_owned());
+            return Err("found a point with a position that is not finite".to_owned());
         }
         let binary = &mut self.binary;
         let mut attributes = json!({"POSITION": binary.vertices(&points.positions, true)});

@@ -14,8 +14,10 @@ const MELANIN: [f64; 2] = [1.3, 0.2];
 pub(super) fn hair(inputs: &mut Inputs<'_, '_>) -> Result<Hair, LoadError> {
     let ior = relative_index(&mut inputs.parameters, "amber")?;
     if ior < 1.0 {
-        let message =
-            format!("the index of fibres is {ior} of that around them; expected at least 1");
+        let message = format!(
+            "found a relative index of refraction of {ior}, expected at least 1 (int_ior at least \
+             ext_ior)"
+        );
         return Err(inputs.parameters.refuse("int_ior", message));
     }
     let roughness = number(inputs, "longitudinal_roughness", 0.3, [0.0, 1.0])?;
@@ -36,7 +38,7 @@ fn pigment(inputs: &mut Inputs<'_, '_>) -> Result<Pigment, LoadError> {
     };
     for name in NAMES {
         if inputs.parameters.find(name).is_some() {
-            let message = "both a pigment and what fibres absorb are given; give one of the two";
+            let message = "found a pigment and an absorption, expected one of them";
             return Err(inputs.parameters.refuse(name, message));
         }
     }
@@ -44,7 +46,8 @@ fn pigment(inputs: &mut Inputs<'_, '_>) -> Result<Pigment, LoadError> {
     if absorption.iter().all(|sigma| (0.0..=f32::MAX).contains(sigma)) {
         return Ok(Pigment::Absorption(absorption));
     }
-    let message = format!("fibres absorb {absorption:?}; expected finite numbers from 0");
+    let message =
+        format!("found an absorption of {absorption:?}, expected finite numbers of at least 0");
     Err(inputs.parameters.refuse("sigma_a", message))
 }
 
@@ -58,6 +61,6 @@ fn number(
     if (least..=most).contains(&value) {
         return Ok(value as f32);
     }
-    let message = format!("{name} is {value}; expected a number from {least} to {most}");
+    let message = format!("found {name} = {value}, expected a number from {least} to {most}");
     Err(inputs.parameters.refuse(name, message))
 }

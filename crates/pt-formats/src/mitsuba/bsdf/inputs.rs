@@ -64,7 +64,7 @@ impl<'a, 't> Inputs<'a, 't> {
             [(_, index)] => self.textures.get(*index),
             found => {
                 let message = format!(
-                    "expected one <texture> inside of {}, but there are {}",
+                    "expected one <texture> inside of {}, found {}",
                     self.object.describe(),
                     found.len()
                 );
@@ -85,7 +85,7 @@ impl<'a, 't> Inputs<'a, 't> {
         match self.children("texture")?.as_slice() {
             [(child, index)] if child.name.is_empty() => self.textures.get(*index),
             _ => {
-                let message = format!("the <texture name={}> is missing", quote(name));
+                let message = format!("missing <texture name={}>", quote(name));
                 Err(error(&self.object.at, message))
             }
         }
@@ -108,7 +108,8 @@ impl<'a, 't> Inputs<'a, 't> {
         if r == g && g == b {
             return Ok(Input::Value(r));
         }
-        let message = format!("{} is a colour; expected one number from 0 to 1", quote(name));
+        let message =
+            format!("found a colour for {}, expected one number from 0 to 1", quote(name));
         Err(self.parameters.refuse(name, message))
     }
 
@@ -121,7 +122,8 @@ impl<'a, 't> Inputs<'a, 't> {
         if (0.0..=most).contains(&value) {
             return Ok(Input::Value(value as f32));
         }
-        let message = format!("{} is {value}; expected a number from 0 to {most}", quote(name));
+        let message =
+            format!("found {} = {value}, expected a number from 0 to {most}", quote(name));
         Err(self.parameters.refuse(name, message))
     }
 
@@ -156,7 +158,7 @@ impl<'a, 't> Inputs<'a, 't> {
             let wanted =
                 if least == most { least.to_string() } else { format!("{least} or {most}") };
             let message = format!(
-                "expected {wanted} <bsdf> inside of {}, but there are {}",
+                "expected {wanted} <bsdf> inside of {}, found {}",
                 self.object.describe(),
                 found.len()
             );
@@ -189,7 +191,7 @@ impl<'a, 't> Inputs<'a, 't> {
                     known => known.join(", "),
                 };
                 let message = format!(
-                    "<{}{name}> inside of {} is not supported; textures are supported for: {known}",
+                    "unsupported <{}{name}> inside of {}; textures are supported for: {known}",
                     object.tag,
                     self.object.describe(),
                 );

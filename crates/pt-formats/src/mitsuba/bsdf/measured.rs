@@ -14,7 +14,7 @@ pub(super) fn measured(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
     let tree = inputs.textures.tree;
     let parameters = &mut inputs.parameters;
     let Some(text) = parameters.text("filename")? else {
-        return Err(error(&inputs.object.at, "the <string name=\"filename\"> is missing"));
+        return Err(error(&inputs.object.at, "missing <string name=\"filename\">"));
     };
     let path = tree.resolve(text).ok_or_else(|| Unusable::Missing(tree.not_found(text)));
     match path.and_then(|path| tree.context.measurements(&path)) {

@@ -127,7 +127,7 @@ fn conductor(
     let Some(metal) = named_metal(name) else {
         let names: Vec<_> = METALS.iter().map(|metal| metal.name).collect();
         let message = format!(
-            "the metal {} is unknown; give eta and k as <rgb>, the material \"none\" for a perfect \
+            "unknown metal {}; give eta and k as <rgb>, the material \"none\" for a perfect \
              mirror, or one of {}",
             quote(name.unwrap_or_default()),
             names.join(", ")
@@ -139,7 +139,7 @@ fn conductor(
         parameters.given_color("k", ColorRole::Index)?,
     );
     if name.is_some() && (eta.is_some() || k.is_some()) {
-        let message = "both a material and eta or k are given; give one of the two";
+        let message = "found a material and eta or k, expected one of the two";
         return Err(parameters.refuse("material", message));
     }
     Ok(Conductor {
@@ -200,7 +200,8 @@ fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, Load
     let CoatedDiffuse { diffuse, specular, ior, nonlinear, two_sided } = plastic(inputs)?;
     if ior <= 1.0 {
         let message = format!(
-            "the index of the coat is {ior} of that above it; expected int_ior greater than ext_ior"
+            "found a relative index of refraction of {ior} of the coat, expected int_ior greater \
+             than ext_ior"
         );
         return Err(inputs.parameters.refuse("int_ior", message));
     }
@@ -229,7 +230,7 @@ fn distribution(inputs: &mut Inputs<'_, '_>) -> Result<Distribution, LoadError> 
         Some("ggx") => Ok(Distribution::Ggx),
         Some(other) => {
             let message =
-                format!("the distribution {} is unknown; there are beckmann and ggx", quote(other));
+                format!("unknown distribution {}; expected beckmann or ggx", quote(other));
             Err(parameters.refuse("distribution", message))
         }
     }

@@ -57,7 +57,7 @@ fn index(inputs: &mut Inputs<'_, '_>) -> Result<f32, LoadError> {
     let parameters = &mut inputs.parameters;
     let is_both = parameters.find("eta").is_some() && parameters.find("specular").is_some();
     if is_both {
-        let message = "both eta and specular are given; give one of the two";
+        let message = "found eta and specular, expected one of the two";
         return Err(parameters.refuse("specular", message));
     }
     if parameters.find("eta").is_some() {
@@ -65,7 +65,7 @@ fn index(inputs: &mut Inputs<'_, '_>) -> Result<f32, LoadError> {
     }
     let specular = parameters.float("specular")?.unwrap_or(0.5);
     if !(0.0..=1.0).contains(&specular) {
-        let message = format!("\"specular\" is {specular}; expected a number from 0 to 1");
+        let message = format!("found \"specular\" = {specular}, expected a number from 0 to 1");
         return Err(parameters.refuse("specular", message));
     }
     Ok((2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0) as f32)

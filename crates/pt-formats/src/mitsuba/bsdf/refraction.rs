@@ -60,7 +60,7 @@ fn refractive_index(
     found.map(|(_, index)| *index).ok_or_else(|| {
         let names: Vec<_> = REFRACTIVE_INDICES.iter().map(|(material, _)| *material).collect();
         let names = names.join(", ");
-        let message = format!("{} is unknown; give a number, or one of {names}", quote(text));
+        let message = format!("unknown material {}; give a number, or one of {names}", quote(text));
         parameters.refuse(name, message)
     })
 }

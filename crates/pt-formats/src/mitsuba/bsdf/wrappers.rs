@@ -1,10 +1,7 @@
 //! Bsdfs that contain other bsdfs.
 
 use pt_scene::Surface;
-use pt_scene::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Diffuse, FresnelPlastic, Measured,
-    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, SurfaceDetail, TwoSided,
-};
+use pt_scene::material::{Averted, Black, Conductor, Mirror, Mix, SurfaceDetail, TwoSided};
 use pt_scene::texture::NormalOrBump;
 
 use super::super::object::{MitsubaObject, error};
@@ -42,12 +39,14 @@ pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErro
     let mut sides = Vec::new();
     for side in inner {
         if side.kind == "twosided" {
-            return Err(error(&side.at, "it is inside of another bsdf \"twosided\" already"));
+            return Err(error(&side.at, "bsdf \"twosided\" inside of another bsdf \"twosided\""));
         }
         let surface = surface(inputs.textures, side)?;
-        if transmits(&surface) {
-            let message =
-                format!("{} transmits light; \"twosided\" is for opaque ones", quote(&side.kind));
+        if surface.transmits() {
+            let message = format!(
+                "{} transmits light, expected an opaque bsdf inside of \"twosided\"",
+                quote(&side.kind)
+            );
             return Err(error(&side.at, message));
         }
         sides.push(surface);
@@ -79,7 +78,7 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
     let texture = inputs.any_texture()?;
     if texture.shows_colors_of_mesh() {
         let message =
-            "the heights of a \"bumpmap\" are those of an image; a \"mesh_attribute\" has no slope";
+            "found a \"mesh_attribute\" in a \"bumpmap\", expected the heights of an image";
         return Err(error(&inputs.object.at, message));
     }
     let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
@@ -97,30 +96,10 @@ fn embossed(inputs: &mut Inputs<'_, '_>, relief: NormalOrBump) -> Result<Surface
     Ok(SurfaceDetail { shadowing, averted, ..SurfaceDetail::new(surface, relief) }.into())
 }
 
-fn transmits(surface: &Surface) -> bool {
-    match surface {
-        Surface::Glass(_)
-        | Surface::ThinGlass(_)
-        | Surface::Refraction(_)
-        | Surface::PrincipledThin(_)
-        | Surface::DiffuseTransmission(_)
-        | Surface::Hair(_) => true,
-        Surface::Principled(principled) => principled.transmits(),
-        Surface::Mix(Mix { first, second, .. })
-        | Surface::TwoSided(TwoSided { front: first, back: second }) => {
-            transmits(first) || transmits(second)
-        }
-        Surface::SurfaceDetail(SurfaceDetail { surface, .. }) => transmits(surface),
-        _ => false,
-    }
-}
-
 /// Makes a surface reflect on its back as on its front.
 fn on_both_sides(surface: Surface) -> Surface {
     let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
     match surface {
-        Surface::Diffuse(matte) => Diffuse { two_sided: true, ..matte }.into(),
-        Surface::RoughDiffuse(rough) => RoughDiffuse { two_sided: true, ..rough }.into(),
         // With a real part of 0, all light is reflected at every angle.
         Surface::Conductor(Conductor {
             eta: [0.0, 0.0, 0.0],
@@ -128,16 +107,6 @@ fn on_both_sides(surface: Surface) -> Surface {
             reflectance,
             ..
         }) => Mirror { reflectance }.into(),
-        Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
-        Surface::CoatedDiffuse(coated) => CoatedDiffuse { two_sided: true, ..coated }.into(),
-        Surface::RoughCoatedDiffuse(coated) => {
-            RoughCoatedDiffuse { two_sided: true, ..coated }.into()
-        }
-        Surface::FresnelPlastic(plastic) => FresnelPlastic { two_sided: true, ..plastic }.into(),
-        Surface::CoatedConductor(coated) => CoatedConductor { two_sided: true, ..coated }.into(),
-        Surface::Measured(measured) => Measured { two_sided: true, ..measured }.into(),
-        Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
-        Surface::Principled(principled) => Principled { two_sided: true, ..principled }.into(),
         Surface::Mix(Mix { first, second, amount: share }) => {
             Mix { first: both(first), second: both(second), amount: share }.into()
         }
@@ -145,6 +114,11 @@ fn on_both_sides(surface: Surface) -> Surface {
             let surface = both(surface);
             SurfaceDetail { surface, relief, shadowing, averted, mirrored: true }.into()
         }
-        other => other,
+        mut other => {
+            if let Some(two_sided) = other.two_sided_mut() {
+                *two_sided = true;
+            }
+            other
+        }
     }
 }

@@ -19,7 +19,7 @@ impl MitsubaReader {
         for step in node.children().filter(XmlNode::is_element) {
             product = self.step(document, step)? * product;
             if !product.is_finite() {
-                return Err(document.error(step, "the transform is no longer finite"));
+                return Err(document.error(step, "found a transform that is not finite"));
             }
         }
         Ok(product)
@@ -52,7 +52,7 @@ impl MitsubaReader {
                 let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
                 let up = if up == DVec3::ZERO { perpendicular(target - origin) } else { up };
                 look_at(origin, target, up)
-                    .ok_or_else(|| error("origin, target and up direction lie on one line"))
+                    .ok_or_else(|| error("found origin, target and up direction on one line"))
             }
             "matrix" => {
                 let attributes = self.attributes(document, node, &["value"], &[])?;
@@ -62,7 +62,7 @@ impl MitsubaReader {
             tag => {
                 let known = ["translate", "scale", "rotate", "lookat", "matrix"];
                 let list = known.join(", ");
-                Err(error(&format!("<{tag}> is no step of a transform; supported: {list}")))
+                Err(error(&format!("unknown transform step <{tag}>; supported: {list}")))
             }
         }
     }
@@ -77,11 +77,13 @@ impl MitsubaReader {
         let axis = attributes.vector(0.0)?;
         let angle = attributes.parse("angle", number)?.unwrap_or_default();
         if axis == DVec3::ZERO {
-            return Err(document.error(node, "the axis of the rotation is zero"));
+            return Err(
+                document.error(node, "found a zero rotation axis, expected a non-zero axis")
+            );
         }
         if (axis.length() - 1.0).abs() > UNIT_TOLERANCE {
-            let message = "the axis is not of unit length; it is made so here, while Mitsuba 3.9 \
-                           scales and shears";
+            let message = "found an axis that is not of unit length; it is normalized, where \
+                           Mitsuba 3.9 scales and shears";
             self.tree.warnings.push(document.warning(node, message));
         }
         Ok(rotate(axis, angle))

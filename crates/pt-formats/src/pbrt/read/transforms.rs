@@ -23,7 +23,7 @@ impl PbrtReader {
             if map.is_finite() {
                 Ok(map)
             } else {
-                Err(at.error("the transform is no longer finite"))
+                Err(at.error("found a transform that is not finite"))
             }
         };
         match word {
@@ -40,9 +40,9 @@ impl PbrtReader {
                 let [angle, x, y, z] = numbers(tokens, at)?;
                 let axis = DVec3::new(x, y, z);
                 if axis.try_normalize().is_none() {
-                    return Err(
-                        at.error("the axis of Rotate is zero; expected an angle and a direction")
-                    );
+                    return Err(at.error(
+                        "found a zero rotation axis, expected an angle and a non-zero axis",
+                    ));
                 }
                 let step = rotate(axis, angle);
                 self.state.change(|ctm| ctm * step);
@@ -51,7 +51,9 @@ impl PbrtReader {
                 let n: [f64; 9] = numbers(tokens, at)?;
                 let [eye, target, up] = [0, 3, 6].map(|i| DVec3::new(n[i], n[i + 1], n[i + 2]));
                 let Some(node) = look_at(eye, target, up) else {
-                    return Err(at.error("eye, target and up direction of LookAt lie on one line"));
+                    return Err(
+                        at.error("found eye, target and up direction of LookAt on one line")
+                    );
                 };
                 let step = node.inverse();
                 self.state.change(|ctm| ctm * step);
@@ -70,7 +72,7 @@ impl PbrtReader {
                 let Some(system) = self.systems.get(&name) else {
                     let hint = did_you_mean(&name, self.systems.keys().map(String::as_str));
                     return Err(
-                        at.error(format!("there is no coordinate system {}{hint}", quote(&name)))
+                        at.error(format!("undefined coordinate system {}{hint}", quote(&name)))
                     );
                 };
                 self.state.ctm = *system;
@@ -84,10 +86,10 @@ impl PbrtReader {
     fn times(&mut self, tokens: &mut Tokens<'_>, at: &TokenPosition) -> Result<(), LoadError> {
         let times: [f64; 2] = numbers(tokens, at)?;
         if self.in_world {
-            return Err(at.error("TransformTimes belongs before WorldBegin"));
+            return Err(at.error("found TransformTimes after WorldBegin, expected before"));
         }
         if times[0] >= times[1] {
-            return Err(at.error("expected TransformTimes with an end that is after the start"));
+            return Err(at.error("expected TransformTimes with an end after the start"));
         }
         self.world.times = times;
         Ok(())

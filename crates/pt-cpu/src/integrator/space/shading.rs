@@ -1,30 +1,33 @@
 //! Shading points of paths.
 
-use pt_core::bsdf::Bsdf;
 use pt_core::interaction::SurfacePoint;
 use pt_core::light::LightSampleContext;
 use pt_math::Spectrum;
 
-use super::path_queue::PathState;
+use super::Space;
+use crate::integrator::path_queue::PathState;
+use crate::integrator::scatterer::Scatterer;
 
-/// A path at a surface.
-pub(super) struct ShadingPoint<'a> {
-    pub(super) point: SurfacePoint,
-    pub(super) bsdf: Bsdf<'a>,
-    /// Throughput up to the point; this and the next four as in [`super::path_queue::PathState`].
-    pub(super) beta: Spectrum,
-    pub(super) eta_scale: f32,
-    pub(super) camera_transmittance: f32,
-    pub(super) start: u32,
-    pub(super) target: u32,
+/// A path at a vertex.
+pub(in crate::integrator) struct ShadingPoint<'a, S: Space> {
+    pub(in crate::integrator) point: SurfacePoint,
+    pub(in crate::integrator) scatterer: S::Scatterer<'a>,
+    /// State of the path in the space between surfaces.
+    pub(in crate::integrator) space: S::PathState,
+    /// Throughput up to the point; this and the next four as in [`PathState`].
+    pub(in crate::integrator) beta: Spectrum,
+    pub(in crate::integrator) eta_scale: f32,
+    pub(in crate::integrator) camera_transmittance: f32,
+    pub(in crate::integrator) start: u32,
+    pub(in crate::integrator) target: u32,
     /// Radiance of the path that other paths may take.
-    pub(super) shared: Option<SharedRadiance>,
+    pub(in crate::integrator) shared: Option<SharedRadiance>,
 }
 
-impl ShadingPoint<'_> {
+impl<S: Space> ShadingPoint<'_, S> {
     /// Accumulates the radiance of the path separately from now on, without the throughput up to
     /// here, which stays in `eta_scale` for Russian roulette.
-    pub(super) fn share(&mut self, shared: SharedRadiance) {
+    pub(in crate::integrator) fn share(&mut self, shared: SharedRadiance) {
         if let SharedRadiance::Diffuse(target) = shared {
             self.eta_scale *= self.beta.max_channel();
             self.beta = Spectrum::ONE;
@@ -35,7 +38,7 @@ impl ShadingPoint<'_> {
 
     /// State of the path at the point, before its next direction is sampled.
     #[inline(always)]
-    pub(super) fn path_state(&self) -> PathState {
+    pub(in crate::integrator) fn path_state(&self) -> PathState {
         PathState {
             beta: self.beta,
             eta_scale: self.eta_scale,
@@ -49,14 +52,14 @@ impl ShadingPoint<'_> {
 
     /// Context of light samples at the point.
     #[inline(always)]
-    pub(super) fn light_sample_context(&self) -> LightSampleContext {
-        self.bsdf.light_sample_context(self.point.p)
+    pub(in crate::integrator) fn light_sample_context(&self) -> LightSampleContext {
+        self.scatterer.light_sample_context(self.point.p)
     }
 }
 
 /// Storage of the radiance that other paths may take.
 #[derive(Clone, Copy)]
-pub(super) enum SharedRadiance {
+pub(in crate::integrator) enum SharedRadiance {
     /// In one partial sum, since it is the same in all directions.
     Diffuse(u32),
     /// As incident samples of the reuse tile.
