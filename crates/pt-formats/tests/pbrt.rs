@@ -81,7 +81,7 @@ fn instances_of_instances_cannot_multiply() {
 #[test]
 fn round_shapes_cannot_fill_memory() {
     let error = refusal(&"Shape \"sphere\" \"float phimax\" 359\n".repeat(300));
-    assert!(error.contains("more than 16777216 triangles"), "{error}");
+    assert!(error.contains("limit of 16777216 triangles"), "{error}");
 }
 
 #[test]

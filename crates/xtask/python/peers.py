@@ -21,7 +21,8 @@ their covariances belong to the variance of a block. Pathtracer draws the sample
 filter instead: the mean is the same, and pixels are independent. At the edge of the image its pixels
 see what lies beyond, as Mitsuba's do with sample_border.
 
-A scene that does not use $res keeps its own size.
+A scene that does not use $res keeps its own size. If that is greater, it has as many samples per
+image as the others, and thus fewer per pixel.
 """
 
 import argparse
@@ -121,9 +122,12 @@ def parse():
 def compare(path, arguments, resolution, seeds, spp):
     """The images of one scene (theirs, ours, standard errors) and its rows of the table."""
     folder = arguments.output
+    budget = resolution**2 * spp
     if "$res" not in path.read_text():
         resolution = None
-    programs = [Mitsuba(path, resolution), Program(arguments.program, path, resolution, folder)]
+    mitsuba = Mitsuba(path, resolution)
+    programs = [mitsuba, Program(arguments.program, path, resolution, folder)]
+    spp = min(spp, math.ceil(budget / mitsuba.pixels))
     samples, seconds = [spp, spp], [0.0, 0.0]
     for turn in range(ROUNDS):
         # No two rounds share samples.
@@ -182,7 +186,9 @@ class Mitsuba:
     def __init__(self, path, resolution):
         size = {} if resolution is None else {"res": str(resolution)}
         self.scene = mi.load_file(str(path), **size)
-        radius = self.scene.sensors()[0].film().rfilter().radius()
+        film = self.scene.sensors()[0].film()
+        self.pixels = math.prod(film.crop_size())
+        radius = film.rfilter().radius()
         # How far away from each other pixels vary together.
         self.reach = max(0, math.ceil(radius - 0.5 - 1e-3))
 

@@ -77,7 +77,7 @@ fn people_are_told_in_a_hundred_columns_and_no_file_is_written() {
     let folder = Folder::new();
     let options = "-r 40 30 -s 64 SCENE -f out.png -x 9 -y 22";
     let run = folder.succeed(&format!("explain {options}"));
-    for words in ["of variance", "L D E", "Ways of light", "The brightest paths", "Fireflies: "] {
+    for words in ["of variance", "L D E", "Path types", "Brightest paths", "Fireflies: "] {
         assert!(run.out.contains(words), "{words} is missing in\n{}", run.out);
     }
     let sample = folder.succeed(&format!("explain {options} --sample 3"));

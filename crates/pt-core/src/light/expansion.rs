@@ -6,7 +6,7 @@ mod by_macro {
 
     lights! {
         /// A point light.
-        PointLight = point::PointLight,
+        Point = point::PointLight,
         /// A spot light.
         Spot = spot::Spot,
     }

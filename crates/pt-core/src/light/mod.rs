@@ -258,7 +258,7 @@ mod expansion;
 
 lights! {
     /// A point light.
-    PointLight = point::PointLight,
+    Point = point::PointLight,
     /// A spot light.
     Spot = spot::Spot,
     /// A point light with the intensity profile of a luminaire.

@@ -229,7 +229,11 @@ impl ObjContent {
 
 /// Returns the error about a file without faces, unless earlier errors may be the cause.
 fn without_faces(path: &Path, faults: &MeshDiagnostics) -> LoadError {
-    faults.because_of(mesh_file::error(path, 0, "file without faces (\"f 1 2 3\")"))
+    faults.because_of(mesh_file::error(
+        path,
+        0,
+        "found no faces, expected at least one, such as \"f 1 2 3\"",
+    ))
 }
 
 /// Reads chunks, several at a time, and passes the results to `take` in file order, until there are

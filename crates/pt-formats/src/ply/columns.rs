@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(read, [[2.0, 1.0], [4.0, 3.0]]);
         let missing = parse(text("1 2 3\n").as_bytes(), Path::new("x.ply"), ["a", "c"]);
         let message = missing.unwrap_err().to_string();
-        assert!(message.contains("has no number \"c\""), "{message}");
+        assert!(message.contains("missing number \"c\""), "{message}");
         let wrong = parse(text("1 2 nan\n").as_bytes(), Path::new("x.ply"), NAMES);
         assert!(wrong.unwrap_err().to_string().contains("not finite"));
     }

@@ -399,6 +399,6 @@ mod tests {
         assert!(Distances::new(&Grid { channels: 3, ..grid.clone() }).is_none());
         let refused =
             Distances::new(&grid).unwrap().surface(IsosurfaceNormals::Smooth, 100).unwrap_err();
-        assert!(refused.contains("more than 100 triangles"), "{refused}");
+        assert!(refused.contains("limit of 100 triangles"), "{refused}");
     }
 }

@@ -178,7 +178,7 @@ fn bad_animations_are_told_with_their_place() {
         ),
         (
             refusal(&[[1.0], [2.0]], &three, "rotation", "LINEAR"),
-            format!("{sampler}.output: accessors[2]"),
+            format!("{sampler}.output: found elements of 3 numbers in accessors[2]"),
         ),
         (
             refusal(&[[1.0], [2.0]], &three, "scale", "CUBIC"),

@@ -88,7 +88,7 @@ fn one_image_lies_on_all_faces_and_missing_ones_are_told() {
     assert!(scene.missing[0].to_string().contains("the image is not shown"), "{:?}", scene.missing);
     let scene = read(folder.path(), &text("comment TextureFile red.png\n", "", ["", ""]));
     assert!(
-        scene.warnings[0].to_string().contains("no texture coordinates"),
+        scene.warnings[0].to_string().contains("missing texture coordinates"),
         "{:?}",
         scene.warnings
     );

@@ -128,7 +128,7 @@ fn wrong_radiance_pictures_are_refused_with_a_reason() {
         (with("FORMAT=32-bit_rle_xyze"), "32-bit_rle_xyze"),
         (with("EXPOSURE=0"), "EXPOSURE=\"0\""),
         (with("EXPOSURE=nan"), "expected 1 numbers above 0"),
-        (with("EXPOSURE=1e-300"), "EXPOSURE or COLORCORR"),
+        (with("EXPOSURE=1e-300"), "EXPOSURE and COLORCORR"),
         (with("COLORCORR=1 2"), "expected 3 numbers above 0"),
         (with("PRIMARIES=0.7 0.3 0.2 0.8 0.13 0.05 0.31 0.33"), "Rec. 709"),
         (of_size("+Y 1 +X 1"), "-Y height +X width"),

@@ -54,7 +54,7 @@ fn head(session: &Session, explanation: &Explanation) -> String {
     );
     text += &paragraph("noise     ", &noise);
     if rejected.count() > 0 {
-        text += &paragraph("refused   ", &format!("samples that count as black: {rejected}"));
+        text += &paragraph("rejected  ", &format!("samples counted as black: {rejected}"));
     }
     text
 }
@@ -62,17 +62,18 @@ fn head(session: &Session, explanation: &Explanation) -> String {
 fn types(explanation: &Explanation) -> String {
     let Explanation { samples, types, together, .. } = explanation;
     if types.is_empty() {
-        return "\nNo light comes to this pixel.\n".into();
+        return "\nNo light reaches this pixel.\n".into();
     }
     let mut text = String::from(
-        "\nWays of light, from the light to the eye: L light, D diffuse, G glossy, S specular, V volume, E eye\n",
+        "\nPath types, from the light to the eye: L light, D diffuse, G glossy, S specular, V volume, \
+         E eye\n",
     );
-    let row = |way: &str, [mean, share, variance, found]: [String; 4]| {
-        let row = format!("  {way:<28}{mean:>12}{share:>12}{variance:>15}{found:>18}");
+    let row = |name: &str, [mean, share, variance, found]: [String; 4]| {
+        let row = format!("  {name:<28}{mean:>12}{share:>12}{variance:>15}{found:>18}");
         format!("{}\n", row.trim_end())
     };
     let header = ["mean", "of mean", "of variance", "in samples"].map(str::to_owned);
-    text += &row("way", header);
+    text += &row("type", header);
     let is_shown = |t: &&PathExpression| t.share_of_mean.max(t.share_of_variance) >= MIN_SHARE;
     let (shown, others): (Vec<_>, Vec<_>) = types.iter().partition(is_shown);
     for of_type in shown {
@@ -87,12 +88,12 @@ fn types(explanation: &Explanation) -> String {
         let [mean, variance] =
             [sum(|t| t.share_of_mean), sum(|t| t.share_of_variance)].map(percent);
         let name =
-            if others.len() == 1 { "another".into() } else { format!("{} others", others.len()) };
+            if others.len() == 1 { "1 other".into() } else { format!("{} others", others.len()) };
         text += &row(&name, [number(sum(|t| t.luminance)), mean, variance, String::new()]);
     }
     if types.len() > 1 {
         let none = String::new;
-        text += &row("because they vary together", [none(), none(), percent(*together), none()]);
+        text += &row("covariance of the types", [none(), none(), percent(*together), none()]);
     }
     text
 }
@@ -102,11 +103,11 @@ fn paths(names: NameLookup, explanation: &Explanation) -> String {
     let whole = explanation.luminance * explanation.samples.len() as f64;
     for (i, bright) in explanation.brightest.iter().enumerate() {
         if i == 0 {
-            text += "\nThe brightest paths, from the eye to the light; lengths in metres\n";
+            text += "\nBrightest paths, from the eye to the light; lengths in metres\n";
         }
         let LightPath { luminance, trace, .. } = bright;
-        let way = trace.contributions.first().map(|c| expression(trace, c)).unwrap_or_default();
-        text += &path(i + 1, bright, &way, luminance / whole);
+        let kind = trace.contributions.first().map(|c| expression(trace, c)).unwrap_or_default();
+        text += &path(i + 1, bright, &kind, luminance / whole);
         text += &followed(names, trace, false);
     }
     text
@@ -116,28 +117,29 @@ fn paths(names: NameLookup, explanation: &Explanation) -> String {
 /// with those of a brightest path, which has one.
 fn followed(names: NameLookup, trace: &Trace, is_whole: bool) -> String {
     let mut text = line("eye", &place(trace.eye.to_array()));
-    text += &finds(names, trace, 0);
+    text += &hits(names, trace, 0);
     // If the path ends with a light sample, the scattering at its last vertex is not shown.
-    let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_sampled());
+    let is_sampled = !is_whole && trace.contributions.iter().any(|c| c.source.is_sampled());
     for (i, vertex) in trace.vertices.iter().enumerate() {
-        let has_asked = asked && i + 1 == trace.vertices.len();
-        text += &self::vertex(names, i + 1, vertex, vertex.event(has_asked));
-        let departure = vertex.scatter.filter(|_| !has_asked);
-        text += &asks(names, trace, i + 1);
-        text += &departure.map_or(String::new(), |departure| line("", &goes_on(&departure)));
-        text += &finds(names, trace, i + 1);
+        let ends = is_sampled && i + 1 == trace.vertices.len();
+        text += &self::vertex(names, i + 1, vertex, vertex.event(ends));
+        let departure = vertex.scatter.filter(|_| !ends);
+        text += &light_samples(names, trace, i + 1);
+        text += &departure
+            .map_or(String::new(), |departure| line("scatter", &scatter_sample(&departure)));
+        text += &hits(names, trace, i + 1);
     }
     text
 }
 
 /// Light samples taken at the vertex with the number `vertices`.
-fn asks(names: NameLookup, trace: &Trace, vertices: usize) -> String {
+fn light_samples(names: NameLookup, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
 
-/// Emission found by rays that leave the vertex with the number `vertices`; 0 is the camera.
-fn finds(names: NameLookup, trace: &Trace, vertices: usize) -> String {
+/// Emission hit by rays that leave the vertex with the number `vertices`; 0 is the camera.
+fn hits(names: NameLookup, trace: &Trace, vertices: usize) -> String {
     let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
@@ -167,15 +169,15 @@ fn vertex(names: NameLookup, number: usize, vertex: &Vertex, event: ScatterEvent
     line(&format!("{number}. {letter}"), &text)
 }
 
-fn goes_on(departure: &ScatterSample) -> String {
+fn scatter_sample(departure: &ScatterSample) -> String {
     let ScatterSample { pdf, weight, survival, .. } = departure;
-    let pdf = pdf.map_or("into a single direction".into(), |pdf| {
-        format!("in a direction of density {} / sr", number(f64::from(pdf.get())))
+    let pdf = pdf.map_or("single direction".into(), |pdf| {
+        format!("density {} / sr", number(f64::from(pdf.get())))
     });
     let survival = survival.map_or(String::new(), |q| {
-        format!(", past Russian roulette of probability {}", number(f64::from(q)))
+        format!(", survival probability {} (Russian roulette)", number(f64::from(q)))
     });
-    format!("goes on {pdf}, weight {}{survival}", numbers(weight.to_array()))
+    format!("{pdf}, weight {}{survival}", numbers(weight.to_array()))
 }
 
 /// Formats a contribution: its light, how it was sampled or hit, and its value.
@@ -186,35 +188,36 @@ fn contribution(names: NameLookup, contribution: &Contribution) -> String {
             let radiance = numbers(radiance.to_array());
             let weight = number(f64::from(*weight));
             let at = place(p.to_array());
-            ("finds", format!("{from} {at}, radiance {radiance}, MIS weight {weight}"))
+            ("hits", format!("{from} {at}, radiance {radiance}, MIS weight {weight}"))
         }
         LightSource::Sky { direction, radiance, weight } => {
             let radiance = numbers(radiance.to_array());
             let (direction, weight) = (numbers(direction.to_array()), number(f64::from(*weight)));
-            ("finds", format!("{from} in {direction}, radiance {radiance}, MIS weight {weight}"))
+            (
+                "hits",
+                format!(
+                    "{from} in the direction {direction}, radiance {radiance}, MIS weight {weight}"
+                ),
+            )
         }
         LightSource::Medium { radiance, .. } => {
-            ("finds", format!("{from} on its way, radiance {}", numbers(radiance.to_array())))
+            ("hits", format!("{from} along the ray, radiance {}", numbers(radiance.to_array())))
         }
-        LightSource::Light(light) => ("asks", format!("{from}{}", sampled(light))),
+        LightSource::Light(light) => ("samples", format!("{from}{}", sampled(light))),
         LightSource::Hemisphere { direction, pdf, samples } => {
             let direction = numbers(direction.to_array());
             let pdf = number(f64::from(pdf.get()));
             let of = one_of(*samples);
-            ("asks", format!("{from}, {direction}, of density {pdf} / sr{of}"))
+            ("samples", format!("{from}, {direction}, density {pdf} / sr{of}"))
         }
     };
-    let brings = if contribution.value.is_black() {
-        "nothing gets through".into()
-    } else {
-        format!("brings {}", numbers(contribution.value.to_array()))
-    };
-    let cut = if contribution.clamped > 0.0 {
-        format!(" (luminance {} is cut off)", number(f64::from(contribution.clamped)))
+    let value = numbers(contribution.value.to_array());
+    let clamped = if contribution.clamped > 0.0 {
+        format!(" (clamped by luminance {})", number(f64::from(contribution.clamped)))
     } else {
         String::new()
     };
-    line(label, &format!("{how}: {brings}{cut}"))
+    line(label, &format!("{how}; contribution {value}{clamped}"))
 }
 
 fn sampled(light: &SampledLight) -> String {
@@ -222,10 +225,10 @@ fn sampled(light: &SampledLight) -> String {
     let mut text = String::new();
     if let Some(chosen) = chosen {
         let probability = number(f64::from(chosen.probability));
-        let _ = write!(text, ", chosen among many with probability {probability}");
+        let _ = write!(text, ", selection probability {probability}");
     }
     if distance.is_finite() {
-        let _ = write!(text, ", {} away", number(f64::from(*distance)));
+        let _ = write!(text, ", distance {}", number(f64::from(*distance)));
     }
     let radiance = numbers(radiance.to_array());
     let _ = match pdf {
@@ -254,8 +257,8 @@ fn fireflies(names: NameLookup, session: &Session, explanation: &Explanation) ->
         return format!("\n{}", paragraph(label, &format!("none. No sample is {rule}.")));
     }
     let text = format!(
-        "{} of {} samples, each {rule}. They bring {} of the light and have {} of the variance; the others \
-         have a mean luminance of {}.",
+        "{} of {} samples, each {rule}. Together {} of the mean and {} of the variance; mean luminance \
+         of the others: {}.",
         all.len(),
         explanation.samples.len(),
         percent(*share_of_mean),
@@ -267,34 +270,34 @@ fn fireflies(names: NameLookup, session: &Session, explanation: &Explanation) ->
     let mut groups: Vec<(String, String, Vec<&Firefly>)> = Vec::new();
     for firefly in all {
         let trace = &firefly.sample.trace;
-        let way = expression(trace, &trace.contributions[firefly.contribution]);
+        let kind = expression(trace, &trace.contributions[firefly.contribution]);
         let cause = cause(names, firefly);
-        match groups.iter_mut().find(|group| group.0 == way && group.1 == cause) {
+        match groups.iter_mut().find(|group| group.0 == kind && group.1 == cause) {
             Some((.., members)) => members.push(firefly),
-            None => groups.push((way, cause, vec![firefly])),
+            None => groups.push((kind, cause, vec![firefly])),
         }
     }
-    for (way, cause, members) in &groups {
+    for (kind, cause, members) in &groups {
         for firefly in members {
             let label = format!("  sample {}: ", firefly.sample.number);
-            text += &paragraph(&label, &member(firefly, way, *ordinary));
+            text += &paragraph(&label, &member(firefly, kind, *ordinary));
         }
         text += &paragraph("    cause: ", cause);
-        text += &paragraph("    what helps: ", &advice(session, explanation, members[0]));
+        text += &paragraph("    remedies: ", &advice(session, explanation, members[0]));
     }
     text
 }
 
-/// Formats a firefly; `way` is the path type of its largest contribution.
-fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
+/// Formats a firefly; `kind` is the path type of its largest contribution.
+fn member(firefly: &Firefly, kind: &str, ordinary: f64) -> String {
     let &Firefly { luminance, share_of_variance, share_of_sample, .. } = firefly;
     let times = if ordinary > 0.0 {
         format!("{} times as bright as the others", number(luminance / ordinary))
     } else {
-        "where the others are black".into()
+        "the others are black".into()
     };
     format!(
-        "luminance {}, {times}, {} of the variance; {} of it is {way}",
+        "luminance {}, {times}, {} of the variance; {} of it by {kind}",
         number(luminance),
         percent(share_of_variance),
         percent(share_of_sample)
@@ -311,10 +314,10 @@ pub(super) fn sample(names: NameLookup, [x, y]: [u32; 2], sample: &Sample) -> St
     );
     if *weight != 1.0 {
         let weight = self::number(f64::from(*weight));
-        let _ = writeln!(text, "It counts {weight} times by the reconstruction filter.");
+        let _ = writeln!(text, "Weight of the reconstruction filter: {weight}.");
     }
     if let Some(fault) = fault {
-        let _ = writeln!(text, "It is refused and counts as black: it is {fault}.");
+        let _ = writeln!(text, "Rejected and counted as black: {fault}.");
     }
     text + &followed(names, trace, true)
 }

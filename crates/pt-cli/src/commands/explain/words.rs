@@ -61,7 +61,7 @@ pub(super) fn paragraph(first: &str, text: &str) -> String {
 /// Describes an item of the scene: its name, kind and material.
 pub(super) fn thing(thing: &SceneItem) -> String {
     let SceneItem { kind, object, material } = thing;
-    let object = object.as_ref().map_or("a light's own shape".into(), |name| format!("\"{name}\""));
+    let object = object.as_ref().map_or("shape of a light".into(), |name| format!("\"{name}\""));
     let material = material.as_ref().map_or(String::new(), |name| format!(" of \"{name}\""));
     format!("{object} ({kind}{material})")
 }
@@ -95,55 +95,52 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
     };
     match firefly.cause {
         Cause::SeenLight => format!(
-            "the eye sees {light} itself in a part of the pixel, at once or by way of mirrors or glass. A sample \
-             either looks at it or does not."
+            "{light} is visible in a part of the pixel, directly or through mirrors or glass, so that only \
+             some samples hit it."
         ),
         Cause::Caustic { vertex } => format!(
-            "a caustic. The light of {light} comes by way of {} to {}. No light sample goes by way of mirrors \
-             or glass, so that only paths which happen to go there find it: few, and each brings much.",
+            "caustic. Light of {light} reaches {1} through {0}. Light samples do not pass mirrors or glass, \
+             so that only few BSDF samples find this light, each with a large contribution.",
             at(vertex + 1),
             at(vertex)
         ),
         Cause::Unsampled if bright.source.is_sampled() => {
-            "light is looked for in random directions of the \
-            hemisphere: few lead to a light, and each of these brings much."
+            "uniform samples of the hemisphere: few of them hit a light, each with a large contribution."
                 .into()
         }
         Cause::Unsampled => format!(
-            "{light} is not sampled as a light. Only paths which happen to go there find it: few, and each \
-             brings much."
+            "{light} is not sampled as a light. Only few BSDF samples hit it, each with a large \
+             contribution."
         ),
         Cause::Throughput { vertex, weight, times } => format!(
-            "what the path carries. It is {} times the mean, and grew most at vertex {}, {}, by {}: directions \
-             in which much is scattered are drawn too rarely there, or Russian roulette ends most paths.",
+            "path throughput, {} times the mean. Its largest factor is that of vertex {}, {}: {}. Important \
+             directions are sampled too rarely there, or Russian roulette ends most paths.",
             number(times),
             vertex + 1,
             at(vertex),
             number(weight)
         ),
         Cause::Radiance { times } => format!(
-            "the brightness of {light}, {} times the mean of what such paths see{}.",
+            "radiance of {light}, {} times the mean of such paths{}.",
             number(times),
             near(&bright.source)
         ),
         Cause::Choice { probability, times } => format!(
-            "{light} was chosen among many lights with the small probability {}, and counts for all that \
-             were not, {} times as much as the mean.",
+            "selection of {light} with the small probability {}; its reciprocal is {} times the mean.",
             number(f64::from(probability)),
             number(times)
         ),
         Cause::Density { times } => format!(
-            "the density of the direction towards {light}: one over it, weighted, is {} times the mean{}.",
+            "density of the direction to {light}: its weighted reciprocal is {} times the mean{}.",
             number(times),
             near(&bright.source)
         ),
         Cause::Scattering { times } => format!(
-            "what {} reflects from {light}, {} times the mean: its lobe is narrow, and light samples are drawn \
-             without regard to it.",
+            "scattering of the light of {light} by {}, {} times the mean: its lobe is narrow, and light samples ignore it.",
             at(bright.vertices.wrapping_sub(1)),
             number(times)
         ),
-        Cause::Several => "no factor alone; several are large together.".into(),
+        Cause::Several => "several factors that are large together.".into(),
     }
 }
 
@@ -151,7 +148,7 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
 fn near(source: &LightSource) -> String {
     match source {
         LightSource::Light(light) if light.distance.is_finite() => {
-            format!("; it is {} m away", number(f64::from(light.distance)))
+            format!("; distance {} m", number(f64::from(light.distance)))
         }
         _ => String::new(),
     }
@@ -200,17 +197,17 @@ fn clamp(explanation: &Explanation, firefly: &Firefly) -> String {
     let cut = |f: &Firefly| (f.luminance * f.share_of_sample - limit).max(0.0);
     let lost: f64 = fireflies.all.iter().map(cut).sum();
     format!(
-        "{option} {}, which takes {} of the light of this pixel away from its fireflies",
+        "{option} {}, which removes {} of the light of this pixel from its fireflies",
         number(limit),
         percent(lost / (luminance * samples.len() as f64))
     )
 }
 
 /// Formats the heading of a path.
-pub(super) fn path(number: usize, path: &LightPath, way: &str, of_pixel: f64) -> String {
+pub(super) fn path(number: usize, path: &LightPath, kind: &str, of_pixel: f64) -> String {
     let LightPath { sample, luminance, .. } = path;
     format!(
-        "{number}. {way} in sample {sample} brings {} ({} of the pixel)\n",
+        "{number}. {kind} in sample {sample}: luminance {} ({} of the pixel)\n",
         self::number(*luminance),
         percent(of_pixel)
     )
