@@ -178,20 +178,20 @@ mod tests {
         let (mut inside, mut all) = (0, 0);
         for _ in 0..200 {
             let mut eta = Eta::new(0, 4000, false);
-            let (mut time, mut done, mut told) = (0.0, 0, Vec::new());
+            let (mut time, mut done, mut reported) = (0.0, 0, Vec::new());
             while done < 4000 {
                 time += 0.02 * (0.3 + f64::from(random.unit()));
                 done += 20;
                 eta.mark(time, done);
                 if let Some(left) = eta.left().filter(|_| done >= 400) {
-                    told.push((time, left));
+                    reported.push((time, left));
                 }
             }
-            all += told.len();
+            all += reported.len();
             let is_inside = |(at, left): &&(f64, TimeRemaining)| {
                 (left.least..=left.most).contains(&(time - at))
             };
-            inside += told.iter().filter(is_inside).count();
+            inside += reported.iter().filter(is_inside).count();
         }
         assert!(inside as f64 >= 0.9 * all as f64, "{inside} of {all}");
     }

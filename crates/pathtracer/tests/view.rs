@@ -387,8 +387,9 @@ fn a_camera_is_chosen_by_name_or_number() {
         for (camera, wanted) in [("0", 30.0), ("1", 40.0), ("2", 50.0), ("at 40", 40.0)] {
             let scene = chosen(Some(camera)).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(field(&scene), wanted, "{name} {camera}");
-            let told = scene.warnings.iter().any(|warning| warning.to_string().contains("cameras"));
-            assert!(!told, "{name} {camera}");
+            let reported =
+                scene.warnings.iter().any(|warning| warning.to_string().contains("cameras"));
+            assert!(!reported, "{name} {camera}");
             if name == "a.xml" {
                 assert_eq!(scene.settings.resolution, Some([wanted as u32; 2]));
             }

@@ -161,10 +161,10 @@ impl Checkpointer {
             all.time += part.time;
             let is_over = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
             if progress == Outcome::Finished || is_over || console.cancelled() {
-                self.tell(&all, progress == Outcome::Finished);
+                self.show(&all, progress == Outcome::Finished);
                 return Ok((progress, all));
             }
-            self.tell(&all, false);
+            self.show(&all, false);
             if let Some(turn) = film.as_mut().filter(|turn| turn.is_due()) {
                 let saved = turn.take(|| self.save(session.film()));
                 if let Err(error) = saved {
@@ -183,7 +183,7 @@ impl Checkpointer {
         }
     }
 
-    fn tell(&mut self, all: &RenderStatistics, finished: bool) {
+    fn show(&mut self, all: &RenderStatistics, finished: bool) {
         self.about.finished = finished;
         self.about.rays = self.earlier.rays + all.rays;
         self.about.seconds = (self.earlier.time + all.time).as_secs_f64();

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn causes_are_told_once() {
+    fn causes_are_reported_once() {
         let cause = anyhow::anyhow!("no such file");
         let outer = cause.context("a.dae: cannot be read: no such file").context("nothing to do");
         assert_eq!(of_error(&outer), "nothing to do: a.dae: cannot be read: no such file");

@@ -254,10 +254,17 @@ impl Target {
         let sum: f64 = densities.iter().zip(&occupied).map(|(d, occupied)| d * occupied).sum();
         let mean = sum / occupied.iter().sum::<f64>().max(1.0);
         // 1, or 0 if all neighbours are vacant.
-        let told = around(&occupied, NEIGHBOR_RADIUS);
-        let relative = |d: f64, told: f64| if mean > 0.0 && told > 0.0 { d / mean } else { 1.0 };
-        let mixed = |d: f64, told| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, told);
-        Some(densities.into_iter().zip(told).map(|(d, told)| mixed(d, told) as f32).collect())
+        let reported = around(&occupied, NEIGHBOR_RADIUS);
+        let relative =
+            |d: f64, reported: f64| if mean > 0.0 && reported > 0.0 { d / mean } else { 1.0 };
+        let mixed = |d: f64, reported| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, reported);
+        Some(
+            densities
+                .into_iter()
+                .zip(reported)
+                .map(|(d, reported)| mixed(d, reported) as f32)
+                .collect(),
+        )
     }
 }
 

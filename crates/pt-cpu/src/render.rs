@@ -205,10 +205,10 @@ impl<'a> Renderer<'a> {
     /// If the settings do not allow light groups.
     pub fn with_light_groups(self, groups: &'a LightGroups) -> Result<Self, RenderError> {
         let Settings { reuse, split, direct, .. } = self.settings;
-        let is_told = (*reuse, *split) == (1, 1)
+        let is_reported = (*reuse, *split) == (1, 1)
             && matches!(direct, DirectLight::Mis | DirectLight::Light)
             && self.integrator.new_traced.is_some();
-        if !is_told {
+        if !is_reported {
             return Err(RenderError::NoLightGroups(integrator::traced_names()));
         }
         Ok(Self { light_groups: Some(groups), ..self })

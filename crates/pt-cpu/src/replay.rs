@@ -12,7 +12,7 @@ use crate::sample_range::SampleRange;
 use crate::trace::Sample;
 
 impl Renderer<'_> {
-    /// Takes samples of a pixel in order, passes the record of each to `tell`, and returns their
+    /// Takes samples of a pixel in order, passes the record of each to `visit`, and returns their
     /// film. They are, to the bit, those of a render, since they are taken by the same code.
     ///
     /// # Errors
@@ -21,7 +21,7 @@ impl Renderer<'_> {
         &self,
         [x, y]: [u32; 2],
         samples: Range<u32>,
-        mut tell: impl FnMut(Sample),
+        mut visit: impl FnMut(Sample),
     ) -> Result<Film, RenderError> {
         let &Self { scene, settings, integrator, .. } = self;
         let paths_are_alone = settings.reuse == 1 && settings.split == 1;
@@ -42,7 +42,7 @@ impl Renderer<'_> {
                 let taken = traces.into_iter().zip(worker.taken());
                 for (number, (trace, (weight, light))) in (first..end).zip(taken) {
                     let (radiance, fault) = (light * weight, InvalidReason::of(light, weight));
-                    tell(Sample { number, trace, weight, radiance, fault });
+                    visit(Sample { number, trace, weight, radiance, fault });
                 }
             }
             rejections.merge(tile.invalid_samples());

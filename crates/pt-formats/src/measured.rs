@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_told() {
+    fn what_makes_no_sense_is_reported() {
         let floats = |name, shape: &[usize], value: f32| {
             OutField::floats(name, shape, std::iter::repeat_n(value, shape.iter().product()))
         };

@@ -478,21 +478,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_sparse_grid_is_told() {
-        let told =
+    fn what_is_wrong_with_a_sparse_grid_is_reported() {
+        let reported =
             |bytes: &[u8]| parse(bytes, "density", pt_memory::ask).expect_err("it is damaged");
         let changed = |at: usize, byte: u8| {
             let mut bytes = grid();
             bytes[at] = byte;
-            told(&file(&bytes, 0))
+            reported(&file(&bytes, 0))
         };
         assert!(
             parse(&file(&grid(), 0), "fog", pt_memory::ask)
                 .expect_err("no grid")
                 .contains("heat, density")
         );
-        assert!(told(b"nothing of that sort").contains("no NanoVDB file"));
-        assert!(told(&file(&grid(), 2)).contains("Blosc"));
+        assert!(reported(b"nothing of that sort").contains("no NanoVDB file"));
+        assert!(reported(&file(&grid(), 2)).contains("Blosc"));
         assert!(changed(636, 6).contains("type 6"));
         assert!(changed(19, 0).contains("version"));
         assert!(changed(ROOT + 3, 0x80).contains("cells"));
@@ -500,7 +500,7 @@ mod tests {
         assert!(changed(GRID + 64 + 64 + 64 + 8256 + 3, 0x7f).contains("offset"));
         let whole = file(&grid(), 0);
         for length in [5, 100, 300, 2000, whole.len() - 1] {
-            assert!(told(&whole[..length]).contains("unexpected end"), "{length}");
+            assert!(reported(&whole[..length]).contains("unexpected end"), "{length}");
         }
     }
 

@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_told() {
+    fn what_makes_no_sense_is_reported() {
         // Bytes of the header: 12 identifier, 2 version, 4 count; then the length of the first
         // name, the name "a", the number of axes, the kind, the offset, and the sizes.
         let cases = [
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_of_other_kinds_are_told() {
+    fn fields_of_other_kinds_are_reported() {
         let bytes = file();
         let read = TensorFile::parse(&bytes).unwrap();
         let cases = [

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_told() {
+    fn what_makes_no_sense_is_reported() {
         let cases = [
             (file([3, 1, 1, 1, 1], &[0.0]), "encoding 3"),
             (file([1, 0, 1, 1, 1], &[0.0]), "at least one cell"),

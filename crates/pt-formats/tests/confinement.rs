@@ -183,7 +183,7 @@ fn limits_hold_where_they_are_exceeded_and_nowhere_else() {
 }
 
 #[test]
-fn the_files_that_were_read_are_told_in_their_order() {
+fn the_files_that_were_read_are_reported_in_their_order() {
     let folder = tempfile::tempdir().expect("a folder");
     picture(&folder.path().join("a.png"));
     for (ending, text) in scenes("a.png") {

@@ -107,7 +107,7 @@ fn all_encodings_of_ply_give_the_same_mesh() {
 /// The list is the same for any number of threads: the first thousand errors, a hundred of which
 /// are displayed, and a message that there are too many.
 #[test]
-fn of_very_many_faults_the_first_ones_are_told() {
+fn of_very_many_faults_the_first_ones_are_reported() {
     let [mut binary, text] = stl_files(&sheet(180));
     for row in binary[84..].chunks_exact_mut(50).skip(7).step_by(2) {
         row[12..16].copy_from_slice(&f32::INFINITY.to_le_bytes());
@@ -124,20 +124,20 @@ fn of_very_many_faults_the_first_ones_are_told() {
         (&ply, "d.ply"),
         (ascii.as_bytes(), "e.ply"),
     ] {
-        let told = |threads| {
+        let reported = |threads| {
             let pool =
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let error = pool.install(|| parse(bytes, Path::new(name))).expect_err("faults");
             (error.each().iter().map(ToString::to_string).collect::<Vec<_>>(), error.to_string())
         };
-        let (each, shown) = told(1);
+        let (each, shown) = reported(1);
         assert_eq!(each.len(), 1001, "{name}");
         let last = format!("{name}: too many errors; the rest of the scene is not read");
         assert!(each.contains(&last), "{}", each[1000]);
         assert!(shown.ends_with("\n… and 901 more"), "{shown}");
         let lines = each.iter().filter_map(|e| e.split(':').nth(1)?.parse::<u32>().ok());
         assert!(lines.is_sorted(), "{name}");
-        assert_eq!((each, shown), told(3), "{name}");
+        assert_eq!((each, shown), reported(3), "{name}");
     }
 }
 
@@ -297,11 +297,11 @@ fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_thread
 
 /// All errors are reported, at any position.
 #[test]
-fn faults_of_large_files_of_ply_are_told_by_their_places() {
+fn faults_of_large_files_of_ply_are_reported_by_their_places() {
     let message =
         |bytes: &[u8]| parse(bytes, Path::new("grid.ply")).expect_err("a fault").to_string();
     for is_big in [None, Some(true), Some(false)] {
-        let told = |vertex: usize| {
+        let reported = |vertex: usize| {
             let line = is_big.map_or(format!(":{}", 19 + vertex), |_| String::new());
             format!("grid.ply{line}: found a value of vertex {vertex} that is not finite")
         };
@@ -310,7 +310,7 @@ fn faults_of_large_files_of_ply_are_told_by_their_places() {
                 p[1] = f32::INFINITY;
             }
         });
-        assert_eq!(message(&infinite), [9000, 17_000].map(told).join("\n"));
+        assert_eq!(message(&infinite), [9000, 17_000].map(reported).join("\n"));
         let good = colored_grid(130, is_big, |_, _| {});
         if is_big.is_some() {
             let cut = &good[..good.len() - 27 * 1000 - 5];
@@ -374,7 +374,7 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
 /// Errors of vertices and of faces are reported in order of their lines, and indices refer to items
 /// above only.
 #[test]
-fn faults_of_large_files_of_obj_are_told_by_their_places() {
+fn faults_of_large_files_of_obj_are_reported_by_their_places() {
     let text = large_obj(200);
     let lines: Vec<&str> = text.lines().collect();
     let with = |changes: &[(usize, &str)]| {

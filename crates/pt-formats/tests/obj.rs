@@ -292,7 +292,7 @@ fn materials_of_large_files_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn many_materials_that_are_not_found_are_told_in_short() {
+fn many_materials_that_are_not_found_are_reported_in_short() {
     let mut text = "mtllib phong.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     for i in 0..50_000 {
         writeln!(text, "usemtl none{i}\nf 1 2 3").expect("memory");

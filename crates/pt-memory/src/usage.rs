@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn the_system_tells_what_is_held_and_what_is_left() {
+    fn the_system_reports_what_is_held_and_what_is_left() {
         for bytes in [peak_bytes(), used_bytes(), available_bytes()] {
             assert!(bytes.is_some_and(|bytes| bytes > 1 << 16), "{bytes:?}");
         }

@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told() {
+    fn what_does_not_fit_is_reported() {
         assert!(Measurements::new(small()).is_ok());
         let cases = [
             (error(|t| t.theta.clear()), "no angle in the field \"theta_i\""),

@@ -86,6 +86,8 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
                 "--no-fail-fast",
                 "--",
                 "--ignored",
+                "--skip",
+                LONG,
                 "--show-output",
             ];
             tests(with_oidn(cargo(&[&["test", "--workspace"][..], &only].concat())), skipped)
@@ -143,6 +145,9 @@ fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
 
 /// Separate workspaces, whose targets require the nightly toolchain.
 const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
+
+/// Part of the name of a test that takes minutes, and needs no scenes of others.
+const LONG: &str = "a_hundred_million_times";
 
 /// Tests that skip something print a line that begins with this.
 const SKIPPED: &str = "skipped: ";

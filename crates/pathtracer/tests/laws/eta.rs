@@ -18,12 +18,12 @@ struct Prophet(Mutex<(Eta, Vec<(f64, TimeRemaining)>)>);
 
 impl Observer for Prophet {
     fn progress(&self, advance: &ProgressUpdate) {
-        let (eta, told) = &mut *self.0.lock().expect("no thread panics");
+        let (eta, reported) = &mut *self.0.lock().expect("no thread panics");
         let time = advance.rays as f64 / MILLION;
         eta.expect(advance.estimated_totals);
         eta.mark(time, advance.done);
         if advance.done * 10 >= advance.total() {
-            told.extend(eta.left().map(|left| (time, left)));
+            reported.extend(eta.left().map(|left| (time, left)));
         }
     }
 }
@@ -38,11 +38,11 @@ fn foresight(scene: &Scene, settings: &Settings) -> (usize, usize, f64) {
         Prophet(Mutex::new((Eta::new(0, total, settings.adaptive.is_some()), Vec::new())));
     let (_, statistics) = session.render(1, 12, &prophet).expect("it renders");
     let end = statistics.rays as f64 / MILLION;
-    let (_, told) = prophet.0.into_inner().expect("no thread panics");
+    let (_, reported) = prophet.0.into_inner().expect("no thread panics");
     let inside =
         |&&(at, left): &&(f64, TimeRemaining)| (at + left.least..=at + left.most).contains(&end);
-    let width: f64 = told.iter().map(|(_, left)| (left.most - left.least) / end).sum();
-    (told.iter().filter(inside).count(), told.len(), width / told.len() as f64)
+    let width: f64 = reported.iter().map(|(_, left)| (left.most - left.least) / end).sum();
+    (reported.iter().filter(inside).count(), reported.len(), width / reported.len() as f64)
 }
 
 #[test]
@@ -61,10 +61,10 @@ fn from_a_tenth_on_the_end_is_foreseen_nine_times_of_ten() {
         ("sky", under_a_sky(), plain),
         ("fog", fog(), in_fog),
     ] {
-        let (right, told, width) = foresight(&scene, &settings);
-        println!("{name}: {right} of {told}, {width:.3} of the time wide");
-        assert!(told > 20, "{name}");
-        (inside, all) = (inside + right, all + told);
+        let (right, reported, width) = foresight(&scene, &settings);
+        println!("{name}: {right} of {reported}, {width:.3} of the time wide");
+        assert!(reported > 20, "{name}");
+        (inside, all) = (inside + right, all + reported);
     }
     assert!(inside * 10 >= all * 9, "{inside} of {all}");
 }

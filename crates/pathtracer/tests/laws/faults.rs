@@ -64,7 +64,7 @@ fn compiled(scene: &Scene) -> Option<RenderScene> {
 
 /// Each parameter of a lobe, in turn.
 #[test]
-fn faults_of_lobes_are_refused_and_told() {
+fn faults_of_lobes_are_refused_and_reported() {
     for surface in surfaces(false) {
         let scene = seen(
             Builder::default()
@@ -76,7 +76,7 @@ fn faults_of_lobes_are_refused_and_told() {
                 .sky(0.5),
         );
         let mut scene = compiled(&scene).expect("it makes sense");
-        let mut told = [0; InvalidReason::ALL.len()];
+        let mut reported = [0; InvalidReason::ALL.len()];
         let ids: Vec<_> = scene.lobes.iter().map(|(id, _)| id).collect();
         for id in ids {
             let sound = scene.lobes[id];
@@ -87,14 +87,14 @@ fn faults_of_lobes_are_refused_and_told() {
                     words[place] = fault.to_bits();
                     scene.lobes[id] = bytemuck::cast(words);
                     let refused = rejections(&scene, &settings("path"));
-                    told.iter_mut().zip(refused.counts).for_each(|(n, more)| *n += more);
+                    reported.iter_mut().zip(refused.counts).for_each(|(n, more)| *n += more);
                 }
             }
             scene.lobes[id] = sound;
         }
         let nothing = rejections(&scene, &settings("path"));
         assert_eq!(nothing, InvalidSamples::default(), "without a fault: {surface:?}");
-        assert!(told[InvalidReason::NotANumber as usize] > 0, "{told:?} {surface:?}");
+        assert!(reported[InvalidReason::NotANumber as usize] > 0, "{reported:?} {surface:?}");
     }
 }
 
@@ -196,22 +196,23 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
 
 /// A scene with an invalid light is rejected, or the samples that it lights are.
 #[test]
-fn faults_of_lights_are_refused_and_told() {
+fn faults_of_lights_are_refused_and_reported() {
     for x in FAULTS {
         for (name, scene) in lit_by(x) {
             let options = CompileOptions { compensated: true, ..size([8, 8]) };
             let Ok(compiled) = compile(&scene, options) else { continue };
             // In environment maps, such values are replaced, and negative values of emission count
             // as 0.
-            let is_told = |note: &String| {
+            let is_reported = |note: &String| {
                 note.contains("environment image") || note.contains("negative radiance")
             };
-            let is_noted = compiled.notes.lines().iter().any(is_told);
+            let is_noted = compiled.notes.lines().iter().any(is_reported);
             for integrator in ["path", "volpath"] {
                 let refused = rejections(&compiled.scene, &settings(integrator));
                 // Among many lights, one without power is never sampled.
-                let is_told = refused.count() > 0 || is_noted || (name, x) == ("one of many", -1.0);
-                assert!(is_told, "{name}, {x}, {integrator}: {refused}");
+                let is_reported =
+                    refused.count() > 0 || is_noted || (name, x) == ("one of many", -1.0);
+                assert!(is_reported, "{name}, {x}, {integrator}: {refused}");
             }
         }
     }

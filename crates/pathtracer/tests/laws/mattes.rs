@@ -104,7 +104,7 @@ fn what_is_partly_there_covers_as_much_as_there_is_of_it() {
 /// Ten strips side by side in each pixel, of different widths: the six widest are listed in this
 /// order, with the coverage that the film has counted.
 #[test]
-fn the_six_things_that_cover_most_are_told() {
+fn the_six_things_that_cover_most_are_reported() {
     let width = 6.0 / f64::from(SIZE);
     let mut builder = Builder::default();
     let widths: Vec<f64> = (1..=10).map(|n| width * f64::from(n) / 55.0).collect();

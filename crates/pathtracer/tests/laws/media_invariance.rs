@@ -76,7 +76,7 @@ fn media_may_stand_anywhere_in_any_unit() {
 
 /// An integrator without media adds one note to a scene with media.
 #[test]
-fn media_that_are_not_seen_are_told() {
+fn media_that_are_not_seen_are_reported() {
     let scene = foggy(cloud(8.0, [1.0; 3], Phase::Isotropic));
     let notes = |scene: &Scene, integrator: &str| {
         let settings = Settings { integrator: integrator.into(), ..Settings::default() };

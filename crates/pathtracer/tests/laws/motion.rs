@@ -303,7 +303,7 @@ fn motion_blur_has_the_same_bits_everywhere() {
 
 /// Notes report animated objects; scenes whose motion cannot be represented are rejected.
 #[test]
-fn motions_are_told_and_what_cannot_move_is_refused() {
+fn motions_are_reported_and_what_cannot_move_is_refused() {
     let (_, flying) = motions().swap_remove(0);
     let open = |scene: &Scene| Session::new(scene, size(SIZE), Settings::default());
     let notes = |scene: &Scene| open(scene).expect("it makes sense").notes().join("; ");

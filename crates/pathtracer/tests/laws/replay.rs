@@ -37,9 +37,9 @@ fn replay(
     pixel: [u32; 2],
     samples: std::ops::Range<u32>,
 ) -> (Vec<Sample>, Film) {
-    let mut told = Vec::new();
-    let film = renderer(session).replay(pixel, samples, |sample| told.push(sample));
-    (told, film.expect("its samples can be explained"))
+    let mut reported = Vec::new();
+    let film = renderer(session).replay(pixel, samples, |sample| reported.push(sample));
+    (reported, film.expect("its samples can be explained"))
 }
 
 /// Film of a pixel by a render.
@@ -51,7 +51,7 @@ fn rendered([x, y]: [u32; 2], session: &Session) -> Film {
 
 /// Asserts that the sum of all contributions is the sample, and that all samples give the pixel,
 /// bit for bit.
-fn assert_all_is_told(scene: &Scene, settings: &Settings, what: &str) {
+fn assert_all_is_reported(scene: &Scene, settings: &Settings, what: &str) {
     let session = session(scene, settings.clone());
     for pixel in PIXELS {
         let (samples, film) = replay(&session, pixel, 0..settings.spp);
@@ -81,7 +81,7 @@ fn all_settings(light_samples: u32) -> impl Iterator<Item = Settings> {
 }
 
 #[test]
-fn the_contributions_that_are_told_are_the_sample() {
+fn the_contributions_that_are_reported_are_the_sample() {
     let scenes = [
         ("a room", cornell()),
         ("a sky", under_a_sky()),
@@ -91,7 +91,7 @@ fn the_contributions_that_are_told_are_the_sample() {
     ];
     for (what, scene) in &scenes {
         for settings in all_settings(1).chain(all_settings(3)) {
-            assert_all_is_told(scene, &settings, what);
+            assert_all_is_reported(scene, &settings, what);
         }
     }
 }
@@ -107,8 +107,8 @@ fn so_they_are_where_they_are_cut_off_or_weighed() {
         Settings { min_bounce: 2, ..base.clone() },
         Settings { adaptive: None, seed: 7, filter: Filter::GAUSSIAN, ..base },
     ] {
-        assert_all_is_told(&cornell(), &settings, "a room");
-        assert_all_is_told(&under_a_sky(), &settings, "a sky");
+        assert_all_is_reported(&cornell(), &settings, "a room");
+        assert_all_is_reported(&under_a_sky(), &settings, "a sky");
     }
 }
 
@@ -129,7 +129,7 @@ fn so_they_are_in_every_scene_of_the_project() {
         let integrator = scene.settings.integrator.unwrap_or("path").to_owned();
         let filter = scene.settings.filter.unwrap_or_default();
         let settings = Settings { spp: 6, integrator, filter, ..Settings::default() };
-        assert_all_is_told(&scene, &settings, &path.display().to_string());
+        assert_all_is_reported(&scene, &settings, &path.display().to_string());
     }
 }
 
@@ -142,8 +142,8 @@ fn samples_of_an_adaptive_render_are_the_first_of_the_others() {
     let film = rendered(PIXELS[0], &session);
     let count = film.uniform_spp().expect("it is one pixel");
     assert!((8..200).contains(&count), "{count}");
-    let (_, told) = replay(&session, PIXELS[0], 0..count);
-    assert!(told == film);
+    let (_, reported) = replay(&session, PIXELS[0], 0..count);
+    assert!(reported == film);
 }
 
 /// Each vertex is in the direction sampled at the one before, with its throughput.
@@ -213,7 +213,7 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
 /// If a light sample is not occluded, a ray in its direction hits the light that was chosen among
 /// many, at the recorded distance.
 #[test]
-fn the_light_that_was_chosen_is_where_it_was_told() {
+fn the_light_that_was_chosen_is_where_it_was_reported() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/many_lights.xml");
     let scene = pathtracer::load(Path::new(path)).unwrap_or_else(|e| panic!("{e}"));
     let session = session(&scene, Settings { spp: SPP, ..Settings::default() });
@@ -258,5 +258,9 @@ fn what_is_no_sum_of_single_paths_is_refused() {
     refused(Settings { reuse: 2, ..Settings::default() });
     refused(Settings { split: 4, ..Settings::default() });
     let direct = DirectLight::CosineHemisphere;
-    assert_all_is_told(&cornell(), &Settings { direct, spp: 4, ..Settings::default() }, "a room");
+    assert_all_is_reported(
+        &cornell(),
+        &Settings { direct, spp: 4, ..Settings::default() },
+        "a room",
+    );
 }

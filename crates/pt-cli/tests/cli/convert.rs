@@ -47,7 +47,7 @@ fn scenes_of_gltf_render_to_the_same_bits_as_their_copies() {
 }
 
 #[test]
-fn what_gltf_cannot_say_is_told_with_its_place() {
+fn what_gltf_cannot_say_is_reported_with_its_place() {
     let folder = Folder::new();
     let run = folder.succeed(&format!("convert {SCENES}/mitsuba/envmap.xml a.glb"));
     let note = "environment lights are not representable in glTF; the light is omitted";

@@ -51,7 +51,7 @@ fn a_disk_that_is_full_spoils_nothing() {
     for kilobytes in [0, 4, 40, 180, 220, 260, 300, 420, 460, 640, 900] {
         let script = format!(
             "disk 2m\nrender & sleep 0.15; kill -INT $!; wait $!\n\
-             films() {{ {} info out.exr.film > ../told 2>&1; }}\n\
+             films() {{ {} info out.exr.film > ../reported 2>&1; }}\n\
              [ -e out.exr.film ] && films && before=1 || before=0\n\
              free=$(df -k . | awk 'NR == 2 {{print $4}}')\n\
              [ $free -gt {kilobytes} ] && head -c $((1024 * (free - {kilobytes}))) /dev/zero > filler\n\
@@ -62,12 +62,12 @@ fn a_disk_that_is_full_spoils_nothing() {
              echo status $status",
             env!("CARGO_BIN_EXE_pathtracer")
         );
-        let told = on_a_disk(&folder, &script).expect("disks can be made");
+        let reported = on_a_disk(&folder, &script).expect("disks can be made");
         let said = folder.read("said");
         let said = String::from_utf8_lossy(&said);
-        let status = told.trim().strip_prefix("status ");
-        let status = status.unwrap_or_else(|| panic!("{kilobytes} KiB: {told}; {said}"));
-        assert!(["0", "2"].contains(&status), "{kilobytes} KiB: {told}; {said}");
+        let status = reported.trim().strip_prefix("status ");
+        let status = status.unwrap_or_else(|| panic!("{kilobytes} KiB: {reported}; {said}"));
+        assert!(["0", "2"].contains(&status), "{kilobytes} KiB: {reported}; {said}");
         assert!(
             status == "0"
                 || said.contains("cannot be written")
@@ -92,6 +92,6 @@ fn a_disk_that_takes_nothing_loses_no_film() {
          mount -o remount,ro . ; render 2> ../said; echo $?\n\
          cmp out.exr.film ../kept.film && echo kept\n\
          mount -o remount,rw . ; resume && cmp out.exr ../out.exr && echo same";
-    let told = on_a_disk(&folder, script).expect("disks can be made");
-    assert_eq!(told, "2\nkept\nsame\n", "{}", String::from_utf8_lossy(&folder.read("said")));
+    let reported = on_a_disk(&folder, script).expect("disks can be made");
+    assert_eq!(reported, "2\nkept\nsame\n", "{}", String::from_utf8_lossy(&folder.read("said")));
 }

@@ -33,12 +33,12 @@ fn the_mean_is_the_pixel_of_the_image() {
     folder.succeed(&format!("{options} -f out.exr"));
     let image = folder.image("out.exr");
     for [x, y] in [[20, 15], [9, 22], [31, 24]] {
-        let told = json(&folder, &format!("{options} -x {x} -y {y}"));
-        assert_eq!(numbers(&told["mean"]), image.pixels[y * 40 + x], "{x} {y}");
-        let types = told["types"].as_array().expect("a list");
+        let reported = json(&folder, &format!("{options} -x {x} -y {y}"));
+        assert_eq!(numbers(&reported["mean"]), image.pixels[y * 40 + x], "{x} {y}");
+        let types = reported["types"].as_array().expect("a list");
         let share = |name: &str| -> f64 { types.iter().filter_map(|t| t[name].as_f64()).sum() };
         assert!((share("share_of_mean") - 1.0).abs() < 1e-9);
-        let together = told["together"].as_f64().expect("a number");
+        let together = reported["together"].as_f64().expect("a number");
         assert!((share("share_of_variance") + together - 1.0).abs() < 1e-9);
     }
 }
@@ -47,16 +47,16 @@ fn the_mean_is_the_pixel_of_the_image() {
 fn the_parts_of_a_sample_are_the_sample() {
     let folder = Folder::new();
     for number in 0..8 {
-        let told = json(&folder, &format!("-r 40 30 -s 8 SCENE -x 9 -y 22 --sample {number}"));
-        assert_eq!(sum(&told["contributions"]), numbers(&told["radiance"]));
-        let wall = &told["vertices"][0]["place"]["surface"];
-        assert_eq!(wall["object"], "left", "{told}");
-        assert_eq!(wall["material"], "red", "{told}");
+        let reported = json(&folder, &format!("-r 40 30 -s 8 SCENE -x 9 -y 22 --sample {number}"));
+        assert_eq!(sum(&reported["contributions"]), numbers(&reported["radiance"]));
+        let wall = &reported["vertices"][0]["place"]["surface"];
+        assert_eq!(wall["object"], "left", "{reported}");
+        assert_eq!(wall["material"], "red", "{reported}");
     }
 }
 
 #[test]
-fn help_tells_its_own_usage() {
+fn help_reports_its_own_usage() {
     let help = Folder::new().succeed("explain --help").out;
     assert!(help.contains("Usage: pathtracer explain [OPTIONS] [SCENE] -x X -y Y"), "{help}");
     assert!(help.contains("--sample <N>") && !help.contains("pathtracer merge"), "{help}");
@@ -67,13 +67,13 @@ fn help_tells_its_own_usage() {
 fn an_adaptive_render_is_explained_as_it_is() {
     let folder = Folder::new();
     let options = "-r 40 30 -s 4096 -a 16 0.2 SCENE -x 20 -y 28";
-    let told = json(&folder, options);
-    let count = told["samples"]["count"].as_u64().expect("a number");
+    let reported = json(&folder, options);
+    let count = reported["samples"]["count"].as_u64().expect("a number");
     assert!((16..4096).contains(&count), "{count}");
 }
 
 #[test]
-fn people_are_told_in_a_hundred_columns_and_no_file_is_written() {
+fn people_are_reported_in_a_hundred_columns_and_no_file_is_written() {
     let folder = Folder::new();
     let options = "-r 40 30 -s 64 SCENE -f out.png -x 9 -y 22";
     let run = folder.succeed(&format!("explain {options}"));
@@ -133,10 +133,10 @@ fn lights_are_called_by_their_own_names() {
 </scene>"#,
     );
     let options = "lights.xml -r 16 16 -x 8 -y 7 --sample 0";
-    let told = folder.succeed(&format!("explain {options} --integrator path")).out;
-    assert!(told.contains("Point \"key\"") && told.contains("Spot \"fill\""), "{told}");
-    let told = json(&folder, options);
-    let sources = told["contributions"].as_array().into_iter().flatten();
+    let reported = folder.succeed(&format!("explain {options} --integrator path")).out;
+    assert!(reported.contains("Point \"key\"") && reported.contains("Spot \"fill\""), "{reported}");
+    let reported = json(&folder, options);
+    let sources = reported["contributions"].as_array().into_iter().flatten();
     let names: Vec<_> = sources.map(|part| &part["source"]["light"]["object"]).collect();
-    assert_eq!(names[..2], ["key", "fill"], "{told}");
+    assert_eq!(names[..2], ["key", "fill"], "{reported}");
 }

@@ -19,7 +19,7 @@ fn without_a_name_the_image_is_called_like_the_scene_and_lies_here() {
 }
 
 #[test]
-fn without_a_scene_a_room_of_ours_is_rendered_and_the_next_steps_are_told() {
+fn without_a_scene_a_room_of_ours_is_rendered_and_the_next_steps_are_reported() {
     let folder = Folder::new();
     let run = folder.succeed(TINY);
     assert_eq!(folder.files(), ["cornell.png"]);
@@ -419,8 +419,8 @@ fn scenes_may_ask_for_more_channels() {
     for name in names {
         assert!(file.windows(name.len()).any(|w| w == name.as_bytes()), "{name}");
     }
-    let told = folder.succeed("-r 12 9 -s 2 -f out.png scene.xml").err;
-    assert!(told.contains("omitted without -f out.exr"), "{told}");
+    let reported = folder.succeed("-r 12 9 -s 2 -f out.png scene.xml").err;
+    assert!(reported.contains("omitted without -f out.exr"), "{reported}");
 }
 
 #[test]
@@ -435,7 +435,7 @@ fn the_summary_as_json_counts_samples_and_rays() {
 
 /// The reported fraction of clamped light is the difference of the images.
 #[test]
-fn clamping_tells_what_it_costs() {
+fn clamping_reports_what_it_costs() {
     let folder = Folder::new();
     let args = "-r 24 18 -s 8 --summary-json out.json SCENE";
     let light = |name: &str| -> f64 {

@@ -73,6 +73,6 @@ fn a_second_interruption_ends_at_once_and_leaves_the_last_film() {
     let start = Instant::now();
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(start.elapsed() < Duration::from_secs(20), "did not end at once");
-    let told = folder.succeed("info out.exr.film").out;
-    assert!(told.contains("not finished"), "{told}");
+    let reported = folder.succeed("info out.exr.film").out;
+    assert!(reported.contains("not finished"), "{reported}");
 }

@@ -30,8 +30,8 @@ fn a_file_chooses_its_integrator() {
         let run = folder.succeed(&format!("{TINY} -f out.exr {args}"));
         let image = folder.image("out.exr");
         assert_eq!(image.pixels.iter().all(|p| p[0] < 1e-6), is_dark, "{args}: {run:?}");
-        let told = run.err.matches("--integrator volpath renders them").count();
-        assert_eq!(told, usize::from(!is_dark), "{args}: {run:?}");
+        let reported = run.err.matches("--integrator volpath renders them").count();
+        assert_eq!(reported, usize::from(!is_dark), "{args}: {run:?}");
     }
 }
 

@@ -53,11 +53,11 @@ fn the_radius_of_points_is_noted_and_may_be_given() {
         let image = folder.image("out.exr");
         (run.err, image.pixels.iter().filter(|p| p[0] > 2.0 * p[2]).count())
     };
-    let (told, usual) = covered("");
+    let (reported, usual) = covered("");
     let wanted = "2000 points are rendered as spheres with a radius of 0.04";
-    assert!(told.contains(wanted) && told.contains("--point-radius"), "{told}");
-    let (told, small) = covered("--point-radius 0.004");
-    assert!(!told.contains("rendered as spheres"), "{told}");
+    assert!(reported.contains(wanted) && reported.contains("--point-radius"), "{reported}");
+    let (reported, small) = covered("--point-radius 0.004");
+    assert!(!reported.contains("rendered as spheres"), "{reported}");
     assert!(5 * small < usual && usual > 200, "{small} {usual}");
 
     for radius in ["0", "-1", "nan", "a"] {
@@ -74,8 +74,11 @@ fn the_radius_of_points_is_noted_and_may_be_given() {
 fn points_are_described_converted_and_explained() {
     let folder = Folder::new();
     folder.write("ball.ply", ball(2000));
-    let told = folder.succeed("info ball.ply").out;
-    assert!(told.contains("1 of points") && told.contains("2000, and 0 segments"), "{told}");
+    let reported = folder.succeed("info ball.ply").out;
+    assert!(
+        reported.contains("1 of points") && reported.contains("2000, and 0 segments"),
+        "{reported}"
+    );
     folder.succeed("-r 24 24 -s 4 -f a.exr ball.ply");
     let image = folder.image("a.exr");
     let through = |name: &str| {
@@ -89,8 +92,8 @@ fn points_are_described_converted_and_explained() {
     let differs =
         |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.15);
     assert!(image.pixels.iter().zip(&other.pixels).filter(|pair| differs(*pair)).count() < 20);
-    let told = folder.succeed("explain -x 12 -y 12 -r 24 24 -s 16 ball.ply").out;
-    assert!(told.contains("ball"), "{told}");
+    let reported = folder.succeed("explain -x 12 -y 12 -r 24 24 -s 16 ball.ply").out;
+    assert!(reported.contains("ball"), "{reported}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ fn images_say_how_they_were_made() {
     for (name, words) in
         [("a.exr", "-f a.exr"), ("a.png", "-f a.png --png-bits 16"), ("a.exr.film", "-f a.exr")]
     {
-        let told = of(name);
+        let reported = of(name);
         for want in [
             format!("version                                 {}", env!("CARGO_PKG_VERSION")),
             "0 to 8, 2400 in all, 8.0 per pixel".into(),
@@ -21,12 +21,12 @@ fn images_say_how_they_were_made() {
             "seed                                    3".into(),
             "file cornell.dae".into(),
         ] {
-            assert!(told.contains(&want), "{name} does not say {want}: {told}");
+            assert!(reported.contains(&want), "{name} does not say {want}: {reported}");
         }
     }
     let hash = |name: &str| {
-        let told = of(name);
-        told.lines().find_map(|line| line.strip_prefix("hash of the film ").map(str::to_owned))
+        let reported = of(name);
+        reported.lines().find_map(|line| line.strip_prefix("hash of the film ").map(str::to_owned))
     };
     assert_eq!(hash("a.exr"), hash("a.png"), "of the same samples");
     assert_eq!(hash("a.exr"), hash("a.exr.film"));
@@ -44,8 +44,8 @@ fn receipts_can_be_short() {
     render("a.png", "--receipt stable");
     render("b.png", "--receipt stable -t 3 --tile-size 5");
     assert!(folder.read("a.png") == folder.read("b.png"), "files of the same image are equal");
-    let told = folder.succeed("info a.png").out;
-    assert!(told.contains("seed") && !told.contains("seconds"), "{told}");
+    let reported = folder.succeed("info a.png").out;
+    assert!(reported.contains("seed") && !reported.contains("seconds"), "{reported}");
     render("none.png", "--receipt none");
     for command in ["info none.png", "rerender none.png", "rerender a.png", "info missing.png"] {
         let run = folder.run(command);

@@ -219,7 +219,7 @@ fn definitions_that_a_scene_has_no_use_for() {
 }
 
 #[test]
-fn a_missing_scene_is_told_once() {
+fn a_missing_scene_is_reported_once() {
     let run = Folder::new().run("missing.dae");
     assert_eq!(run.err.matches("No such file").count(), 1, "{run:?}");
 }

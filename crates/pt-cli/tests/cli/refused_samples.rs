@@ -18,7 +18,7 @@ const TOO_BRIGHT: &str = r#"<scene version="3.0.0">
 </scene>"#;
 
 #[test]
-fn samples_that_are_no_light_are_told_of_and_strict_renders_fail() {
+fn samples_that_are_no_light_are_reported_and_strict_renders_fail() {
     let folder = Folder::new();
     folder.write("bright.xml", TOO_BRIGHT);
     let args = "bright.xml -s 2 -D sky=2e30 -f out.exr --aov refused";
@@ -28,11 +28,11 @@ fn samples_that_are_no_light_are_told_of_and_strict_renders_fail() {
     let quoted = args.replace("sky=2e30", "'sky=2e30'");
     let again = format!("pathtracer explain {quoted} -x 0 -y 0 --sample 0");
     assert!(run.err.contains(&again), "{run:?}");
-    let told = folder.succeed(&format!("explain {args} -x 0 -y 0 --sample 0")).out;
-    assert!(told.contains("Rejected and counted as black: too large."), "{told}");
-    let told = folder.succeed(&format!("explain {args} -x 0 -y 0")).out;
-    assert!(told.contains("mean      0 0 0, luminance 0"), "{told}");
-    assert!(told.contains("samples counted as black: 2 too large"), "{told}");
+    let reported = folder.succeed(&format!("explain {args} -x 0 -y 0 --sample 0")).out;
+    assert!(reported.contains("Rejected and counted as black: too large."), "{reported}");
+    let reported = folder.succeed(&format!("explain {args} -x 0 -y 0")).out;
+    assert!(reported.contains("mean      0 0 0, luminance 0"), "{reported}");
+    assert!(reported.contains("samples counted as black: 2 too large"), "{reported}");
     let image = folder.image("out.exr");
     assert!(image.pixels.iter().flatten().all(|&l| l == 0.0), "nothing of them is in the image");
     let run = folder.succeed("info out.exr");
@@ -46,7 +46,7 @@ fn samples_that_are_no_light_are_told_of_and_strict_renders_fail() {
 }
 
 #[test]
-fn the_command_that_is_told_after_more_samples_has_their_number() {
+fn the_command_that_is_reported_after_more_samples_has_their_number() {
     let folder = Folder::new();
     folder.write("bright.xml", TOO_BRIGHT);
     let args = "bright.xml -s 2 -D sky=2e30 -f out.exr";

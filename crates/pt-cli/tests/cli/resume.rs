@@ -74,7 +74,7 @@ fn a_render_that_is_asked_to_stop_says_how_to_go_on() {
 
 /// A truncated, changed or empty film is reported, and the previous one is used.
 #[test]
-fn damaged_samples_are_told_of_and_not_used() {
+fn damaged_samples_are_reported_and_not_used() {
     let want = uninterrupted(RENDER);
     let folder = Folder::new();
     signal(&folder, RENDER, "-INT", Duration::from_millis(300));
@@ -225,7 +225,7 @@ fn the_course_s_renders_keep_no_samples() {
 
 /// A full disk does not end a render, and keeps earlier samples.
 #[test]
-fn a_film_that_cannot_be_written_is_told_of() {
+fn a_film_that_cannot_be_written_is_reported() {
     let folder = Folder::new();
     let args = RENDER.replace("SCENE", SCENE);
     // No file may be larger than 64 KiB: the film is larger, the image is not.

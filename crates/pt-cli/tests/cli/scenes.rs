@@ -52,7 +52,7 @@ fn strict_renders_refuse_what_is_missing_before_they_begin() {
     let run = folder.run("box.xml -s 2 --strict");
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.err.contains("\"wood.png\" not found"), "{run:?}");
-    assert_eq!(run.err.matches("wood.png").count(), 1, "told once: {run:?}");
+    assert_eq!(run.err.matches("wood.png").count(), 1, "reported once: {run:?}");
     assert_eq!(folder.files(), ["box.xml"]);
 }
 
@@ -105,8 +105,8 @@ fn check_lists_all_that_is_wrong() {
 
     let run = folder.run("box.xml");
     assert_eq!(run.code, Some(2), "{run:?}");
-    for told in ["cone", "radios", "wood.png"] {
-        assert!(run.err.contains(told), "a render tells all, too: {run:?}");
+    for reported in ["cone", "radios", "wood.png"] {
+        assert!(run.err.contains(reported), "a render reports all, too: {run:?}");
     }
 }
 
@@ -198,7 +198,7 @@ fn limits_have_names() {
 }
 
 #[test]
-fn info_tells_what_a_scene_is_made_of() {
+fn info_reports_what_a_scene_is_made_of() {
     let folder = Folder::new();
     folder.run("-r 4 4 -s 1 -f wood.png");
     folder.write("box.xml", scene("<shape type=\"cube\"/><shape type=\"sphere\"/>"));

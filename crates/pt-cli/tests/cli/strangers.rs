@@ -12,16 +12,17 @@ fn commands_of_films_write_no_other_files_and_call_nobody() {
     let folder = Folder::new();
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address");
-    folder.succeed(&format!("{TINY} -f out.exr --tev {address} --summary-json told.json SCENE"));
+    folder
+        .succeed(&format!("{TINY} -f out.exr --tev {address} --summary-json reported.json SCENE"));
     drop(listener.accept().expect("the render connects"));
     listener.set_nonblocking(true).expect("a socket");
-    folder.write("told.json", "of the user");
+    folder.write("reported.json", "of the user");
     for command in ["resume out.exr -s 4", "rerender out.exr"] {
         let run = folder.succeed(command);
         let named = "the options --summary-json, --tev of its command are ignored in files";
         assert!(run.err.contains(named), "{run:?}");
         assert!(listener.accept().is_err(), "{command} connects");
-        assert_eq!(folder.read("told.json"), b"of the user", "{command}");
+        assert_eq!(folder.read("reported.json"), b"of the user", "{command}");
     }
 }
 
@@ -164,7 +165,7 @@ impl Watch {
 #[test]
 fn nothing_outside_is_opened_for_films_of_strangers() {
     let folder = Folder::new();
-    let names = ["home", "home/more", "told", "there"];
+    let names = ["home", "home/more", "reported", "there"];
     for name in names {
         std::fs::create_dir(folder.path(name)).expect("there is room");
     }
@@ -180,7 +181,9 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address");
     let at = |name: &str| folder.path(name).display().to_string();
-    for (name, home, told) in [("a", at("home"), at("told")), ("b", "home".into(), "told".into())] {
+    for (name, home, reported) in
+        [("a", at("home"), at("reported")), ("b", "home".into(), "reported".into())]
+    {
         let made = [
             (format!("{name}.exr"), ""),
             (format!("{name}0.film"), "--samples 0..1"),
@@ -189,7 +192,7 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
         for (file, more) in &made {
             folder.succeed(&format!(
                 "-r 12 9 -s 2 --receipt full -e {home}/sky.exr -c {home}/view.txt --allow-folder {home}/more \
-                 --summary-json {told}/{file}.json --tev {address} {more} -f {home}/{file} {home}/scene.dae"
+                 --summary-json {reported}/{file}.json --tev {address} {more} -f {home}/{file} {home}/scene.dae"
             ));
             drop(listener.accept().expect("the render connects"));
         }
@@ -198,7 +201,7 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
             std::fs::rename(from, to).expect("a film");
         }
         listener.set_nonblocking(true).expect("a socket");
-        let watch = Watch::of(&["home", "home/more", "told"].map(|name| folder.path(name)));
+        let watch = Watch::of(&["home", "home/more", "reported"].map(|name| folder.path(name)));
         for command in [
             format!("resume there/{name}.exr -s 4"),
             format!("rerender there/{name}.exr"),

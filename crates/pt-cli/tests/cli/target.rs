@@ -20,13 +20,13 @@ fn a_render_ends_when_its_error_is_small_enough_and_says_so() {
     let number = |name: &str| summary[name].as_f64().unwrap_or_else(|| panic!("no {name}"));
     let (error, most) = (number("error"), number("error_at_most"));
     assert!(0.1 < error && error < most && most <= 0.25, "{summary}");
-    let told = folder.succeed("info out.exr").out;
+    let reported = folder.succeed("info out.exr").out;
     let share = format!("{:.3} % (", 100.0 * error);
     assert!(
-        told.lines().any(|l| l.starts_with("error, as measured") && l.contains(&share)),
-        "{told}"
+        reported.lines().any(|l| l.starts_with("error, as measured") && l.contains(&share)),
+        "{reported}"
     );
-    assert!(told.contains("error 0.25, confidence 0.95, white 1"), "{told}");
+    assert!(reported.contains("error 0.25, confidence 0.95, white 1"), "{reported}");
     let again = folder.succeed("rerender out.exr -t 3");
     assert!(again.err.contains("is the same to the bit"), "{again:?}");
     // The target is met already.
@@ -54,7 +54,7 @@ fn what_is_asked_of_pixels_is_asked_of_what_the_screen_shows() {
 }
 
 #[test]
-fn a_target_that_is_missed_is_told() {
+fn a_target_that_is_missed_is_reported() {
     let folder = Folder::new();
     let args = "-r 12 9 --target-error 0.1% --max-spp 40 -f out.png SCENE";
     let run = folder.succeed(args);

@@ -39,7 +39,7 @@ fn even(goal: u32) -> SamplePlan {
 /// The samples of all pixels are 0 or 0.6 with equal probability: the error of an image of 2n
 /// samples is 1/√(2n). It is in the interval as often as the confidence requires.
 #[test]
-fn the_error_of_an_image_is_in_the_interval_that_is_told() {
+fn the_error_of_an_image_is_in_the_interval_that_is_reported() {
     let mut inside = 0;
     for seed in 0..400 {
         let film = film([30, 20], even(8), seed, |_, u| 0.6 * f32::from(u8::from(u < 0.5)));
@@ -103,7 +103,7 @@ fn samples_go_where_the_noise_is() {
     let target = Target { error: Some(0.03), ..TARGET };
     let evaluation = target.evaluate(&film, 1).expect("there are samples");
     let plan = target.next_plan(&film, &evaluation, 1, MAX).expect("there is more to do");
-    let densities = plan.densities.clone().expect("pixels are told apart");
+    let densities = plan.densities.clone().expect("pixels are distinguished");
     let mean = |is: bool| {
         let pixels = (0..40 * 32).filter(|&i| noisy(i) == is && !(6..14).contains(&(i % 40)));
         let (sum, n) = pixels.fold((0.0, 0.0), |(sum, n), i| (sum + densities[i], n + 1.0));

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_file_is_told_with_its_line() {
+    fn what_is_wrong_with_a_file_is_reported_with_its_line() {
         for (text, degree, want) in [
             ("", 3, "a.txt: found no control points in the file"),
             (
@@ -197,8 +197,8 @@ mod tests {
             assert_eq!(read(text, degree, &Limits::default()).unwrap_err(), want);
         }
         let few = Limits { triangles: Some(20), ..Limits::default() };
-        let told = read("0 0 0 1\n0 0 1 1", 1, &few).unwrap_err();
-        assert!(told.contains("exceed the limit of 20 triangles"), "{told}");
+        let reported = read("0 0 0 1\n0 0 1 1", 1, &few).unwrap_err();
+        assert!(reported.contains("exceed the limit of 20 triangles"), "{reported}");
     }
 
     /// Tubes of many curves have fewer sides.

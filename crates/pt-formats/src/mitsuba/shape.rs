@@ -247,8 +247,8 @@ fn surface_of_grid(
 
 /// Reports a file that cannot be used, with the reason.
 pub(super) fn left_out(tree: &ObjectTree, parameters: &Parameters<'_>, why: &str) -> LoadError {
-    let told = tree.miss(parameters.place("filename"), why, "the shape is omitted");
-    told.err().unwrap_or(LoadError::AlreadyReported)
+    let reported = tree.miss(parameters.place("filename"), why, "the shape is omitted");
+    reported.err().unwrap_or(LoadError::AlreadyReported)
 }
 
 /// Flips the front of a mesh if requested.

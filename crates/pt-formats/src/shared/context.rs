@@ -67,7 +67,7 @@ struct Noted {
     notes: Vec<Warning>,
     hints: Vec<Hint>,
     /// Messages of all errors and missing files.
-    told: HashSet<String>,
+    reported: HashSet<String>,
     /// Number of items with an error.
     failures: usize,
     /// Number of bytes of files and images.
@@ -377,7 +377,7 @@ impl LoadContext {
                 let mut noted = self.noted();
                 noted.failures += 1;
                 // Each shape with a material finds the errors of the material again.
-                if noted.told.insert(error.to_string()) {
+                if noted.reported.insert(error.to_string()) {
                     noted.errors.push(error);
                 }
                 if noted.errors.len() < Self::MAX_NOTED && noted.failures < MAX_FAILURES {
@@ -424,7 +424,7 @@ impl LoadContext {
     pub(crate) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
         let missing = Warning { at, message: message.into() };
-        if noted.missing.len() < Self::MAX_NOTED && noted.told.insert(missing.to_string()) {
+        if noted.missing.len() < Self::MAX_NOTED && noted.reported.insert(missing.to_string()) {
             noted.missing.push(missing);
         }
     }

@@ -162,8 +162,8 @@ mod tests {
     }
 
     #[test]
-    fn a_part_of_a_scene_tells_its_first_fault_and_how_many_there_are() {
-        let told = |count: u32, end: Result<(), LoadError>| {
+    fn a_part_of_a_scene_reports_its_first_fault_and_how_many_there_are() {
+        let reported = |count: u32, end: Result<(), LoadError>| {
             let read = |faults: &mut MeshDiagnostics| {
                 (1..=count).for_each(|line| faults.add(fault(line)));
                 end
@@ -173,12 +173,12 @@ mod tests {
         let more = |count: &str| {
             format!("a.obj:1: bad; {count} in this file, listed by `pathtracer check`")
         };
-        assert_eq!(told(0, Ok(())), None);
-        assert_eq!(told(1, Ok(())), Some("a.obj:1: bad".to_owned()));
-        assert_eq!(told(1, Err(LoadError::AlreadyReported)), Some("a.obj:1: bad".to_owned()));
-        assert_eq!(told(0, Err(fault(7))), Some("a.obj:7: bad".to_owned()));
-        assert_eq!(told(1, Err(fault(7))), Some(more("1 more error")));
-        assert_eq!(told(3, Ok(())), Some(more("2 more errors")));
-        assert_eq!(told(5000, Ok(())), Some(more("at least 999 more errors")));
+        assert_eq!(reported(0, Ok(())), None);
+        assert_eq!(reported(1, Ok(())), Some("a.obj:1: bad".to_owned()));
+        assert_eq!(reported(1, Err(LoadError::AlreadyReported)), Some("a.obj:1: bad".to_owned()));
+        assert_eq!(reported(0, Err(fault(7))), Some("a.obj:7: bad".to_owned()));
+        assert_eq!(reported(1, Err(fault(7))), Some(more("1 more error")));
+        assert_eq!(reported(3, Ok(())), Some(more("2 more errors")));
+        assert_eq!(reported(5000, Ok(())), Some(more("at least 999 more errors")));
     }
 }

@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn wavelengths_that_make_no_sense_are_told() {
+    fn wavelengths_that_make_no_sense_are_reported() {
         for (wavelengths, want) in [
             (&[500.0][..], "at least 2"),
             (&[500.0, 500.0], "found wavelength 500 after 500"),

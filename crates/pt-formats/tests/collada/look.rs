@@ -235,8 +235,8 @@ fn images_paint_materials() {
         assert_eq!(texture.pattern, Pattern::Checkerboard(squares), "{name}");
     }
     // Differences from the author's intent are reported with file, element and replacement.
-    let told = scene.warnings.iter().chain(&scene.missing);
-    let warnings: Vec<_> = told.map(ToString::to_string).collect();
+    let reported = scene.warnings.iter().chain(&scene.missing);
+    let warnings: Vec<_> = reported.map(ToString::to_string).collect();
     let expected = [
         "<border_color> of effect \"bordered-effect\": \"0 0.5 0 1\" around an image is replaced \
          by black",

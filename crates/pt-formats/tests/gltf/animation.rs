@@ -155,7 +155,7 @@ fn of_two_animations_of_the_same_the_first_one_is_shown_with_a_note() {
 }
 
 #[test]
-fn bad_animations_are_told_with_their_place() {
+fn bad_animations_are_reported_with_their_place() {
     let refusal = |times: &[[f32; 1]], values: &[[f32; 3]], path: &str, kind: &str| {
         let mut text = Text::default();
         let triangle = text.triangle();

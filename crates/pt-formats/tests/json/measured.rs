@@ -201,8 +201,9 @@ fn memory_is_limited() {
             Ok(scene) => scene.missing.first().map(ToString::to_string),
             Err(error) => Some(error.to_string()),
         };
-        let is_told = |message: String| message.contains("exceeds the memory limit of 750 bytes");
-        assert!(message.is_some_and(is_told), "{ending}");
+        let is_reported =
+            |message: String| message.contains("exceeds the memory limit of 750 bytes");
+        assert!(message.is_some_and(is_reported), "{ending}");
     }
 }
 

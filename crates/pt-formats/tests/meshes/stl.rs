@@ -114,22 +114,23 @@ fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
     std::fs::write(&path, &bytes).expect("there is room");
     let reading = read(3, &unlimited);
     assert_eq!(reading.sources, [pt_formats::source_file(&path, &bytes)]);
-    let told = [90_000, 130_049].map(|bad| {
+    let reported = [90_000, 130_049].map(|bad| {
         format!("{}: found a value of triangle {bad} that is not finite", path.display())
     });
-    assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));
+    assert_eq!(reading.scene.expect_err("faults").to_string(), reported.join("\n"));
 }
 
 #[test]
-fn faults_of_large_files_of_stl_are_told_by_their_places() {
+fn faults_of_large_files_of_stl_are_reported_by_their_places() {
     let triangles = sheet(180);
     let [mut binary, text] = stl_files(&triangles);
-    let told = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect_err("a fault").to_string();
+    let reported =
+        |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect_err("a fault").to_string();
     let mut expected = Vec::new();
     for bad in [60_000, 40_000, 100] {
         binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
         expected.insert(0, format!("a.stl: found a value of triangle {bad} that is not finite"));
-        assert_eq!(told(&binary), expected.join("\n"));
+        assert_eq!(reported(&binary), expected.join("\n"));
     }
     let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
     let mut expected = Vec::new();
@@ -139,6 +140,6 @@ fn faults_of_large_files_of_stl_are_told_by_their_places() {
             0,
             format!("a.stl:{}:1: unknown word \"vertices\" (did you mean \"vertex\"?)", bad + 1),
         );
-        assert_eq!(told(lines.join("\n").as_bytes()), expected.join("\n"));
+        assert_eq!(reported(lines.join("\n").as_bytes()), expected.join("\n"));
     }
 }

@@ -77,7 +77,7 @@ fn faces_show_their_images_by_coordinates_of_their_own() {
 }
 
 #[test]
-fn one_image_lies_on_all_faces_and_missing_ones_are_told() {
+fn one_image_lies_on_all_faces_and_missing_ones_are_reported() {
     let folder = folder();
     let face = "property list uchar float texcoord\n";
     let faces = ["8 0 0 1 0 1 1 0 1", "6 0 0 1 0 1 1"];

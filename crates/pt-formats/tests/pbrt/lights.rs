@@ -236,7 +236,7 @@ fn goniometric_maps_have_their_z_along_y() {
 }
 
 #[test]
-fn values_in_quotes_are_told_as_such() {
+fn values_in_quotes_are_reported_as_such() {
     for (light, expected) in [
         ("\"bool twosided\" \"true\"", "written without quotes: \"bool twosided\" true"),
         ("\"bool twosided\" [ \"false\" ]", "written without quotes: \"bool twosided\" false"),

@@ -113,7 +113,7 @@ impl Bits<'_> {
         }
         let info = Command::new(self.program).args(["info", "--json"]).arg(whole).output()?;
         let receipt: serde_json::Value = serde_json::from_slice(&info.stdout)?;
-        let Some(hash) = receipt["film"].as_str() else { bail!("{what}: info tells no hash") };
+        let Some(hash) = receipt["film"].as_str() else { bail!("{what}: info reports no hash") };
         Ok(hash.to_owned())
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
         let lines = text.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>()?;
         let number = |line: &Value, name: &str| line[name].as_f64();
         let end = lines.last().and_then(|line| number(line, "seconds")).context("no line")?;
-        let (mut right, mut told, mut width) = (0, 0, 0.0);
+        let (mut right, mut reported, mut width) = (0, 0, 0.0);
         for line in &lines {
             let left = &line["seconds_left"];
             let (Some(now), Some(least), Some(most)) =
@@ -52,18 +52,18 @@ pub(super) fn run(program: &Path) -> Result<()> {
             if line["state"] == "rendering"
                 && number(line, "samples") >= number(line, "samples_in_all").map(|n| 0.1 * n)
             {
-                told += 1;
+                reported += 1;
                 right += usize::from((now + least..=now + most).contains(&end));
                 width += (most - least) / end;
             }
         }
         println!(
-            "{scene} {options}: {end:.1} s; {right} of {told} times inside, {:.2} of the time wide",
-            width / f64::from(told.max(1))
+            "{scene} {options}: {end:.1} s; {right} of {reported} times inside, {:.2} of the time wide",
+            width / f64::from(reported.max(1))
         );
-        (inside, all) = (inside + right, all + told as usize);
+        (inside, all) = (inside + right, all + reported as usize);
     }
-    println!("{inside} of {all} times the end lay in the interval that was told");
+    println!("{inside} of {all} times the end lay in the reported interval");
     ensure!(inside * 10 >= all * 9, "less than nine times of ten");
     Ok(())
 }

@@ -55,7 +55,7 @@ pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
         Ok((render.image()?, begin.elapsed()))
     });
     let wants = wants.collect::<Result<Vec<_>>>()?;
-    let mut told = 0;
+    let mut reported = 0;
     while tally.kills < args.kills {
         let i = random.below(RENDERS.len());
         let (name, options) = RENDERS[i];
@@ -63,8 +63,8 @@ pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
         let image = killed(&render, wants[i].1, &mut random, &mut tally)
             .with_context(|| format!("{name}, after {} kills", tally.kills))?;
         tally.renders += 1;
-        if tally.kills / LINE_EVERY > told {
-            told = tally.kills / LINE_EVERY;
+        if tally.kills / LINE_EVERY > reported {
+            reported = tally.kills / LINE_EVERY;
             let (kills, seconds) = (tally.kills, start.elapsed().as_secs_f64());
             let left = seconds * f64::from(args.kills.saturating_sub(kills)) / f64::from(kills);
             println!("{kills} of {} kills, {seconds:.0} s, {left:.0} s left", args.kills);
@@ -144,10 +144,10 @@ fn killed(
         sleep(whole.mul_f32(0.5 * random.unit()));
         child.kill().context("it cannot be killed")?;
         let output = child.wait_with_output()?;
-        let told = String::from_utf8_lossy(&output.stderr);
-        tally.fell_back += u32::from(told.contains("the previous film is used"));
+        let reported = String::from_utf8_lossy(&output.stderr);
+        tally.fell_back += u32::from(reported.contains("the previous film is used"));
         if ended(output.status) {
-            ensure!(output.status.success(), "it fails: {told}");
+            ensure!(output.status.success(), "it fails: {reported}");
             return render.image();
         }
         tally.kills += 1;

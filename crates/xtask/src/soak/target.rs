@@ -110,7 +110,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
         let (truth, summary) = subject.render(&options)?;
         let of_truth = number(&summary, "error")?;
         let pixels = truth.len() as f64;
-        let (mut good, mut told, mut samples, mut worst) = (0, 0, 0.0, 0.0f64);
+        let (mut good, mut reported, mut samples, mut worst) = (0, 0, 0.0, 0.0f64);
         let to_target =
             |seed| format!("--target-error {target} --confidence {CONFIDENCE} --seed {seed}");
         for seed in 0..SEEDS {
@@ -120,7 +120,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
             let [least, most] =
                 ["error_at_least", "error_at_most"].map(|name| number(&summary, name));
             good += u32::from(error <= target);
-            told += u32::from((least?..=most?).contains(&error));
+            reported += u32::from((least?..=most?).contains(&error));
             worst = worst.max(error / target);
             samples += number(&summary, "samples")? / pixels / f64::from(SEEDS);
         }
@@ -134,7 +134,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
             Ok(number(&summary, "samples")? / pixels)
         })?;
         println!(
-            "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {told}; \
+            "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {reported}; \
              {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform-sampling, {:.2} of the {known:.0} with \
              which a single look would do, if one knew them before; the truth is off by {:.3} %",
             100.0 * target,
@@ -142,11 +142,11 @@ pub(super) fn run(program: &Path) -> Result<()> {
             samples / known,
             100.0 * of_truth
         );
-        (within, in_interval, all) = (within + good, in_interval + told, all + SEEDS);
+        (within, in_interval, all) = (within + good, in_interval + reported, all + SEEDS);
         fewer += usize::from(samples <= FEWER.0 * known);
     }
     println!(
-        "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they told; fewer \
+        "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they reported; fewer \
          samples in {fewer} of {} scenes",
         SCENES.len()
     );

@@ -65,8 +65,8 @@ fn types(explanation: &Explanation) -> String {
         return "\nNo light reaches this pixel.\n".into();
     }
     let mut text = String::from(
-        "\nPath types, from the light to the eye: L light, D diffuse, G glossy, S specular, V volume, \
-         E eye\n",
+        "\nPath types, from the light to the eye: L light, D diffuse, G glossy, S specular, V \
+         volume, E eye\n",
     );
     let row = |name: &str, [mean, share, variance, found]: [String; 4]| {
         let row = format!("  {name:<28}{mean:>12}{share:>12}{variance:>15}{found:>18}");
@@ -257,8 +257,8 @@ fn fireflies(names: NameLookup, session: &Session, explanation: &Explanation) ->
         return format!("\n{}", paragraph(label, &format!("none. No sample is {rule}.")));
     }
     let text = format!(
-        "{} of {} samples, each {rule}. Together {} of the mean and {} of the variance; mean luminance \
-         of the others: {}.",
+        "{} of {} samples, each {rule}. Together {} of the mean and {} of the variance; mean \
+         luminance of the others: {}.",
         all.len(),
         explanation.samples.len(),
         percent(*share_of_mean),

@@ -95,17 +95,19 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
     };
     match firefly.cause {
         Cause::SeenLight => format!(
-            "{light} is visible in a part of the pixel, directly or through mirrors or glass, so that only \
-             some samples hit it."
+            "{light} is visible in a part of the pixel, directly or through mirrors or glass, so \
+             that only some samples hit it."
         ),
         Cause::Caustic { vertex } => format!(
-            "caustic. Light of {light} reaches {1} through {0}. Light samples do not pass mirrors or glass, \
-             so that only few BSDF samples find this light, each with a large contribution.",
+            "caustic. Light of {light} reaches {1} through {0}. Light samples do not pass mirrors \
+             or glass, so that only few BSDF samples find this light, each with a large \
+             contribution.",
             at(vertex + 1),
             at(vertex)
         ),
         Cause::Unsampled if bright.source.is_sampled() => {
-            "uniform samples of the hemisphere: few of them hit a light, each with a large contribution."
+            "uniform samples of the hemisphere: few of them hit a light, each with a large \
+             contribution."
                 .into()
         }
         Cause::Unsampled => format!(
@@ -113,8 +115,9 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
              contribution."
         ),
         Cause::Throughput { vertex, weight, times } => format!(
-            "path throughput, {} times the mean. Its largest factor is that of vertex {}, {}: {}. Important \
-             directions are sampled too rarely there, or Russian roulette ends most paths.",
+            "path throughput, {} times the mean. Its largest factor is that of vertex {}, {}: {}. \
+             Important directions are sampled too rarely there, or Russian roulette ends most \
+             paths.",
             number(times),
             vertex + 1,
             at(vertex),
@@ -126,7 +129,8 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
             near(&bright.source)
         ),
         Cause::Choice { probability, times } => format!(
-            "selection of {light} with the small probability {}; its reciprocal is {} times the mean.",
+            "selection of {light} with the small probability {}; its reciprocal is {} times the \
+             mean.",
             number(f64::from(probability)),
             number(times)
         ),
@@ -136,7 +140,8 @@ pub(super) fn cause(names: NameLookup, firefly: &Firefly) -> String {
             near(&bright.source)
         ),
         Cause::Scattering { times } => format!(
-            "scattering of the light of {light} by {}, {} times the mean: its lobe is narrow, and light samples ignore it.",
+            "scattering of the light of {light} by {}, {} times the mean: its lobe is narrow, and \
+             light samples ignore it.",
             at(bright.vertices.wrapping_sub(1)),
             number(times)
         ),

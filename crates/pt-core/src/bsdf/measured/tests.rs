@@ -55,7 +55,7 @@ fn measured(specimen: &TabulatedLobe<'_>) -> MeasuredTables {
 /// An isotropic lobe with relative and with absolute values, and an anisotropic one: interpolation
 /// between table entries has errors of 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
 #[test]
-fn tables_tell_what_was_measured() {
+fn tables_report_what_was_measured() {
     let (isotropic, distribution) = metal([0.3; 2]);
     let (brushed, of_brushed) = metal([0.5, 0.25]);
     let mut specimen = TabulatedLobe {

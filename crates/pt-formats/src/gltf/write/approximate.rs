@@ -32,26 +32,26 @@ pub(super) struct ApproximateMaterial {
 /// √α of a sheen that is about as wide as that of Burley, which has no roughness.
 const SHEEN_ROUGHNESS: f32 = 0.5;
 
-/// Returns the best approximation of a surface. `tell` receives a note for each difference.
-pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+/// Returns the best approximation of a surface. `note` receives a note for each difference.
+pub(super) fn approximate(surface: &Surface, note: &mut dyn FnMut(&str)) -> ApproximateMaterial {
     let look = match surface {
-        Surface::SurfaceDetail(embossed) => return relief(embossed, tell),
+        Surface::SurfaceDetail(embossed) => return relief(embossed, note),
         Surface::TwoSided(sided) => {
-            tell("the back side becomes like the front side");
-            let inner = approximate(&sided.front, tell);
+            note("the back side becomes like the front side");
+            let inner = approximate(&sided.front, note);
             let look = MetallicRoughness { two_sided: true, ..inner.look };
             return ApproximateMaterial { look, ..inner };
         }
-        Surface::Mix(mix) => return mixed(mix, tell),
+        Surface::Mix(mix) => return mixed(mix, note),
         Surface::MetallicRoughness(look) => look.clone(),
-        Surface::Principled(principled) => self::principled(principled, tell),
-        Surface::PrincipledThin(thin) => sheet(thin, tell),
+        Surface::Principled(principled) => self::principled(principled, note),
+        Surface::PrincipledThin(thin) => sheet(thin, note),
         Surface::Hair(hair) => {
-            tell("hair becomes diffuse, with the colour of many fibres");
+            note("hair becomes diffuse, with the colour of many fibres");
             matte(&hair.color(), true)
         }
         Surface::Measured(measured) => {
-            tell(
+            note(
                 "the measured material becomes a metal of approximately the same colour and \
                  roughness",
             );
@@ -65,39 +65,39 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
         }
         Surface::Diffuse(m) => matte(&m.reflectance, m.two_sided),
         Surface::RoughDiffuse(m) => {
-            tell("the surface becomes Lambertian");
+            note("the surface becomes Lambertian");
             matte(&m.reflectance, m.two_sided)
         }
-        Surface::DiffuseTransmission(m) => leaf(m, tell),
+        Surface::DiffuseTransmission(m) => leaf(m, note),
         Surface::Black(_) => matte(&[0.0; 3].into(), true),
         Surface::Mirror(m) => {
             let base_color = m.reflectance.clone();
             MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
         }
-        Surface::Conductor(m) => metal(m, tell),
-        Surface::CoatedConductor(m) => coated_metal(m, tell),
-        Surface::Glass(m) => glass(m, tell),
+        Surface::Conductor(m) => metal(m, note),
+        Surface::CoatedConductor(m) => coated_metal(m, note),
+        Surface::Glass(m) => glass(m, note),
         Surface::Refraction(m) => {
-            tell("the reflectance becomes that of glass");
-            transparent(squared(&m.transmittance), index(m.ior, tell))
+            note("the reflectance becomes that of glass");
+            transparent(squared(&m.transmittance), index(m.ior, note))
         }
-        Surface::ThinGlass(m) => pane(m, tell),
+        Surface::ThinGlass(m) => pane(m, note),
         Surface::CoatedDiffuse(m) => {
-            tell(COATED);
+            note(COATED);
             coated(&m.diffuse, 0.0, m.ior, m.two_sided)
         }
         Surface::RoughCoatedDiffuse(m) => {
-            tell(COATED);
+            note(COATED);
             coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
         }
         Surface::FresnelPlastic(m) => {
-            tell(COATED);
+            note(COATED);
             let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
-            roughen(&mut look, Some(&m.roughness), tell);
+            roughen(&mut look, Some(&m.roughness), note);
             look
         }
         Surface::Plastic(m) => {
-            tell("the specular lobe becomes an achromatic GGX lobe");
+            note("the specular lobe becomes an achromatic GGX lobe");
             let root = legacy_specular::amount(&m.specular).clamp(0.0, 0.96).sqrt();
             let ior = (1.0 + root) / (1.0 - root);
             coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
@@ -107,25 +107,25 @@ pub(super) fn approximate(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Appr
 }
 
 /// Returns the approximation of the surface under a relief.
-fn relief(embossed: &SurfaceDetail, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    let inner = approximate(&embossed.surface, tell);
+fn relief(embossed: &SurfaceDetail, note: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+    let inner = approximate(&embossed.surface, note);
     if inner.relief.is_some() {
-        tell("nested normal or bump maps: only the outer one is written");
+        note("nested normal or bump maps: only the outer one is written");
     }
     if embossed.shadowing {
-        tell("shadows of the bump map are not written");
+        note("shadows of the bump map are not written");
     }
     if embossed.mirrored {
-        tell("bumps of the front side become dents of the back side");
+        note("bumps of the front side become dents of the back side");
     }
     ApproximateMaterial { relief: Some(embossed.relief.clone()), ..inner }
 }
 
 /// Returns the surface with the larger weight.
-fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> ApproximateMaterial {
-    tell("of the mixed surfaces, only the one with the larger weight is written");
+fn mixed(mix: &Mix, note: &mut dyn FnMut(&str)) -> ApproximateMaterial {
+    note("of the mixed surfaces, only the one with the larger weight is written");
     let is_second = matches!(mix.amount, Input::Value(share) if share > 0.5);
-    approximate(if is_second { &mix.second } else { &mix.first }, tell)
+    approximate(if is_second { &mix.second } else { &mix.first }, note)
 }
 
 /// Returns the interior of a glTF material.
@@ -139,56 +139,56 @@ fn body(look: &MetallicRoughness) -> BaseMaterial {
 
 /// Converts a Disney material. The tints of reflection and sheen and the flatness are omitted; the
 /// sheen has the roughness [`SHEEN_ROUGHNESS`].
-fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+fn principled(principled: &Principled, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of specular reflection and sheen are omitted");
+        note("the tints of specular reflection and sheen are omitted");
     }
     let clearcoat_roughness = match &principled.clearcoat_gloss {
         _ if principled.clearcoat == zero => zero.clone(),
         Scalar::Value(gloss) => legacy_specular::roughness_of_coat(*gloss).into(),
         Scalar::Texture(_) => {
-            tell("the textured gloss of the coat is omitted");
+            note("the textured gloss of the coat is omitted");
             zero.clone()
         }
     };
     if principled.flatness != zero {
-        tell("flatness is omitted");
+        note("flatness is omitted");
     }
-    tell("diffuse reflection becomes Lambertian below a specular layer that attenuates it");
+    note("diffuse reflection becomes Lambertian below a specular layer that attenuates it");
     let look = MetallicRoughness {
         base_color: principled.base_color.clone(),
         metallic: principled.metallic.clone(),
         transmission: principled.spec_trans.clone(),
-        ior: index(principled.ior, tell),
+        ior: index(principled.ior, note),
         sheen_color: sheen(&principled.sheen),
         sheen_roughness: SHEEN_ROUGHNESS.into(),
         clearcoat: principled.clearcoat.clone(),
         clearcoat_roughness,
         two_sided: principled.two_sided,
-        ..brushed(&principled.roughness, &principled.anisotropic, tell)
+        ..brushed(&principled.roughness, &principled.anisotropic, note)
     };
     if look.transmits() { look } else { without_gloss(look, principled.ior) }
 }
 
-fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+fn sheet(thin: &PrincipledThin, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let zero = Scalar::Value(0.0);
     let left = [&thin.spec_tint, &thin.sheen_tint, &thin.flatness];
     if left.iter().any(|number| **number != zero) {
-        tell("the tints of specular reflection and sheen, and flatness, are omitted");
+        note("the tints of specular reflection and sheen, and flatness, are omitted");
     }
     MetallicRoughness {
         base_color: thin.base_color.clone(),
         transmission: thin.spec_trans.clone(),
         diffuse_transmission: mapped(&thin.diff_trans, |x| 0.5 * x, |x| 0.5 * x),
         diffuse_transmission_color: thin.base_color.clone(),
-        ior: index(thin.ior, tell),
+        ior: index(thin.ior, note),
         sheen_color: sheen(&thin.sheen),
         sheen_roughness: SHEEN_ROUGHNESS.into(),
         thin: true,
         two_sided: true,
-        ..brushed(&thin.roughness, &thin.anisotropic, tell)
+        ..brushed(&thin.roughness, &thin.anisotropic, note)
     }
 }
 
@@ -201,11 +201,11 @@ fn sheen(amount: &Scalar) -> Color {
 }
 
 /// Returns an index of refraction that glTF supports.
-fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
+fn index(ior: f32, note: &mut dyn FnMut(&str)) -> f32 {
     if ior >= 1.0 {
         return ior;
     }
-    tell("an index of refraction below 1 is not representable in glTF; the inverse is written");
+    note("an index of refraction below 1 is not representable in glTF; the inverse is written");
     1.0 / ior.max(0.01)
 }
 
@@ -219,7 +219,7 @@ fn without_gloss(look: MetallicRoughness, ior: f32) -> MetallicRoughness {
 fn brushed(
     roughness: &Scalar,
     anisotropic: &Scalar,
-    tell: &mut dyn FnMut(&str),
+    note: &mut dyn FnMut(&str),
 ) -> MetallicRoughness {
     let round = || MetallicRoughness { roughness: roughness.clone(), ..bare(false) };
     match (roughness, anisotropic) {
@@ -229,7 +229,7 @@ fn brushed(
             stretched([root * root / aspect, root * root * aspect])
         }
         _ => {
-            tell("textured anisotropy is not representable in glTF; highlights become isotropic");
+            note("textured anisotropy is not representable in glTF; highlights become isotropic");
             round()
         }
     }
@@ -253,11 +253,11 @@ fn bare(two_sided: bool) -> MetallicRoughness {
 
 /// Converts diffuse reflection and transmission to a fraction that is transmitted, and colours that
 /// together yield the original reflectance and transmittance.
-fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+fn leaf(sheet: &DiffuseTransmission, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let matte = matte(&sheet.reflectance, true);
     let (Input::Value(reflected), Input::Value(sent)) = (&sheet.reflectance, &sheet.transmittance)
     else {
-        tell("textured diffuse transmission is not representable in glTF; it is omitted");
+        note("textured diffuse transmission is not representable in glTF; it is omitted");
         return matte;
     };
     let most = |color: &[f32; 3]| color.iter().fold(0.0_f32, |a, b| a.max(*b));
@@ -278,8 +278,8 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
 }
 
 /// Converts a coated metal to one with the clearcoat of glTF.
-fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    tell(
+fn coated_metal(m: &CoatedConductor, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note(
         "the white reflection of the coat and the reflectance of the metal become Schlick's \
          approximation",
     );
@@ -323,32 +323,32 @@ fn transparent(color: Color, ior: f32) -> MetallicRoughness {
     MetallicRoughness { base_color: color, transmission: 1.0.into(), ior, ..bare(false) }
 }
 
-fn metal(m: &Conductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    tell("the angular dependence of the reflectance becomes Schlick's approximation");
+fn metal(m: &Conductor, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note("the angular dependence of the reflectance becomes Schlick's approximation");
     let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
     let base_color = times(&m.reflectance, at_normal);
     let mut look = MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
-    roughen(&mut look, m.roughness.as_ref(), tell);
+    roughen(&mut look, m.roughness.as_ref(), note);
     look
 }
 
-fn glass(m: &Glass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    note_tint(&m.reflectance, tell);
+fn glass(m: &Glass, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, note);
     // In glTF, the colour is the transmittance of two interfaces.
-    let mut look = transparent(squared(&m.transmittance), index(m.ior, tell));
-    roughen(&mut look, m.roughness.as_ref(), tell);
+    let mut look = transparent(squared(&m.transmittance), index(m.ior, note));
+    roughen(&mut look, m.roughness.as_ref(), note);
     look
 }
 
-fn pane(m: &ThinGlass, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
-    note_tint(&m.reflectance, tell);
-    let look = transparent(m.transmittance.clone(), index(m.ior, tell));
+fn pane(m: &ThinGlass, note: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    note_tint(&m.reflectance, note);
+    let look = transparent(m.transmittance.clone(), index(m.ior, note));
     MetallicRoughness { thin: true, ..look }
 }
 
-fn note_tint(reflectance: &Color, tell: &mut dyn FnMut(&str)) {
+fn note_tint(reflectance: &Color, note: &mut dyn FnMut(&str)) {
     if *reflectance != Color::Value([1.0; 3]) {
-        tell("the tint of reflection is omitted");
+        note("the tint of reflection is omitted");
     }
 }
 
@@ -360,11 +360,11 @@ const COATED: &str =
 fn roughen(
     look: &mut MetallicRoughness,
     roughness: Option<&Roughness>,
-    tell: &mut dyn FnMut(&str),
+    note: &mut dyn FnMut(&str),
 ) {
     let Some(Roughness { alpha: [along_u, along_v], distribution, .. }) = roughness else { return };
     if *distribution == pt_scene::material::Distribution::Beckmann {
-        tell("the microfacet distribution becomes GGX");
+        note("the microfacet distribution becomes GGX");
     }
     match (along_u, along_v) {
         (Input::Value(u), Input::Value(v)) if u > v => {
@@ -373,13 +373,13 @@ fn roughen(
         }
         (Input::Value(u), Input::Value(v)) => {
             if u < v {
-                tell("anisotropic highlights along v become isotropic");
+                note("anisotropic highlights along v become isotropic");
             }
             look.roughness = (u * v).sqrt().sqrt().into();
         }
         _ => {
             if along_u != along_v {
-                tell("the roughness becomes isotropic, with the value along u");
+                note("the roughness becomes isotropic, with the value along u");
             }
             look.roughness = mapped(along_u, f32::sqrt, f32::sqrt);
         }

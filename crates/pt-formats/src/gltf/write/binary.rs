@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_are_told_with_their_box() {
+    fn positions_are_reported_with_their_box() {
         let mut binary = BinaryBuffer::default();
         binary.view([1]);
         binary.vertices(&[[0.1, -1.0], [0.2, -2.0]], true);

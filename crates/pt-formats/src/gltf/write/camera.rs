@@ -32,20 +32,20 @@ impl GltfWriter<'_> {
         let mut to_world = camera.to_world;
         if let Some(motion) = &camera.motion {
             self.notes
-                .tell(&place, "the motion is omitted; the pose when the shutter opens is written");
+                .note(&place, "the motion is omitted; the pose when the shutter opens is written");
             to_world = motion.at(camera.shutter[0]) * to_world;
         }
         if camera.lens_radius > 0.0 {
-            self.notes.tell(&place, "depth of field is omitted");
+            self.notes.note(&place, "depth of field is omitted");
         }
         if camera.principal_point_offset != [0.0; 2] {
-            self.notes.tell(&place, "the offset of the film is omitted");
+            self.notes.note(&place, "the offset of the film is omitted");
         }
         if camera.medium.is_some() {
-            self.notes.tell(&place, "the medium around the camera is omitted");
+            self.notes.note(&place, "the medium around the camera is omitted");
         }
         if to_world.matrix3.determinant() < 0.0 {
-            self.notes.tell(&place, "the reflection in the camera transform is omitted");
+            self.notes.note(&place, "the reflection in the camera transform is omitted");
         }
         let Some(rigid) = unscaled(self.in_metres(to_world)) else {
             return Err(format!("{place}: found a transform that flattens space"));
@@ -53,13 +53,13 @@ impl GltfWriter<'_> {
         let [near, far] = [camera.near, camera.far].map(|x| x * self.metres);
         let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(DVec3::length);
         if camera.meter.is_some() {
-            self.notes.tell(&place, "meters are not representable in glTF; the camera is omitted");
+            self.notes.note(&place, "meters are not representable in glTF; the camera is omitted");
             return Ok(());
         }
         let view = match camera.projection {
             Projection::Panorama => {
                 self.notes
-                    .tell(&place, "panoramas are not representable in glTF; the camera is omitted");
+                    .note(&place, "panoramas are not representable in glTF; the camera is omitted");
                 return Ok(());
             }
             Projection::Perspective { x_fov, y_fov } => {
@@ -68,7 +68,7 @@ impl GltfWriter<'_> {
                     (Fit::Height, Some(keys)) => drop(keys.remove("aspectRatio")),
                     (Fit::Width, _) => {
                         self.notes
-                            .tell(&place, "images of other aspect ratios show the whole view");
+                            .note(&place, "images of other aspect ratios show the whole view");
                     }
                     _ => {}
                 }
@@ -114,45 +114,45 @@ impl GltfWriter<'_> {
 
     fn light(&mut self, light: &Light) -> Result<(), String> {
         let to_world = self.in_metres(light.to_world);
-        let mut tell = |note: &str| self.notes.tell(&light.at, note);
+        let mut note = |note: &str| self.notes.note(&light.at, note);
         let (kind, intensity, to_world) = match &light.kind {
             LightKind::Directional { irradiance } => ("directional", *irradiance, to_world),
             LightKind::DistantDisk { irradiance, .. } => {
-                tell("the disk becomes a directional light, with sharp shadows");
+                note("the disk becomes a directional light, with sharp shadows");
                 // The disk is towards +z, and directional lights face −z: the direction of light is
                 // the same.
                 ("directional", *irradiance, to_world)
             }
             LightKind::Point { intensity } => ("point", *intensity, to_world),
             LightKind::Ies { profile, scale } => {
-                tell("the profile becomes an isotropic intensity, its mean");
+                note("the profile becomes an isotropic intensity, its mean");
                 ("point", scale.map(|c| c * profile.mean_candela()), to_world)
             }
             LightKind::Spot { intensity, falloff_exponent, .. } => {
                 if *falloff_exponent > 0.0 {
-                    tell("the falloff from the axis to the edge becomes that of glTF");
+                    note("the falloff from the axis to the edge becomes that of glTF");
                 }
                 ("spot", *intensity, to_world)
             }
             LightKind::PunctualSpot { intensity, .. } => ("spot", *intensity, to_world),
             LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture } => {
                 if beam_angle < cutoff_angle {
-                    tell("the falloff from the beam to the edge becomes that of glTF");
+                    note("the falloff from the beam to the edge becomes that of glTF");
                 }
                 if texture.is_some() {
-                    tell("the projected image is omitted");
+                    note("the projected image is omitted");
                 }
                 ("spot", *intensity, to_world)
             }
             LightKind::Projector { intensity, .. } => {
-                tell(
+                note(
                     "the projected image is omitted; the intensity does not increase towards the \
                      edge",
                 );
                 ("spot", *intensity, to_world)
             }
             LightKind::Area { .. } if represents_emissive_mesh(light, self.scene) => {
-                tell("the light is omitted: it represents the emissive surface around it");
+                note("the light is omitted: it represents the emissive surface around it");
                 return Ok(());
             }
             LightKind::Area { radiance } => return self.square(light, *radiance),
@@ -160,7 +160,7 @@ impl GltfWriter<'_> {
             | LightKind::Constant { .. }
             | LightKind::Environment { .. }
             | LightKind::Daylight(_) => {
-                tell("environment lights are not representable in glTF; the light is omitted");
+                note("environment lights are not representable in glTF; the light is omitted");
                 return Ok(());
             }
         };
@@ -205,7 +205,7 @@ impl GltfWriter<'_> {
             _ => return None,
         };
         if cutoff > 90.0 {
-            self.notes.tell(&light.at, "the cone becomes a half space, the widest one of glTF");
+            self.notes.note(&light.at, "the cone becomes a half space, the widest one of glTF");
         }
         let radians = |degrees: f64| {
             let degrees = degrees.clamp(0.0, 90.0);

@@ -43,7 +43,7 @@ impl GltfWriter<'_> {
         let made = MaterialParameter::of(color);
         if made.lost || made.colors.is_some() {
             let note = format!("{what}: one of the combined textures is omitted");
-            self.notes.tell(&cx.place, note);
+            self.notes.note(&cx.place, note);
         }
         fields.insert(factor.to_owned(), made.factor.to_vec().into());
         let image = made.layer.as_ref().map(|layer| (TextureUsage::Colors, layer));
@@ -89,7 +89,7 @@ impl GltfWriter<'_> {
             return Ok(());
         }
         if look.anisotropy_along.is_some() {
-            self.notes.tell(&cx.place, "the anisotropy is along u, as tangents are not written");
+            self.notes.note(&cx.place, "the anisotropy is along u, as tangents are not written");
         }
         let strength = self.number(&look.anisotropy, "anisotropy", cx);
         let factor = self.share(strength.factor[0], "anisotropy", cx);
@@ -154,7 +154,7 @@ impl GltfWriter<'_> {
                     (Some(least), most, made.layer)
                 } else {
                     let note = "the thickness of the film becomes its mean";
-                    self.notes.tell(&cx.place, note);
+                    self.notes.note(&cx.place, note);
                     (None, texture.pattern.mean()[0], None)
                 }
             }

@@ -82,7 +82,7 @@ impl GltfWriter<'_> {
     ) -> Result<Value, String> {
         let first = parts[0].1;
         if parts.iter().any(|(_, layer)| !layer.lies_as(first)) {
-            self.notes.tell(
+            self.notes.note(
                 place,
                 "two images share one glTF texture, but have different mappings; the second one \
                  uses the mapping of the first",
@@ -99,7 +99,7 @@ impl GltfWriter<'_> {
                 let extensions = self.extended([("KHR_texture_transform", transform)]);
                 info["extensions"] = extensions;
             }
-            Err(_) => self.notes.tell(
+            Err(_) => self.notes.note(
                 place,
                 "a shear of texture coordinates is not representable in glTF; it is omitted",
             ),

@@ -80,10 +80,10 @@ impl GltfWriter<'_> {
         };
         let cx = &mut writing;
         let ApproximateMaterial { look, body, relief } =
-            approximate(&material.surface, &mut |note| self.notes.tell(&cx.place, note));
+            approximate(&material.surface, &mut |note| self.notes.note(&cx.place, note));
         let opacity = match material.opacity {
             Scalar::Value(0.0) if material.emission != [0.0; 3].into() => {
-                self.notes.tell(&cx.place, "a surface with opacity 0 that emits becomes opaque");
+                self.notes.note(&cx.place, "a surface with opacity 0 that emits becomes opaque");
                 1.0.into()
             }
             ref opacity => opacity.clone(),
@@ -96,7 +96,7 @@ impl GltfWriter<'_> {
         let has_relief = done? | self.layers(&look, relief.as_ref(), cx)?;
         let emits = self.emission(material, &opacity, cx)?;
         if body == BaseMaterial::Opaque && !look.two_sided {
-            self.notes.tell(&cx.place, "the black back side becomes like the front side");
+            self.notes.note(&cx.place, "the black back side becomes like the front side");
         }
         // Emission here is one-sided, and light passes through both sides of a solid anyway.
         if !emits && (look.two_sided || body == BaseMaterial::Sheet) {
@@ -123,7 +123,7 @@ impl GltfWriter<'_> {
     ) -> Result<MaterialParameter, String> {
         let color = MaterialParameter::of(&look.base_color);
         if color.lost {
-            self.notes.tell(&cx.place, "base colour: one of the combined textures is omitted");
+            self.notes.note(&cx.place, "base colour: one of the combined textures is omitted");
         }
         let opacity = self.number(opacity, "opacity", cx);
         let mut pbr = Map::new();
@@ -175,11 +175,11 @@ impl GltfWriter<'_> {
         let made = MaterialParameter::of_number(number);
         if made.colors.is_some() {
             let note = format!("{what}: colours of the mesh are ignored");
-            self.notes.tell(&cx.place, note);
+            self.notes.note(&cx.place, note);
         }
         if made.lost {
             let note = format!("{what}: one of the combined textures is omitted");
-            self.notes.tell(&cx.place, note);
+            self.notes.note(&cx.place, note);
         }
         made
     }
@@ -190,7 +190,7 @@ impl GltfWriter<'_> {
             return number;
         }
         let note = format!("{what} is outside of 0 to 1; the nearest of these is written");
-        self.notes.tell(&cx.place, note);
+        self.notes.note(&cx.place, note);
         if number > 1.0 { 1.0 } else { 0.0 }
     }
 
@@ -245,7 +245,7 @@ impl GltfWriter<'_> {
             }
             cx.extensions.push(("KHR_materials_volume", fields.into()));
         } else if let Some(medium) = medium {
-            self.notes.tell(
+            self.notes.note(
                 &medium.at,
                 "the medium is omitted: the surface around it has no interior in glTF",
             );
@@ -259,14 +259,14 @@ impl GltfWriter<'_> {
     /// Writes the attenuation of a medium: c = exp(−σt d).
     fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
         let MediumProperties::Homogeneous { extinction, albedo, .. } = &medium.matter else {
-            self.notes.tell(&medium.at, "the medium is omitted: media of glTF are homogeneous");
+            self.notes.note(&medium.at, "the medium is omitted: media of glTF are homogeneous");
             return;
         };
         if *albedo != [0.0; 3] {
-            self.notes.tell(&medium.at, "scattering becomes absorption");
+            self.notes.note(&medium.at, "scattering becomes absorption");
         }
         if medium.matter.emits() {
-            self.notes.tell(&medium.at, "the emission of the medium is omitted");
+            self.notes.note(&medium.at, "the emission of the medium is omitted");
         }
         let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
         fields.insert("attenuationColor".to_owned(), color.to_vec().into());
@@ -287,13 +287,13 @@ impl GltfWriter<'_> {
                 normals(texture)
             }
             Some(NormalOrBump::NormalsAlong(texture, _)) => {
-                self.notes.tell(&cx.place, "the normals are along u, as tangents are not written");
+                self.notes.note(&cx.place, "the normals are along u, as tangents are not written");
                 normals(texture)
             }
             Some(NormalOrBump::Heights(..)) => None,
         };
         let Some(layer) = normals else {
-            self.notes.tell(&cx.place, "the bump map is omitted: glTF supports normal maps only");
+            self.notes.note(&cx.place, "the bump map is omitted: glTF supports normal maps only");
             return Ok(false);
         };
         let content = TextureUsage::Normals { scale: 1.0_f32.to_bits(), is_mirrored: false };
@@ -313,16 +313,16 @@ impl GltfWriter<'_> {
             return Ok(false);
         }
         if !is_certain {
-            self.notes.tell(&cx.place, "the emission is multiplied by the opacity");
+            self.notes.note(&cx.place, "the emission is multiplied by the opacity");
         }
         if !emission.factor.iter().all(|c| c.is_finite()) {
             return Err(format!("{}: found an emission that is not finite", cx.place));
         }
         if material.hidden_emission {
-            self.notes.tell(&cx.place, "emission that is invisible to the camera becomes visible");
+            self.notes.note(&cx.place, "emission that is invisible to the camera becomes visible");
         }
         if emission.colors.is_some() || emission.lost {
-            self.notes.tell(&cx.place, "only one image of the emission is written");
+            self.notes.note(&cx.place, "only one image of the emission is written");
         }
         let strength = power_of_two(emission.factor.into_iter().fold(0.0, f32::max));
         let factor = emission.factor.map(|c| c.max(0.0) / strength);

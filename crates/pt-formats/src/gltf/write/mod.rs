@@ -108,7 +108,7 @@ impl<'a> GltfWriter<'a> {
     fn object(&mut self, object: &Object) -> Result<(), String> {
         let media = object.media.unwrap_or_default();
         if media.exterior.is_some() {
-            self.notes.tell(&object.at, "the medium outside of the scene is omitted");
+            self.notes.note(&object.at, "the medium outside of the scene is omitted");
         }
         let used: Vec<usize> = match &object.geometry {
             Geometry::Sphere { .. } | Geometry::Points { .. } => vec![0],
@@ -143,7 +143,7 @@ impl<'a> GltfWriter<'a> {
         let mut to_world = object.to_world;
         if let Some(motion) = &object.motion {
             let opens = self.scene.camera().map_or(0.0, |camera| camera.shutter[0]);
-            self.notes.tell(
+            self.notes.note(
                 &object.at,
                 "the motion is omitted; the pose when the shutter opens is written",
             );
@@ -153,7 +153,7 @@ impl<'a> GltfWriter<'a> {
             Geometry::Mesh(mesh) => Arc::clone(mesh),
             Geometry::Points { points, radius } => {
                 if radius.is_some() {
-                    self.notes.tell(
+                    self.notes.note(
                         &object.at,
                         "the radius of points and lines is not representable in glTF; it is \
                          omitted",
@@ -163,7 +163,7 @@ impl<'a> GltfWriter<'a> {
                 return self.node(&object.name, self.in_metres(to_world), shown, &object.at);
             }
             Geometry::Sphere { radius } => {
-                self.notes.tell(&object.at, "the sphere becomes triangles");
+                self.notes.note(&object.at, "the sphere becomes triangles");
                 to_world *= DAffine3::from_scale(DVec3::splat(radius.abs()));
                 let sphere = self.sphere.get_or_insert_with(|| Arc::new(shapes::sphere()));
                 let mut sphere = Arc::clone(sphere);
@@ -186,13 +186,13 @@ impl<'a> GltfWriter<'a> {
                 };
                 if parts.iter().any(leans) {
                     let note = "normals are mirrored where the texture coordinates are mirrored";
-                    self.notes.tell(&object.at, note);
+                    self.notes.note(&object.at, note);
                 }
                 parts
             }
         };
         let Some(index) = self.mesh(&mesh, &parts)? else {
-            self.notes.tell(&object.at, "mesh without triangles; it is omitted");
+            self.notes.note(&object.at, "mesh without triangles; it is omitted");
             return Ok(());
         };
         let shown = Map::from_iter([("mesh".to_owned(), index.into())]);
@@ -249,7 +249,7 @@ impl<'a> GltfWriter<'a> {
                 "render settings are not representable in glTF and omitted: {}",
                 lost.join(", ")
             );
-            self.notes.tell("settings", note);
+            self.notes.note("settings", note);
         }
     }
 

@@ -9,18 +9,18 @@ pub(super) struct WriteNotes {
     /// Messages in the order of their first occurrence, and their locations.
     all: Vec<(String, Vec<String>)>,
     numbers: HashMap<String, usize>,
-    told: HashSet<(usize, String)>,
+    reported: HashSet<(usize, String)>,
 }
 
 impl WriteNotes {
     /// Adds a message about a location, once.
-    pub(super) fn tell(&mut self, place: impl Display, message: impl Into<String>) {
+    pub(super) fn note(&mut self, place: impl Display, message: impl Into<String>) {
         let (place, message) = (place.to_string(), message.into());
         let number = *self.numbers.entry(message).or_insert_with_key(|message| {
             self.all.push((message.clone(), Vec::new()));
             self.all.len() - 1
         });
-        if self.told.insert((number, place.clone())) {
+        if self.reported.insert((number, place.clone())) {
             self.all[number].1.push(place);
         }
     }
@@ -47,9 +47,9 @@ mod tests {
     fn what_is_said_of_many_places_is_one_note() {
         let mut notes = WriteNotes::default();
         for place in ["a", "b", "a"] {
-            notes.tell(place, "it is gone");
+            notes.note(place, "it is gone");
         }
-        notes.tell("a", "it is bent");
+        notes.note("a", "it is bent");
         assert_eq!(notes.finish(), ["a, and 1 other: it is gone", "a: it is bent"]);
     }
 }

@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_llvm_tell_its_version() {
+    fn names_of_llvm_report_its_version() {
         assert_eq!(llvm_version("libLLVM.so.19.1"), Some(19));
         assert_eq!(llvm_version("libLLVM-15.so.1"), Some(15));
         assert_eq!(llvm_version("libLLVMSupport.a"), None);

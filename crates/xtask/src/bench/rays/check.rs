@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_referee_tells_who_is_wrong() {
+    fn the_referee_reports_who_is_wrong() {
         let mesh = shapes::blob(8);
         let bvh = Bvh::build(mesh.geometry(), &BuildOptions::default()).unwrap();
         let rays: Vec<_> = (0..9)
