@@ -224,12 +224,12 @@ fn test(
     let failure =
         |reason, histogram| Chi2Failure { name: config.name.to_owned(), reason, histogram };
     let observed = observe(place, config).map_err(|reason| failure(reason, None))?;
-    let expected = expect(&density, config, QUICK_DEPTH);
+    let expected = expect(&density, config, QUICK);
     let mut histogram = Histogram { bins: config.bins, observed, expected };
     if judge(&histogram, config).is_ok() {
         return Ok(());
     }
-    histogram.expected = expect(&density, config, DEPTH);
+    histogram.expected = expect(&density, config, PRECISE);
     judge(&histogram, config).map_err(|reason| {
         let file = format!("chi2-{}.csv", config.name.replace(|c: char| !c.is_alphanumeric(), "-"));
         failure(reason, output::write(&file, histogram.table().as_bytes()).ok())
@@ -261,15 +261,28 @@ fn observe(
     Ok(counts)
 }
 
-/// Minimum depth of subdivision of a bin, so that a narrow peak is not overlooked.
-const DEPTH: u32 = 2;
-/// Minimum depth of the first attempt, with a quarter of the evaluations. A failure may be due to
-/// its error, and is judged anew with [`DEPTH`].
-const QUICK_DEPTH: u32 = 1;
+/// Precision of the integrals of the density over bins.
+#[derive(Clone, Copy)]
+struct Quadrature {
+    /// Minimum depth of subdivision of a bin, so that a narrow peak is not overlooked.
+    min_depth: u32,
+    /// Error of a bin in samples.
+    tolerance: f64,
+}
 
-/// Integrates the density over the bins; an error of a twentieth of a sample in a bin is far below
-/// the noise.
-fn expect(density: &impl Fn(f64, f64) -> f64, config: &Chi2<'_>, min_depth: u32) -> Vec<f64> {
+/// Precision of the first attempt. Its errors are independent of the samples: they make a correct
+/// routine fail more often, which is then judged anew by [`PRECISE`], but not a wrong one pass.
+const QUICK: Quadrature = Quadrature { min_depth: 1, tolerance: 0.5 };
+/// Precision of the second attempt, far below the noise.
+const PRECISE: Quadrature = Quadrature { min_depth: 2, tolerance: 0.05 };
+
+/// Integrates the density over the bins.
+fn expect(
+    density: &impl Fn(f64, f64) -> f64,
+    config: &Chi2<'_>,
+    quadrature: Quadrature,
+) -> Vec<f64> {
+    let Quadrature { min_depth, tolerance } = quadrature;
     let [nx, ny] = config.bins;
     let samples = f64::from(config.samples);
     let side = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
@@ -277,7 +290,7 @@ fn expect(density: &impl Fn(f64, f64) -> f64, config: &Chi2<'_>, min_depth: u32)
     for i in 0..nx {
         for j in 0..ny {
             let bin = Rectangle { x: side(i, nx), y: side(j, ny) };
-            expected.push(samples * integrate(density, bin, 0.05 / samples, min_depth));
+            expected.push(samples * integrate(density, bin, tolerance / samples, min_depth));
         }
     }
     let total: f64 = expected.iter().sum();

@@ -90,8 +90,8 @@ fn meters_that_make_no_sense_are_refused() {
     for (geometry, to_world, word) in [
         (quad(), flat, "flattened"),
         (sphere(), stretched, "non-uniformly scaled"),
-        (Geometry::Sphere { radius: 0.0 }, DAffine3::IDENTITY, "no area"),
-        (empty, DAffine3::IDENTITY, "no area"),
+        (Geometry::Sphere { radius: 0.0 }, DAffine3::IDENTITY, "without area"),
+        (empty, DAffine3::IDENTITY, "without area"),
     ] {
         let scene =
             Builder::default().sky(1.0).seen_by(meter(Quantity::Irradiance, geometry, to_world));

@@ -208,8 +208,8 @@ fn points_that_make_no_sense_are_refused() {
         session.err().expect("it makes no sense").to_string()
     };
     let cases = [
-        (refusal(cloud(), matte([0.5; 3]), 0.0), "the radius of points"),
-        (refusal(cloud(), matte([0.5; 3]), f64::NAN), "the radius of points"),
+        (refusal(cloud(), matte([0.5; 3]), 0.0), "found a point radius of 0"),
+        (refusal(cloud(), matte([0.5; 3]), f64::NAN), "found a point radius of NaN"),
         (refusal(cloud(), showing(Pattern::FaceColors), 0.1), "colours of faces"),
         (
             refusal(Points { colors: None, ..cloud() }, showing(Pattern::VertexColors), 0.1),

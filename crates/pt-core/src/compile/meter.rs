@@ -24,7 +24,9 @@ pub(super) fn compile(
         meter.to_world.translation * metres,
     );
     if !to_world.is_finite() || !to_world.inverse().is_finite() {
-        return Err(refuse("the meter is on a flattened surface, or its location is not finite"));
+        return Err(refuse(
+            "found a meter on a flattened surface or at a location that is not finite",
+        ));
     }
     let surface = match &meter.geometry {
         Geometry::Sphere { radius } if is_similarity(to_world.matrix3) => {
@@ -42,7 +44,7 @@ pub(super) fn compile(
         }
     };
     let Some(surface) = surface else {
-        return Err(refuse("the meter is on a surface without area"));
+        return Err(refuse("found a meter on a surface without area"));
     };
     let rays = match meter.quantity {
         Quantity::Irradiance => MeterRays::Hemisphere,
