@@ -170,9 +170,9 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::PixelDecoder`]. Reads the half, float and integer channels R, G, B, or Y alone or with RY
-/// and BY, and A beside them, of the unnamed part or otherwise of the first part that has them;
-/// other channels are ignored. The values are linear light.
+/// See [`super::PixelDecoder`]. Reads the half, float and integer channels R, G, B, or Y alone or
+/// with RY and BY, and A beside them, of the unnamed part or otherwise of the first part that has
+/// them; other channels are ignored. The values are linear light.
 pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is not a valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;

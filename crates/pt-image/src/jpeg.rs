@@ -5,8 +5,8 @@ use pt_scene::image::Image;
 
 use super::{Decoded, ImageMemory, PixelEncoding, Transfer, check_size};
 
-/// See [`super::PixelDecoder`]. Reads sequential and progressive files in grey or colour with 8 bits.
-/// Grey becomes three equal channels, and subsampled chroma is interpolated.
+/// See [`super::PixelDecoder`]. Reads sequential and progressive files in grey or colour with 8
+/// bits. Grey becomes three equal channels, and subsampled chroma is interpolated.
 pub(super) fn read(
     bytes: &[u8],
     numbers: PixelEncoding,

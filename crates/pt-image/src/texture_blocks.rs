@@ -41,8 +41,8 @@ enum IntegerTransfer {
     Linear,
 }
 
-/// See [`super::PixelDecoder`]. Integers are decoded as sRGB even if the file has the linear variant of
-/// the format, since most programs write that for colours.
+/// See [`super::PixelDecoder`]. Integers are decoded as sRGB even if the file has the linear
+/// variant of the format, since most programs write that for colours.
 fn read_dds(bytes: &[u8], numbers: PixelEncoding, room: &ImageMemory) -> Result<Decoded, String> {
     let dds = Dds::read(Cursor::new(bytes))
         .map_err(|error| format!("is not a valid DDS file: {error}"))?;

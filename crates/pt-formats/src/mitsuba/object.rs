@@ -1,6 +1,5 @@
 //! Objects with typed parameters: the content of XML files before interpretation.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,7 +10,8 @@ use super::refused;
 use super::value::ParameterValue;
 use crate::LoadError;
 use crate::shared::context::LoadContext;
-use crate::shared::names::{did_you_mean, meant, quote};
+use crate::shared::names::{meant, quote, unsupported_parameter};
+use crate::shared::registry::Registry;
 
 /// All objects of a scene and its included files.
 #[derive(Debug)]
@@ -20,9 +20,7 @@ pub(super) struct ObjectTree {
     /// Objects, of which the first is the scene itself.
     pub(super) objects: Vec<MitsubaObject>,
     /// Objects by their identifiers.
-    pub(super) ids: BTreeMap<String, usize>,
-    /// Identifiers of objects that could not be read.
-    pub(super) lost: BTreeSet<String>,
+    pub(super) ids: Registry<usize>,
     /// True if a search folder is missing, so that missing files are not reported.
     pub(super) has_lost_folder: bool,
     /// Search folders for files, in order.
@@ -82,11 +80,11 @@ pub(super) fn unsupported(object: &MitsubaObject, supported: &[&str]) -> LoadErr
     let MitsubaObject { tag, kind, .. } = object;
     let list = supported.join(", ");
     if let Some(reason) = refused::reason(tag, kind) {
-        let message = format!("{tag} type {} is not supported: {reason}", quote(kind));
+        let message = format!("unsupported {tag} type {}: {reason}", quote(kind));
         return error(&object.at, message);
     }
     let near = meant(kind, supported.iter().copied());
-    let message = format!("{tag} type {} is not supported{near}; supported: {list}", quote(kind));
+    let message = format!("unsupported {tag} type {}{near}; supported: {list}", quote(kind));
     error(&object.at, message)
 }
 
@@ -96,13 +94,11 @@ impl ObjectTree {
     pub(super) fn target(&self, child: &ChildObject) -> Result<usize, LoadError> {
         let index = match &child.target {
             ChildTarget::Object(index) => *index,
-            ChildTarget::Reference(id) if self.lost.contains(id) => {
-                return Err(LoadError::AlreadyReported);
+            ChildTarget::Reference(id) => {
+                let undefined =
+                    |hint: &str| error(&child.at, format!("undefined id {}{hint}", quote(id)));
+                *self.ids.get(id, undefined)?
             }
-            ChildTarget::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
-                let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
-                error(&child.at, format!("undefined id {}{hint}", quote(id)))
-            })?,
         };
         if self.objects[index].is_broken { Err(LoadError::AlreadyReported) } else { Ok(index) }
     }
@@ -219,13 +215,7 @@ impl<'t> Parameters<'t> {
         let Some(unknown) = self.object.parameters.iter().find(is_unknown) else {
             return Ok(());
         };
-        let supported = if self.known.is_empty() { "none".into() } else { self.known.join(", ") };
-        let near = meant(&unknown.name, self.known.iter().copied());
-        let message = format!(
-            "the parameter {} of {} is not supported{near}; supported: {supported}",
-            quote(&unknown.name),
-            self.object.describe(),
-        );
+        let message = unsupported_parameter(&unknown.name, &self.object.describe(), &self.known);
         Err(error(&unknown.at, message))
     }
 

@@ -4,7 +4,6 @@ mod placing;
 
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +19,7 @@ use crate::shared::context::LoadContext;
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::number::number;
 use crate::shared::reference_stack::{ReferenceError, ReferenceStack};
+use crate::shared::registry::Registry;
 use crate::shared::spectra::SpectrumColors;
 use crate::shared::xml::{XmlDocument, XmlNode};
 use crate::shared::{mesh_file, xml};
@@ -100,8 +100,7 @@ pub(super) fn read(
     let tree = ObjectTree {
         context: Arc::clone(context),
         objects: vec![root],
-        ids: BTreeMap::new(),
-        lost: BTreeSet::new(),
+        ids: Registry::default(),
         has_lost_folder: false,
         search: vec![mesh_file::folder_of(path)],
         warnings: Vec::new(),
@@ -236,7 +235,9 @@ impl MitsubaReader {
             let done = self.element(document, child, object);
             if self.tree.context.ok_or_report(done)?.is_none() {
                 self.tree.objects[object].is_broken = true;
-                self.tree.lost.extend(child.attribute("id").map(str::to_owned));
+                if let Some(id) = child.attribute("id") {
+                    self.tree.ids.fail(id.to_owned());
+                }
                 self.tree.has_lost_folder |= child.tag_name().name() == "path";
                 if let ("default", Some(name)) = (child.tag_name().name(), child.attribute("name"))
                 {
@@ -354,7 +355,7 @@ impl MitsubaReader {
         let attributes = self.attributes(document, node, &["type"], &["id", "name"])?;
         let index = self.tree.objects.len();
         let id = attributes.text("id").to_owned();
-        if !id.is_empty() && self.tree.ids.insert(id.clone(), index).is_some() {
+        if !id.is_empty() && !self.tree.ids.define(id.clone(), index) {
             return Err(document.error(node, format!("duplicate id {}", quote(&id))));
         }
         let at = document.span(node);
@@ -383,13 +384,13 @@ impl MitsubaReader {
     ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["id", "as"], &[])?;
         let (id, alias) = (attributes.text("id"), attributes.text("as"));
-        let Some(index) = self.tree.ids.get(id).copied() else {
-            let hint = did_you_mean(id, self.tree.ids.keys().map(String::as_str));
+        let undefined = |hint: &str| {
             let message =
                 format!("undefined id {}; expected the id of an element above{hint}", quote(id));
-            return Err(attributes.error(id, message));
+            attributes.error(id, message)
         };
-        if self.tree.ids.insert(alias.to_owned(), index).is_some() {
+        let index = *self.tree.ids.get(id, undefined)?;
+        if !self.tree.ids.define(alias.to_owned(), index) {
             return Err(attributes.error(alias, format!("duplicate id {}", quote(alias))));
         }
         Ok(())

@@ -81,7 +81,7 @@ pub(super) fn resolve(tree: &mut ObjectTree) -> Result<(), LoadError> {
         for child in std::mem::take(&mut tree.objects[i].children) {
             let target = match &child.target {
                 ChildTarget::Object(target) => Some(*target),
-                ChildTarget::Reference(id) => tree.ids.get(id).copied(),
+                ChildTarget::Reference(id) => tree.ids.find(id).copied(),
             };
             let object = &mut tree.objects[i];
             match target.and_then(|target| values[target].clone()) {

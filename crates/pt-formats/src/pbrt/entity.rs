@@ -10,7 +10,7 @@ use super::position::TokenPosition;
 use super::token::{TokenKind, Tokens};
 use crate::LoadError;
 use crate::pbrt::parameter::{ParameterValues, ParsedParameter};
-use crate::shared::names::{did_you_mean, quote};
+use crate::shared::names::{did_you_mean, quote, unsupported_parameter};
 use crate::shared::number::number;
 
 /// Maximum number of parameters of a directive, which are compared pairwise.
@@ -263,10 +263,7 @@ impl Entity {
     pub(super) fn finish(&self) -> Result<(), LoadError> {
         let is_unknown = |p: &&ParsedParameter| !p.was_read.get() && !p.is_default;
         let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
-        let known = self.known.borrow();
-        let hint = did_you_mean(&unknown.name, known.iter().copied());
-        let message =
-            format!("unsupported parameter {} of {}{hint}", quote(&unknown.name), self.describe());
+        let message = unsupported_parameter(&unknown.name, &self.describe(), &self.known.borrow());
         Err(unknown.at.error(message))
     }
 

@@ -18,7 +18,7 @@ use super::types::{MaterialName, key_of};
 use super::world::PbrtWorld;
 use crate::LoadError;
 use crate::shared::context::{Folder, Unusable};
-use crate::shared::names::{did_you_mean, quote};
+use crate::shared::names::quote;
 use crate::shared::placeholder;
 use crate::shared::reference_stack::{ReferenceError, ReferenceLimits, ReferenceStack};
 
@@ -66,13 +66,9 @@ impl PbrtWorld {
         match name {
             MaterialName::Anonymous(index) => Ok(Rc::clone(&self.materials[*index])),
             MaterialName::Named(name, at) => {
-                self.named_materials.get(&**name).cloned().ok_or_else(|| {
-                    if self.lost_materials.contains(&**name) {
-                        return LoadError::AlreadyReported;
-                    }
-                    let hint = did_you_mean(name, self.named_materials.keys().map(String::as_str));
-                    at.error(format!("undefined material {}{hint}", quote(name)))
-                })
+                let undefined =
+                    |hint: &str| at.error(format!("undefined material {}{hint}", quote(name)));
+                self.named_materials.get(name, undefined).cloned()
             }
         }
     }

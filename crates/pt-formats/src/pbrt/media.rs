@@ -1,13 +1,12 @@
 //! Media of a scene, and the sizes of their grids.
 
-use std::collections::{HashMap, HashSet};
-
 use pt_scene::Medium;
 
 use crate::LoadError;
 use crate::pbrt::entity::Entity;
 use crate::pbrt::sparse::SparseGrids;
 use crate::shared::context::Folder;
+use crate::shared::registry::Registry;
 
 /// Maximum number of cells of a grid along an axis.
 const MAX_CELLS: u32 = 1 << 16;
@@ -16,9 +15,8 @@ const MAX_CELLS: u32 = 1 << 16;
 pub(super) struct PbrtMedia {
     pub(super) folder: Folder,
     pub(super) made: Vec<Medium>,
-    pub(super) numbers: HashMap<String, u32>,
-    /// Names of media that cannot be read.
-    pub(super) lost: HashSet<String>,
+    /// Indices of media.
+    pub(super) numbers: Registry<u32>,
     pub(super) sparse: SparseGrids,
 }
 

@@ -1,6 +1,5 @@
 //! `MakeNamedMedium` and `MediumInterface`: participating media.
 
-use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
@@ -22,7 +21,8 @@ use crate::LoadError;
 use crate::pbrt::media::{PbrtMedia, check_count, resolution};
 use crate::pbrt::types::MediumInterface;
 use crate::shared::context::Folder;
-use crate::shared::names::{did_you_mean, quote};
+use crate::shared::names::quote;
+use crate::shared::registry::Registry;
 
 const KINDS: [&str; 5] = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
 
@@ -31,8 +31,7 @@ impl PbrtMedia {
         Self {
             folder,
             made: Vec::new(),
-            numbers: HashMap::new(),
-            lost: HashSet::new(),
+            numbers: Registry::default(),
             sparse: SparseGrids::default(),
         }
     }
@@ -45,7 +44,7 @@ impl PbrtMedia {
         state: &GraphicsState,
         warnings: &mut Vec<Warning>,
     ) -> Result<(), LoadError> {
-        if self.numbers.contains_key(name) {
+        if self.numbers.find(name).is_some() {
             return Err(entity.at.error(format!("duplicate medium {}", quote(name))));
         }
         if state.ctm[0] != state.ctm[1] {
@@ -72,7 +71,7 @@ impl PbrtMedia {
         let g = mean_cosine(entity)?;
         entity.finish()?;
         let number = self.add(name, entity, matter, g);
-        self.numbers.insert(name.to_owned(), number);
+        self.numbers.define(name.to_owned(), number);
         Ok(())
     }
 
@@ -87,11 +86,6 @@ impl PbrtMedia {
         let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
         self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
         self.made.len() as u32 - 1
-    }
-
-    /// Records the name of a medium that cannot be read, which was reported.
-    pub(super) fn lose(&mut self, name: String) {
-        self.lost.insert(name);
     }
 
     /// Reads the extinction coefficient and the single-scattering albedo.
@@ -236,14 +230,8 @@ impl PbrtMedia {
         at: Option<&TokenPosition>,
     ) -> Result<Option<u32>, LoadError> {
         let (false, Some(at)) = (name.is_empty(), at) else { return Ok(None) };
-        let known = self.numbers.get(name).copied();
-        if known.is_none() && self.lost.contains(name) {
-            return Err(LoadError::AlreadyReported);
-        }
-        known.map(Some).ok_or_else(|| {
-            let hint = did_you_mean(name, self.numbers.keys().map(String::as_str));
-            at.error(format!("undefined medium {}{hint}", quote(name)))
-        })
+        let undefined = |hint: &str| at.error(format!("undefined medium {}{hint}", quote(name)));
+        self.numbers.get(name, undefined).copied().map(Some)
     }
 
     /// Returns the media on both sides of a surface; `None` if they are the same. The medium of a

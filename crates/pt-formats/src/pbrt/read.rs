@@ -257,7 +257,7 @@ impl PbrtReader {
                 let world = &mut self.world;
                 let warnings = &mut world.scene.warnings;
                 let defined = world.media.define(&name, &entity, &self.state, warnings);
-                return defined.inspect_err(|_| self.world.media.lose(name));
+                return defined.inspect_err(|_| self.world.media.numbers.fail(name));
             }
             "AreaLightSource" => {
                 let entity = self.entity("AreaLightSource", tokens, at)?;
@@ -326,9 +326,9 @@ impl PbrtReader {
         let name = text(tokens, &at)?;
         let entity = self.typed(directive, tokens, at).inspect_err(|_| {
             if directive == "MakeNamedMedium" {
-                self.world.media.lose(name.clone());
+                self.world.media.numbers.fail(name.clone());
             } else {
-                self.world.lost_materials.insert(name.clone());
+                self.world.named_materials.fail(name.clone());
             }
         })?;
         Ok((name, entity))
@@ -358,7 +358,7 @@ impl PbrtReader {
         let name = text(tokens, &at)?;
         let what = text(tokens, &at)?;
         let defined = self.defined(&name, &what, tokens, at);
-        defined.inspect_err(|_| self.world.textures.lose(name))
+        defined.inspect_err(|_| self.world.textures.fail(name))
     }
 
     /// Defines a texture with a name and a value type.

@@ -1,6 +1,6 @@
 //! Assembles the scene from the directives.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -33,6 +33,7 @@ use crate::pbrt::world::PbrtWorld;
 use crate::shared::context::{Folder, LoadContext};
 use crate::shared::names::{did_you_mean, quote};
 use crate::shared::placeholder;
+use crate::shared::registry::Registry;
 
 /// Maximum number of shapes of a scene. Short files can request any number: objects of many shapes,
 /// and many instances of them.
@@ -55,8 +56,7 @@ impl PbrtWorld {
             textures: PbrtTextures::new(folder.clone()),
             media: PbrtMedia::new(folder.clone()),
             materials: vec![Rc::new(default)],
-            named_materials: HashMap::new(),
-            lost_materials: HashSet::new(),
+            named_materials: Registry::default(),
             objects: HashMap::new(),
             times: [0.0, 1.0],
             meshes: PbrtMeshCache::default(),
@@ -79,11 +79,9 @@ impl PbrtWorld {
 
     /// Adds a named material.
     pub(super) fn name_material(&mut self, name: String, entity: Entity) -> Result<(), LoadError> {
-        if self.named_materials.contains_key(&name) {
-            return Err(entity.at.error(format!("duplicate material {}", quote(&name))));
-        }
-        self.named_materials.insert(name, Rc::new(entity));
-        Ok(())
+        let duplicate = entity.at.error(format!("duplicate material {}", quote(&name)));
+        let is_new = self.named_materials.define(name, Rc::new(entity));
+        is_new.then_some(()).ok_or(duplicate)
     }
 
     /// Reads a shape with the current state. Shapes of objects cannot emit light.

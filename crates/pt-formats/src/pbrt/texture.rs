@@ -18,8 +18,9 @@ use super::mapping;
 use super::position::TokenPosition;
 use crate::LoadError;
 use crate::shared::context::Folder;
-use crate::shared::names::{did_you_mean, quote};
+use crate::shared::names::quote;
 use crate::shared::placeholder;
+use crate::shared::registry::Registry;
 
 /// Types of colour textures.
 const COLORS: [&str; 9] = [
@@ -65,12 +66,10 @@ struct ImageKey {
 /// Textures of a scene, by name.
 pub(super) struct PbrtTextures {
     pub(super) folder: Folder,
-    colors: HashMap<String, Color>,
+    colors: Registry<Color>,
     /// Number textures, with three equal channels.
-    numbers: HashMap<String, Color>,
+    numbers: Registry<Color>,
     images: HashMap<ImageKey, Arc<Image>>,
-    /// Names of textures that cannot be read, which was reported.
-    lost: HashSet<String>,
     /// Textures with a missing image, by name, and true for number textures.
     loud: HashSet<(String, bool)>,
 }
@@ -79,10 +78,9 @@ impl PbrtTextures {
     pub(super) fn new(folder: Folder) -> Self {
         Self {
             folder,
-            colors: HashMap::new(),
-            numbers: HashMap::new(),
+            colors: Registry::default(),
+            numbers: Registry::default(),
             images: HashMap::new(),
-            lost: HashSet::new(),
             loud: HashSet::new(),
         }
     }
@@ -127,15 +125,16 @@ impl PbrtTextures {
         }
         let is_in_space = texture.texture().is_some_and(|texture| texture.is_in_space());
         let table = if is_number { &mut self.numbers } else { &mut self.colors };
-        if table.insert(name.to_owned(), texture).is_some() {
+        if !table.define(name.to_owned(), texture) {
             return Err(entity.at.error(format!("duplicate texture {} of this type", quote(name))));
         }
         Ok(is_in_space)
     }
 
-    /// Records the name of a texture that cannot be read, which was reported.
-    pub(super) fn lose(&mut self, name: String) {
-        self.lost.insert(name);
+    /// Records that a texture has an error, which was reported.
+    pub(super) fn fail(&mut self, name: String) {
+        self.colors.fail(name.clone());
+        self.numbers.fail(name);
     }
 
     /// Reports a missing image, and notes in the context that a placeholder is used.
@@ -157,19 +156,14 @@ impl PbrtTextures {
         if self.loud.contains(&(name.to_owned(), is_number)) {
             self.folder.context.set_placeholder_used();
         }
-        table.get(name).cloned().ok_or_else(|| {
-            if self.lost.contains(name) {
-                return LoadError::AlreadyReported;
-            }
-            let hint = did_you_mean(name, table.keys().map(String::as_str));
-            entity.refuse(
-                parameter,
-                format!(
-                    "undefined {what} texture {}; expected the name of a texture above{hint}",
-                    quote(name)
-                ),
-            )
-        })
+        let undefined = |hint: &str| {
+            let message = format!(
+                "undefined {what} texture {}; expected the name of a texture above{hint}",
+                quote(name)
+            );
+            entity.refuse(parameter, message)
+        };
+        table.get(name, undefined).cloned()
     }
 
     /// Reads a number or colour, or a texture.

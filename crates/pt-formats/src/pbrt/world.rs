@@ -1,6 +1,6 @@
 //! Content of the files read.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,6 +14,7 @@ use crate::pbrt::media::PbrtMedia;
 use crate::pbrt::shape::PbrtMeshCache;
 use crate::pbrt::texture::PbrtTextures;
 use crate::pbrt::types::{MaterialKey, PlacedShape};
+use crate::shared::registry::Registry;
 
 /// Content of the files read.
 pub(super) struct PbrtWorld {
@@ -22,9 +23,7 @@ pub(super) struct PbrtWorld {
     pub(super) textures: PbrtTextures,
     pub(super) media: PbrtMedia,
     pub(super) materials: Vec<Rc<Entity>>,
-    pub(super) named_materials: HashMap<String, Rc<Entity>>,
-    /// Names of materials that cannot be read, which was reported.
-    pub(super) lost_materials: HashSet<String>,
+    pub(super) named_materials: Registry<Rc<Entity>>,
     pub(super) objects: HashMap<String, Rc<[PlacedShape]>>,
     /// Times of the first and the second transform.
     pub(super) times: [f64; 2],

@@ -16,6 +16,7 @@ pub(crate) mod number;
 pub(crate) mod placeholder;
 pub(crate) mod prefetch;
 pub(crate) mod reference_stack;
+pub(crate) mod registry;
 pub(crate) mod source;
 pub(crate) mod source_map;
 pub(crate) mod spectra;

@@ -68,7 +68,7 @@ fn every_plugin_is_read_or_refused_with_a_reason() {
     for (tag, kind) in &plugins {
         let message = refusal(tag, kind).unwrap_or_default();
         let is_refused = REFUSED.contains(&(tag.as_str(), kind.as_str()));
-        let unsupported = format!("{tag} type \"{kind}\" is not supported");
+        let unsupported = format!("unsupported {tag} type \"{kind}\"");
         if is_refused {
             assert!(message.contains(&format!("{unsupported}: ")), "{tag} {kind}: {message}");
         } else {
