@@ -237,10 +237,10 @@ impl Collapse<'_> {
         let mut parts = TreePartition::NONE;
         match part.content {
             PartContent::Subtree(i) => {
-                self.forests.each_root(i, |root| parts.push(self.part(root)))
+                self.forests.each_root(i, |root| parts.push(self.part(root)));
             }
             PartContent::Run { first, count } => {
-                self.eighths(first, count, part.bounds, &mut parts)
+                self.eighths(first, count, part.bounds, &mut parts);
             }
         }
         parts

@@ -119,7 +119,7 @@ impl ObjContent {
             faces: ObjFaces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
         };
         let until = each(&chunks, faults, LineChunk::vertices, |vertices| {
-            content.vertices.append(vertices)
+            content.vertices.append(vertices);
         });
         let ObjVertices { positions, .. } = &content.vertices;
         let mut of_faces = MeshDiagnostics::default();
