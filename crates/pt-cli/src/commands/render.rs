@@ -417,11 +417,11 @@ fn can_be_explained(mode: Mode, session: &Session) -> bool {
 fn next_steps() {
     report!("");
     report!("Try next:");
-    report!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
+    report!("  pathtracer -s 1024 -f clean.exr              less noise, as linear floating point");
+    report!("  pathtracer --light-component indirect        only light scattered at least twice");
     report!(
-        "  pathtracer --light-component indirect               only light that was scattered twice"
+        "  pathtracer -r 1280 720 my_scene.dae          a scene of yours (also .glb .xml .pbrt)"
     );
-    report!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (also .glb .xml .pbrt)");
-    report!("  pathtracer --help                        everything else");
+    report!("  pathtracer --help                            everything else");
     report!("(in the source tree: cargo run --release -- OPTIONS)");
 }
