@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn other_files_and_versions_are_reported_apart() {
+    fn other_files_and_versions_are_distinguished() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.film");
         let error = |bytes: &[u8]| {

@@ -47,11 +47,11 @@ impl Viewer {
             )
         })?;
         let (pictures, to_send) = sync_channel(1);
-        let (reported, end) = channel();
+        let (ended, end) = channel();
         let name = name.to_owned();
         std::thread::spawn(move || {
             // The receiver is dropped if the render has ended without waiting.
-            let _ = reported.send(send_all(stream, &name, &to_send));
+            let _ = ended.send(send_all(stream, &name, &to_send));
         });
         Ok(Self { address: address.to_owned(), pictures, end, gone: false })
     }

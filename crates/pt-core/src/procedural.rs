@@ -247,22 +247,19 @@ mod tests {
 
     /// Means are exported to programs that lack these patterns.
     #[test]
-    fn means_are_about_those_that_are_reported() {
+    fn means_are_about_the_stated_ones() {
         use pt_scene::texture::{Marble, Noise, Pattern};
         let noise = Noise::default();
-        let reported = [
+        let stated = [
             Pattern::Fbm(noise).mean(),
             Pattern::Wrinkled(noise).mean(),
             Pattern::Windy.mean(),
             Pattern::Marble(Marble { noise, variation: 0.7 }).mean(),
         ];
-        for (pattern, reported) in all().into_iter().skip(2).zip(reported) {
+        for (pattern, stated) in all().into_iter().skip(2).zip(stated) {
             let sum: Vec3 = points(20_000).map(|p| pattern.color(p, 0.0).0).sum();
             let mean = sum / 20_000.0;
-            assert!(
-                (mean - Vec3::from(reported)).abs().max_element() < 0.06,
-                "{pattern:?}: {mean}"
-            );
+            assert!((mean - Vec3::from(stated)).abs().max_element() < 0.06, "{pattern:?}: {mean}");
         }
     }
 }

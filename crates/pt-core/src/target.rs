@@ -254,15 +254,17 @@ impl Target {
         let sum: f64 = densities.iter().zip(&occupied).map(|(d, occupied)| d * occupied).sum();
         let mean = sum / occupied.iter().sum::<f64>().max(1.0);
         // 1, or 0 if all neighbours are vacant.
-        let reported = around(&occupied, NEIGHBOR_RADIUS);
-        let relative =
-            |d: f64, reported: f64| if mean > 0.0 && reported > 0.0 { d / mean } else { 1.0 };
-        let mixed = |d: f64, reported| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, reported);
+        let has_neighbors = around(&occupied, NEIGHBOR_RADIUS);
+        let relative = |d: f64, has_neighbors: f64| {
+            if mean > 0.0 && has_neighbors > 0.0 { d / mean } else { 1.0 }
+        };
+        let mixed =
+            |d: f64, has_neighbors| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, has_neighbors);
         Some(
             densities
                 .into_iter()
-                .zip(reported)
-                .map(|(d, reported)| mixed(d, reported) as f32)
+                .zip(has_neighbors)
+                .map(|(d, has_neighbors)| mixed(d, has_neighbors) as f32)
                 .collect(),
         )
     }

@@ -478,21 +478,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_sparse_grid_is_reported() {
-        let reported =
+    fn what_is_wrong_with_a_sparse_grid_is_error_of() {
+        let error_of =
             |bytes: &[u8]| parse(bytes, "density", pt_memory::ask).expect_err("it is damaged");
         let changed = |at: usize, byte: u8| {
             let mut bytes = grid();
             bytes[at] = byte;
-            reported(&file(&bytes, 0))
+            error_of(&file(&bytes, 0))
         };
         assert!(
             parse(&file(&grid(), 0), "fog", pt_memory::ask)
                 .expect_err("no grid")
                 .contains("heat, density")
         );
-        assert!(reported(b"nothing of that sort").contains("no NanoVDB file"));
-        assert!(reported(&file(&grid(), 2)).contains("Blosc"));
+        assert!(error_of(b"nothing of that sort").contains("no NanoVDB file"));
+        assert!(error_of(&file(&grid(), 2)).contains("Blosc"));
         assert!(changed(636, 6).contains("type 6"));
         assert!(changed(19, 0).contains("version"));
         assert!(changed(ROOT + 3, 0x80).contains("cells"));
@@ -500,7 +500,7 @@ mod tests {
         assert!(changed(GRID + 64 + 64 + 64 + 8256 + 3, 0x7f).contains("offset"));
         let whole = file(&grid(), 0);
         for length in [5, 100, 300, 2000, whole.len() - 1] {
-            assert!(reported(&whole[..length]).contains("unexpected end"), "{length}");
+            assert!(error_of(&whole[..length]).contains("unexpected end"), "{length}");
         }
     }
 

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_nearly_all_of_one_kind_is_reported_from_what_is_not() {
+    fn what_is_nearly_all_of_one_kind_is_distinguished_from_what_is_not() {
         let black = |rest: &[f32]| image([&[0.0; 198], rest].concat());
         assert_eq!(extreme(&black(&[0.0, 0.0]), 0.0), Some(Extreme::Nothing));
         assert_eq!(extreme(&black(&[0.5, 0.0]), 0.0), Some(Extreme::Dark));

@@ -52,7 +52,7 @@ fn aligned_runs_of_sobol_points_are_nets() {
     }
     let independent: Vec<_> =
         (0..64).map(|s| point(SamplerKind::Independent, 0, [0, 0], s, 0)).collect();
-    assert!(!is_net(&independent), "the test cannot tell nets from other points");
+    assert!(!is_net(&independent), "the test does not distinguish nets from other points");
 }
 
 /// For split samples, all parts are a net, and so are those of each sample.

@@ -97,7 +97,7 @@ def compare(name, theirs, ours):
 def difference(theirs, ours):
     """Of each block the difference of the means, and its standard error.
 
-    Few images tell the variance of a block badly: at least half of that of all blocks on average is
+    The variance of a block is a poor estimate from few images: at least half of that of all blocks on average is
     taken where a block varies at all.
     """
     blocks = [in_blocks(images) for images in (theirs, ours)]

@@ -44,7 +44,7 @@ def main():
 
 
 class silence:
-    """Standard output goes nowhere: Blender tells its progress there."""
+    """Standard output goes nowhere: Blender prints its progress there."""
 
     def __enter__(self):
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Reads mesh files with the library that is named, and tells how long each took.
+"""Reads mesh files with the library that is named, and prints the time of each.
 
 Files are named on the lines of the input; each is answered by seconds, or by `nan` if the library does not read
 the file or finds another number of triangles than 2,000,000.

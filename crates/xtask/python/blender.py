@@ -1,6 +1,6 @@
 """Renders glTF scenes with Blender's Cycles and with pathtracer, and compares the images.
 
-The mean of the image over pixels and channels may differ by at most 3 %. Blocks are told beside it, without a
+The mean of the image over pixels and channels may differ by at most 3 %. Blocks are printed beside it, without a
 bound: the two have different principled materials.
 
 Blender reads the file with its own importer, with lights in its "compatible" units: candela are watts per

@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn causes_are_reported_from_the_way_of_the_light() {
+    fn causes_follow_from_the_path() {
         let cause =
             |vertices: &[_], bright, ordinary| fireflies(vertices, bright, ordinary).all[0].cause;
         let asked = (1, true, 1.0);

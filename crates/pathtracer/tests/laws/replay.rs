@@ -213,7 +213,7 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
 /// If a light sample is not occluded, a ray in its direction hits the light that was chosen among
 /// many, at the recorded distance.
 #[test]
-fn the_light_that_was_chosen_is_where_it_was_reported() {
+fn the_light_that_was_chosen_is_where_the_sample_is() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/many_lights.xml");
     let scene = pathtracer::load(Path::new(path)).unwrap_or_else(|e| panic!("{e}"));
     let session = session(&scene, Settings { spp: SPP, ..Settings::default() });

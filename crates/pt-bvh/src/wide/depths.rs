@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn intervals_are_reported_as_by_numbers() {
+    fn intervals_compare_as_numbers() {
         let numbers = [-f32::INFINITY, -2.0, -1e-40, -0.0, 0.0, 1e-40, 0.5, 2.0, f32::INFINITY];
         let splat = f32x8::splat;
         let limits = numbers.into_iter().filter(|&x| x > 0.0);

@@ -46,9 +46,9 @@ pub(crate) fn run(check: &Check) -> Result<ExitCode> {
 
 impl Findings {
     fn of(reading: LoadResult) -> Self {
-        let reported =
+        let listed =
             |list: Vec<Warning>| list.into_iter().map(|w| (Some(w.at), w.message)).collect();
-        let mut notes: Vec<Finding> = reported(reading.notes);
+        let mut notes: Vec<Finding> = listed(reading.notes);
         let mut errors = Vec::new();
         let mut hints = reading.hints;
         match &reading.scene {
@@ -62,7 +62,7 @@ impl Findings {
             },
         }
         let advice = hints.iter().map(hints::advice).collect();
-        Self { errors, missing: reported(reading.missing), notes, advice }
+        Self { errors, missing: listed(reading.missing), notes, advice }
     }
 
     /// Exit status: it indicates if a render would reject the scene or render it with placeholders.

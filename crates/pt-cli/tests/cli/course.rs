@@ -18,7 +18,7 @@ fn is_like(line: &str, pattern: &str) -> bool {
 }
 
 #[test]
-fn patterns_are_reported_apart() {
+fn patterns_are_distinguished() {
     assert!(is_like("a 12 b 0.5000 c", "a {i} b {f4} c"));
     assert!(!is_like("a 12 b 0.500 c", "a {i} b {f4} c"));
     assert!(!is_like("a x b", "a {i} b") && !is_like("ab", "a") && is_like("abc", "a*"));

@@ -73,7 +73,7 @@ fn an_adaptive_render_is_explained_as_it_is() {
 }
 
 #[test]
-fn people_are_reported_in_a_hundred_columns_and_no_file_is_written() {
+fn text_has_at_most_a_hundred_columns_and_no_file_is_written() {
     let folder = Folder::new();
     let options = "-r 40 30 -s 64 SCENE -f out.png -x 9 -y 22";
     let run = folder.succeed(&format!("explain {options}"));

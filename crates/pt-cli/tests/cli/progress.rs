@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::common::{Folder, TINY};
 
 #[test]
-fn programs_are_reported_in_lines_of_json() {
+fn progress_for_programs_is_lines_of_json() {
     let folder = Folder::new();
     let run = folder.succeed("-r 60 45 -s 900 -m 6 -t 1 --progress json -f out.exr SCENE");
     let lines: Vec<Value> =

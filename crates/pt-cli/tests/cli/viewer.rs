@@ -85,13 +85,13 @@ fn follow(stream: &mut TcpStream, shown: &mut Option<Shown>) -> Option<()> {
 fn listen() -> (String, Receiver<()>, std::thread::JoinHandle<Shown>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
-    let (reported, packets) = channel();
+    let (received, packets) = channel();
     let viewer = std::thread::spawn(move || {
         let (mut stream, _) = listener.accept().expect("the program connects");
         let mut shown = None;
         while follow(&mut stream, &mut shown).is_some() {
             // The test may have dropped the receiver.
-            let _ = reported.send(());
+            let _ = received.send(());
         }
         shown.expect("an image was shown")
     });

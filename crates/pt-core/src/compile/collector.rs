@@ -354,7 +354,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn similarities_are_reported_from_stretches() {
+    fn similarities_are_distinguished_from_stretches() {
         let turn = DMat3::from_rotation_y(0.3) * 2.5;
         assert!(is_similarity(turn));
         assert!(!is_similarity(turn * DMat3::from_diagonal(DVec3::new(1.0, 1.1, 1.0))));

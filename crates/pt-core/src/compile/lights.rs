@@ -111,12 +111,7 @@ impl Lights {
             LightKind::Environment { ref image, scale, rows, portal } => {
                 let image = &sky_of(image, &node.at, notes);
                 image.check_radiance().map_err(|e| error(format!("environment image: {e}")))?;
-                let turn =
-                    orthogonal(to_world.matrix3).ok_or_else(|| {
-                        error(
-                        "found an invalid transform of an environment light, expected rotations, \
-                         reflections and uniform scales only".into())
-                    })?;
+                let turn = orthogonal(to_world.matrix3, "an environment light").map_err(error)?;
                 let known = self.tables.environments.iter().position(|m| m.is_of(image, rows));
                 let index = known.map_or_else(
                     || self.push_map(EnvironmentMap::of_image(Arc::clone(image), rows)),
@@ -141,23 +136,12 @@ impl Lights {
                 self.table.push(PointLight { position, intensity: intensity.into() }.into());
             }
             LightKind::Daylight(ref daylight) => {
-                let turn =
-                    orthogonal(to_world.matrix3).ok_or_else(|| {
-                        error(
-                        "found an invalid transform of an environment light, expected rotations, \
-                         reflections and uniform scales only".into())
-                    })?;
+                let turn = orthogonal(to_world.matrix3, "an environment light").map_err(error)?;
                 let note = self.add_daylight(daylight, turn).map_err(error)?;
                 notes.extend(note.map(|note| format!("light \"{}\": {note}", node.name)));
             }
             LightKind::Ies { ref profile, scale } => {
-                let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
-                    error(
-                        "found an invalid transform of a luminaire, expected rotations, \
-                         reflections and uniform scales only"
-                            .into(),
-                    )
-                })?;
+                let axes = orthogonal(to_world.matrix3, "a luminaire").map_err(error)?;
                 let index = self.tables.profiles.len() as u32;
                 self.tables.profiles.push(Arc::clone(profile));
                 let light = Ies { position, axes, profile: index, scale: scale.into() };
@@ -363,14 +347,21 @@ impl Lights {
     }
 }
 
-/// Orthogonal part of a transform that rotates, mirrors and scales uniformly; `None` for others.
-fn orthogonal(linear: DMat3) -> Option<Mat3> {
-    (linear.x_axis != DVec3::ZERO && is_similarity(linear)).then(|| {
-        let x = linear.x_axis.normalize();
-        let y = (linear.y_axis - x * x.dot(linear.y_axis)).normalize();
-        let z = x.cross(y) * linear.determinant().signum();
-        Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3())
-    })
+/// Returns the orthogonal part of a transform that rotates, mirrors and scales uniformly.
+///
+/// # Errors
+/// If the transform of `light` is another one.
+fn orthogonal(linear: DMat3, light: &str) -> Result<Mat3, String> {
+    if linear.x_axis == DVec3::ZERO || !is_similarity(linear) {
+        return Err(format!(
+            "found an invalid transform of {light}, expected rotations, reflections and uniform \
+             scales only"
+        ));
+    }
+    let x = linear.x_axis.normalize();
+    let y = (linear.y_axis - x * x.dot(linear.y_axis)).normalize();
+    let z = x.cross(y) * linear.determinant().signum();
+    Ok(Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3()))
 }
 
 /// Axes of an image that a spot light projects along −z of a node, with x and y of the node.
@@ -378,11 +369,7 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
 /// # Errors
 /// If the transform is not a similarity, or the cutoff angle is 90° or more.
 fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
-    let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
-        let message = "found an invalid transform of a light with a projected image, expected \
-                       rotations, reflections and uniform scales only";
-        return Err(message.into());
-    };
+    let Mat3 { x_axis, y_axis, z_axis } = orthogonal(to_world, "a light with a projected image")?;
     if cutoff < FRAC_PI_2 {
         return Ok(Mat3::from_cols(x_axis, y_axis, -z_axis));
     }

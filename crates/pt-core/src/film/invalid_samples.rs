@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_are_reported_apart() {
+    fn faults_are_distinguished() {
         let of = |x| InvalidReason::of(Spectrum::rgb(1.0, x, 0.5), 1.0);
         assert_eq!(of(f32::NAN), Some(InvalidReason::NotANumber));
         assert_eq!(of(f32::INFINITY), Some(InvalidReason::Infinite));

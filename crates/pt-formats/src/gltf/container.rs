@@ -114,14 +114,14 @@ pub(super) fn pack(mut json: Vec<u8>, binary: &[u8]) -> Result<Vec<u8>, String> 
     let chunks = [(JSON, json.as_slice()), (BINARY, binary)];
     let chunks = || chunks.iter().filter(|(_, content)| !content.is_empty());
     let length = 12 + chunks().map(|(_, content)| 8 + content.len()).sum::<usize>();
-    let reported = u32::try_from(length).map_err(|_| {
+    let total = u32::try_from(length).map_err(|_| {
         format!(
             "the file requires {length} bytes, expected at most 4294967295 for .glb; split the \
              scene"
         )
     })?;
     let mut bytes = Vec::with_capacity(length);
-    bytes.extend([MAGIC, 2, reported].into_iter().flat_map(u32::to_le_bytes));
+    bytes.extend([MAGIC, 2, total].into_iter().flat_map(u32::to_le_bytes));
     for (kind, content) in chunks() {
         bytes.extend([content.len() as u32, *kind].into_iter().flat_map(u32::to_le_bytes));
         bytes.extend_from_slice(content);

@@ -30,8 +30,8 @@ impl JsonCodec for DAffine3 {
         let diagonal = self.matrix3.to_cols_array_2d();
         let scale = DVec3::new(diagonal[0][0], diagonal[1][1], diagonal[2][2]);
         let steps = [("scale", scale, DVec3::ONE), ("translate", self.translation, DVec3::ZERO)];
-        let reported = Self::from_translation(self.translation) * Self::from_scale(scale);
-        if !same_bits(&reported, self) {
+        let composed = Self::from_translation(self.translation) * Self::from_scale(scale);
+        if !same_bits(&composed, self) {
             return matrix_of(self);
         }
         let kept = steps.into_iter().filter(|(_, value, default)| value != default);

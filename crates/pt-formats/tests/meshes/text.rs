@@ -89,7 +89,7 @@ fn a_backslash_joins_the_next_line_of_an_obj_to_its_own() {
 
 /// Headers of binary files may begin with any bytes, and names in texts may contain any bytes.
 #[test]
-fn binary_and_text_files_of_stl_are_reported_apart() {
+fn binary_and_text_files_of_stl_are_distinguished() {
     let binary = std::fs::read(folder("stl").join("good/solid_binary.stl")).expect("a file");
     let text = std::fs::read_to_string(folder("stl").join("good/tetrahedron.stl")).expect("a file");
     let facets = &text[text.find("facet").expect("a facet")..];

@@ -29,7 +29,7 @@ fn reliefs_are_normals_or_heights() {
 /// outside of the map, the back is the mirror image of the front; with "twosided" inside, it is the
 /// other side of the relief.
 #[test]
-fn reliefs_shade_as_they_are_reported() {
+fn reliefs_shade_as_described() {
     let embossed = |bsdf: &str| {
         let Surface::SurfaceDetail(embossed) = surface(bsdf) else { panic!("{bsdf}") };
         embossed

@@ -6,7 +6,7 @@ use pt_scene::{Filter, Hidden, LightKind, Projection, Scene};
 use crate::{assert_close, good, read};
 
 #[test]
-fn lights_shine_where_they_are_reported() {
+fn lights_shine_as_described() {
     let down = |scene: &Scene| {
         let light = &scene.lights[0];
         assert_eq!(light.kind, LightKind::Directional { irradiance: [1.0; 3] });

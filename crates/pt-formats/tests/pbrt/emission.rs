@@ -22,7 +22,7 @@ fn emission(text: &str) -> MediumEmission {
 /// As for lights, spectra have luminance 1, and colours are unchanged; both spellings of the scale
 /// are accepted.
 #[test]
-fn media_emit_what_is_reported() {
+fn media_emit_as_described() {
     let even = |more: &str| emission(&format!("\"string type\" \"homogeneous\" {more}"));
     assert_eq!(even(""), MediumEmission::Constant([0.0; 3]));
     assert_eq!(
@@ -44,7 +44,7 @@ fn media_emit_what_is_reported() {
 }
 
 #[test]
-fn cells_of_grids_emit_what_is_reported() {
+fn cells_of_grids_emit_as_described() {
     let grid = |more: &str| {
         emission(&format!(
             "\"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2] {more}"
