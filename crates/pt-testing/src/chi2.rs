@@ -270,9 +270,9 @@ struct Quadrature {
     tolerance: f64,
 }
 
-/// Precision of the first attempt. Its errors, of half a sample in bins with a noise of two or more,
-/// make a correct routine fail more often, which is then judged anew by [`PRECISE`]. A wrong one
-/// passes only if it deviates as the quadrature does.
+/// Precision of the first attempt. Its errors, of half a sample in bins with a noise of two or
+/// more, make a correct routine fail more often, which is then judged anew by [`PRECISE`]. A wrong
+/// one passes only if it deviates as the quadrature does.
 const QUICK: Quadrature = Quadrature { min_depth: 1, tolerance: 0.5 };
 /// Precision of the second attempt, far below the noise.
 const PRECISE: Quadrature = Quadrature { min_depth: 2, tolerance: 0.05 };
