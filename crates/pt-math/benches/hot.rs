@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pt_math::sampler::{LANES, Sampler, SamplerConfig, SamplerKind, Samplers};
+use pt_math::sampler::{LANES, Sampler, SamplerBlocks, SamplerConfig, SamplerKind};
 use pt_math::{trig, warp};
 use pt_testing::Random;
 
@@ -43,8 +43,10 @@ fn main() {
             x + y
         });
         time(&format!("{name}: 1-D number"), |_| sampler.next_1d());
+        let mut blocks = SamplerBlocks::new(set);
+        blocks.refill([([2, 3], 0..LANES as u32)].into_iter());
         time(&format!("{name}: {LANES} 2-D points at once"), |i| {
-            let [x, y] = Samplers::new([sampler; LANES]).points(i);
+            let [x, y] = blocks.parts(0, 0..LANES as u32).points(i);
             x[i as usize % LANES] + y[i as usize % LANES]
         });
     }

@@ -2,9 +2,7 @@
 
 use std::cell::Cell;
 
-use pt_math::sampler::{
-    HALF_B_OFFSET, LANES, Sampler, SamplerBlocks, SamplerConfig, SamplerKind, Samplers,
-};
+use pt_math::sampler::{HALF_B_OFFSET, LANES, Sampler, SamplerBlocks, SamplerConfig, SamplerKind};
 use pt_testing::{Chi2, chi2_square, mean_z_test};
 
 const KINDS: [SamplerKind; 4] =
@@ -247,15 +245,21 @@ fn blocks_of_samplers_are_the_samplers() {
 #[test]
 fn numbers_side_by_side_are_those_of_each() {
     for kind in KINDS {
-        for d in [0, 4, 77, u32::MAX - 1] {
-            let sampler = |pixel, i: u32| Sampler::new(set(kind, 9), pixel, i * i * i);
-            let of_many_pixels = (0..200).map(|i| sampler([i, 3 * i], i));
-            let of_one_pixel = (0..40).map(|i| sampler([7, 2], i));
-            let all = of_many_pixels.chain(of_one_pixel);
-            let all: Vec<_> = all.map(|s| s.at_dimension(d)).collect();
+        let of_many_pixels = (0..200).map(|i| ([i, 3 * i], i * i * i));
+        let of_one_pixel = (0..40).map(|i| ([7, 2], i * i * i));
+        let samples: Vec<_> = of_many_pixels.chain(of_one_pixel).collect();
+        let mut blocks = SamplerBlocks::new(set(kind, 9));
+        blocks.refill(samples.iter().map(|&(pixel, i)| (pixel, i..i + 1)));
+        for (d, log2_parts) in [(0, 0), (4, 0), (77, 0), (u32::MAX - 1, 0), (0, 1), (4, 3)] {
+            let part = |&n: &u32| {
+                let (pixel, i) = samples[(n >> log2_parts) as usize];
+                let sample = Sampler::new(set(kind, 9), pixel, i);
+                sample.split(log2_parts, n & ((1 << log2_parts) - 1)).at_dimension(d)
+            };
+            let all: Vec<_> = (0..(samples.len() as u32) << log2_parts).collect();
             for few in all.chunks(LANES).chain(all.chunks(3)) {
-                let [x, y] = Samplers::new(few.iter().copied()).points(d);
-                for (lane, s) in few.iter().enumerate() {
+                let [x, y] = blocks.parts(log2_parts, few.iter().copied()).points(d);
+                for (lane, s) in few.iter().map(part).enumerate() {
                     assert_eq!([x[lane], y[lane]], s.clone().next_2d());
                     assert_eq!(x[lane], s.clone().next_1d());
                 }

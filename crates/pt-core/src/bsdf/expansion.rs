@@ -51,6 +51,22 @@ fn pdf(record: &LobeRecord, context: LobeContext<'_>, wo: Vec3, wi: Vec3) -> Pdf
     Pdf::ZERO
 }
 
+/// [`LobeRecord::eval_and_pdf`].
+fn eval_and_pdf(
+    record: &LobeRecord,
+    context: LobeContext<'_>,
+    wo: Vec3,
+    wi: Vec3,
+) -> (Spectrum, Pdf<SolidAngle>) {
+    if record.kind == LobeKind::Diffuse as u32 {
+        return record.run::<Diffuse, _>(context, |lobe| lobe.eval_and_pdf(wo, wi));
+    }
+    if record.kind == LobeKind::Measured as u32 {
+        return record.run::<Measured, _>(context, |lobe| lobe.eval_and_pdf(wo, wi));
+    }
+    (Spectrum::ZERO, Pdf::ZERO)
+}
+
 /// [`LobeRecord::sample`].
 fn sample(
     record: &LobeRecord,
@@ -85,6 +101,9 @@ fn the_macro_makes_what_is_written_out() {
         assert_eq!(record.is_delta(), is_delta(record));
         assert_eq!(record.eval(context, wo, wi), eval(record, context, wo, wi));
         assert_eq!(record.pdf(context, wo, wi).get(), pdf(record, context, wo, wi).get());
+        let pairs = [record.eval_and_pdf(context, wo, wi), eval_and_pdf(record, context, wo, wi)];
+        let [by_macro, by_hand] = pairs.map(|(f, pdf)| (f, pdf.get()));
+        assert_eq!(by_macro, by_hand);
         let samples = [record.sample(context, wo, [0.3; 3]), sample(record, context, wo, [0.3; 3])];
         let [by_macro, by_hand] = samples.map(|s| s.map(|s| (s.wi, s.weight)));
         assert_eq!(by_macro, by_hand);

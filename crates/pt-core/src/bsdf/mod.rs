@@ -135,6 +135,11 @@ pub trait Lobe<'t>: Copy {
     fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
+    /// [`Self::eval`] and [`Self::pdf`], for lobes where the two have much in common.
+    #[inline(always)]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
+    }
     /// Samples `wi` by a map from the unit square, `u[0]` and `u[1]`, to directions. `u[2]` selects
     /// the map if there are several and the choice depends on the other two. Hair needs all three
     /// numbers for a direction.
@@ -275,6 +280,19 @@ macro_rules! lobes {
                     return self.run::<$ty, _>(context, |lobe| lobe.pdf(wo, wi));
                 })*
                 Pdf::ZERO
+            }
+            /// See [`Lobe::eval_and_pdf`].
+            #[inline(always)]
+            fn eval_and_pdf(
+                &self,
+                context: LobeContext<'_>,
+                wo: Vec3,
+                wi: Vec3,
+            ) -> (Spectrum, Pdf<SolidAngle>) {
+                $(if self.kind == LobeKind::$name as u32 {
+                    return self.run::<$ty, _>(context, |lobe| lobe.eval_and_pdf(wo, wi));
+                })*
+                (Spectrum::ZERO, Pdf::ZERO)
             }
             /// See [`Lobe::sample`].
             #[inline(always)]

@@ -140,15 +140,13 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// [`Self::eval`], and the density with which [`Self::sample`] returns `wi`.
+    /// [`Self::eval`] and, unless that is zero, [`Self::pdf`].
     #[inline(always)]
     pub fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
-            (
-                self.lobe.eval(self.context, self.wo, local) * self.shadowing.visible(wi),
-                self.lobe.pdf(self.context, self.wo, local),
-            )
+            let (f, pdf) = self.lobe.eval_and_pdf(self.context, self.wo, local);
+            (f * self.shadowing.visible(wi), pdf)
         } else {
             (Spectrum::ZERO, Pdf::ZERO)
         }

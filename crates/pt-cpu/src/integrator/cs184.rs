@@ -3,7 +3,7 @@
 
 use pt_core::light::{AnyLight, EscapedRay, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
-use pt_math::{Spectrum, Vec3};
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::context::{Context, Skies, SurfaceHit};
 use super::estimator::{Hemisphere, PathEstimator};
@@ -58,7 +58,7 @@ impl PathEstimator for Cs184 {
     /// Radiance of an area light is multiplied by the distance to it (its density lacks a division
     /// by it), and a point light has no distance attenuation.
     #[inline(always)]
-    fn light_weight(&self, _: &Settings, _: &impl Scatterer, sample: &LightSample, _: u32) -> f32 {
+    fn light_weight(&self, _: &Settings, sample: &LightSample, _: u32, _: Pdf<SolidAngle>) -> f32 {
         let d = sample.distance;
         match (sample.end, sample.pdf) {
             (None, _) => 1.0,

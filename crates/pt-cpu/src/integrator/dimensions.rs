@@ -110,13 +110,9 @@ pub(super) struct BlockSamples {
 }
 
 impl BlockSamples {
-    pub(super) fn new(
-        dimensions: BounceDimensions,
-        bounces: u32,
-        samplers: impl Iterator<Item = Sampler>,
-    ) -> Self {
+    pub(super) fn new(dimensions: BounceDimensions, bounces: u32, samplers: Samplers) -> Self {
         let first = dimensions.first(bounces);
-        Self { samplers: Samplers::new(samplers), dimensions, first }
+        Self { samplers, dimensions, first }
     }
 
     /// Pair number `i` for direct light.

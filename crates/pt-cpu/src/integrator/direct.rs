@@ -136,8 +136,8 @@ impl<S: Copy> DirectLighting<S> {
     }
 
     /// Queues the shadow rays of the samples of a light, in a separate loop for the reason given at
-    /// `Wavefront::shading_points`.
-    #[inline(always)]
+    /// `Wavefront::shading_points`; not inlined, so that the loop has all registers.
+    #[inline(never)]
     fn push_shadow_rays<P: Space<ShadowState = S>>(
         &mut self,
         block: &ShadingBlock<impl PathEstimator, P>,
@@ -156,7 +156,7 @@ impl<S: Copy> DirectLighting<S> {
                 continue;
             }
             let weighted = estimator.weighted(cx.settings, scatterer, sample, n, is_invisible);
-            let value = weighted.contribution(*beta, scatterer);
+            let value = weighted.contribution(*beta);
             if value.is_black() {
                 continue;
             }

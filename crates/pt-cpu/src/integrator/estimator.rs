@@ -4,7 +4,7 @@ use pt_bvh::Hit;
 use pt_core::bsdf::BsdfSample;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::Settings;
-use pt_math::{Ray, Spectrum, Vec3};
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
 use super::accumulator::RadianceAccumulator;
 use super::context::{Context, Skies, SurfaceHit};
@@ -39,13 +39,14 @@ pub(super) trait PathEstimator {
     /// Number of samples of a light at each surface, 0 if it is not sampled.
     fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32;
 
-    /// MIS weight of one of `n` samples of a light that BSDF samples may find, too.
+    /// MIS weight of one of `n` samples of a light that BSDF samples may find, too, with density
+    /// `bsdf_pdf`.
     fn light_weight(
         &self,
         settings: &Settings,
-        scatterer: &impl Scatterer,
         sample: &LightSample,
         n: u32,
+        bsdf_pdf: Pdf<SolidAngle>,
     ) -> f32;
 
     /// Weights one of `n` samples of a light. Samples of invisible lights, which rays do not find,
@@ -59,9 +60,10 @@ pub(super) trait PathEstimator {
         n: u32,
         is_invisible: bool,
     ) -> WeightedLightSample<'a> {
+        let (f, bsdf_pdf) = scatterer.eval_and_pdf(sample.wi);
         let mis_weight =
-            if is_invisible { 1.0 } else { self.light_weight(settings, scatterer, sample, n) };
-        WeightedLightSample { sample, n, mis_weight }
+            if is_invisible { 1.0 } else { self.light_weight(settings, sample, n, bsdf_pdf) };
+        WeightedLightSample { sample, n, f, mis_weight }
     }
 
     /// Hemisphere sampling of direct light, if enabled in the settings.

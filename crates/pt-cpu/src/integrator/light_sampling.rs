@@ -117,7 +117,7 @@ pub(super) fn sample_lights(
         let Some(sample) = light.sample(scene, context, time, u) else { return };
         let is_invisible = light.kind().is_invisible();
         let weighted = estimator.weighted(settings, scatterer, &sample, n, is_invisible);
-        let contribution = weighted.contribution(path.beta, scatterer);
+        let contribution = weighted.contribution(path.beta);
         if contribution.is_black() {
             return;
         }

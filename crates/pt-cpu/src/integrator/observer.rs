@@ -183,7 +183,7 @@ pub(super) fn light_source(
         LightRef::Animated(_) => None,
     };
     let tree = of_scene.and_then(|light: &AnyLight| light.tree(&scene.light_tables));
-    let &WeightedLightSample { sample, n, mis_weight } = weighted;
+    let &WeightedLightSample { sample, n, mis_weight, .. } = weighted;
     LightSource::Light(SampledLight {
         light,
         chosen: tree.and_then(|tree| tree.chosen(context, u)),

@@ -135,13 +135,13 @@ impl PathEstimator for Path {
     fn light_weight(
         &self,
         _: &Settings,
-        scatterer: &impl Scatterer,
         sample: &LightSample,
         n: u32,
+        bsdf_pdf: Pdf<SolidAngle>,
     ) -> f32 {
         match (self.direct, sample.pdf) {
             (DirectLight::Mis, Some(light_pdf)) => {
-                power_heuristic(light_pdf.scaled_by(n as f32), scatterer.pdf(sample.wi))
+                power_heuristic(light_pdf.scaled_by(n as f32), bsdf_pdf)
             }
             _ => 1.0,
         }

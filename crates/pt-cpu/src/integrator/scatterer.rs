@@ -30,11 +30,9 @@ pub(super) trait Scatterer {
         }
     }
 
-    /// f(wo, wi) · |cos θi|, or the phase function.
-    fn eval(&self, wi: Vec3) -> Spectrum;
-
-    /// Density with which [`Self::sample`] returns `wi`.
-    fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle>;
+    /// f(wo, wi) · |cos θi|, or the phase function; and, unless that is zero, the density with
+    /// which [`Self::sample`] returns `wi`.
+    fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>);
 
     /// Samples a direction.
     fn sample(&self, u: [f32; 3]) -> Option<BsdfSample>;
@@ -57,13 +55,8 @@ impl Scatterer for Bsdf<'_> {
     }
 
     #[inline(always)]
-    fn eval(&self, wi: Vec3) -> Spectrum {
-        self.eval(wi)
-    }
-
-    #[inline(always)]
-    fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
-        self.pdf(wi)
+    fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        self.eval_and_pdf(wi)
     }
 
     #[inline(always)]
@@ -78,6 +71,8 @@ pub(super) struct WeightedLightSample<'a> {
     pub(super) sample: &'a LightSample,
     /// Number of samples of the light.
     pub(super) n: u32,
+    /// f(wo, wi) · |cos θi|, or the phase function.
+    pub(super) f: Spectrum,
     /// MIS weight against sampling of the BSDF or phase function.
     pub(super) mis_weight: f32,
 }
@@ -91,8 +86,8 @@ impl WeightedLightSample<'_> {
 
     /// Unoccluded contribution: throughput · f · |cos| · L · MIS weight / (n p).
     #[inline(always)]
-    pub(super) fn contribution(&self, beta: Spectrum, scatterer: &impl Scatterer) -> Spectrum {
-        beta * scatterer.eval(self.sample.wi) * self.sample.radiance * self.weight()
+    pub(super) fn contribution(&self, beta: Spectrum) -> Spectrum {
+        beta * self.f * self.sample.radiance * self.weight()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Path splitting at the first surface where a path scatters.
 
-use pt_math::sampler::Sampler;
+use pt_math::sampler::{Sampler, Samplers};
 
 use super::CameraRays;
 use super::path_queue::PathState;
@@ -40,6 +40,16 @@ impl PathSplitting {
     pub(super) fn sampler(self, camera_rays: &CameraRays, number: u32) -> Sampler {
         let whole = camera_rays.samplers.get(self.camera_ray(number));
         whole.split(self.log2, number & (self.count() - 1))
+    }
+
+    /// Samplers of a block of paths with these numbers.
+    #[inline(always)]
+    pub(super) fn samplers(
+        self,
+        camera_rays: &CameraRays,
+        numbers: impl Iterator<Item = u32>,
+    ) -> Samplers {
+        camera_rays.samplers.parts(self.log2, numbers)
     }
 
     /// Time of path number `i`; 0 in static scenes.

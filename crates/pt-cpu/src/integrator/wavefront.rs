@@ -11,7 +11,7 @@ use pt_core::film::ExactSum;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{Clamp, Settings};
-use pt_math::sampler::{LANES, Sampler};
+use pt_math::sampler::LANES;
 use pt_math::{Rays, Spectrum};
 
 use super::batch::{Batch, ByProducts};
@@ -222,24 +222,25 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         let Batch { camera_rays, accumulator, .. } = batch;
         accumulator.set_bounces(bounces);
         scattering.clear();
-        for i in 0..queue.paths.len() {
-            let (path, ray) = (&queue.paths[i], &queue.rays[i]);
-            let counted = S::counted(bounces, &queue.space[i]);
-            let shown = cx.settings.shows(counted);
-            match space.end(i) {
+        for (i, (end, in_space)) in space.ends().zip(&queue.space).enumerate() {
+            let counted = S::counted(bounces, in_space);
+            let shown = || cx.settings.shows(counted);
+            match end {
                 FlightEnd::Vertex(hit)
                     if counted < self.max_depth || S::may_pass(cx.settings, &hit) =>
                 {
                     scattering.push(PathHit { path: i as u32, hit });
                 }
                 FlightEnd::Vertex(hit) => {
-                    if let (Some(hit), true) = (S::surface_hit(&hit), shown) {
+                    if let Some(hit) = S::surface_hit(&hit).filter(|_| shown()) {
+                        let (path, ray) = (&queue.paths[i], &queue.rays[i]);
                         let time = splitting.time(camera_rays, &queue.paths, i);
                         add_hit_emission(estimator, *cx, path, ray, hit, time, accumulator);
                     }
                 }
                 FlightEnd::Escaped => {
-                    if self.transparency.on_escape(path, *splitting) && shown {
+                    let (path, ray) = (&queue.paths[i], &queue.rays[i]);
+                    if self.transparency.on_escape(path, *splitting) && shown() {
                         add_sky(estimator, *cx, path, ray.direction, bounces, accumulator);
                     }
                 }
@@ -261,25 +262,14 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         'a: 'b,
     {
         let camera_rays = batch.camera_rays;
-        let samples =
-            self.block_samples(bounces, paths, |start| self.splitting.sampler(camera_rays, start));
+        let numbers = paths.iter().map(|at| self.queue.paths[at.path as usize].start);
+        let samplers = self.splitting.samplers(camera_rays, numbers);
+        let samples = BlockSamples::new(self.dimensions, bounces, samplers);
         self.find_interactions(paths, camera_rays);
         self.add_surface_emission(bounces, paths, batch);
         self.evaluate_materials(paths, camera_rays, &samples, materials);
         let vertices = self.shading_points(bounces, paths, materials);
         VertexBlock { paths, samples, materials, vertices }
-    }
-
-    /// Samples of the block's paths for direct light, BSDF, Russian roulette and materials.
-    #[inline(always)]
-    fn block_samples(
-        &self,
-        bounces: u32,
-        paths: &[PathHit<S::Hit>],
-        sampler: impl Fn(u32) -> Sampler,
-    ) -> BlockSamples {
-        let start = |at: &PathHit<S::Hit>| self.queue.paths[at.path as usize].start;
-        BlockSamples::new(self.dimensions, bounces, paths.iter().map(|at| sampler(start(at))))
     }
 
     /// Computes the vertices of a block of paths.
@@ -298,10 +288,12 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         let Self { estimator, cx, queue, splitting, .. } = self;
         batch.accumulator.set_bounces(bounces);
         for (at, PathHit { path, hit }) in self.interactions.iter().zip(paths) {
-            let path = *path as usize;
             let (Some(at), Some(hit)) = (at.surface(), S::surface_hit(hit)) else { continue };
-            let shown = cx.settings.shows(S::counted(bounces, &queue.space[path]));
-            if shown && !cx.scene.surfaces[at.surface].emission.is_black() {
+            if cx.scene.surfaces[at.surface].emission.is_black() {
+                continue;
+            }
+            let path = *path as usize;
+            if cx.settings.shows(S::counted(bounces, &queue.space[path])) {
                 let time = splitting.time(batch.camera_rays, &queue.paths, path);
                 let found = SurfaceHit { at, hit, time };
                 add_emission(estimator, *cx, &queue.paths[path], found, &mut batch.accumulator);
@@ -481,9 +473,9 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         let splitting = PathSplitting::new(self.cx.settings.split);
         let n = splitting.count() as f32;
         for way in 0..splitting.count() {
-            let samples = self.block_samples(0, block.paths, |start| {
-                splitting.sampler(camera_rays, splitting.path_index(start, way))
-            });
+            let numbers = block.vertices.iter().map(|v| splitting.path_index(v.start, way));
+            let samplers = splitting.samplers(camera_rays, numbers);
+            let samples = BlockSamples::new(self.dimensions, 0, samplers);
             let first = self.next_queue.paths.len();
             self.sample_bsdf_and_roulette(0, block, &samples, batch);
             for path in &mut self.next_queue.paths[first..] {

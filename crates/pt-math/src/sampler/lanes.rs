@@ -24,20 +24,6 @@ pub struct Samplers {
 }
 
 impl Samplers {
-    /// Combines samplers in this order; lanes beyond the last sampler are undefined.
-    #[inline]
-    pub fn new(samplers: impl IntoIterator<Item = Sampler>) -> Self {
-        let mut lanes =
-            Self { set: SamplerConfig::default(), key: [[0; LANES]; 2], index: [0; LANES] };
-        for (lane, s) in samplers.into_iter().take(LANES).enumerate() {
-            lanes.set = s.set;
-            lanes.key[0][lane] = s.key[0];
-            lanes.key[1][lane] = s.key[1];
-            lanes.index[lane] = s.index;
-        }
-        lanes
-    }
-
     /// Points at dimensions `d` and `d` + 1: all first coordinates, then all second ones, with the
     /// same bits as [`Sampler::next_2d`]. The first coordinate is also the result of
     /// [`Sampler::next_1d`] at `d`.
@@ -182,6 +168,28 @@ impl SamplerBlocks {
     pub fn get(&self, i: usize) -> Sampler {
         let key = self.key.each_ref().map(|words| words[i]);
         Sampler { set: self.set, dimension: 0, key, index: self.index[i] }
+    }
+
+    /// [`Samplers`] of up to [`LANES`] parts of samples, as [`Sampler::split`] returns them: part
+    /// number `n` is part n mod 2ᵏ of sampler n / 2ᵏ (k = `log2_parts`). Lanes beyond the last part
+    /// are undefined.
+    ///
+    /// # Panics
+    /// If the sampler of a part is out of range.
+    #[inline(always)]
+    pub fn parts(&self, log2_parts: u32, parts: impl Iterator<Item = u32>) -> Samplers {
+        let set = self.set.split(log2_parts);
+        let mut lanes = Samplers { set, key: [[0; LANES]; 2], index: [0; LANES] };
+        let mask = (1 << log2_parts) - 1;
+        let [key0, key1] = self.key.each_ref().map(|words| &words[..self.len]);
+        let index = &self.index[..self.len];
+        for (lane, part) in parts.take(LANES).enumerate() {
+            let i = (part >> log2_parts) as usize;
+            lanes.key[0][lane] = key0[i];
+            lanes.key[1][lane] = key1[i];
+            lanes.index[lane] = index[i] << log2_parts | part & mask;
+        }
+        lanes
     }
 
     /// Columns and rows of the pixels of a block.

@@ -84,6 +84,13 @@ pub struct SamplerConfig {
 }
 
 impl SamplerConfig {
+    /// Point set of the 2ᵏ parts of all samples; see [`Sampler::split`].
+    #[inline(always)]
+    fn split(self, log2_parts: u32) -> Self {
+        let spp = u64::from(self.spp) << log2_parts;
+        Self { spp: u32::try_from(spp).unwrap_or(u32::MAX), ..self }
+    }
+
     /// Key and index of a sample of a pixel, from which its numbers are computed.
     #[inline(always)]
     fn locate(self, pixel: [u32; 2], sample: u32) -> ([u32; 2], u32) {
@@ -128,8 +135,7 @@ impl Sampler {
     /// adjacent in it.
     #[inline]
     pub fn split(self, log2_parts: u32, part: u32) -> Self {
-        let spp = u64::from(self.set.spp) << log2_parts;
-        let set = SamplerConfig { spp: u32::try_from(spp).unwrap_or(u32::MAX), ..self.set };
+        let set = self.set.split(log2_parts);
         Self { set, index: self.index << log2_parts | part, ..self }
     }
 

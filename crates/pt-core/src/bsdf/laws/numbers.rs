@@ -88,11 +88,14 @@ fn ask(calls: u64) {
             let (f, p) = (lobe.eval(wo, wi), lobe.pdf(wo, wi).get());
             let good = is_light(f) && p >= 0.0 && p.is_finite();
             assert!(good, "{lobe:?} {wo:?} {wi:?}: {f:?} {p}");
+            let both = lobe.eval_and_pdf(wo, wi);
+            assert_eq!((both.0, both.1.get()), (f, p), "{lobe:?} {wo:?} {wi:?}");
         }
     }
 }
 
-/// Results are never NaN, infinite or negative.
+/// Results are never NaN, infinite or negative, and do not depend on whether they are computed
+/// together.
 #[test]
 fn lobes_answer_with_numbers() {
     ask(4_000_000);

@@ -91,6 +91,10 @@ impl AnyLobe<'_> {
         self.record().pdf(LobeContext::examples(), wo, wi)
     }
 
+    pub(in crate::bsdf) fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        self.record().eval_and_pdf(LobeContext::examples(), wo, wi)
+    }
+
     pub(in crate::bsdf) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         self.record().sample(LobeContext::examples(), wo, u)
     }

@@ -18,6 +18,9 @@ use super::microfacet::MicrofacetDistribution;
 use super::rough_dielectric::{DirectionPair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, fresnel, padded};
 
+/// [`Lobe::eval_and_pdf`] of directions into which nothing is scattered.
+const NO_SCATTERING: (Spectrum, Pdf<SolidAngle>) = (Spectrum::ZERO, Pdf::ZERO);
+
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or transmit light, and
 /// a clear coat. See [`pt_scene::material::Principled`] for its parameters.
 ///
@@ -226,38 +229,6 @@ impl Principled {
         sum
     }
 
-    /// f cos θi and the density of `wi`.
-    #[inline]
-    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let front = wo.z > 0.0;
-        let above = front && wi.z > 0.0;
-        if !above && self.transparent() <= 0.0 {
-            return (Spectrum::ZERO, 0.0);
-        }
-        let Some(pair) = DirectionPair::new(self.eta, wo, wi) else { return (Spectrum::ZERO, 0.0) };
-        let (cos, distribution) = (pair.wo.dot(pair.h), self.distribution());
-        let chosen = self.reflection_probability(front, cos, pair.f);
-        let (scattered, chosen) = if pair.is_reflected {
-            (self.reflectance_from(front, cos, pair.f), chosen)
-        } else {
-            (self.transmittance(pair.f) / (pair.eta * pair.eta), 1.0 - chosen)
-        };
-        let seen = pair.density(1.0, &distribution);
-        let f = scattered * (seen * pair.shadowing(&distribution));
-        let shares = self.shares(wo);
-        let pdf = shares.distribution * chosen * seen;
-        if !above {
-            return (f, pdf);
-        }
-        let coat = match shares.coat {
-            0.0 => 0.0,
-            share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
-        };
-        let base = 1.0 - shares.distribution - shares.coat;
-        let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
-        (f + self.others(wo, wi, pair.h), pdf)
-    }
-
     /// Samples a direction, where up is the front.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
@@ -333,7 +304,38 @@ impl Lobe<'_> for Principled {
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::new(self.eval_and_pdf(wo, wi).1)
+        self.eval_and_pdf(wo, wi).1
+    }
+
+    #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        let front = wo.z > 0.0;
+        let above = front && wi.z > 0.0;
+        if !above && self.transparent() <= 0.0 {
+            return NO_SCATTERING;
+        }
+        let Some(pair) = DirectionPair::new(self.eta, wo, wi) else { return NO_SCATTERING };
+        let (cos, distribution) = (pair.wo.dot(pair.h), self.distribution());
+        let chosen = self.reflection_probability(front, cos, pair.f);
+        let (scattered, chosen) = if pair.is_reflected {
+            (self.reflectance_from(front, cos, pair.f), chosen)
+        } else {
+            (self.transmittance(pair.f) / (pair.eta * pair.eta), 1.0 - chosen)
+        };
+        let seen = pair.density(1.0, &distribution);
+        let f = scattered * (seen * pair.shadowing(&distribution));
+        let shares = self.shares(wo);
+        let pdf = shares.distribution * chosen * seen;
+        if !above {
+            return (f, Pdf::new(pdf));
+        }
+        let coat = match shares.coat {
+            0.0 => 0.0,
+            share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
+        };
+        let base = 1.0 - shares.distribution - shares.coat;
+        let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
+        (f + self.others(wo, wi, pair.h), Pdf::new(pdf))
     }
 
     #[inline]
@@ -345,7 +347,6 @@ impl Lobe<'_> for Principled {
         let (f, pdf) = self.eval_and_pdf(wo, wi);
         let eta = eta_from(wo, self.eta);
         let eta_scale = if wo.z * wi.z < 0.0 { eta * eta } else { 1.0 };
-        let pdf = Pdf::new(pdf);
         let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).with_eta_scale(eta_scale);
         pdf.is_positive().then(sample)
     }

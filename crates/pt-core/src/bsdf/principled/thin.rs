@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::base::{Base, about_sheen, sheen, tint, tinted};
-use super::{distribution, schlick_weight, tinted_fresnel};
+use super::{NO_SCATTERING, distribution, schlick_weight, tinted_fresnel};
 #[cfg(test)]
 use crate::bsdf::laws::{AnyLobe, LobeLaws, LobeProperties, SamplingMaps};
 use crate::bsdf::microfacet::MicrofacetDistribution;
@@ -177,27 +177,6 @@ impl PrincipledThin {
         f * self.diffuse(is_reflected)
     }
 
-    /// f cos θi and the density of `wi`.
-    #[inline]
-    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let Some(pair) = FoldedDirections::new(wo, wi) else { return (Spectrum::ZERO, 0.0) };
-        let shares = self.shares(pair.wo.z);
-        let side = side(pair.is_reflected);
-        let mut f = self.eval_diffuse(&pair);
-        let mut pdf = shares.cosine[side] * warp::cosine_hemisphere_pdf(pair.wi.z).get();
-        if self.spec_trans > 0.0 && !pair.hides() {
-            let distribution = self.distribution(pair.is_reflected);
-            let cos = pair.wo.dot(pair.h);
-            let seen = distribution.visible_pdf(pair.wo, pair.h) / (4.0 * cos);
-            if seen.is_finite() {
-                let scattered = self.scattered(pair.is_reflected, cos);
-                f += scattered * (seen * distribution.shadowing(pair.wo, pair.wi));
-                pdf += shares.distribution[side] * seen;
-            }
-        }
-        (f, pdf)
-    }
-
     /// Samples a direction, with `wo` up.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
@@ -264,7 +243,27 @@ impl Lobe<'_> for PrincipledThin {
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::new(self.eval_and_pdf(wo, wi).1)
+        self.eval_and_pdf(wo, wi).1
+    }
+
+    #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        let Some(pair) = FoldedDirections::new(wo, wi) else { return NO_SCATTERING };
+        let shares = self.shares(pair.wo.z);
+        let side = side(pair.is_reflected);
+        let mut f = self.eval_diffuse(&pair);
+        let mut pdf = shares.cosine[side] * warp::cosine_hemisphere_pdf(pair.wi.z).get();
+        if self.spec_trans > 0.0 && !pair.hides() {
+            let distribution = self.distribution(pair.is_reflected);
+            let cos = pair.wo.dot(pair.h);
+            let seen = distribution.visible_pdf(pair.wo, pair.h) / (4.0 * cos);
+            if seen.is_finite() {
+                let scattered = self.scattered(pair.is_reflected, cos);
+                f += scattered * (seen * distribution.shadowing(pair.wo, pair.wi));
+                pdf += shares.distribution[side] * seen;
+            }
+        }
+        (f, Pdf::new(pdf))
     }
 
     #[inline]
@@ -274,7 +273,6 @@ impl Lobe<'_> for PrincipledThin {
         }
         let wi = upright(self.draw(upright(wo, wo), u)?, wo);
         let (f, pdf) = self.eval_and_pdf(wo, wi);
-        let pdf = Pdf::new(pdf);
         pdf.is_positive().then(|| BsdfSample::new(wi, f / pdf.get(), Some(pdf)))
     }
 

@@ -59,8 +59,8 @@ pub(super) trait Space: Default {
         batch: &mut Batch<W>,
     );
 
-    /// End of the last flight of path number `i`.
-    fn end(&self, i: usize) -> FlightEnd<Self::Hit>;
+    /// Ends of the last flight, path by path.
+    fn ends(&self) -> impl Iterator<Item = FlightEnd<Self::Hit>>;
 
     /// The surface, if a vertex is on one.
     fn surface_hit(hit: &Self::Hit) -> Option<&Hit>;

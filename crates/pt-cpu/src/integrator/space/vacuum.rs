@@ -89,8 +89,8 @@ impl Space for Vacuum {
     }
 
     #[inline(always)]
-    fn end(&self, i: usize) -> FlightEnd<Hit> {
-        self.hits[i].map_or(FlightEnd::Escaped, FlightEnd::Vertex)
+    fn ends(&self) -> impl Iterator<Item = FlightEnd<Hit>> {
+        self.hits.iter().map(|hit| hit.map_or(FlightEnd::Escaped, FlightEnd::Vertex))
     }
 
     #[inline(always)]

@@ -127,9 +127,9 @@ impl FlightBuffers {
         }
     }
 
-    /// End of the last flight of path number `i`.
-    pub(super) fn end(&self, i: usize) -> FlightEnd<MediaHit> {
-        self.ends[i]
+    /// Ends of the last flight, path by path.
+    pub(super) fn ends(&self) -> impl Iterator<Item = FlightEnd<MediaHit>> {
+        self.ends.iter().copied()
     }
 }
 

@@ -81,8 +81,8 @@ impl Space for Media {
         self.flight.fly(flight, batch);
     }
 
-    fn end(&self, i: usize) -> FlightEnd<MediaHit> {
-        self.flight.end(i)
+    fn ends(&self) -> impl Iterator<Item = FlightEnd<MediaHit>> {
+        self.flight.ends()
     }
 
     fn surface_hit(hit: &MediaHit) -> Option<&Hit> {

@@ -146,19 +146,14 @@ impl Scatterer for MediaScatterer<'_> {
         }
     }
 
-    fn eval(&self, wi: Vec3) -> Spectrum {
+    fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
         match self {
-            Self::Surface { bsdf, .. } => bsdf.eval(wi),
-            Self::Medium { phase, wo } => Spectrum::splat(phase.pdf(*wo, wi).get()),
-            Self::Absorber => Spectrum::ZERO,
-        }
-    }
-
-    fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
-        match self {
-            Self::Surface { bsdf, .. } => bsdf.pdf(wi),
-            Self::Medium { phase, wo } => phase.pdf(*wo, wi),
-            Self::Absorber => Pdf::ZERO,
+            Self::Surface { bsdf, .. } => bsdf.eval_and_pdf(wi),
+            Self::Medium { phase, wo } => {
+                let pdf = phase.pdf(*wo, wi);
+                (Spectrum::splat(pdf.get()), pdf)
+            }
+            Self::Absorber => (Spectrum::ZERO, Pdf::ZERO),
         }
     }
 
