@@ -5,17 +5,18 @@ use std::time::Duration;
 
 use bytesize::ByteSize;
 use clap::Parser;
-use pathtracer::{Aov, LightGroups};
+use pathtracer::{Aov, INTEGRATORS, LightGroups};
 
 use crate::arg_values::{
     BvhBuilder, BvhQuality, Direct, ExrCompression, ExrType, PixelFilter, PngBits, ProgressKind,
     ReceiptKind, SampleGenerator, Show, Tonemap,
 };
-use crate::compat::{CompatPolicies, cs184};
+use crate::compat::CompatArgs;
 use crate::environment::EnvironmentLayout;
 use crate::loading::Loading;
 use crate::opacity::Opacity;
 use crate::parse::{self, Exposure};
+use crate::policies::CompatPolicies;
 use crate::stop_options::StopOptions;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
@@ -42,8 +43,7 @@ pub(crate) struct Cli {
     #[expect(clippy::option_option, reason = "-f may stand without its value; see sort_paths")]
     pub(crate) output: Option<Option<PathBuf>>,
 
-    /// Width and height in pixels [default: the file's, or 600 rows; 800 600
-    /// with --cs184]
+    /// Width and height in pixels [default: the file's, or 600 rows]
     #[arg(short, long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
     #[arg(value_parser = parse::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
@@ -60,12 +60,12 @@ pub(crate) struct Cli {
 
     /// Exposure of a PNG image in stops, applied before --tonemap; auto chooses it from the image
     /// [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     #[arg(value_parser = parse::exposure, help_heading = "Image")]
     pub(crate) exposure: Option<Exposure>,
 
     /// Tone curve of a PNG image [default: linear]
-    #[arg(long, value_name = "CURVE", conflicts_with = "cs184", help_heading = "Image")]
+    #[arg(long, value_name = "CURVE", help_heading = "Image")]
     pub(crate) tonemap: Option<Tonemap>,
 
     /// Pixel type of an EXR image [default: float]
@@ -82,21 +82,21 @@ pub(crate) struct Cli {
     /// Denoise with Intel Open Image Denoise, a separate library (a message gives the command that
     /// installs it). The noisy image is kept: in the layer "noisy" of an EXR image, in
     /// NAME_noisy.png beside a PNG image
-    #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
+    #[arg(long, help_heading = "Image")]
     pub(crate) denoise: bool,
 
     /// Show the image in the viewer tev while it is rendered; tev listens at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT", value_parser = parse::address, help_heading = "Image")]
     pub(crate) tev: Option<String>,
 
-    /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
+    /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::positive)]
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
     /// Render only the samples with these numbers, such as 0..256, to be merged with others
     #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = parse::samples)]
-    #[arg(conflicts_with_all = ["cs184", "adaptive"], help_heading = "Sampling")]
+    #[arg(conflicts_with = "adaptive", help_heading = "Sampling")]
     pub(crate) samples: Option<(u32, u32)>,
 
     /// Samples of each area light at each surface point; of all lights together if there are many
@@ -105,7 +105,7 @@ pub(crate) struct Cli {
     pub(crate) light_samples: u32,
 
     /// Maximum number of surface interactions of a path: 0 shows emission only, 1 direct light
-    /// [default: the file's, or 16; 1 with --cs184]
+    /// [default: the file's, or 16]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::count)]
     #[arg(help_heading = "Sampling")]
     pub(crate) max_depth: Option<u32>,
@@ -124,12 +124,12 @@ pub(crate) struct Cli {
     #[arg(short = 'H', long, conflicts_with = "direct", help_heading = "Sampling")]
     pub(crate) hemisphere: bool,
 
-    /// Estimator of direct light [default: mis; light with --cs184]
+    /// Estimator of direct light [default: mis]
     #[arg(long, value_name = "ESTIMATOR", help_heading = "Sampling")]
     pub(crate) direct: Option<Direct>,
 
     /// Stop a pixel when, checked every BATCH samples, the 95 % confidence interval of its mean is
-    /// narrower than TOLERANCE times the mean; also writes FILE_rate.png [with --cs184: 32 0.05]
+    /// narrower than TOLERANCE times the mean; also writes FILE_rate.png
     #[arg(short, long, value_names = ["BATCH", "TOLERANCE"], num_args = 2, allow_negative_numbers = true)]
     #[arg(help_heading = "Sampling")]
     pub(crate) adaptive: Option<Vec<String>>,
@@ -170,7 +170,7 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: SampleGenerator,
 
-    /// Pixel reconstruction filter [default: the file's, or box; box with --cs184]
+    /// Pixel reconstruction filter [default: the file's, or box]
     #[arg(long, value_name = "FILTER", help_heading = "Sampling")]
     pub(crate) filter: Option<PixelFilter>,
 
@@ -179,9 +179,7 @@ pub(crate) struct Cli {
     #[arg(value_parser = parse::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
-    /// Integrator: path, reference, volpath (with media), direct, ao, normals or cs184 [default:
-    /// the file's, or path]
-    #[arg(long, value_name = "NAME", help_heading = "What to show")]
+    #[arg(long, value_name = "NAME", help = integrator_help(), help_heading = "What to show")]
     pub(crate) integrator: Option<String>,
 
     /// Maximum distance of occluders for --integrator ao; 0 is unlimited [default: 0]
@@ -212,11 +210,8 @@ pub(crate) struct Cli {
     #[arg(help_heading = "What to show")]
     pub(crate) light_groups: Option<LightGroups>,
 
-    /// Images, defaults and console output of the CS184 course's reference program (assignment 3)
-    #[arg(long, help_heading = "What to show")]
-    #[arg(conflicts_with_all = ["alpha", "hide_background", "hide_emitters", "target_error"])]
-    #[arg(conflicts_with_all = ["target_noise", "time_limit"])]
-    pub(crate) cs184: bool,
+    #[command(flatten)]
+    pub(crate) compat: CompatArgs,
 
     #[command(flatten)]
     pub(crate) loading: Loading,
@@ -233,10 +228,10 @@ pub(crate) struct Cli {
         default_value = "latlong",
         requires = "environment"
     )]
-    #[arg(conflicts_with = "cs184", help_heading = "Scene")]
+    #[arg(help_heading = "Scene")]
     pub(crate) environment_layout: EnvironmentLayout,
 
-    /// Camera settings file of the CS184 reference program
+    /// Camera settings file of the course's program
     #[arg(short = 'c', long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) camera_file: Option<PathBuf>,
 
@@ -257,19 +252,19 @@ pub(crate) struct Cli {
     pub(crate) aperture_rotation: f64,
 
     /// Panorama: show all directions around the camera, in latitude and longitude
-    #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
+    #[arg(long, help_heading = "Scene")]
     pub(crate) panorama: bool,
 
     /// Smooth the shadow terminator of meshes with shading normals
-    #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
+    #[arg(long, help_heading = "Scene")]
     pub(crate) smooth_shadows: bool,
 
-    /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
+    /// Distance of the plane in focus [default: the camera's]
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
     #[arg(value_parser = parse::above_zero, help_heading = "Scene")]
     pub(crate) focal_distance: Option<f32>,
 
-    /// Threads; 0 is one per core [default: 0; 1 with --cs184]
+    /// Threads; 0 is one per core [default: 0]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]
     #[arg(help_heading = "Machine")]
     pub(crate) threads: Option<usize>,
@@ -367,9 +362,15 @@ Commands:
   pathtracer convert scene.dae scene.json    write a scene as .json or .glb
 Each has --help. A scene with the name of a command is written ./resume.";
 
+/// Help on `--integrator`.
+fn integrator_help() -> String {
+    let names: Vec<_> = INTEGRATORS.iter().map(|integrator| integrator.name).collect();
+    format!("Integrator: {} [default: the file's, or path]", names.join(", "))
+}
+
 impl Cli {
     /// Behaviour in which programs differ.
     pub(crate) fn policies(&self) -> &'static CompatPolicies {
-        if self.cs184 { &cs184::POLICIES } else { &CompatPolicies::OWN }
+        self.compat.policies()
     }
 }

@@ -1,125 +1,166 @@
-//! Policies of the program: its own by default, and those of programs whose images and console
-//! output are reproduced, such as [`cs184`].
+//! `--cs184`: defaults, files and console lines of the program of the course CS184.
 
-pub(crate) mod cs184;
-
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use pathtracer::image::{Image, ImageError, Transfer};
-use pathtracer::{Adaptive, DirectLight, Filter, RenderHints, Roulette, Session, Settings};
-use pathtracer::{RenderStatistics, compat};
+use pathtracer::compat::cs184::{POLICIES as SCENE, cs184_log, probability_debug};
+use pathtracer::image::{self, Image, ImageError, Transfer};
+use pathtracer::{Adaptive, DirectLight, Filter, RenderStatistics, Roulette, Session};
+
+use crate::policies::{CompatPolicies, DefaultSettings, Lines};
+
+/// Options of other programs.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct CompatArgs {
+    /// Images, defaults and console output of the CS184 course's reference program (assignment 3):
+    /// by default --resolution 800 600, --spp 1, --adaptive 32 0.05, --max-depth 1, --direct light,
+    /// --filter box, --focal-distance 4.7, --threads 1
+    #[arg(long, help_heading = "What to show")]
+    #[arg(conflicts_with_all = ["alpha", "hide_background", "hide_emitters", "target_error"])]
+    #[arg(conflicts_with_all = ["target_noise", "time_limit", "exposure", "tonemap", "denoise"])]
+    #[arg(conflicts_with_all = ["samples", "environment_layout", "panorama", "smooth_shadows"])]
+    cs184: bool,
+}
+
+impl CompatArgs {
+    /// Behaviour in which programs differ.
+    pub(crate) fn policies(&self) -> &'static CompatPolicies {
+        if self.cs184 { &POLICIES } else { &CompatPolicies::OWN }
+    }
+}
 
 /// Options that exclude the records of single paths, for messages.
 pub(crate) const WITHOUT_RECORDS: &str = "--path-reuse, --path-splitting and --cs184";
 
-/// Behaviour in which programs differ.
-#[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
-pub(crate) struct CompatPolicies {
-    /// Interpretation of the scene.
-    pub(crate) scene: compat::Policies,
-    /// True if the attenuation of the lights of COLLADA files is ignored.
-    pub(crate) ignores_attenuation: bool,
-    /// True if scenes without light or camera get the studio's.
-    pub(crate) studio: bool,
-    /// True if the crop window of the scene file applies.
-    pub(crate) crop_of_file: bool,
-    /// Settings that the command line does not give; `None` are those of the scene file.
-    pub(crate) settings: Option<DefaultSettings>,
-    /// Number of threads without a request; `None` is one for each core.
-    pub(crate) threads: Option<usize>,
-    /// Transfer function of images of integers.
-    pub(crate) transfer: Transfer,
-    /// True if images may have an alpha channel, and lights may be hidden from the camera.
-    pub(crate) transparency: bool,
-    /// True if there are checkpoints and films, and the ending of the image says its format.
-    pub(crate) films: bool,
-    /// True if single paths can be recorded; otherwise the reason why they cannot.
-    pub(crate) records: Result<(), &'static str>,
-    /// True if the intersection tests of rays are counted.
-    pub(crate) counts_tests: bool,
-    /// Writes an image of the sampling probabilities of the environment map.
-    pub(crate) write_probabilities: Option<WriteImage>,
-    /// Path of the image of sampling rates beside an image, which is always written; `None` if it
-    /// is written for adaptive renders, with `_rate.png` for the ending.
-    pub(crate) rate_path: Option<fn(&Path) -> PathBuf>,
-    /// True if a note reports images that are nearly all black or white.
-    pub(crate) notes_extremes: bool,
-    /// Lines that replace the summary.
-    pub(crate) lines: Option<Lines>,
+/// Policies of the program.
+const POLICIES: CompatPolicies = CompatPolicies {
+    scene: SCENE,
+    ignores_attenuation: true,
+    studio: false,
+    crop_of_file: false,
+    settings: Some(DefaultSettings {
+        spp: 1,
+        max_depth: 1,
+        integrator: "cs184",
+        direct: DirectLight::Light,
+        filter: Filter::Box,
+        adaptive: Some(Adaptive { batch: 32, tolerance: 0.05 }),
+        roulette: Roulette::Fixed(0.65),
+        roulette_at_depth: Roulette::Fixed(1.0),
+    }),
+    threads: Some(1),
+    transfer: Transfer::Gamma,
+    transparency: false,
+    films: false,
+    records: Err(
+        "explain does not support --cs184; use --integrator cs184 for the light of the course's \
+         program",
+    ),
+    counts_tests: true,
+    write_probabilities: Some(write_probabilities),
+    rate_path: Some(rate_path),
+    notes_extremes: false,
+    lines: Some(Lines {
+        loading_environment,
+        input,
+        camera_loaded,
+        environment_ready,
+        built,
+        progress,
+        rendered,
+        saved,
+    }),
+};
+
+fn write_probabilities(map: &Image) -> Result<(), ImageError> {
+    let debug = probability_debug(map);
+    image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)
 }
 
-impl CompatPolicies {
-    /// Policies of this program.
-    pub(crate) const OWN: Self = Self {
-        scene: compat::Policies::PHYSICAL,
-        ignores_attenuation: false,
-        studio: true,
-        crop_of_file: true,
-        settings: None,
-        threads: None,
-        transfer: Transfer::Srgb,
-        transparency: true,
-        films: true,
-        records: Ok(()),
-        counts_tests: false,
-        write_probabilities: None,
-        rate_path: None,
-        notes_extremes: true,
-        lines: None,
-    };
+/// Replaces the last four characters, whatever they are.
+fn rate_path(image: &Path) -> PathBuf {
+    let text = image.to_string_lossy();
+    let keep = text.chars().count().saturating_sub(4);
+    let stem: String = text.chars().take(keep).collect();
+    PathBuf::from(format!("{stem}_rate.png"))
 }
 
-/// Writes an image that describes another one.
-pub(crate) type WriteImage = fn(&Image) -> Result<(), ImageError>;
-
-/// Settings that the command line does not give.
-#[derive(Clone)]
-pub(crate) struct DefaultSettings {
-    pub(crate) spp: u32,
-    pub(crate) max_depth: u32,
-    pub(crate) integrator: &'static str,
-    pub(crate) direct: DirectLight,
-    pub(crate) filter: Filter,
-    pub(crate) adaptive: Option<Adaptive>,
-    /// Russian roulette, if all path lengths are shown.
-    pub(crate) roulette: Roulette,
-    /// Russian roulette, if only the maximum path length is shown.
-    pub(crate) roulette_at_depth: Roulette,
+fn loading_environment(path: &Path) {
+    print_line!("[PathTracer] Loading environment map {}", path.display());
 }
 
-impl DefaultSettings {
-    /// Settings of a scene file, completed by the defaults.
-    pub(crate) fn of_file(file: &RenderHints) -> Self {
-        let Settings { spp, max_depth, direct, filter, roulette, .. } = Settings::default();
-        Self {
-            spp: file.spp.unwrap_or(spp),
-            max_depth: file.max_depth.unwrap_or(max_depth),
-            integrator: file.integrator.unwrap_or("path"),
-            direct,
-            filter: file.filter.unwrap_or(filter),
-            adaptive: None,
-            roulette,
-            roulette_at_depth: roulette,
-        }
+fn input(path: &Path) {
+    report!("[PathTracer] Input scene file: {}", path.display());
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dae")) {
+        return;
+    }
+    report!("[COLLADA Parser] Loading COLLADA file...");
+    report!("[COLLADA Parser] Loading scene...");
+    // Errors of the file are reported when the scene is loaded.
+    let log = pathtracer::file::read(path).ok().and_then(|bytes| cs184_log(&bytes, path).ok());
+    for line in log.into_iter().flatten() {
+        report!("{line}");
     }
 }
 
-/// Lines of a program, printed at the stages of a render.
-pub(crate) struct Lines {
-    /// Before the environment map is read.
-    pub(crate) loading_environment: fn(&Path),
-    /// Before the scene is read.
-    pub(crate) input: fn(&Path),
-    /// After a camera file was read.
-    pub(crate) camera_loaded: fn(&Path),
-    /// After the environment map is prepared.
-    pub(crate) environment_ready: fn(),
-    /// Before rendering, with the number of threads.
-    pub(crate) built: fn(&Session, usize),
-    /// While rendering, on a terminal, with the percentage.
-    pub(crate) progress: fn(u64),
-    /// After rendering.
-    pub(crate) rendered: fn(&RenderStatistics),
-    /// After the image is written; true for a rectangle of it.
-    pub(crate) saved: fn(&Path, bool),
+fn camera_loaded(path: &Path) {
+    print_line!("[Camera] Loaded settings from {}", path.display());
+}
+
+fn environment_ready() {
+    print_line!(
+        "[PathTracer] Initializing environment light...Saving out probability_debug image for \
+         debug."
+    );
+    print_line!("done.");
+}
+
+fn built(session: &Session, threads: usize) {
+    let (geometry, bvh) = session.build_times();
+    let primitives = session.scene().shapes.primitive_surface.len();
+    report!("[PathTracer] Rendering using {threads} threads");
+    print_line!("[PathTracer] Collecting primitives... Done! ({:.4} sec)", geometry.as_secs_f64());
+    print_line!(
+        "[PathTracer] Building BVH from {primitives} primitives... Done! ({:.4} sec)",
+        bvh.as_secs_f64()
+    );
+}
+
+fn progress(percent: u64) {
+    let mut out = std::io::stdout();
+    // Errors of a progress line are ignored.
+    let _ = write!(out, "\r[PathTracer] Rendering... {percent}%").and_then(|()| out.flush());
+}
+
+fn rendered(s: &RenderStatistics) {
+    let seconds = s.time.as_secs_f64();
+    let rays = s.rays.max(1) as f64;
+    let mut out = std::io::stdout();
+    // Progress, which the next line overwrites, is shown on terminals only.
+    if out.is_terminal() {
+        let _ = out.write_all(b"\r");
+    }
+    print_line!("[PathTracer] Rendering... 100%! ({seconds:.4}s)");
+    print_line!("[PathTracer] BVH traced {} rays.", s.rays);
+    print_line!(
+        "[PathTracer] Average speed {:.4} million rays per second.",
+        s.rays as f64 / seconds.max(1e-9) * 1e-6
+    );
+    print_line!("[PathTracer] Averaged {:.6} intersection tests per ray.", s.tests as f64 / rays);
+}
+
+fn saved(path: &Path, cell: bool) {
+    report!("[PathTracer] Saving to file: {}... Done!", path.display());
+    print_line!("[PathTracer] {} completed.", if cell { "Cell job" } else { "Job" });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_image_is_named_as_by_the_program() {
+        assert_eq!(rate_path(Path::new("b.exr")), Path::new("b_rate.png"));
+        assert_eq!(rate_path(Path::new("outx")), Path::new("_rate.png"));
+    }
 }

@@ -9,7 +9,7 @@ use pathtracer::provenance::Provenance;
 use pathtracer::{CompileOptions, LightGroups, LoadOptions, SkyLayout};
 
 use crate::arg_values::{ProgressKind, ReceiptKind};
-use crate::compat::{CompatPolicies, Lines};
+use crate::policies::{CompatPolicies, Lines};
 use crate::settings::SettingsRequest;
 
 /// A render.

@@ -41,9 +41,9 @@ pub(crate) struct Loading {
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
 
-    /// Camera placement: as in the file (file), as in the program of the course CS184 (course), or
-    /// so that all surfaces are visible (fit); or the camera to use, by its name or its number in
-    /// the file, from 0 [default: as in the file; course for COLLADA of the course]
+    /// Camera placement: as in the file (file), as in the course's program (course), or so that all
+    /// surfaces are visible (fit); or the camera to use, by its name or its number in the file,
+    /// from 0 [default: as in the file; course for COLLADA of the course]
     #[arg(long, value_name = "CAMERA", help_heading = "Scene")]
     pub(crate) camera: Option<String>,
 

@@ -30,6 +30,7 @@ mod options_page;
 mod output;
 mod panic;
 mod parse;
+mod policies;
 mod resolve;
 mod seal;
 mod settings;

@@ -5,8 +5,8 @@ use pathtracer::{
     Settings, Target, denoise,
 };
 
-use crate::compat::{CompatPolicies, DefaultSettings};
 use crate::opacity::Opacity;
+use crate::policies::{CompatPolicies, DefaultSettings};
 
 /// Settings of the command line; `None` is decided by the scene file or the defaults.
 pub(crate) struct SettingsRequest {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 
-use crate::project::{build_program, course_scene, output_folder, shown, succeed};
+use crate::project::{COURSE_MODES, build_program, course_scene, output_folder, shown, succeed};
 
 /// Options of the figures.
 #[derive(clap::Args)]
@@ -85,8 +85,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let program = build_program()?;
     let wanted = |f: &&Figure| args.figure.is_none_or(|number| number == f.number);
     let mut count = 0;
-    for (folder, mode) in [("figures", None), ("figures/cs184", Some("--cs184"))] {
-        let folder = output_folder(folder)?;
+    for (name, mode) in COURSE_MODES {
+        let folder = output_folder(&format!("figures/{name}"))?;
         for figure in FIGURES.iter().filter(wanted) {
             count += render(figure, &program, mode, &folder, args.quick)?;
         }

@@ -30,6 +30,10 @@ pub(crate) fn shared() -> Option<PathBuf> {
     path.is_dir().then_some(path)
 }
 
+/// Modes in which scenes of the university course are rendered: name and option.
+pub(crate) const COURSE_MODES: [(&str, Option<&str>); 2] =
+    [("default", None), ("cs184", Some("--cs184"))];
+
 /// Path of a scene of the university course; `None` if it is missing.
 pub(crate) fn course_scene(name: &str) -> Option<PathBuf> {
     let path = shared()?.join("scenes/dae").join(name);

@@ -20,12 +20,13 @@ use pt_testing::{Chi2, Chi2Failure, Random, chi2_cone, chi2_sphere};
 pub(super) use self::properties::{
     CONSERVING, CONSERVING_BY_TABLES, LobeLaws, LobeProperties, SamplingMaps,
 };
+pub(super) use self::sampled_mean::grid;
 pub(super) use super::AnyLobe;
 use super::LobeContext;
 use super::mirror::reflect;
 
 /// Directions above the surface, from the normal to grazing.
-const ABOVE: [Vec3; 4] = [
+pub(super) const ABOVE: [Vec3; 4] = [
     Vec3::Z,
     Vec3::new(0.6, 0.0, 0.8),
     Vec3::new(-0.48, 0.64, 0.6),
@@ -47,7 +48,7 @@ fn unit_3d(random: &mut Random) -> [f32; 3] {
     [u, v, random.unit()]
 }
 
-fn below(w: Vec3) -> Vec3 {
+pub(super) fn below(w: Vec3) -> Vec3 {
     Vec3::new(w.x, w.y, -w.z)
 }
 
@@ -85,7 +86,7 @@ fn for_all_smooth(law: impl Fn(&AnyLobe, Vec3, &mut Random)) {
 }
 
 /// Returns true if two spectra agree to the relative error `share` of the larger one.
-fn close(a: Spectrum, b: Spectrum, share: f32) -> bool {
+pub(super) fn close(a: Spectrum, b: Spectrum, share: f32) -> bool {
     (a.0 - b.0).abs().max_element() <= share * a.0.abs().max_element().max(b.0.abs().max_element())
 }
 

@@ -6,8 +6,8 @@
 
 mod coated_conductor;
 mod coated_diffuse;
+mod compat;
 mod conductor;
-mod cs184;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
@@ -383,10 +383,10 @@ lobes! {
     Hair = hair::Hair,
     /// Measured material.
     Measured = measured::Measured<'t>,
-    /// Glass of the program of CS184.
-    Cs184Glass = cs184::Cs184Glass,
-    /// Refraction of the program of CS184.
-    Cs184Refraction = cs184::Cs184Refraction,
-    /// Microfacet metal of the program of CS184.
-    Cs184Microfacet = cs184::Cs184Microfacet,
+    /// Smooth dielectric interface with Schlick's approximation, of another program.
+    SchlickGlass = compat::SchlickGlass,
+    /// Smooth interface that only refracts, with radiance multiplied by η², of another program.
+    EtaSquaredRefraction = compat::EtaSquaredRefraction,
+    /// Beckmann metal with a simplified Fresnel term, of another program.
+    SimplifiedConductor = compat::SimplifiedConductor,
 }

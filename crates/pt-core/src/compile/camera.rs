@@ -3,11 +3,9 @@
 use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::extent::Extent;
-use pt_scene::{Fit, Key, Placement, Projection as View, Scene, framing};
-use pt_scene::{Hint, Notes};
+use pt_scene::{Fit, Hint, Key, Notes, Placement, Projection as View, Scene, framing};
 
-use super::compat::course;
-use super::{CompileError, CompileOptions, meter, motion, studio};
+use super::{CompileError, CompileOptions, compat, meter, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
 use crate::compile::refuse;
@@ -123,7 +121,7 @@ fn tell_placement(
 ) {
     let is_asked_for = !options.policies.is_physical() || options.placement.is_some();
     if placement == Placement::Course && !is_asked_for {
-        notes.push(course::CAMERA_NOTE);
+        notes.push(compat::CAMERA_NOTE);
         notes.suggest(Hint::CameraOfFile);
     }
     let is_panorama = options.panorama || camera.projection == View::Panorama;
@@ -200,8 +198,8 @@ fn half_extent(
         return extent;
     }
     let extent = match (placement, view) {
-        (Placement::Course, _) if keeps_pixel_size => return course::extent(extent, resolution),
-        (Placement::Course, View::Perspective { .. }) => course::extent(extent, course::IMAGE),
+        (Placement::Course, _) if keeps_pixel_size => return compat::extent(extent, resolution),
+        (Placement::Course, View::Perspective { .. }) => compat::extent(extent, compat::IMAGE),
         _ => extent,
     };
     let file = scene.settings.resolution.filter(|_| !is_explicit);

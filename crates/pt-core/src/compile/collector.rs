@@ -4,16 +4,15 @@ use std::collections::HashMap;
 
 use pt_bvh::{MotionKey, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::Notes;
 use pt_scene::texture::Pattern;
-use pt_scene::{Geometry, Mesh, Object, Scene, Submesh};
+use pt_scene::{Geometry, Mesh, Notes, Object, Scene, Submesh};
 
 use super::CompileError;
 use super::checks::{check_attribute, check_indices, check_values};
-use super::compat::ShapePolicies;
 use super::ellipsoid::unit_sphere_mesh;
 use super::instance_choice::choose_instances;
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
+use super::policies::ShapePolicies;
 use super::surface::CompiledSurface;
 use super::textures::ShownValues;
 use crate::compile::shapes::{Emitter, ShapePrimitives, Shapes, SurfaceEmission};

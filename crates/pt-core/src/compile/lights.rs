@@ -5,13 +5,12 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, point_mesh, trig};
 use pt_scene::image::Image;
-use pt_scene::{Hint, Notes};
-use pt_scene::{Light as Node, LightKind, Scene, Span};
+use pt_scene::{Hint, Light as Node, LightKind, Notes, Scene, Span};
 
 use super::collector::is_similarity;
-use super::compat::LightConversion;
 use super::emitters::{area_square, sphere_light};
 use super::instances::MAX_MOVING_LIGHTS;
+use super::policies::LightConversion;
 use super::shapes::{Emitter, ShapePrimitives, Shapes, SurfaceEmission};
 use super::{CompileError, emission};
 use crate::compile::emitters::emitter_triangles;

@@ -20,6 +20,7 @@ mod mesh_values;
 mod meter;
 mod motion;
 mod points;
+pub mod policies;
 mod shapes;
 mod studio;
 mod surface;
@@ -31,10 +32,9 @@ use std::time::{Duration, Instant};
 
 pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
-use pt_scene::{Hint, Notes};
-use pt_scene::{Scene, Span};
+use pt_scene::{Hint, Notes, Scene, Span};
 
-use self::compat::Policies;
+use self::policies::Policies;
 use crate::camera_motion::CameraMotion;
 use crate::light::EnvironmentMap;
 use crate::medium::Media;

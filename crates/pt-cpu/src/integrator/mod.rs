@@ -7,8 +7,8 @@ mod accumulator;
 pub(crate) mod alpha;
 mod ao;
 mod batch;
+mod compat;
 mod context;
-mod cs184;
 mod dimensions;
 mod direct;
 mod estimator;
@@ -27,7 +27,6 @@ mod split;
 mod transparency;
 mod wavefront;
 
-use cs184::Cs184;
 pub(crate) use light_group_integrator::LightGroupIntegrator;
 use observer::{PathObserver, PathRecorder};
 use path::Path;
@@ -220,13 +219,7 @@ pub static INTEGRATORS: &[Registration] = &[
         new: |scene, set| Box::new(normals::Normals::new(scene, set)),
         new_traced: None,
     },
-    Registration {
-        name: "cs184",
-        help: "light as the program of the university course computes it",
-        features: &[Feature::HemisphereSampling],
-        new: |scene, set| Box::new(cs184_paths::<()>(scene, set)),
-        new_traced: Some(|scene, set| Box::new(cs184_paths::<PathRecorder>(scene, set))),
-    },
+    compat::REGISTRATION,
 ];
 
 /// Driver of paths in a vacuum.
@@ -248,13 +241,6 @@ fn direct_paths<'a, W: PathObserver>(
     set: &'a Settings,
 ) -> Surfaces<'a, Path, W> {
     Wavefront::new(Path::once_scattered(set), scene, set)
-}
-
-fn cs184_paths<'a, W: PathObserver>(
-    scene: &'a RenderScene,
-    set: &'a Settings,
-) -> Surfaces<'a, Cs184, W> {
-    Wavefront::new(Cs184, scene, set)
 }
 
 /// Names of the integrators that can record paths.

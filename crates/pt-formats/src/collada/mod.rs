@@ -10,8 +10,8 @@
 
 mod attenuation;
 mod camera;
+pub mod compat;
 mod coordinates;
-mod cs184_log;
 mod effect;
 mod falloff;
 mod geometry;
@@ -29,7 +29,6 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
-pub use cs184_log::cs184_log;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::Scene;
 use reader::{ColladaReader, child};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pt_formats::collada::cs184_log;
+use pt_formats::collada::compat::cs184_log;
 
 use crate::{files, good_text, name_of};
 

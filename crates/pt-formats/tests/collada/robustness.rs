@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pt_formats::collada::cs184_log;
+use pt_formats::collada::compat::cs184_log;
 use pt_formats::{LoadError, parse};
 
 use crate::common::{most_rounds, mutation_seed, without_panics};

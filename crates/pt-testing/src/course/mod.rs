@@ -1,5 +1,5 @@
-//! Path tracer after the handout of the course CS184, assignments 3-1 and 3-2: slow, short, and
-//! without code of the renderer, so that it does not share its errors.
+//! Path tracer after the handout of the university course, assignments 3-1 and 3-2: slow, short,
+//! and without code of the renderer, so that it does not share its errors.
 //!
 //! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling,
 //! all in double precision. The peculiarities of the course are reproduced: an area light is

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::measure::{RunSummary, least_and_median, measure, verdict};
 use super::mesh;
-use crate::project::{build_program, course_scene, output_folder};
+use crate::project::{COURSE_MODES, build_program, course_scene, output_folder};
 
 /// Options of the measurement.
 #[derive(clap::Args)]
@@ -33,8 +33,8 @@ const CASES: [Case; 2] = [
 ];
 
 const COMMAND: &str = "-r 480 360 -s 64 -l 1 -m 5 -t 1";
-/// Command lines; the course's mode takes all samples.
-const MODES: [(&str, &str); 2] = [("default", ""), ("cs184", "--cs184 -a 64 0")];
+/// Options in the mode of the course's program, so that it takes all samples.
+const ALL_SAMPLES: &str = "-a 64 0";
 /// Maximum number of bytes of memory per triangle of a large mesh.
 const MAX_BYTES: f64 = 500.0;
 
@@ -51,7 +51,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             continue;
         };
         println!("\n{}", case.scene);
-        for (mode, flags) in MODES {
+        for (mode, option) in COURSE_MODES {
+            let flags = option.map_or(String::new(), |option| format!("{option} {ALL_SAMPLES}"));
             let run = |_| measure(&program, &format!("{COMMAND} {flags}"), &scene);
             let runs = (0..args.repeats.max(1)).map(run).collect::<Result<Vec<_>>>()?;
             case.print(mode, &runs);

@@ -25,7 +25,7 @@ pub(super) fn power(s: &BsdfSample) -> Spectrum {
 
 /// Midpoints of n × n cells of the unit square, each with a third number; these are spread
 /// uniformly over the interval in every neighbourhood (multiples of the golden ratio).
-pub(super) fn grid(n: u32) -> impl Iterator<Item = [f32; 3]> {
+pub(in crate::bsdf) fn grid(n: u32) -> impl Iterator<Item = [f32; 3]> {
     let middle = move |i: u32| (i as f32 + 0.5) / n as f32;
     let third = |i: u32| (i.wrapping_mul(0x9E37_79B9) >> 8) as f32 / (1 << 24) as f32;
     (0..n * n).map(move |i| [middle(i % n), middle(i / n), third(i)])

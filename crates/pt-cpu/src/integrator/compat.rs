@@ -1,18 +1,35 @@
 //! Light transport as in the program of the university course (CS184 / CSC4140, assignments 3-1 and
 //! 3-2); `docs/cs184.md` describes where it differs from physics.
 
+use pt_core::RenderScene;
 use pt_core::light::{AnyLight, EscapedRay, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::context::{Context, Skies, SurfaceHit};
 use super::estimator::{Hemisphere, PathEstimator};
+use super::observer::{PathObserver, PathRecorder};
 use super::path_queue::{BsdfPdf, PathState};
 use super::scatterer::Scatterer;
+use super::wavefront::Wavefront;
+use super::{Feature, Registration, Surfaces};
+
+/// Integrator of the course's program.
+pub(super) const REGISTRATION: Registration = Registration {
+    name: "cs184",
+    help: "light as the program of the university course computes it",
+    features: &[Feature::HemisphereSampling],
+    new: |scene, set| Box::new(paths::<()>(scene, set)),
+    new_traced: Some(|scene, set| Box::new(paths::<PathRecorder>(scene, set))),
+};
+
+fn paths<'a, W: PathObserver>(scene: &'a RenderScene, set: &'a Settings) -> Surfaces<'a, Cs184, W> {
+    Wavefront::new(Cs184, scene, set)
+}
 
 /// The course's estimator: emission is added for camera rays and after mirrors and glass; all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
-pub(super) struct Cs184;
+struct Cs184;
 
 impl PathEstimator for Cs184 {
     fn max_depth(&self, settings: &Settings) -> u32 {

@@ -17,7 +17,7 @@ use super::{BsdfSample, Lobe, LobeContext, PARAMETERS, color, padded};
 /// Glass with Schlick's approximation instead of Fresnel's equations, and with radiance
 /// multiplied (not divided) by η² on entering.
 #[derive(Clone, Copy, Debug)]
-pub struct Cs184Glass {
+pub struct SchlickGlass {
     /// Tint of reflected light.
     pub reflectance: Spectrum,
     /// Tint of transmitted light.
@@ -28,7 +28,7 @@ pub struct Cs184Glass {
 
 /// Refraction with radiance multiplied by η² on entering.
 #[derive(Clone, Copy, Debug)]
-pub struct Cs184Refraction {
+pub struct EtaSquaredRefraction {
     /// Tint of transmitted light.
     pub transmittance: Spectrum,
     /// Index of refraction below the surface.
@@ -44,7 +44,7 @@ fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
     (cos2 >= 0.0).then(|| (refract(wo, cos2.sqrt(), eta), eta * eta))
 }
 
-impl Lobe<'_> for Cs184Glass {
+impl Lobe<'_> for SchlickGlass {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
 
@@ -76,7 +76,7 @@ impl Lobe<'_> for Cs184Glass {
 }
 
 #[cfg(test)]
-impl LobeLaws for Cs184Glass {
+impl LobeLaws for SchlickGlass {
     fn properties(&self) -> LobeProperties {
         LobeProperties {
             is_reciprocal: false,
@@ -92,7 +92,7 @@ impl LobeLaws for Cs184Glass {
     }
 }
 
-impl Lobe<'_> for Cs184Refraction {
+impl Lobe<'_> for EtaSquaredRefraction {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
 
@@ -118,7 +118,7 @@ impl Lobe<'_> for Cs184Refraction {
 }
 
 #[cfg(test)]
-impl LobeLaws for Cs184Refraction {
+impl LobeLaws for EtaSquaredRefraction {
     fn properties(&self) -> LobeProperties {
         LobeProperties {
             is_reciprocal: false,
@@ -138,7 +138,7 @@ impl LobeLaws for Cs184Refraction {
 /// Fresnel term of [Lazányi & Szirmay-Kalos 2005], evaluated at the angle of `wi` to the surface
 /// instead of the facet.
 #[derive(Clone, Copy, Debug)]
-pub struct Cs184Microfacet {
+pub struct SimplifiedConductor {
     /// Real part of the index of refraction.
     pub eta: Spectrum,
     /// Imaginary part of the index of refraction.
@@ -147,7 +147,7 @@ pub struct Cs184Microfacet {
     pub alpha: f32,
 }
 
-impl Cs184Microfacet {
+impl SimplifiedConductor {
     /// Index of the roughness among the packed parameters.
     pub(crate) const ALPHA: usize = 6;
 
@@ -192,7 +192,7 @@ impl Cs184Microfacet {
     }
 }
 
-impl Lobe<'_> for Cs184Microfacet {
+impl Lobe<'_> for SimplifiedConductor {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -236,7 +236,7 @@ impl Lobe<'_> for Cs184Microfacet {
 }
 
 #[cfg(test)]
-impl LobeLaws for Cs184Microfacet {
+impl LobeLaws for SimplifiedConductor {
     fn properties(&self) -> LobeProperties {
         LobeProperties {
             is_reciprocal: false,
@@ -249,5 +249,35 @@ impl LobeLaws for Cs184Microfacet {
 
     fn with_alpha(&self, alpha: f32) -> Option<AnyLobe<'static>> {
         Some(Self { alpha, ..*self }.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::laws::{ABOVE, below, close, grid};
+
+    /// The course's glass differs from ours by Schlick's approximation and the inverted η²: without
+    /// either factor, both conserve energy.
+    #[test]
+    fn course_glass_gains_by_the_square_of_the_index() {
+        for lobe in AnyLobe::examples() {
+            let (AnyLobe::SchlickGlass(_) | AnyLobe::EtaSquaredRefraction(_)) = lobe else {
+                continue;
+            };
+            for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
+                for s in grid(16).filter_map(|u| lobe.sample(wo, u)) {
+                    let refracted = s.wi.z * wo.z < 0.0;
+                    // sin θo / sin θi, unless the angle is near 0.
+                    let sines = |w: Vec3| w.x.hypot(w.y);
+                    if refracted && sines(wo) > 0.1 {
+                        let eta = sines(wo) / sines(s.wi);
+                        assert!(close(s.weight, Spectrum::splat(eta * eta), 1e-4), "{lobe:?} {wo}");
+                    } else if !refracted {
+                        assert_eq!(s.weight, Spectrum::ONE, "{lobe:?} {wo}");
+                    }
+                }
+            }
+        }
     }
 }
