@@ -3,8 +3,8 @@
 
 use pt_math::{Ray, Vec3};
 
-use crate::serial::codec::checksum;
-use crate::serial::{MARK, VERSION};
+use crate::codec::{VERSION, checksum};
+use crate::serial::MARK;
 use crate::{BuildOptions, Builder, Bvh, Geometry, Hit, Quality, Sphere};
 
 /// Options of builds that give bytes of different kinds.

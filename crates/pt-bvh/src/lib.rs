@@ -61,6 +61,7 @@
 mod aabb_tree;
 mod build;
 pub mod check;
+mod codec;
 mod counter;
 #[cfg(any(fuzzing, test))]
 #[doc(hidden)]
@@ -80,6 +81,7 @@ mod triangle;
 mod user;
 mod wide;
 
+pub use codec::ReadError;
 use counter::{Counter, Off};
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use instance::{
@@ -89,7 +91,6 @@ pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 use pt_math::{Bounds3, Ray, Rays};
 pub use refit::RefitError;
-pub use serial::ReadError;
 use thiserror::Error;
 use traverse::List;
 pub use user::{DEFAULT_ERROR_BOUND, UserBvh, UserPrimitives};
@@ -98,6 +99,9 @@ pub use wide::prefetch::prefetch;
 
 /// Below this number of rays, single queries are faster.
 const MIN_BATCH: usize = 8;
+
+/// Primitives of a leaf that are tested together.
+pub(crate) const BLOCK: usize = 8;
 
 /// Reason for which no tree was built.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! Imports between the modules of each crate: no circles of files, and only those imports between
-//! folders that `imports.txt` allows.
+//! Imports between the modules of each crate: no circles of files or of folders, and only those
+//! imports between folders that `imports.txt` allows.
 //!
 //! A file may name items of its parent modules, and a parent those of its children, without making
 //! a circle. Names that a module imports stand for the items themselves.
@@ -30,7 +30,8 @@ type Graph = BTreeMap<Module, BTreeSet<Module>>;
 /// Checks the imports of all crates.
 ///
 /// # Errors
-/// If files import each other in a circle, or a folder imports from one that is not allowed.
+/// If files or folders import each other in a circle, or a folder imports from one that is not
+/// allowed.
 pub(crate) fn check() -> Result<()> {
     let mut folders = String::new();
     let mut circles = Vec::new();
@@ -40,16 +41,21 @@ pub(crate) fn check() -> Result<()> {
         for circle in circles_of(&graph) {
             circles.push(format!("  {name}: {}", shown(&circle, &graph)));
         }
-        for (folder, used) in folders_of(&graph) {
+        let between = folders_of(&graph);
+        let by_folder = graph_of_folders(&between);
+        for circle in circles_of(&by_folder) {
+            circles.push(format!("  {name}: {}", shown(&circle, &by_folder)));
+        }
+        for (folder, used) in between {
             write!(folders, "{name}/{folder}:")?;
             used.iter().try_for_each(|other| write!(folders, " {other}"))?;
             writeln!(folders)?;
         }
     }
-    println!("{} circles of files that import each other", circles.len());
+    println!("{} circles of files or folders that import each other", circles.len());
     ensure!(
         circles.is_empty(),
-        "files import each other; move what they share into one that both may import:\n{}",
+        "files or folders import each other; move what they share into one that both may import:\n{}",
         circles.join("\n")
     );
     let path = root().join(ALLOWED);
@@ -303,6 +309,15 @@ fn folders_of(graph: &Graph) -> BTreeMap<String, BTreeSet<String>> {
     folders
 }
 
+/// The folders as modules.
+fn graph_of_folders(folders: &BTreeMap<String, BTreeSet<String>>) -> Graph {
+    let module = |folder: &String| vec![folder.clone()];
+    folders
+        .iter()
+        .map(|(folder, used)| (module(folder), used.iter().map(module).collect()))
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -353,6 +368,23 @@ mod tests {
     }
 
     #[test]
+    fn folders_that_import_each_other_through_different_files_are_a_circle() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            ("a/mod.rs", "mod x; pub mod y;"),
+            ("a/x.rs", "use crate::b::x::B;"),
+            ("a/y.rs", ""),
+            ("b/mod.rs", "pub mod x; mod y;"),
+            ("b/x.rs", ""),
+            ("b/y.rs", "use crate::a::y::A;"),
+        ];
+        assert_eq!(circles(&files), [""; 0]);
+        let folders = graph_of_folders(&folders_of(&graph(&modules(&files))));
+        let circles: Vec<_> = circles_of(&folders).iter().map(|c| shown(c, &folders)).collect();
+        assert_eq!(circles, ["a -> b; b -> a"]);
+    }
+
+    #[test]
     fn imports_between_folders_are_listed() {
         let files = [
             ("lib.rs", "mod a; mod b; mod c;"),
@@ -363,6 +395,7 @@ mod tests {
             ("c.rs", ""),
         ];
         let folders = folders_of(&graph(&modules(&files)));
+        assert!(circles_of(&graph_of_folders(&folders)).is_empty());
         let names: Vec<_> =
             folders.into_iter().map(|(f, used)| (f, Vec::from_iter(used))).collect();
         assert_eq!(names, [("a".into(), vec!["b".into()]), ("b".into(), Vec::<String>::new())]);

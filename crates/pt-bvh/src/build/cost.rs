@@ -11,9 +11,9 @@ pub(super) const NODE_COST: f32 = 1.0;
 /// Cost of testing one block of primitives.
 const BLOCK_COST: f32 = 1.0;
 
-/// Primitives tested at once. The cost of a leaf is proportional to its number of blocks, of which
-/// the last may be partly filled.
-const BLOCK: u32 = crate::wide::BLOCK as u32;
+/// [`crate::BLOCK`]. The cost of a leaf is proportional to its number of blocks, of which the last
+/// may be partly filled.
+const BLOCK: u32 = crate::BLOCK as u32;
 
 /// log₂ of [`BLOCK`].
 pub(super) const LOG_BLOCK: u32 = BLOCK.trailing_zeros();

@@ -7,9 +7,8 @@ use rayon::ThreadPoolBuilder;
 
 use super::Soup;
 use super::pieces::needles;
+use crate::codec::{VERSION, checksum};
 use crate::fuzz::ask;
-use crate::serial::VERSION;
-use crate::serial::codec::checksum;
 use crate::{BuildOptions, Builder, Bvh, Quality, ReadError, Sphere};
 
 /// Needles, a small ball, and some spheres.

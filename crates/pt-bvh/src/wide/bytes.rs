@@ -10,11 +10,10 @@ use super::{
     WideBvh, WideNode,
 };
 use crate::BuildSource;
+use crate::codec::{ByteReader, ByteWriter, ReadError, ensure, ensure_scene};
 use crate::geometry::{Primitive, Sphere, in_range};
 use crate::node::MAX_DEPTH;
 use crate::ray::SceneExtent;
-use crate::serial::codec::{ByteReader, ByteWriter};
-use crate::serial::{ReadError, ensure, ensure_scene};
 
 /// Bytes of a node: six planes and a child for each slot.
 const NODE_BYTES: usize = 4 * 7 * WIDTH;

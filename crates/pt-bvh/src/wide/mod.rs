@@ -21,13 +21,12 @@ use pt_math::Vec3;
 use wide::f32x8;
 
 use self::batch::avx512::Avx512;
+use crate::BLOCK;
 use crate::geometry::Sphere;
 use crate::ray::SceneExtent;
 
 /// Children per node.
 pub(crate) const WIDTH: usize = 8;
-/// Primitives per leaf block.
-pub(crate) const BLOCK: usize = 8;
 /// One number for each triangle of a block.
 pub(crate) type BlockLanes = f32x8;
 

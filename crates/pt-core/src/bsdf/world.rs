@@ -4,7 +4,6 @@ use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::orientation::frame_of;
 use super::{BsdfSample, LobeContext, LobeRecord, Orientation, Shadowing};
-use crate::light::LightSampleContext;
 
 /// The lobe at one surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -167,10 +166,10 @@ impl<'a> Bsdf<'a> {
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })
     }
 
-    /// Context of light samples for this point at `p`.
+    /// See [`Lobe::TRANSMITS`](super::Lobe::TRANSMITS).
     #[inline(always)]
-    pub fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
-        LightSampleContext::on_surface(p, self.frame.n, self.lobe.transmits())
+    pub fn transmits(&self) -> bool {
+        self.lobe.transmits()
     }
 
     /// Frame of the lobe.

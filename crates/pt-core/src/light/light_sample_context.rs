@@ -2,6 +2,8 @@
 
 use pt_math::Vec3;
 
+use crate::bsdf::Bsdf;
+
 /// Receiving point of a light sample.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
@@ -29,6 +31,12 @@ impl LightSampleContext {
     #[inline(always)]
     pub fn in_space(p: Vec3) -> Self {
         Self { p, normal: Vec3::ZERO, sides: ReceiverSides::All }
+    }
+
+    /// Creates the context of a point with this BSDF.
+    #[inline(always)]
+    pub fn of_bsdf(p: Vec3, bsdf: &Bsdf) -> Self {
+        Self::on_surface(p, bsdf.frame().n, bsdf.transmits())
     }
 
     /// Creates the context of a point on a surface with this unit normal.

@@ -6,6 +6,7 @@
 
 use pt_bvh::Hit;
 use pt_core::film::ExactSum;
+use pt_core::light::LightSampleContext;
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::Sampler;
@@ -99,7 +100,7 @@ impl<W: PathObserver> Reference<'_, W> {
             radiance.set_bounces(bounces + 1);
             let is_lit = settings.shows(bounces + 1);
             if is_lit && !bsdf.is_delta() {
-                let context = bsdf.light_sample_context(at.point.p);
+                let context = LightSampleContext::of_bsdf(at.point.p, &bsdf);
                 let vertex = LightingVertex { path: &path, scatterer: &bsdf, context, time };
                 let u = |number| dimensions.pair(sampler, bounces, number);
                 let mut lights = Vec::new();
@@ -119,7 +120,7 @@ impl<W: PathObserver> Reference<'_, W> {
             let Some(scattered) = bsdf.sample(numbers.direction) else { return };
             path.beta *= scattered.weight;
             path.eta_scale *= scattered.eta_scale;
-            path.origin = bsdf.light_sample_context(at.point.p);
+            path.origin = LightSampleContext::of_bsdf(at.point.p, &bsdf);
             path.bsdf_pdf = scattered.pdf;
             path.camera_transmittance =
                 transmittance_after(path.camera_transmittance, &bsdf, scattered.wi);

@@ -25,7 +25,7 @@ pub(super) trait Scatterer {
     #[inline(always)]
     fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
         match self.bsdf() {
-            Some(bsdf) => bsdf.light_sample_context(p),
+            Some(bsdf) => LightSampleContext::of_bsdf(p, bsdf),
             None => LightSampleContext::in_space(p),
         }
     }

@@ -1,8 +1,44 @@
-//! Conversion of numbers to little-endian bytes and back, on every machine.
+//! Conversion of numbers to little-endian bytes and back, on every machine, and reasons for which
+//! bytes are rejected.
 
 use pt_math::{Bounds3, Vec3};
+use thiserror::Error;
 
-use super::ReadError;
+use crate::geometry::in_range;
+
+/// Version of the format, to be incremented with every change.
+pub(crate) const VERSION: u32 = 2;
+
+/// Reason for which bytes are not a valid tree.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum ReadError {
+    /// The mark of a tree is missing.
+    #[error("these are not the bytes of a tree")]
+    Mark,
+    /// The tree was written by another version of this crate.
+    #[error("the tree has version {found} of the form, but only {VERSION} can be read")]
+    Version {
+        /// Version of the bytes.
+        found: u32,
+    },
+    /// The bytes end too soon.
+    #[error("the tree is cut off")]
+    Truncated,
+    /// The bytes were damaged.
+    #[error("the checksum of the tree is wrong")]
+    Checksum,
+    /// The checksum is right, but the tree is not safe for queries.
+    #[error("the tree is not valid: {what}")]
+    Invalid {
+        /// Description of the problem.
+        what: &'static str,
+    },
+}
+
+/// Returns an error unless `holds` is true.
+pub(crate) fn ensure(holds: bool, what: &'static str) -> Result<(), ReadError> {
+    if holds { Ok(()) } else { Err(ReadError::Invalid { what }) }
+}
 
 /// FNV-1a over words of eight bytes, the last padded with zeros, and the number of bytes. [Fowler,
 /// Noll & Vo 1991; RFC 9923]
@@ -20,7 +56,7 @@ pub(crate) fn checksum(bytes: &[u8]) -> u64 {
 
 /// Buffer to which numbers are appended.
 #[derive(Default)]
-pub(crate) struct ByteWriter(pub(super) Vec<u8>);
+pub(crate) struct ByteWriter(pub(crate) Vec<u8>);
 
 impl ByteWriter {
     pub(crate) fn u32(&mut self, x: u32) {
@@ -58,7 +94,7 @@ impl ByteWriter {
 }
 
 /// Input from which numbers are read in order.
-pub(crate) struct ByteReader<'a>(pub(super) &'a [u8]);
+pub(crate) struct ByteReader<'a>(pub(crate) &'a [u8]);
 
 impl ByteReader<'_> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
@@ -108,4 +144,11 @@ impl ByteReader<'_> {
         }
         Ok(count)
     }
+}
+
+/// Tests that the box of a scene is finite and not empty.
+pub(crate) fn ensure_scene(bounds: &Bounds3) -> Result<(), ReadError> {
+    // Spheres extend as far again beyond the largest coordinate, and their boxes are rounded.
+    let fits = in_range(bounds.min / 4.0) && in_range(bounds.max / 4.0);
+    ensure(!bounds.is_empty() && fits, "a box of the scene that is none")
 }

@@ -5,52 +5,14 @@
 //! The reader trusts nothing: every accepted tree is safe for all queries, whatever the origin of
 //! the bytes, but only output of [`Bvh::to_bytes`] gives correct hits.
 
-pub(crate) mod codec;
-
-use pt_math::Bounds3;
-use thiserror::Error;
-
-use self::codec::{ByteReader, ByteWriter, checksum};
-use crate::geometry::{Primitive, Sphere, in_range};
+use crate::codec::{ByteReader, ByteWriter, ReadError, VERSION, checksum, ensure};
+use crate::geometry::{Primitive, Sphere};
 use crate::traverse::List;
 use crate::wide::WideBvh;
 use crate::{BuildOptions, BuildSource, Builder, Bvh, BvhStatistics, Kernel, Quality};
 
 pub(crate) const MARK: [u8; 8] = *b"pt-bvh\r\n";
-/// Version of the format, to be incremented with every change.
-pub(crate) const VERSION: u32 = 2;
 const CHECKSUM_BYTES: usize = 8;
-
-/// Reason for which bytes are not a valid tree.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum ReadError {
-    /// The mark of a tree is missing.
-    #[error("these are not the bytes of a tree")]
-    Mark,
-    /// The tree was written by another version of this crate.
-    #[error("the tree has version {found} of the form, but only {VERSION} can be read")]
-    Version {
-        /// Version of the bytes.
-        found: u32,
-    },
-    /// The bytes end too soon.
-    #[error("the tree is cut off")]
-    Truncated,
-    /// The bytes were damaged.
-    #[error("the checksum of the tree is wrong")]
-    Checksum,
-    /// The checksum is right, but the tree is not safe for queries.
-    #[error("the tree is not valid: {what}")]
-    Invalid {
-        /// Description of the problem.
-        what: &'static str,
-    },
-}
-
-/// Returns an error unless `holds` is true.
-pub(crate) fn ensure(holds: bool, what: &'static str) -> Result<(), ReadError> {
-    if holds { Ok(()) } else { Err(ReadError::Invalid { what }) }
-}
 
 /// Index of a variant in a list of all, by which it is serialized.
 fn place<T: PartialEq>(all: &[T], variant: &T) -> u32 {
@@ -203,11 +165,4 @@ impl List {
         }
         Ok(Self::of(primitives))
     }
-}
-
-/// Tests that the box of a scene is finite and not empty.
-pub(crate) fn ensure_scene(bounds: &Bounds3) -> Result<(), ReadError> {
-    // Spheres extend as far again beyond the largest coordinate, and their boxes are rounded.
-    let fits = in_range(bounds.min / 4.0) && in_range(bounds.max / 4.0);
-    ensure(!bounds.is_empty() && fits, "a box of the scene that is none")
 }
