@@ -10,7 +10,8 @@ use super::refused;
 use super::value::ParameterValue;
 use crate::LoadError;
 use crate::shared::context::LoadContext;
-use crate::shared::names::{meant, quote, unsupported_parameter};
+use crate::shared::names::{meant, quote};
+use crate::shared::parameters::{NamedParameter, RequestedParameters, above_zero};
 use crate::shared::registry::Registry;
 
 /// All objects of a scene and its included files.
@@ -50,6 +51,12 @@ pub(super) struct ObjectParameter {
     pub(super) name: String,
     pub(super) value: ParameterValue,
     pub(super) at: Span,
+}
+
+impl NamedParameter for ObjectParameter {
+    fn name(&self) -> &str {
+        &self.name
+    }
 }
 
 /// An object inside an object.
@@ -190,41 +197,31 @@ pub(super) enum ColorRole {
 /// rejected.
 pub(super) struct Parameters<'t> {
     object: &'t MitsubaObject,
-    /// Names that were requested.
-    known: Vec<&'static str>,
-    /// Names that are ignored.
-    passed_over: Vec<&'static str>,
+    requested: RequestedParameters,
 }
 
 impl<'t> Parameters<'t> {
     pub(super) fn new(object: &'t MitsubaObject) -> Self {
-        Self { object, known: Vec::new(), passed_over: Vec::new() }
+        Self { object, requested: RequestedParameters::default() }
     }
 
     /// Ignores parameters without an effect here.
     pub(super) fn pass_over(&mut self, names: &[&'static str]) {
-        self.passed_over.extend(names);
+        self.requested.ignore(names);
     }
 
     /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(self) -> Result<(), LoadError> {
-        let is_unknown = |p: &&ObjectParameter| {
-            let name = p.name.as_str();
-            !self.known.contains(&name) && !self.passed_over.contains(&name)
-        };
-        let Some(unknown) = self.object.parameters.iter().find(is_unknown) else {
-            return Ok(());
-        };
-        let message = unsupported_parameter(&unknown.name, &self.object.describe(), &self.known);
-        Err(error(&unknown.at, message))
+        let Self { object, requested } = self;
+        match requested.unknown(object.parameters.iter(), &object.describe()) {
+            Some((unknown, message)) => Err(error(&unknown.at, message)),
+            None => Ok(()),
+        }
     }
 
     /// Returns a parameter; `None` if it is not specified.
     pub(super) fn find(&mut self, name: &'static str) -> Option<&'t ObjectParameter> {
-        if !self.known.contains(&name) {
-            self.known.push(name);
-        }
-        self.object.parameters.iter().find(|p| p.name == name)
+        self.requested.find(&self.object.parameters, name)
     }
 
     /// Returns a parameter of a type that `convert` accepts.
@@ -251,10 +248,7 @@ impl<'t> Parameters<'t> {
     /// Returns a number above 0.
     pub(super) fn positive(&mut self, name: &'static str, default: f64) -> Result<f64, LoadError> {
         let x = self.float(name)?.unwrap_or(default);
-        if x > 0.0 {
-            return Ok(x);
-        }
-        Err(self.refuse(name, format!("found {} = {x}, expected a number above 0", quote(name))))
+        above_zero(name, x).map_err(|message| self.refuse(name, message))
     }
 
     pub(super) fn integer(&mut self, name: &'static str) -> Result<Option<i64>, LoadError> {

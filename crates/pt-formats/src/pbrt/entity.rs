@@ -1,6 +1,6 @@
 //! Directives: a type, and a list of typed parameters.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 use pt_math::DVec3;
 use pt_scene::Warning;
@@ -10,8 +10,9 @@ use super::position::TokenPosition;
 use super::token::{TokenKind, Tokens};
 use crate::LoadError;
 use crate::pbrt::parameter::{ParameterValues, ParsedParameter};
-use crate::shared::names::{did_you_mean, quote, unsupported_parameter};
+use crate::shared::names::{did_you_mean, quote};
 use crate::shared::number::number;
+use crate::shared::parameters::{RequestedParameters, above_zero};
 
 /// Maximum number of parameters of a directive, which are compared pairwise.
 pub(super) const MAX_PARAMETERS: usize = 100;
@@ -48,8 +49,7 @@ pub(super) struct Entity {
     /// Colour space of its colours.
     pub(super) color_space: ColorSpace,
     parameters: Vec<ParsedParameter>,
-    /// Names that were requested.
-    known: RefCell<Vec<&'static str>>,
+    requested: RefCell<RequestedParameters>,
 }
 
 impl ParsedParameter {
@@ -108,8 +108,8 @@ impl ParsedParameter {
                 return Err(at.error(format!("unknown type {}{hint}", quote(kind))));
             };
             let values = ParameterValues::read(tokens, &at, kind, name)?;
-            let (name, was_read) = (name.to_owned(), Cell::new(false));
-            let parameter = Self { kind, name, values, at, is_default: false, was_read };
+            let name = name.to_owned();
+            let parameter = Self { kind, name, values, at, is_default: false };
             parameter.add(tokens, list)?;
         }
         Ok(())
@@ -215,7 +215,7 @@ impl Entity {
                 parameters.push(ParsedParameter { is_default: true, ..default.clone() });
             }
         }
-        Self { directive, kind, at, color_space, parameters, known: RefCell::default() }
+        Self { directive, kind, at, color_space, parameters, requested: RefCell::default() }
     }
 
     /// Returns the directive and type, such as `Shape "sphere"`.
@@ -241,30 +241,21 @@ impl Entity {
 
     /// Returns a parameter; `None` if it is not specified.
     pub(super) fn find(&self, name: &'static str) -> Option<&ParsedParameter> {
-        let mut known = self.known.borrow_mut();
-        if !known.contains(&name) {
-            known.push(name);
-        }
-        let found = self.parameters.iter().find(|p| p.name == name);
-        if let Some(parameter) = found {
-            parameter.was_read.set(true);
-        }
-        found
+        self.requested.borrow_mut().find(&self.parameters, name)
     }
 
     /// Ignores parameters without an effect here.
     pub(super) fn pass_over(&self, names: &[&'static str]) {
-        for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
-            parameter.was_read.set(true);
-        }
+        self.requested.borrow_mut().ignore(names);
     }
 
     /// Rejects parameters that were neither requested nor ignored.
     pub(super) fn finish(&self) -> Result<(), LoadError> {
-        let is_unknown = |p: &&ParsedParameter| !p.was_read.get() && !p.is_default;
-        let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
-        let message = unsupported_parameter(&unknown.name, &self.describe(), &self.known.borrow());
-        Err(unknown.at.error(message))
+        let written = self.parameters.iter().filter(|p| !p.is_default);
+        match self.requested.borrow().unknown(written, &self.describe()) {
+            Some((unknown, message)) => Err(unknown.at.error(message)),
+            None => Ok(()),
+        }
     }
 
     /// Returns a parameter, which must have one of the given types.
@@ -315,10 +306,7 @@ impl Entity {
     /// Returns a number above 0.
     pub(super) fn positive(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
         let x = self.float(name, default)?;
-        if x > 0.0 {
-            return Ok(x);
-        }
-        Err(self.refuse(name, format!("found {} = {x}, expected a number above 0", quote(name))))
+        above_zero(name, x).map_err(|message| self.refuse(name, message))
     }
 
     /// Returns a number of at least 0.

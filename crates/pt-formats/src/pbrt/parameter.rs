@@ -1,8 +1,7 @@
 //! Parameters of directives.
 
-use std::cell::Cell;
-
 use crate::pbrt::position::TokenPosition;
+use crate::shared::parameters::NamedParameter;
 
 /// A parameter such as `"float radius" 0.5`.
 #[derive(Clone, Debug)]
@@ -14,7 +13,12 @@ pub(super) struct ParsedParameter {
     pub(super) at: TokenPosition,
     /// True if it comes from an `Attribute`, and may therefore be unknown to the directive.
     pub(super) is_default: bool,
-    pub(super) was_read: Cell<bool>,
+}
+
+impl NamedParameter for ParsedParameter {
+    fn name(&self) -> &str {
+        &self.name
+    }
 }
 
 /// The values of a parameter.

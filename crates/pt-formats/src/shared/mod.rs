@@ -13,6 +13,7 @@ pub(crate) mod mesh_diagnostics;
 pub(crate) mod mesh_file;
 pub(crate) mod names;
 pub(crate) mod number;
+pub(crate) mod parameters;
 pub(crate) mod placeholder;
 pub(crate) mod prefetch;
 pub(crate) mod reference_stack;

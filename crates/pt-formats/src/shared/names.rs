@@ -69,13 +69,6 @@ pub(crate) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> 
     }
 }
 
-/// Returns the message about a parameter of `owner` that is not among the known ones.
-pub(crate) fn unsupported_parameter(name: &str, owner: &str, known: &[&str]) -> String {
-    let supported = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-    let near = meant(name, known.iter().copied());
-    format!("unsupported parameter {} of {owner}{near}; supported: {supported}", quote(name))
-}
-
 /// Maximum number of names in a message.
 const MAX_NAMED: usize = 3;
 
