@@ -1,6 +1,6 @@
 //! Policies of the program of the course CS184 (assignment 3), whose images and numbers students
 //! compare with; `docs/cs184.md` lists the differences from physics. Its lobes are in
-//! `bsdf/compat.rs`, its estimator in the integrator of the same name.
+//! `bsdf/compat.rs`, its estimator is the integrator `cs184`.
 
 mod normals;
 
@@ -25,9 +25,8 @@ const WINDOW: [u32; 2] = [800, 600];
 /// Image size of which cameras with [`Placement::Course`] have the view, outside of these policies.
 pub(super) const IMAGE: [u32; 2] = [480, 360];
 /// Note on a camera that has [`Placement::Course`] without a request for that.
-pub(super) const CAMERA_NOTE: &str = "CS184 scene: the camera is placed as in the \
-                                                  program of the course, with a view of 480 x 360 \
-                                                  pixels";
+pub(super) const CAMERA_NOTE: &str = "CS184 scene: the camera is placed as in the program of the course, with a view of 480 x 360 \
+     pixels";
 
 /// Policies of the program.
 pub const POLICIES: Policies = Policies {

@@ -74,6 +74,9 @@ fn weight_times_pdf_is_eval_in_the_world() {
                 continue;
             }
             let (f, p) = (b.eval(s.wi), b.pdf(s.wi).get());
+            let both = b.eval_and_pdf(s.wi);
+            assert_eq!(both.0, f, "{lobe:?} {v:?}: {s:?}");
+            assert!(f.is_black() || both.1.get() == p, "{lobe:?} {v:?}: {s:?} {p}");
             assert!((p - pdf.get()).abs() <= 0.02 * p, "{lobe:?} {v:?}: {s:?} {p}");
             assert!(close(f, s.weight * pdf.get(), 0.02), "{lobe:?} {v:?}: {s:?} {f:?}");
         }
