@@ -1,6 +1,7 @@
 //! Render settings.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use pt_math::sampler::{SamplerConfig, SamplerKind};
 use pt_scene::Filter;
@@ -202,7 +203,13 @@ impl Settings {
     /// Returns true if light scattered `bounces` times is shown.
     #[inline]
     pub fn shows(&self, bounces: u32) -> bool {
-        (self.min_bounce..=self.max_bounce).contains(&bounces)
+        self.shown_bounces().contains(&bounces)
+    }
+
+    /// Numbers of scattering events of the light that is shown.
+    #[inline]
+    pub fn shown_bounces(&self) -> RangeInclusive<u32> {
+        self.min_bounce..=self.max_bounce
     }
 }
 

@@ -49,10 +49,11 @@ impl Spectrum {
         (self.0.x + self.0.y + self.0.z) * (1.0 / 3.0)
     }
 
-    /// Returns true if all channels are zero.
+    /// Returns true if all channels are zero, of either sign.
     #[inline]
     pub fn is_black(self) -> bool {
-        self.0 == Vec3::ZERO
+        let bits = self.0.to_array().map(f32::to_bits);
+        (bits[0] | bits[1] | bits[2]) << 1 == 0
     }
 
     /// Returns true if no channel is NaN or infinite.
@@ -144,5 +145,28 @@ impl MulAssign<f32> for Spectrum {
 impl Sum for Spectrum {
     fn sum<I: Iterator<Item = Self>>(items: I) -> Self {
         items.fold(Self::ZERO, Add::add)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_of_either_sign_is_black_and_nothing_else() {
+        let is_black = |channel: f32| {
+            let others = [[0.0, -0.0], [-0.0, 0.0]];
+            others.map(|[a, b]| {
+                [[channel, a, b], [a, channel, b], [a, b, channel]]
+                    .map(|channels| Spectrum::from(channels).is_black())
+            })
+        };
+        for channel in [0.0, -0.0] {
+            assert_eq!(is_black(channel), [[true; 3]; 2], "{channel}");
+        }
+        let smallest = f32::from_bits(1);
+        for channel in [smallest, -smallest, 1.0, -1.0, f32::INFINITY, f32::NAN] {
+            assert_eq!(is_black(channel), [[false; 3]; 2], "{channel}");
+        }
     }
 }

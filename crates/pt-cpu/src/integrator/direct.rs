@@ -146,13 +146,15 @@ impl<S: Copy> DirectLighting<S> {
         batch: &mut Batch<impl PathObserver>,
     ) {
         let ShadingBlock { estimator, cx, bounces, splitting, vertices, .. } = *block;
+        let shown_bounces = cx.settings.shown_bounces();
         let &LightSampling { light, n, number, numbers } = sampling;
         let Batch { camera_rays, accumulator, .. } = batch;
         let is_invisible = light.kind().is_invisible();
         for (lane, (vertex, sample)) in vertices.iter().zip(&self.light_samples).enumerate() {
             let ShadingPoint { point, scatterer, beta, start, target, .. } = vertex;
             let Some(sample) = sample else { continue };
-            if scatterer.is_delta() || !block.is_lit(vertex) {
+            let is_lit = shown_bounces.contains(&(P::counted(bounces, &vertex.space) + 1));
+            if scatterer.is_delta() || !is_lit {
                 continue;
             }
             let weighted = estimator.weighted(cx.settings, scatterer, sample, n, is_invisible);
@@ -227,10 +229,9 @@ impl<S: Copy> DirectLighting<S> {
     ) {
         let Batch { tracer, camera_rays, accumulator } = batch;
         let time = |target: u32| camera_rays.time(target as usize);
-        space.attenuate(tracer, settings, time, &mut self.shadow_rays);
-        for payload in &self.shadow_rays.payloads {
-            accumulator.add_light_sample(payload.target, payload.value, true);
-        }
+        space.trace_shadow_rays(tracer, settings, time, &mut self.shadow_rays, |target, value| {
+            accumulator.add_light_sample(target, value, true);
+        });
         self.shadow_rays.clear();
         if let Some(hemisphere) = self.hemisphere {
             self.trace_bsdf_rays(hemisphere, batch);

@@ -157,16 +157,17 @@ pub(super) fn sample_bsdf_and_roulette(
     bounces: u32,
 ) -> Option<ScatteredPath> {
     let sample = scatterer.sample(numbers.direction)?;
+    let beta = path.beta * sample.weight;
+    if beta.is_black() {
+        return None;
+    }
     let mut state = PathState {
-        beta: path.beta * sample.weight,
+        beta,
         eta_scale: path.eta_scale * sample.eta_scale,
         bsdf_pdf: sample.pdf,
         camera_transmittance: transmittance_after(path.camera_transmittance, scatterer, sample.wi),
         ..path
     };
-    if state.beta.is_black() {
-        return None;
-    }
     let survival = estimator.rr_survival_probability(settings, scatterer, &state, bounces);
     if let Some(q) = survival {
         if numbers.roulette >= q {

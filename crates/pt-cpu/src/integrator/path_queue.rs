@@ -1,6 +1,5 @@
 //! Active paths with their rays.
 
-use pt_core::RenderScene;
 use pt_core::footprint::Cone;
 use pt_core::light::LightSampleContext;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
@@ -30,15 +29,16 @@ pub(super) struct PathState {
 }
 
 impl PathState {
-    /// State of camera ray number `start`, before it hits anything.
+    /// State of camera ray number `start`, before it hits anything; `importance` is that of the
+    /// scene.
     pub(super) fn at_camera(
-        scene: &RenderScene,
+        importance: f32,
         ray: &Ray,
         start: u32,
         camera_transmittance: f32,
     ) -> Self {
         Self {
-            beta: Spectrum::splat(scene.importance()),
+            beta: Spectrum::splat(importance),
             eta_scale: 1.0,
             origin: LightSampleContext::in_space(ray.origin),
             bsdf_pdf: None,
@@ -80,12 +80,18 @@ impl<S> PathQueue<S> {
 
     /// Adds a path with its ray and, with footprints, its cone.
     #[inline(always)]
-    pub(super) fn push(&mut self, path: PathState, ray: Ray, space: S, cone: Option<Cone>) {
+    pub(super) fn push(
+        &mut self,
+        path: PathState,
+        ray: Ray,
+        space: S,
+        cone: impl FnOnce() -> Option<Cone>,
+    ) {
         self.paths.push(path);
         self.rays.push(ray);
         self.space.push(space);
         if let Some(cones) = &mut self.cones {
-            cones.extend(cone);
+            cones.extend(cone());
         }
     }
 

@@ -57,7 +57,8 @@ impl<W: PathObserver> Reference<'_, W> {
         let (sampler, time) = (camera_rays.samplers.get(i), camera_rays.time(i));
         let mut ray = Rays::from(&camera_rays.rays).get(i);
         let mut cone = scene.uses_footprints().then(|| scene.camera_cone(ray.direction, time));
-        let mut path = PathState::at_camera(scene, &ray, i as u32, camera_transmittance);
+        let mut path =
+            PathState::at_camera(scene.importance(), &ray, i as u32, camera_transmittance);
         for bounces in 0.. {
             radiance.set_bounces(bounces);
             let is_shown = settings.shows(bounces);

@@ -180,10 +180,10 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         queue.clear();
         queue.rays.extend(Rays::from(&camera_rays.rays).iter());
         let rays = (0..).zip(&queue.rays);
-        queue.paths.extend(
-            rays.clone()
-                .map(|(start, ray)| PathState::at_camera(scene, ray, start, camera_transmittance)),
-        );
+        let importance = scene.importance();
+        queue.paths.extend(rays.clone().map(|(start, ray)| {
+            PathState::at_camera(importance, ray, start, camera_transmittance)
+        }));
         queue.space.extend((0..queue.paths.len()).map(|start| {
             S::at_camera(scene, || bounce_stream(camera_rays.samplers.get(start), 0, None))
         }));
@@ -438,23 +438,22 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
             }
             let scatter = || ScatterSample::new(&sample, survival);
             batch.accumulator.observer.on_scatter(state.start, scatter);
-            let at = &self.interactions[lane];
-            let index = block.paths[lane].path as usize;
-            let cone = self
-                .queue
-                .cone(index)
-                .map(|cone| cone.scattered(at.distance(), state.bsdf_pdf, at.is_flat(scene)));
             let ray = point.spawn(sample.wi);
             if let Some(reuse) = &mut self.reuse {
                 reuse.continue_path(vertex, &mut state, ray.direction, &mut batch.accumulator);
             }
             let departure = Departure { cx: *cx, vertex, is_last: counted >= self.max_depth };
+            let index = block.paths[lane].path as usize;
             let before = &self.queue.paths[index];
             let start = state.start;
             let stream =
                 || bounce_stream(splitting.sampler(batch.camera_rays, start), bounces + 1, None);
             if let Some(space) = S::leave(&departure, before, &mut state, sample.wi, stream) {
-                self.next_queue.push(state, ray, space, cone);
+                let at = &self.interactions[lane];
+                self.next_queue.push(state, ray, space, || {
+                    let cone = self.queue.cone(index)?;
+                    Some(cone.scattered(at.distance(), sample.pdf, at.is_flat(scene)))
+                });
             }
         }
     }

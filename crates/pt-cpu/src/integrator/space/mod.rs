@@ -11,7 +11,7 @@ use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::RngStream;
-use pt_math::{Ray, Vec3};
+use pt_math::{Ray, Spectrum, Vec3};
 
 pub(super) use self::media::Media;
 use self::shading::ShadingPoint;
@@ -101,14 +101,15 @@ pub(super) trait Space: Default {
         stream: impl FnOnce() -> RngStream,
     ) -> Self::ShadowState;
 
-    /// Multiplies the values of shadow rays by their transmittance. `time` returns the time of the
-    /// ray with a payload.
-    fn attenuate(
+    /// Calls `add` with the target of each shadow ray, in order, and its value times the
+    /// transmittance. `time` returns the time of the rays with a target.
+    fn trace_shadow_rays(
         &mut self,
         tracer: &mut Tracer,
         settings: &Settings,
         time: impl Fn(u32) -> f32,
         shadow_rays: &mut RayQueue<Self::ShadowState>,
+        add: impl FnMut(u32, Spectrum),
     );
 }
 

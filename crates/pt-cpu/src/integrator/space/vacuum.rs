@@ -143,25 +143,25 @@ impl Space for Vacuum {
     ) {
     }
 
-    fn attenuate(
+    fn trace_shadow_rays(
         &mut self,
         tracer: &mut Tracer,
         _: &Settings,
         time: impl Fn(u32) -> f32,
-        shadow_rays: &mut RayQueue<()>,
+        RayQueue { rays, payloads }: &mut RayQueue<()>,
+        mut add: impl FnMut(u32, Spectrum),
     ) {
         let Self { blocked, transmittance, .. } = self;
-        let RayQueue { rays, payloads } = shadow_rays;
         let time = |i: usize| time(payloads[i].target);
         tracer.occluded(&*rays, time, blocked);
         if tracer.scene.has_alpha {
             alpha::shadow_transmittance(tracer, rays, time, blocked, transmittance);
-            for (payload, &share) in payloads.iter_mut().zip(&*transmittance) {
-                payload.value *= share;
+            for (payload, &share) in payloads.iter().zip(&*transmittance) {
+                add(payload.target, payload.value * share);
             }
         } else {
-            for (payload, &blocked) in payloads.iter_mut().zip(&*blocked) {
-                payload.value = if blocked { Spectrum::ZERO } else { payload.value };
+            for (payload, &blocked) in payloads.iter().zip(&*blocked) {
+                add(payload.target, if blocked { Spectrum::ZERO } else { payload.value });
             }
         }
     }

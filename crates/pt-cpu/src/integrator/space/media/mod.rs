@@ -17,7 +17,7 @@ use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
 use pt_math::sampler::RngStream;
-use pt_math::{Ray, Vec3};
+use pt_math::{Ray, Spectrum, Vec3};
 
 use self::flight::FlightBuffers;
 use self::shadow_ray::{MediumShadowRay, ShadowRayBuffers};
@@ -157,14 +157,18 @@ impl Space for Media {
         }
     }
 
-    fn attenuate(
+    fn trace_shadow_rays(
         &mut self,
         tracer: &mut Tracer,
         settings: &Settings,
         time: impl Fn(u32) -> f32,
         shadow_rays: &mut RayQueue<MediumShadowRay>,
+        mut add: impl FnMut(u32, Spectrum),
     ) {
         self.shadow_rays.attenuate(tracer, settings.straight_is_free, time, shadow_rays);
+        for payload in &shadow_rays.payloads {
+            add(payload.target, payload.value);
+        }
     }
 }
 

@@ -39,9 +39,8 @@ struct Traversal<'a> {
 }
 
 impl ShadowRayBuffers {
-    /// Multiplies the values of shadow rays by their transmittance; see
-    /// [`crate::integrator::space::Space::attenuate`]. Rays pass thin glass without deflection if
-    /// `through_panes` is true.
+    /// Multiplies the values of shadow rays by their transmittance. `time` returns the time of the
+    /// rays with a target. Rays pass thin glass without deflection if `through_panes` is true.
     pub(super) fn attenuate(
         &mut self,
         tracer: &mut Tracer,
