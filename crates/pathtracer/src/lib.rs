@@ -54,8 +54,8 @@ pub use pt_cpu::{
     RenderStatistics, integrator,
 };
 pub use pt_formats::{
-    FORMATS, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene, load,
-    load_with, read_with, save, source_file,
+    FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene,
+    load, load_with, parse_with, read_with, save, source_file, suggestions,
 };
 pub use pt_image as image;
 pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};

@@ -12,6 +12,7 @@ mod oidn;
 mod pbrt;
 mod peers;
 mod project;
+mod python;
 mod soak;
 mod style;
 mod test;
@@ -31,6 +32,9 @@ enum Chore {
     /// Check prose, the glossary, imports and the guide in seconds, as a part of test; builds the
     /// guide into target/guide
     Style,
+    /// Build the wheel of the Python module, install it outside of the source tree, and test it
+    /// there, as a part of test
+    Python,
     /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
     Peers(peers::Args),
     /// Compare the scenes of scenes/gltf with what Blender's Cycles renders of them
@@ -53,6 +57,7 @@ fn main() -> ExitCode {
         Chore::Style => {
             style::check().and_then(|()| imports::check()).and_then(|()| guide::check())
         }
+        Chore::Python => python::run(),
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
         Chore::Pbrt(args) => pbrt::run(&args),

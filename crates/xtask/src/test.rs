@@ -10,12 +10,12 @@ use clap::Args as Arguments;
 use crate::peers::{self, RenderSize};
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
 use crate::venv::Installation;
-use crate::{guide, imports, oidn, style};
+use crate::{guide, imports, oidn, python, style};
 
 /// Options of `cargo xtask test`.
 #[derive(Arguments)]
 pub(crate) struct Args {
-    /// Continue without Mitsuba or Open Image Denoise if they cannot be installed
+    /// Continue without packages that cannot be installed: Open Image Denoise, Mitsuba, maturin
     #[arg(long)]
     allow_skips: bool,
 }
@@ -34,6 +34,8 @@ struct Packages {
     oidn: Result<PathBuf, String>,
     /// A Python with Mitsuba, or the reason why it is missing.
     mitsuba: Installation,
+    /// A Python with maturin, or the reason why it is missing.
+    maturin: Installation,
 }
 
 /// Runs every check until one fails.
@@ -99,6 +101,9 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("tests in the documentation", |skipped| {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
+    if let Installation::Python(maturin) = &packages.maturin {
+        report.step("Python module", |_| python::check(maturin))?;
+    }
     report.step("fuzz targets", |_| FUZZ.iter().try_for_each(|manifest| fuzz_target(manifest)))?;
     if let Installation::Python(python) = &packages.mitsuba {
         report.step("comparison with Mitsuba, small", |_| {
@@ -110,10 +115,15 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
 
 /// Installs the packages, all of which are required unless `allow_skips` is true.
 fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
-    let packages = Packages { oidn: oidn::prepare()?, mitsuba: peers::prepare()? };
+    let packages = Packages {
+        oidn: oidn::prepare()?,
+        mitsuba: peers::prepare()?,
+        maturin: python::prepare()?,
+    };
     let missing = [
         ("Open Image Denoise", packages.oidn.as_ref().err()),
         ("Mitsuba", packages.mitsuba.missing()),
+        ("maturin", packages.maturin.missing()),
     ];
     for (name, reason) in missing.into_iter().filter_map(|(n, r)| Some((n, r?))) {
         if !allow_skips {

@@ -45,8 +45,7 @@ pub(crate) fn prepare_by(
     probe: &str,
 ) -> Result<Installation> {
     let folder = target()?.join(name);
-    let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
-    let python = folder.join(bin);
+    let python = python_of(&folder);
     if succeeds(&python, probe) {
         return Ok(Installation::Python(python));
     }
@@ -64,6 +63,11 @@ pub(crate) fn prepare_by(
     } else {
         Ok(Installation::Missing(format!("{} fails in {}", install.join(" "), python.display())))
     }
+}
+
+/// Python of a virtual environment.
+pub(crate) fn python_of(environment: &Path) -> PathBuf {
+    environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
 fn succeeds(python: &Path, probe: &str) -> bool {

@@ -237,10 +237,38 @@ pub(crate) fn prepare(
     let leaves_channels_out = settings.channels.leaves_out(&scene.settings);
     let camera = load_camera(input.camera_file.as_deref(), &scene, mode, &mut sources)?;
     let options = CompileOptions { environment, camera, ..options };
-    let settings = settings.for_scene(&scene);
-    check_estimator(&settings).map_err(anyhow::Error::msg)?;
     let name = input.scene.as_ref().map_or("the scene".into(), |p| p.display().to_string());
-    let mut session = Session::new(&scene, options, settings)
+    let session = compile(&name, &scene, CompileJob { options, crop, settings }, mode)?;
+    Ok(PreparedScene { scene, session, sources, leaves_channels_out, hints, load })
+}
+
+/// Compiles a scene with the environment and the camera files of `input`.
+///
+/// # Errors
+/// If a file cannot be read, or the scene is invalid.
+pub(crate) fn compile_in_memory(
+    scene: &Scene,
+    input: &InputFiles,
+    CompileJob { options, crop, settings }: CompileJob,
+    mode: Mode,
+) -> Result<Session> {
+    let mut sources = Vec::new();
+    let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
+    let camera = load_camera(input.camera_file.as_deref(), scene, mode, &mut sources)?;
+    let options = CompileOptions { environment, camera, ..options };
+    compile("the scene", scene, CompileJob { options, crop, settings }, mode)
+}
+
+/// Compiles a scene with this name in messages.
+fn compile(
+    name: &str,
+    scene: &Scene,
+    CompileJob { options, crop, settings }: CompileJob,
+    mode: Mode,
+) -> Result<Session> {
+    let settings = settings.for_scene(scene);
+    check_estimator(&settings).map_err(anyhow::Error::msg)?;
+    let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;
     let resolution = session.scene().camera.resolution;
     if let Some(region) = region(crop, &scene.settings, resolution, mode)? {
@@ -249,7 +277,7 @@ pub(crate) fn prepare(
     if mode.policies.counts_tests {
         session.count_tests();
     }
-    Ok(PreparedScene { scene, session, sources, leaves_channels_out, hints, load })
+    Ok(session)
 }
 
 /// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of the

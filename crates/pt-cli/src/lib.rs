@@ -1,0 +1,101 @@
+//! The program `pathtracer` as a library: [`program`] runs it, and [`RenderRequest`] resolves its
+//! options for scenes in memory.
+
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "they panic if their reader has gone")]
+
+#[macro_use]
+mod message;
+
+mod arg_values;
+mod args;
+mod checkpointing;
+mod command_args;
+mod command_line;
+mod commands;
+mod compat;
+mod config;
+mod console;
+mod cpu;
+mod denoise;
+mod environment;
+mod film_header;
+mod hints;
+mod job;
+mod limits;
+mod loading;
+mod lock;
+mod machine;
+mod opacity;
+#[cfg(test)]
+mod options_page;
+mod output;
+mod panic;
+mod parse;
+mod policies;
+mod request;
+mod resolve;
+mod seal;
+mod settings;
+mod sort;
+mod stop_options;
+mod summary;
+mod tev;
+mod trust;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use command_args::Command;
+pub use request::{Keyword, Purpose, RenderRequest, Words, keywords, save_options};
+
+/// Exit status for invalid arguments, files and environments.
+const FAILURE: u8 = 2;
+
+/// Runs the program with its arguments, the first of which is its name, and returns its exit
+/// status. Panics are reported as internal errors.
+pub fn program(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    pathtracer::memory::return_large_arrays();
+    panic::silence();
+    panic::guarded(|| run(args))
+}
+
+/// Runs the program; panics are handled by the caller.
+fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    if let Err(message) = cpu::check() {
+        report!("error: {message}");
+        return ExitCode::from(FAILURE);
+    }
+    let action = match command_line::parse(args) {
+        Ok(action) => action,
+        Err(error) => return error.report(),
+    };
+    if !matches!(action, command_line::Action::Print(_))
+        && let Err(error) = config::read()
+    {
+        report!("error: {error:#}");
+        return ExitCode::from(FAILURE);
+    }
+    limits::watch();
+    let done = match action {
+        command_line::Action::Print(text) => output::print_as_is(&text),
+        command_line::Action::Render(job) => commands::render::run(*job),
+        command_line::Action::Command(Command::Resume(resume)) => commands::resume::run(&resume),
+        command_line::Action::Command(Command::Merge(merge)) => commands::merge::run(&merge),
+        command_line::Action::Command(Command::Info(info)) => commands::info_image::run(&info),
+        command_line::Action::Command(Command::Check(check)) => commands::check::run(&check),
+        command_line::Action::Command(Command::Rerender(rerender)) => {
+            commands::rerender::run(&rerender)
+        }
+        command_line::Action::Command(Command::Explain(explain)) => {
+            commands::explain::run(*explain)
+        }
+        command_line::Action::Command(Command::Convert(convert)) => {
+            commands::convert::run(&convert)
+        }
+    };
+    done.unwrap_or_else(|error| {
+        message::report_error(&error);
+        hints::report_for(&error);
+        ExitCode::from(FAILURE)
+    })
+}

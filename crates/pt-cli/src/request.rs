@@ -1,0 +1,380 @@
+//! Renders of scenes in memory, with the options of the command line as keywords.
+//!
+//! A keyword is the long name of an option with underscores, such as `max_depth` for `--max-depth`.
+//! Values are those of the command line, and messages name keywords in place of options.
+
+use std::path::Path;
+use std::time::Duration;
+
+use clap::{Arg, Command, CommandFactory, FromArgMatches};
+use pathtracer::image::{Image, SaveOptions, auto_exposure};
+use pathtracer::{Scene, Session, suggestions};
+
+use crate::args::Cli;
+use crate::commands::render;
+use crate::job::RenderJob;
+use crate::limits::Limit;
+use crate::message;
+use crate::resolve::{EarlierRun, resolve};
+
+/// Purpose of keywords.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The render of a scene in memory.
+    Render,
+    /// The development of an image, and its file.
+    Save,
+}
+
+impl Purpose {
+    /// Identifiers of the options; the others are about the terminal, films, or the reading of
+    /// scenes.
+    fn options(self) -> &'static [&'static str] {
+        match self {
+            Self::Render => RENDER,
+            Self::Save => &["png_bits", "exposure", "tonemap", "exr_type", "exr_compression"],
+        }
+    }
+
+    fn applies(self, arg: &Arg) -> bool {
+        self.options().contains(&arg.get_id().as_str())
+    }
+}
+
+const RENDER: &[&str] = &[
+    "resolution",
+    "cell",
+    "alpha",
+    "hide_background",
+    "hide_emitters",
+    "spp",
+    "light_samples",
+    "max_depth",
+    "exact_depth",
+    "direct",
+    "adaptive",
+    "target_error",
+    "target_noise",
+    "uniform",
+    "confidence",
+    "max_spp",
+    "time_limit",
+    "clamp",
+    "clamp_indirect",
+    "path_reuse",
+    "split",
+    "sampler",
+    "filter",
+    "seed",
+    "integrator",
+    "ao_distance",
+    "show",
+    "aov",
+    "light_groups",
+    "environment",
+    "environment_layout",
+    "camera_file",
+    "lens_radius",
+    "aperture_blades",
+    "aperture_rotation",
+    "panorama",
+    "smooth_shadows",
+    "focal_distance",
+    "threads",
+    "bvh",
+    "quality",
+    "max_leaf_size",
+    "tile_size",
+];
+
+/// An option as a keyword.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Keyword {
+    /// Name, such as `max_depth`.
+    pub name: String,
+    /// One paragraph of help.
+    pub help: String,
+    /// True if the option may stand without a value.
+    pub is_flag: bool,
+    /// Maximum number of values: 0 for a flag without them, 1 for lists with commas.
+    pub values: usize,
+}
+
+/// Returns the keywords of a purpose, in the order of the program's help.
+pub fn keywords(purpose: Purpose) -> Vec<Keyword> {
+    let command = Cli::command();
+    command.get_arguments().filter(|arg| purpose.applies(arg)).map(keyword).collect()
+}
+
+fn keyword(arg: &Arg) -> Keyword {
+    let takes_value = arg.get_action().takes_values();
+    let range = arg.get_num_args().unwrap_or_else(|| usize::from(takes_value).into());
+    Keyword {
+        name: underscored(arg.get_long().unwrap_or_default()),
+        help: in_keywords(&arg.get_help().map(ToString::to_string).unwrap_or_default()),
+        is_flag: range.min_values() == 0,
+        values: range.max_values(),
+    }
+}
+
+/// Keywords with their values, which are words of the command line; a flag needs none.
+pub type Words = [(String, Vec<String>)];
+
+/// Resolves the keywords of a purpose for an image file, which is not written. Options in the
+/// message are written as keywords.
+fn resolved(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob, String> {
+    job(purpose, keywords, file).map_err(|message| in_keywords(&message))
+}
+
+fn job(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob, String> {
+    let command = Cli::command();
+    let mut words = ["pathtracer", "-q", "-f", file].map(String::from).to_vec();
+    for (name, values) in keywords {
+        let option = option(&command, purpose, name)?;
+        match values.as_slice() {
+            [] => words.push(option),
+            [value] => words.push(format!("{option}={value}")),
+            several => {
+                words.push(option);
+                words.extend(several.iter().cloned());
+            }
+        }
+    }
+    let matches = command.try_get_matches_from(words);
+    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = cli.map_err(|error| message::of_parser(&error))?;
+    resolve(cli, Vec::new(), EarlierRun::default())
+}
+
+/// Options of the file of an image in memory, by keywords of [`Purpose::Save`]. The extension of
+/// the file is that of PNG or OpenEXR.
+///
+/// # Errors
+/// A message if a keyword or a value is invalid, or does not apply to the format.
+pub fn save_options(file: &Path, keywords: &Words, image: &Image) -> Result<SaveOptions, String> {
+    let extension = file.extension().unwrap_or_default().to_string_lossy();
+    let output = resolved(Purpose::Save, keywords, &format!("image.{extension}"))?.output;
+    let mut options = output.save;
+    if output.auto_exposure {
+        options.tone.exposure = auto_exposure(image);
+    }
+    Ok(options)
+}
+
+/// A render of a scene in memory.
+pub struct RenderRequest {
+    job: RenderJob,
+}
+
+impl RenderRequest {
+    /// Resolves keywords of [`Purpose::Render`].
+    ///
+    /// # Errors
+    /// A message if a keyword or a value is invalid, or keywords exclude each other.
+    pub fn new(keywords: &Words) -> Result<Self, String> {
+        // The format has room for all channels.
+        resolved(Purpose::Render, keywords, "image.exr").map(|job| Self { job })
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.job.schedule.threads
+    }
+
+    /// Width and height of a tile in pixels.
+    pub fn tile_size(&self) -> u32 {
+        self.job.schedule.tile_size
+    }
+
+    /// Duration after which the render stops.
+    pub fn time_limit(&self) -> Option<Duration> {
+        self.job.schedule.time_limit
+    }
+
+    /// Compiles a scene with these options.
+    ///
+    /// # Errors
+    /// A message if the scene is invalid or needs more memory than there is, or if a file of the
+    /// options cannot be read.
+    pub fn session(self, scene: &Scene) -> Result<Session, String> {
+        let RenderJob { mode, input, compile, memory, .. } = self.job;
+        let limit = Limit::new(memory);
+        let compiled = limit
+            .check_files()
+            .and_then(|()| limit.check_scene(scene))
+            .and_then(|()| render::compile_in_memory(scene, &input, compile, mode));
+        compiled.map_err(|error| in_keywords(&format!("{error:#}")))
+    }
+}
+
+/// Option of the command line with the name of a keyword.
+fn option(command: &Command, purpose: Purpose, keyword: &str) -> Result<String, String> {
+    let long = keyword.replace('_', "-");
+    let is_named = |arg: &Arg| {
+        arg.get_long() == Some(&long)
+            || arg.get_all_aliases().is_some_and(|all| all.contains(&long.as_str()))
+    };
+    let mut all = command.get_arguments().filter(|arg| purpose.applies(arg));
+    if !keyword.contains('-') && all.any(is_named) {
+        return Ok(format!("--{long}"));
+    }
+    let known = keywords(purpose);
+    let mut names = known.iter().map(|keyword| keyword.name.as_str());
+    if let Some(near) = suggestions(keyword, names.clone()).first() {
+        return Err(format!("unknown setting {keyword:?}; did you mean {near:?}?"));
+    }
+    let all = names.by_ref().collect::<Vec<_>>().join(", ");
+    Err(format!("unknown setting {keyword:?}; known: {all}"))
+}
+
+fn underscored(long: &str) -> String {
+    long.replace('-', "_")
+}
+
+/// Replaces options in a message by keywords: `--max-depth` by `max_depth`, and `-m` likewise.
+fn in_keywords(message: &str) -> String {
+    let command = Cli::command();
+    let of_short = |short: char| {
+        let arg = command.get_arguments().find(|arg| arg.get_short() == Some(short));
+        arg.and_then(Arg::get_long).map(underscored)
+    };
+    let mut text = String::with_capacity(message.len());
+    let mut rest = message;
+    while let Some(at) = rest.find('-') {
+        let (before, found) = rest.split_at(at);
+        text.push_str(before);
+        let is_word = !before.ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        let name = found.trim_start_matches('-');
+        let dashes = found.len() - name.len();
+        let end = name.find(|c: char| !c.is_ascii_alphanumeric() && c != '-').unwrap_or(name.len());
+        let (name, after) = name.split_at(end);
+        let keyword = match (is_word, dashes, name.chars().next()) {
+            (true, 2, Some(first)) if first.is_ascii_lowercase() => Some(underscored(name)),
+            (true, 1, Some(short)) if name.len() == 1 => of_short(short),
+            _ => None,
+        };
+        match keyword {
+            Some(keyword) => text.push_str(&keyword),
+            None => text.push_str(&found[..dashes + name.len()]),
+        }
+        rest = after;
+    }
+    text + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(keywords: &[(&str, &[&str])]) -> Result<RenderRequest, String> {
+        let owned = keywords.iter().map(|(name, values)| {
+            ((*name).to_owned(), values.iter().map(|value| (*value).to_owned()).collect())
+        });
+        RenderRequest::new(&owned.collect::<Vec<_>>())
+    }
+
+    fn refusal(keywords: &[(&str, &[&str])]) -> String {
+        request(keywords).err().unwrap_or_else(|| panic!("{keywords:?} was accepted"))
+    }
+
+    #[test]
+    fn each_listed_option_exists() {
+        for purpose in [Purpose::Render, Purpose::Save] {
+            let all = keywords(purpose);
+            assert_eq!(all.len(), purpose.options().len());
+            assert!(all.iter().all(|keyword| !keyword.help.is_empty()), "{all:#?}");
+        }
+        let of = |name| keywords(Purpose::Render).into_iter().find(|k| k.name == name).unwrap();
+        let kind = |name| (of(name).is_flag, of(name).values);
+        assert_eq!(kind("panorama"), (true, 0));
+        assert_eq!(kind("alpha"), (true, 1));
+        assert_eq!(kind("spp"), (false, 1));
+        assert_eq!(kind("crop"), (false, 4));
+    }
+
+    #[test]
+    fn settings_are_those_of_the_command_line() {
+        let scene = pathtracer::default_scene();
+        let request = request(&[
+            ("spp", &["7"]),
+            ("max_depth", &["3"]),
+            ("resolution", &["12", "9"]),
+            ("crop", &["1", "2", "3", "4"]),
+            ("split", &["2"]),
+            ("threads", &["3"]),
+            ("hide_background", &[]),
+        ]);
+        let request = request.unwrap();
+        assert_eq!(request.threads(), 3);
+        let session = request.session(&scene).unwrap();
+        let settings = session.settings();
+        assert_eq!((settings.spp, settings.max_depth, settings.split), (7, 3, 2));
+        assert_eq!(session.scene().camera.resolution, [12, 9]);
+        assert_eq!(session.film().region(), pathtracer::Region { x: 1, y: 3, width: 3, height: 4 });
+    }
+
+    #[test]
+    fn refusals_name_keywords() {
+        for (keywords, expected) in [
+            (
+                &[("max_dept", &["3"][..])][..],
+                "unknown setting \"max_dept\"; did you mean \"max_depth\"?",
+            ),
+            (&[("zzzzzz", &[])], "unknown setting \"zzzzzz\"; known: resolution, crop,"),
+            (&[("output", &["a.png"])], "unknown setting \"output\""),
+            (
+                &[("max-depth", &["3"])],
+                "unknown setting \"max-depth\"; did you mean \"max_depth\"?",
+            ),
+            (&[("spp", &["0"])], "'spp <N>'"),
+            (
+                &[("path_splitting", &["2"]), ("path_reuse", &["2"])],
+                "path_splitting and path_reuse",
+            ),
+            (&[("confidence", &["90%"])], "require target_error or target_noise"),
+            (
+                &[("ao_distance", &["1"])],
+                "ao_distance requires integrator ao; path does not support it",
+            ),
+            (&[("integrator", &["pat"])], "unknown integrator \"pat\""),
+        ] {
+            let message = refusal(keywords);
+            assert!(message.contains(expected), "{keywords:?}: {message}");
+            assert!(!message.contains("--"), "{message}");
+        }
+    }
+
+    #[test]
+    fn save_options_are_those_of_the_command_line() {
+        let image = Image { width: 1, height: 1, pixels: vec![[4.0; 3]] };
+        let exposure = |file: &str, value: &str| {
+            let words = [("exposure".to_owned(), vec![value.to_owned()])];
+            save_options(Path::new(file), &words, &image).map(|options| options.tone.exposure)
+        };
+        assert_eq!(exposure("a.png", "-1.5"), Ok(-1.5));
+        assert_eq!(exposure("b/a.PNG", "auto"), Ok(auto_exposure(&image)));
+        assert!(exposure("a.png", "bright").unwrap_err().contains("'exposure <STOPS>'"));
+        let of_exr = exposure("a.exr", "1").unwrap_err();
+        assert!(of_exr.starts_with("exposure and tonemap require a PNG image"), "{of_exr}");
+        let unknown = save_options(Path::new("a.jpg"), &[], &image).unwrap_err();
+        assert!(unknown.contains("unknown extension"), "{unknown}");
+        let words = [("spp".to_owned(), vec!["3".to_owned()])];
+        let unknown = save_options(Path::new("a.png"), &words, &image).unwrap_err();
+        assert!(unknown.starts_with("unknown setting \"spp\"; known: png_bits"), "{unknown}");
+    }
+
+    #[test]
+    fn only_options_become_keywords() {
+        for (message, expected) in [
+            (
+                "set it with -s, as in -s 512 --samples 0..256",
+                "set it with spp, as in spp 512 samples 0..256",
+            ),
+            ("well-known -1 - -- --X a--b e-m", "well-known -1 - -- --X a--b e-m"),
+            ("--max-depth=3, (--clamp-indirect)", "max_depth=3, (clamp_indirect)"),
+            ("\u{2013} -é --é", "\u{2013} -é --é"),
+        ] {
+            assert_eq!(in_keywords(message), expected);
+        }
+    }
+}

@@ -1,0 +1,37 @@
+"""A physically based path tracer.
+
+>>> import pathtracer
+>>> image = pathtracer.render(pathtracer.default_scene(), spp=4, width=32, height=24)
+>>> image["color"].shape
+(24, 32, 3)
+"""
+
+from ._native import (
+    Finding,
+    Image,
+    Interrupted,
+    Progress,
+    Scene,
+    SceneError,
+    __version__,
+    default_scene,
+    load,
+    loads,
+    render,
+    settings,
+)
+
+__all__ = [
+    "Finding",
+    "Image",
+    "Interrupted",
+    "Progress",
+    "Scene",
+    "SceneError",
+    "__version__",
+    "default_scene",
+    "load",
+    "loads",
+    "render",
+    "settings",
+]

@@ -1,0 +1,190 @@
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, SupportsFloat, SupportsIndex, TypedDict, final
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import Unpack
+
+_Path = str | os.PathLike[str]
+_Integer = SupportsIndex | str
+_Real = SupportsFloat | str
+_Integers = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
+_Tonemap = Literal["linear", "filmic", "agx", "aces", "pbr-neutral"]
+
+__all__ = [
+    "Finding",
+    "Image",
+    "Interrupted",
+    "Progress",
+    "Scene",
+    "SceneError",
+    "__version__",
+    "default_scene",
+    "load",
+    "loads",
+    "program",
+    "render",
+    "settings",
+]
+
+__version__: str
+
+class _LoadOptions(TypedDict, total=False):
+    variables: Mapping[str, object] | None
+    time: float | None
+    allow_outside: bool | None
+    allow_folders: Sequence[_Path] | None
+    limits: Mapping[str, int] | None
+    camera: str | int | None
+    point_radius: float | None
+    strict: bool | None
+
+class _Settings(TypedDict, total=False):
+    resolution: _Integers | None
+    crop: _Integers | None
+    alpha: bool | Literal["on", "off"] | None
+    hide_background: bool | None
+    hide_emitters: bool | None
+    spp: _Integer | None
+    light_samples: _Integer | None
+    max_depth: _Integer | None
+    exact_depth: bool | None
+    direct: Literal["mis", "light", "hemisphere", "cosine"] | None
+    adaptive: tuple[_Integer, _Real] | Sequence[_Real] | None
+    target_error: _Real | None
+    target_noise: _Real | None
+    uniform_sampling: bool | None
+    confidence: _Real | None
+    max_spp: _Integer | None
+    time_limit: _Real | None
+    clamp: _Real | None
+    clamp_indirect: _Real | None
+    path_reuse: _Integer | None
+    path_splitting: _Integer | None
+    sampler: Literal["sobol", "zsobol", "stratified", "independent"] | None
+    filter: (
+        Literal["box", "tent", "gaussian", "mitchell", "blackman-harris", "catmull-rom", "lanczos"]
+        | None
+    )
+    seed: _Integer | None
+    integrator: str | None
+    ao_distance: _Real | None
+    light_component: Literal["emission", "direct", "indirect", "global"] | None
+    aov: str | Sequence[str] | None
+    light_groups: str | Sequence[str] | Mapping[str, str | Sequence[str] | None] | None
+    environment: _Path | None
+    environment_layout: Literal["latlong", "angular", "mirror-ball", "octahedral"] | None
+    camera_file: _Path | None
+    lens_radius: _Real | None
+    aperture_blades: _Integer | None
+    aperture_rotation: _Real | None
+    panorama: bool | None
+    smooth_shadows: bool | None
+    focal_distance: _Real | None
+    threads: _Integer | None
+    bvh: Literal["sah", "mean", "none"] | None
+    bvh_quality: Literal["fast", "balanced", "high"] | None
+    max_leaf_size: _Integer | None
+    tile_size: _Integer | None
+
+class _Development(TypedDict, total=False):
+    exposure: SupportsFloat | Literal["auto"] | None
+    tonemap: _Tonemap | None
+
+class _SaveOptions(_Development, total=False):
+    png_bits: Literal[8, 16] | None
+    exr_type: Literal["float", "half"] | None
+    exr_compression: (
+        Literal["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a"] | None
+    )
+
+class SceneError(ValueError):
+    errors: list[Finding]
+
+class Interrupted(KeyboardInterrupt):
+    partial: Image | None
+
+@final
+class Finding:
+    @property
+    def severity(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def file(self) -> Path | None: ...
+    @property
+    def line(self) -> int | None: ...
+    @property
+    def column(self) -> int | None: ...
+    @property
+    def element(self) -> str | None: ...
+
+@final
+class Scene:
+    @property
+    def name(self) -> str: ...
+    @property
+    def missing(self) -> list[Finding]: ...
+    @property
+    def notes(self) -> list[Finding]: ...
+    def check(self) -> list[Finding]: ...
+    def save(self, path: _Path, *, overwrite: bool = False) -> list[str]: ...
+
+@final
+class Progress:
+    @property
+    def samples(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def rays(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def error(self) -> float | None: ...
+    @property
+    def fraction(self) -> float: ...
+
+@final
+class Image:
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def notes(self) -> list[str]: ...
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def rays(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    def __getitem__(self, key: str, /) -> NDArray[Any]: ...
+    def __contains__(self, key: object, /) -> bool: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def keys(self) -> list[str]: ...
+    def to_srgb(self, **options: Unpack[_Development]) -> NDArray[np.uint8]: ...
+    def save(self, path: _Path, **options: Unpack[_SaveOptions]) -> None: ...
+    def _repr_png_(self) -> bytes: ...
+
+def default_scene() -> Scene: ...
+def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
+def loads(
+    text: str | bytes, format: str, folder: _Path = ..., **options: Unpack[_LoadOptions]
+) -> Scene: ...
+def program(arguments: Sequence[str | os.PathLike[str]]) -> int: ...
+def render(
+    scene: Scene,
+    *,
+    width: _Integer | None = None,
+    height: _Integer | None = None,
+    aovs: Sequence[str] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+    **settings: Unpack[_Settings],
+) -> Image: ...
+def settings() -> dict[str, str]: ...

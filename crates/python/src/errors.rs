@@ -1,0 +1,54 @@
+//! Exceptions of the module.
+
+use pathtracer::LoadError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::finding::Finding;
+
+pyo3::create_exception!(
+    pathtracer,
+    SceneError,
+    PyValueError,
+    "A scene that cannot be read or rendered; `errors` is a list of `Finding`."
+);
+pyo3::create_exception!(
+    pathtracer,
+    Interrupted,
+    PyKeyboardInterrupt,
+    "A render that Ctrl-C ended; `partial` is the `Image` so far, or None before the first sample."
+);
+
+/// Error of reading a scene: FileNotFoundError and its like if the file cannot be opened, otherwise
+/// [`SceneError`].
+pub(crate) fn of_load(py: Python<'_>, error: &LoadError) -> PyErr {
+    if let LoadError::Io { path, source } = error {
+        return match source.raw_os_error() {
+            // Python chooses the subclass by the number, as for its own functions.
+            Some(number) => PyOSError::new_err((number, strerror(py, number), path.clone())),
+            None => PyOSError::new_err(error.to_string()),
+        };
+    }
+    let findings = error.each().iter().map(Finding::of_error).collect();
+    of_scene(py, error.to_string(), findings)
+}
+
+/// Message of the operating system for the number of an error.
+fn strerror(py: Python<'_>, number: i32) -> String {
+    let message = py.import("os").and_then(|os| os.call_method1("strerror", (number,))?.extract());
+    message.unwrap_or_default()
+}
+
+/// [`SceneError`] with its findings.
+pub(crate) fn of_scene(py: Python<'_>, message: String, findings: Vec<Finding>) -> PyErr {
+    let error = SceneError::new_err(message);
+    match error.value(py).setattr("errors", findings) {
+        Ok(()) => error,
+        Err(other) => other,
+    }
+}
+
+/// Error of a worker thread that ended without a result.
+pub(crate) fn internal() -> PyErr {
+    PyRuntimeError::new_err("internal error: a thread panicked; please report it with the scene")
+}

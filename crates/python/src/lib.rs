@@ -1,0 +1,44 @@
+//! The Python module `pathtracer._native`; the package `pathtracer` around it has the names that
+//! users see.
+
+#![expect(clippy::needless_pass_by_value, reason = "arguments of Python are converted to values")]
+
+mod errors;
+mod finding;
+mod image;
+mod load;
+mod render;
+mod scene;
+mod settings;
+mod worker;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use pyo3::prelude::*;
+
+/// Runs the program with arguments, the first of which is its name; returns its exit status.
+#[pyfunction]
+fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    let status = py.detach(|| pt_cli::program(arguments));
+    // An exit status can be compared, but not converted.
+    (0..=u8::MAX).find(|&number| ExitCode::from(number) == status).unwrap_or(u8::MAX)
+}
+
+/// Contents of `pathtracer._native`.
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<finding::Finding>()?;
+    module.add_class::<image::Image>()?;
+    module.add_class::<render::Progress>()?;
+    module.add("SceneError", module.py().get_type::<errors::SceneError>())?;
+    module.add("Interrupted", module.py().get_type::<errors::Interrupted>())?;
+    module.add_function(wrap_pyfunction!(program, module)?)?;
+    module.add_function(wrap_pyfunction!(load::load, module)?)?;
+    module.add_function(wrap_pyfunction!(load::loads, module)?)?;
+    module.add_function(wrap_pyfunction!(load::default_scene, module)?)?;
+    module.add_function(wrap_pyfunction!(render::render, module)?)?;
+    module.add_function(wrap_pyfunction!(settings::settings, module)?)
+}

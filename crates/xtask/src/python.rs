@@ -1,0 +1,119 @@
+//! The Python module: its wheel is built, installed outside of the source tree, and tested there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::project::{root, succeed, target};
+use crate::venv::{self, Installation};
+
+/// Packages that build wheels.
+const BUILD: &[&str] = &["maturin>=1.16,<2"];
+/// Packages that test the installed module.
+const TEST: &[&str] = &["mypy", "pyright", "pytest", "typing_extensions"];
+
+/// Installs maturin into an environment of the target folder.
+///
+/// # Errors
+/// If the target folder cannot be found.
+pub(crate) fn prepare() -> Result<Installation> {
+    venv::prepare("python-build", BUILD, "import maturin")
+}
+
+/// Installs maturin, and does what [`check`] does.
+///
+/// # Errors
+/// If maturin cannot be installed, or as [`check`].
+pub(crate) fn run() -> Result<()> {
+    match prepare()? {
+        Installation::Python(python) => check(&python),
+        Installation::Missing(reason) => bail!("maturin cannot be installed: {reason}"),
+    }
+}
+
+/// Builds the wheel with overflow checks, reusing the crates of the tests, and tests it in a fresh
+/// environment outside of the source tree.
+///
+/// # Errors
+/// If the wheel cannot be built or installed, or a test fails.
+pub(crate) fn check(python: &Path) -> Result<()> {
+    let wheel = build(python)?;
+    let folder = Folder::new()?;
+    let installed = folder.install(&wheel)?;
+    let tests = folder.path.join("tests");
+    copy(&root().join("crates/python/tests"), &tests)?;
+    let scenes = root().join("scenes");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(&installed);
+        command.arg("-m").args(arguments).current_dir(&folder.path);
+        command
+    };
+    succeed(run(&["pytest", "-q", "-p", "no:cacheprovider", "tests", "--scenes"]).arg(scenes))?;
+    succeed(&mut run(&["mypy", "--strict", "tests"]))?;
+    succeed(&mut run(&["mypy.stubtest", "pathtracer"]))?;
+    succeed(run(&["pyright", "--pythonpath"]).arg(&installed).arg("tests"))
+}
+
+/// Builds the wheel and returns its path.
+fn build(python: &Path) -> Result<PathBuf> {
+    let folder = target()?.join("wheels");
+    // Earlier versions would be found, too.
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    }
+    let mut maturin = Command::new(python);
+    maturin.args(["-m", "maturin", "build", "--quiet", "--profile", "dev", "--out"]).arg(&folder);
+    succeed(maturin.current_dir(root()))?;
+    let files = fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
+    let mut wheels: Vec<_> = files.map(|file| Ok(file?.path())).collect::<Result<_>>()?;
+    match (wheels.pop(), wheels.is_empty()) {
+        (Some(wheel), true) => Ok(wheel),
+        _ => bail!("{}: expected one wheel", folder.display()),
+    }
+}
+
+/// Temporary folder outside of the source tree, removed at the end.
+struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    fn new() -> Result<Self> {
+        let path = std::env::temp_dir().join(format!("pathtracer-python-{}", std::process::id()));
+        ensure!(!path.starts_with(root()), "{} is in the source tree", path.display());
+        fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
+        Ok(Self { path })
+    }
+
+    /// Creates an environment with the wheel and the packages that test it; returns its Python.
+    fn install(&self, wheel: &Path) -> Result<PathBuf> {
+        let environment = self.path.join("environment");
+        succeed(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+        let python = venv::python_of(&environment);
+        let mut pip = Command::new(&python);
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        succeed(pip.arg(wheel).args(TEST))?;
+        Ok(python)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What remains is in the folder of temporary files.
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
+/// Copies the files of a folder.
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    fs::create_dir_all(to).with_context(|| to.display().to_string())?;
+    for file in fs::read_dir(from).with_context(|| from.display().to_string())? {
+        let path = file?.path();
+        if let Some(name) = path.file_name().filter(|_| path.is_file()) {
+            fs::copy(&path, to.join(name)).with_context(|| path.display().to_string())?;
+        }
+    }
+    Ok(())
+}
