@@ -7,7 +7,9 @@
 """
 
 from ._native import (
+    Bvh,
     Finding,
+    Hits,
     Image,
     Interrupted,
     Progress,
@@ -22,7 +24,9 @@ from ._native import (
 )
 
 __all__ = [
+    "Bvh",
     "Finding",
+    "Hits",
     "Image",
     "Interrupted",
     "Progress",

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any, Literal, SupportsFloat, SupportsIndex, TypedDict, final
 
 import numpy as np
-from numpy.typing import NDArray
-from typing_extensions import Unpack
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self, Unpack
 
 _Path = str | os.PathLike[str]
 _Integer = SupportsIndex | str
@@ -14,7 +14,9 @@ _Integers = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
 _Tonemap = Literal["linear", "filmic", "agx", "aces", "pbr-neutral"]
 
 __all__ = [
+    "Bvh",
     "Finding",
+    "Hits",
     "Image",
     "Interrupted",
     "Progress",
@@ -131,6 +133,42 @@ class Scene:
     def notes(self) -> list[Finding]: ...
     def check(self) -> list[Finding]: ...
     def save(self, path: _Path, *, overwrite: bool = False) -> list[str]: ...
+
+@final
+class Hits:
+    @property
+    def t(self) -> NDArray[np.float32]: ...
+    @property
+    def primitive(self) -> NDArray[np.int32]: ...
+    @property
+    def uv(self) -> NDArray[np.float32]: ...
+    @property
+    def position(self) -> NDArray[np.float32]: ...
+    @property
+    def normal(self) -> NDArray[np.float32]: ...
+
+@final
+class Bvh:
+    def __new__(
+        cls,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        quality: Literal["fast", "balanced", "high"] = "balanced",
+    ) -> Self: ...
+    @property
+    def bounds(self) -> tuple[list[float], list[float]] | None: ...
+    @property
+    def skipped(self) -> int: ...
+    @property
+    def nbytes(self) -> int: ...
+    def __len__(self) -> int: ...
+    def intersect(
+        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+    ) -> Hits: ...
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+    ) -> NDArray[np.bool_]: ...
 
 @final
 class Progress:

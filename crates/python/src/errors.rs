@@ -1,7 +1,7 @@
 //! Exceptions of the module.
 
 use pathtracer::LoadError;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::finding::Finding;
@@ -51,4 +51,15 @@ pub(crate) fn of_scene(py: Python<'_>, message: String, findings: Vec<Finding>) 
 /// Error of a worker thread that ended without a result.
 pub(crate) fn internal() -> PyErr {
     PyRuntimeError::new_err("internal error: a thread panicked; please report it with the scene")
+}
+
+/// Adds the name of an argument to its TypeError or ValueError.
+pub(crate) fn in_argument(value: &Bound<'_, PyAny>, name: &str, error: &PyErr) -> PyErr {
+    let py = value.py();
+    let message = format!("{name}: {}", error.value(py));
+    if error.is_instance_of::<PyTypeError>(py) {
+        PyTypeError::new_err(message)
+    } else {
+        PyValueError::new_err(message)
+    }
 }

@@ -3,6 +3,8 @@
 
 #![expect(clippy::needless_pass_by_value, reason = "arguments of Python are converted to values")]
 
+mod arrays;
+mod bvh;
 mod errors;
 mod finding;
 mod image;
@@ -31,6 +33,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<finding::Finding>()?;
+    module.add_class::<bvh::Bvh>()?;
+    module.add_class::<bvh::Hits>()?;
     module.add_class::<image::Image>()?;
     module.add_class::<render::Progress>()?;
     module.add("SceneError", module.py().get_type::<errors::SceneError>())?;

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
 
-use crate::errors::of_load;
+use crate::errors::{in_argument, of_load};
 use crate::scene::Scene;
 use crate::worker::{self, End};
 
@@ -88,17 +88,6 @@ fn unknown(name: &str) -> PyErr {
         Some(near) => format!("unknown option; did you mean {near:?}?"),
         None => format!("unknown option; known: {}", OPTIONS.join(", ")),
     })
-}
-
-/// Adds the name of an argument to its TypeError or ValueError.
-fn in_argument(value: &Bound<'_, PyAny>, name: &str, error: &PyErr) -> PyErr {
-    let py = value.py();
-    let message = format!("{name}: {}", error.value(py));
-    if error.is_instance_of::<PyTypeError>(py) {
-        PyTypeError::new_err(message)
-    } else {
-        PyValueError::new_err(message)
-    }
 }
 
 fn finite(value: &Bound<'_, PyAny>) -> PyResult<f64> {

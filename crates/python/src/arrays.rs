@@ -1,0 +1,108 @@
+//! Arrays as arguments: their types, shapes and values are checked, and they are copied, so that no
+//! other thread changes them during a computation.
+
+use numpy::{Element, PyReadonlyArrayDyn};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::errors::in_argument;
+
+/// Array of numbers, of any type, shape and strides.
+pub(crate) struct Numbers<'py> {
+    name: &'static str,
+    array: Bound<'py, PyAny>,
+}
+
+impl<'py> Numbers<'py> {
+    /// Converts a sequence, or an array of any library. `kinds` are the kinds of types of NumPy
+    /// that are accepted, and `expected` describes them.
+    fn new(
+        name: &'static str,
+        value: &Bound<'py, PyAny>,
+        kinds: &str,
+        expected: &str,
+    ) -> PyResult<Self> {
+        let numpy = value.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (value,));
+        let array = array.map_err(|error| in_argument(value, name, &error))?;
+        let dtype = array.getattr("dtype")?;
+        let kind: String = dtype.getattr("kind")?.extract()?;
+        if !kinds.contains(&kind) {
+            let message = format!("{name}: found an array of {dtype}, expected {expected}");
+            return Err(PyTypeError::new_err(message));
+        }
+        Ok(Self { name, array })
+    }
+
+    /// Real numbers, of which integers are some.
+    pub(crate) fn real(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Self::new(name, value, "fiu", "real numbers")
+    }
+
+    /// Integers.
+    pub(crate) fn whole(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Self::new(name, value, "iu", "integers")
+    }
+
+    pub(crate) fn shape(&self) -> PyResult<Vec<usize>> {
+        self.array.getattr("shape")?.extract()
+    }
+
+    /// Error if the shape is not as `expected`.
+    pub(crate) fn expect(
+        &self,
+        is_right: impl Fn(&[usize]) -> bool,
+        expected: &str,
+    ) -> PyResult<()> {
+        if is_right(&self.shape()?) {
+            return Ok(());
+        }
+        let (name, shape) = (self.name, self.array.getattr("shape")?);
+        Err(PyValueError::new_err(format!("{name}: found shape {shape}, expected {expected}")))
+    }
+
+    /// Repeats the array along new or single dimensions.
+    pub(crate) fn broadcast(self, shape: &[usize]) -> PyResult<Self> {
+        let py = self.array.py();
+        let to = PyTuple::new(py, shape)?;
+        let array = py.import("numpy")?.call_method1("broadcast_to", (&self.array, &to));
+        let array = array.map_err(|_| {
+            let name = self.name;
+            let found = self.array.getattr("shape").map_or_else(|_| "?".into(), |s| s.to_string());
+            PyValueError::new_err(format!("{name}: shape {found} cannot be broadcast to {to}"))
+        })?;
+        Ok(Self { array, ..self })
+    }
+
+    /// Copy of the values in row order.
+    fn values<T: Element + Copy>(&self, dtype: &str) -> PyResult<Vec<T>> {
+        let numpy = self.array.py().import("numpy")?;
+        let array = numpy.call_method1("ascontiguousarray", (&self.array, dtype))?;
+        let array: PyReadonlyArrayDyn<'_, T> = array.extract()?;
+        Ok(array.as_slice()?.to_vec())
+    }
+
+    /// Copy in single precision; the error names the first value that `is_right` rejects.
+    pub(crate) fn singles(
+        &self,
+        is_right: impl Fn(f32) -> bool,
+        expected: &str,
+    ) -> PyResult<Vec<f32>> {
+        let values = self.values("float32")?;
+        match values.iter().position(|value| !is_right(*value)) {
+            None => Ok(values),
+            Some(at) => {
+                let (name, value) = (self.name, values[at]);
+                Err(PyValueError::new_err(format!(
+                    "{name}: found {value} in place {at} of the values, expected {expected}"
+                )))
+            }
+        }
+    }
+
+    /// Copy as integers of 64 bits; larger ones become negative.
+    pub(crate) fn integers(&self) -> PyResult<Vec<i64>> {
+        self.values("int64")
+    }
+}
