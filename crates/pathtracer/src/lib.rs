@@ -32,6 +32,7 @@ pub mod fingerprint;
 pub mod light_groups;
 pub mod memory;
 pub mod provenance;
+pub mod queries;
 pub mod scene_stats;
 mod session;
 mod unlit;

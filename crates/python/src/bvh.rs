@@ -1,22 +1,17 @@
 //! Ray queries on triangle meshes.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods};
 use pathtracer::{BuildOptions, Quality};
 use pt_bvh::Geometry;
 use pt_math::{Ray, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use crate::arrays::Numbers;
+use crate::queries::{self, Found, Hits, RayArrays, Target};
 use crate::worker::{self, End};
-
-/// Number of rays that a thread takes at a time: full batches, and Ctrl-C in milliseconds.
-const CHUNK: usize = 4096;
 
 /// A triangle mesh that is prepared for ray queries.
 ///
@@ -44,147 +39,32 @@ struct Mesh {
     bvh: pt_bvh::Bvh,
 }
 
-/// Nearest hits of rays. The arrays have the shape of the rays, and one more dimension for vectors.
-#[pyclass(frozen, get_all, module = "pathtracer")]
-pub(crate) struct Hits {
-    /// numpy.ndarray of float32: Distances in units of the lengths of the directions; inf for rays
-    /// that hit nothing.
-    t: Py<PyAny>,
-    /// numpy.ndarray of int32: Indices of the triangles; -1 for rays that hit nothing.
-    primitive: Py<PyAny>,
-    /// numpy.ndarray of float32, shape (..., 2): Weights of the second and the third vertex.
-    uv: Py<PyAny>,
-    /// numpy.ndarray of float32, shape (..., 3): Points on the triangles; nan for rays that hit
-    /// nothing.
-    position: Py<PyAny>,
-    /// numpy.ndarray of float32, shape (..., 3): Unit normals by the order of the vertices; nan for
-    /// rays that hit nothing.
-    normal: Py<PyAny>,
-}
-
-/// Nearest hits of rays, column by column.
-struct Columns {
-    t: Vec<f32>,
-    primitive: Vec<i32>,
-    uv: Vec<[f32; 2]>,
-    position: Vec<[f32; 3]>,
-    normal: Vec<[f32; 3]>,
-}
-
-impl Columns {
-    /// Columns of rays that hit nothing.
-    fn of_misses(rays: usize) -> Self {
-        Self {
-            t: vec![f32::INFINITY; rays],
-            primitive: vec![-1; rays],
-            uv: vec![[0.0; 2]; rays],
-            position: vec![[f32::NAN; 3]; rays],
-            normal: vec![[f32::NAN; 3]; rays],
-        }
+impl Target for Mesh {
+    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>> {
+        let mut hits = Vec::new();
+        self.bvh.intersect_batch(rays, &mut hits);
+        hits.iter().map(|hit| hit.as_ref().map(|hit| self.found(hit))).collect()
     }
 
-    /// Intersects all rays, unless it is stopped before.
-    fn of(mesh: &Mesh, rays: &RayArrays, stopped: &AtomicBool) -> Self {
-        let mut columns = Self::of_misses(rays.len());
-        let Self { t, primitive, uv, position, normal } = &mut columns;
-        let chunks = t.par_chunks_mut(CHUNK).zip(primitive.par_chunks_mut(CHUNK));
-        let chunks = chunks.zip(uv.par_chunks_mut(CHUNK)).zip(position.par_chunks_mut(CHUNK));
-        let chunks = chunks.zip(normal.par_chunks_mut(CHUNK)).enumerate();
-        chunks.for_each_init(
-            Vec::new,
-            |hits, (chunk, ((((t, primitive), uv), position), normal))| {
-                if stopped.load(Ordering::Relaxed) {
-                    return;
-                }
-                mesh.bvh.intersect_batch(&rays.chunk(chunk * CHUNK), hits);
-                for (i, hit) in hits.iter().enumerate() {
-                    if let Some(hit) = hit {
-                        (t[i], primitive[i], uv[i]) =
-                            (hit.t, hit.primitive as i32, [hit.b1, hit.b2]);
-                        [position[i], normal[i]] = mesh.point(hit);
-                    }
-                }
-            },
-        );
-        columns
+    fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        self.bvh.occluded_batch(rays, occluded);
     }
 }
 
 impl Mesh {
-    /// Position and unit normal of a hit.
-    fn point(&self, hit: &pt_bvh::Hit) -> [[f32; 3]; 2] {
+    fn found(&self, hit: &pt_bvh::Hit) -> Found {
         let corners = self.triangles[hit.primitive as usize];
         let [p0, p1, p2] = corners.map(|vertex| self.positions[vertex as usize]);
-        let position = p0 * (1.0 - hit.b1 - hit.b2) + p1 * hit.b1 + p2 * hit.b2;
         // In double precision: thin triangles have a normal, too.
         let [e1, e2] = [p1, p2].map(|p| p.as_dvec3() - p0.as_dvec3());
-        [position, e1.cross(e2).normalize().as_vec3()].map(|v| v.to_array())
-    }
-}
-
-/// Rays as Python gives them.
-struct RayArrays {
-    /// Shape without the dimension of vectors.
-    shape: Vec<usize>,
-    origins: Vec<f32>,
-    directions: Vec<f32>,
-    /// Ends of the rays, or one for all.
-    ends: Vec<f32>,
-}
-
-impl RayArrays {
-    fn new(
-        origins: &Bound<'_, PyAny>,
-        directions: &Bound<'_, PyAny>,
-        tmax: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let is_vectors = |shape: &[usize]| shape.last() == Some(&3);
-        let origins = Numbers::real("origins", origins)?;
-        let directions = Numbers::real("directions", directions)?;
-        for vectors in [&origins, &directions] {
-            vectors.expect(is_vectors, "(..., 3)")?;
+        Found {
+            t: hit.t,
+            shape: 0,
+            primitive: hit.primitive,
+            uv: [hit.b1, hit.b2],
+            position: p0 * (1.0 - hit.b1 - hit.b2) + p1 * hit.b1 + p2 * hit.b2,
+            normal: e1.cross(e2).normalize().as_vec3(),
         }
-        let (of_origins, of_directions) = (origins.shape()?, directions.shape()?);
-        // One origin with many directions, or the other way round.
-        let shape = if of_origins.len() > of_directions.len() { of_origins } else { of_directions };
-        let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
-        let directions = directions.broadcast(&shape)?;
-        let directions = directions.singles(f32::is_finite, "a finite number")?;
-        let zero = directions.as_chunks::<3>().0.iter().position(|d| *d == [0.0; 3]);
-        if let Some(ray) = zero {
-            let message = format!("directions: that of ray {ray} is zero, expected any other");
-            return Err(PyValueError::new_err(message));
-        }
-        let shape = shape[..shape.len() - 1].to_vec();
-        let ends = match tmax {
-            None => vec![f32::INFINITY],
-            Some(tmax) => {
-                let tmax = Numbers::real("tmax", tmax)?.broadcast(&shape)?;
-                tmax.singles(|end| !end.is_nan(), "a number")?
-            }
-        };
-        Ok(Self { shape, origins, directions, ends })
-    }
-
-    fn len(&self) -> usize {
-        self.origins.len() / 3
-    }
-
-    /// Rays from one number on.
-    fn chunk(&self, first: usize) -> Vec<Ray> {
-        let vectors = |values: &[f32]| -> Vec<Vec3> {
-            let all = values.as_chunks::<3>().0;
-            let end = all.len().min(first + CHUNK);
-            all[first..end].iter().map(|&v| Vec3::from_array(v)).collect()
-        };
-        let end = |ray: usize| self.ends.get(ray).or(self.ends.first()).copied();
-        let rays = vectors(&self.origins).into_iter().zip(vectors(&self.directions));
-        rays.zip(first..)
-            .map(|((origin, direction), ray)| Ray {
-                t_max: end(ray).unwrap_or(f32::INFINITY),
-                ..Ray::new(origin, direction)
-            })
-            .collect()
     }
 }
 
@@ -275,20 +155,10 @@ impl Bvh {
     ) -> PyResult<Hits> {
         let py = origins.py();
         let rays = RayArrays::new(origins, directions, tmax)?;
-        let shape = rays.shape.clone();
-        let mesh = Arc::clone(&self.mesh);
-        let columns = stoppable(py, move |stopped| Columns::of(&mesh, &rays, stopped))?;
-        let Columns { t, primitive, uv, position, normal } = columns;
-        Ok(Hits {
-            t: array(py, t, &shape, None)?,
-            primitive: array(py, primitive, &shape, None)?,
-            uv: array(py, uv.into_flattened(), &shape, Some(2))?,
-            position: array(py, position.into_flattened(), &shape, Some(3))?,
-            normal: array(py, normal.into_flattened(), &shape, Some(3))?,
-        })
+        queries::intersect(py, &self.mesh, rays)
     }
 
-    /// Tests whether each ray hits anything, on all processors.
+    /// Returns for each ray whether it hits anything, on all processors.
     ///
     /// Parameters
     /// ----------
@@ -313,20 +183,7 @@ impl Bvh {
     ) -> PyResult<Py<PyAny>> {
         let py = origins.py();
         let rays = RayArrays::new(origins, directions, tmax)?;
-        let shape = rays.shape.clone();
-        let mesh = Arc::clone(&self.mesh);
-        let occluded = stoppable(py, move |stopped| {
-            let mut occluded = vec![false; rays.len()];
-            let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
-            chunks.for_each_init(Vec::new, |results, (chunk, occluded)| {
-                if !stopped.load(Ordering::Relaxed) {
-                    mesh.bvh.occluded_batch(&rays.chunk(chunk * CHUNK), results);
-                    occluded.copy_from_slice(results);
-                }
-            });
-            occluded
-        })?;
-        array(py, occluded, &shape, None)
+        queries::occluded(py, &self.mesh, rays)
     }
 
     /// tuple of two lists of float: Corners of the box around all triangles; None without any.
@@ -357,30 +214,4 @@ impl Bvh {
         let Mesh { positions, triangles, .. } = &*self.mesh;
         format!("<Bvh: {} triangles, {} vertices>", triangles.len(), positions.len())
     }
-}
-
-/// Runs queries that end soon after the flag is set.
-fn stoppable<T: Send + 'static>(
-    py: Python<'_>,
-    queries: impl FnOnce(&AtomicBool) -> T + Send + 'static,
-) -> PyResult<T> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let of_worker = Arc::clone(&stopped);
-    let stop = || stopped.store(true, Ordering::Relaxed);
-    match worker::run(py, move || queries(&of_worker), |_| Ok(()), stop, || Duration::ZERO)? {
-        End::Done(results) => Ok(results),
-        End::Stopped(error, _) => Err(error),
-    }
-}
-
-/// Array of this shape, with one more dimension for vectors; the values are not copied.
-fn array<T: Element>(
-    py: Python<'_>,
-    values: Vec<T>,
-    shape: &[usize],
-    lanes: Option<usize>,
-) -> PyResult<Py<PyAny>> {
-    let shape: Vec<usize> = shape.iter().copied().chain(lanes).collect();
-    let array: Bound<'_, PyArray1<T>> = values.into_pyarray(py);
-    Ok(array.reshape(shape)?.into_any().unbind())
 }

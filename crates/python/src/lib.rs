@@ -9,6 +9,7 @@ mod errors;
 mod finding;
 mod image;
 mod load;
+mod queries;
 mod render;
 mod scene;
 mod settings;
@@ -34,7 +35,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<finding::Finding>()?;
     module.add_class::<bvh::Bvh>()?;
-    module.add_class::<bvh::Hits>()?;
+    module.add_class::<queries::Hits>()?;
     module.add_class::<image::Image>()?;
     module.add_class::<render::Progress>()?;
     module.add("SceneError", module.py().get_type::<errors::SceneError>())?;

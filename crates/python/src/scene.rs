@@ -1,24 +1,63 @@
 //! Scenes.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
+use pathtracer::queries::{SceneQueries, SurfaceHit};
 use pathtracer::scene_stats;
+use pt_math::Ray;
 use pyo3::exceptions::{PyFileExistsError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::errors::of_scene;
 use crate::finding::Finding;
+use crate::queries::{self, Found, Hits, RayArrays, Target};
+use crate::worker::{self, End};
 
 /// A scene: shapes, materials, lights and cameras, as :func:`load` returns it.
 #[pyclass(frozen, module = "pathtracer")]
 pub(crate) struct Scene {
     pub(crate) scene: Arc<pathtracer::Scene>,
+    /// Surfaces, once a ray was asked for.
+    surfaces: OnceLock<Arc<Surfaces>>,
+}
+
+/// Surfaces of a scene.
+struct Surfaces(SceneQueries);
+
+impl Target for Surfaces {
+    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>> {
+        let (rays, lengths) = with_unit_directions(rays);
+        let mut hits = Vec::new();
+        self.0.intersect(&rays, &mut hits);
+        let found = |(hit, length): (Option<SurfaceHit>, f32)| {
+            let SurfaceHit { t, object, primitive, uv, position, normal } = hit?;
+            Some(Found { t: t / length, shape: object, primitive, uv, position, normal })
+        };
+        hits.into_iter().zip(lengths).map(found).collect()
+    }
+
+    fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        self.0.occluded(&with_unit_directions(rays).0, occluded);
+    }
+}
+
+/// The rays with directions of length 1, and the lengths before.
+fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f32>) {
+    let unit = |ray: &Ray| {
+        // In double precision, no length overflows or vanishes.
+        let direction = ray.direction.as_dvec3();
+        let length = direction.length();
+        let t_max = (f64::from(ray.t_max) * length) as f32;
+        (Ray { direction: (direction / length).as_vec3(), t_max, ..*ray }, length as f32)
+    };
+    rays.iter().map(unit).unzip()
 }
 
 impl From<pathtracer::Scene> for Scene {
     fn from(scene: pathtracer::Scene) -> Self {
-        Self { scene: Arc::new(scene) }
+        Self { scene: Arc::new(scene), surfaces: OnceLock::new() }
     }
 }
 
@@ -100,6 +139,71 @@ impl Scene {
         })
     }
 
+    /// Finds the nearest surface on each ray, on all processors. The first call compiles the scene.
+    ///
+    /// Surfaces are those at the beginning of the shutter interval, of any opacity; shapes that
+    /// belong to lights come after all objects.
+    ///
+    /// Parameters
+    /// ----------
+    /// origins, directions : array_like of float, shape (..., 3)
+    ///     Rays, in any number of dimensions; one origin serves many directions, and the other way
+    ///     round. Directions may have any length but zero.
+    /// tmax : array_like of float, optional
+    ///     Ends of the rays, in units of the lengths of their directions: one for all, or one for
+    ///     each.
+    ///
+    /// Returns
+    /// -------
+    /// Hits
+    ///     Normals are on the side of the shading normal.
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     If the scene is invalid.
+    /// TypeError, ValueError
+    ///     If an argument has a wrong type, shape or value; the message says which.
+    #[pyo3(signature = (origins, directions, tmax = None))]
+    fn intersect(
+        &self,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        tmax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Hits> {
+        let py = origins.py();
+        let rays = RayArrays::new(origins, directions, tmax)?;
+        queries::intersect(py, &self.surfaces(py)?, rays)
+    }
+
+    /// Returns for each ray whether it hits anything, on all processors.
+    ///
+    /// Parameters
+    /// ----------
+    /// origins, directions, tmax
+    ///     As for :meth:`intersect`.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray of bool
+    ///     True for rays that hit a surface; of the shape of the rays.
+    ///
+    /// Raises
+    /// ------
+    /// SceneError, TypeError, ValueError
+    ///     As :meth:`intersect`.
+    #[pyo3(signature = (origins, directions, tmax = None))]
+    fn occluded(
+        &self,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        tmax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        let py = origins.py();
+        let rays = RayArrays::new(origins, directions, tmax)?;
+        queries::occluded(py, &self.surfaces(py)?, rays)
+    }
+
     fn __repr__(&self) -> String {
         let pathtracer::Scene { name, objects, lights, cameras, .. } = &*self.scene;
         let [objects, lights, cameras] = [objects.len(), lights.len(), cameras.len()];
@@ -108,6 +212,24 @@ impl Scene {
 }
 
 impl Scene {
+    /// Surfaces, compiled by the first call.
+    fn surfaces(&self, py: Python<'_>) -> PyResult<Arc<Surfaces>> {
+        if let Some(surfaces) = self.surfaces.get() {
+            return Ok(Arc::clone(surfaces));
+        }
+        let scene = Arc::clone(&self.scene);
+        let compile = move || SceneQueries::new(&scene);
+        // A compilation cannot be stopped; it ends on its own.
+        match worker::run(py, compile, |_| Ok(()), || (), || Duration::ZERO)? {
+            End::Done(Ok(queries)) => {
+                // Of two threads that compile at the same time, the first one is kept.
+                Ok(Arc::clone(self.surfaces.get_or_init(|| Arc::new(Surfaces(queries)))))
+            }
+            End::Done(Err(error)) => Err(Self::error(py, error.to_string())),
+            End::Stopped(error, _) => Err(error),
+        }
+    }
+
     /// Error of a scene that cannot be rendered.
     pub(crate) fn error(py: Python<'_>, message: String) -> PyErr {
         let finding = Finding::new("error", None, message.clone());

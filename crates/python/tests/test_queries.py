@@ -72,6 +72,7 @@ def test_hits_are_those_of_a_loop_over_all_triangles(quality: Any) -> None:
     assert np.isnan(found.position[~hit]).all()
     assert np.isnan(found.normal[~hit]).all()
     assert (found.primitive[~hit] == -1).all()
+    np.testing.assert_array_equal(found.shape, np.where(hit, 0, -1))
 
 
 def test_shapes_are_those_of_the_rays() -> None:
@@ -178,3 +179,33 @@ def test_meshes_without_triangles_are_never_hit() -> None:
     assert flat.skipped == 1
     with pytest.raises(ValueError, match="quality: found"):
         pathtracer.Bvh(*TRIANGLE, quality="best")  # type: ignore[arg-type]
+
+
+def test_surfaces_of_scenes_are_found(scene: pathtracer.Scene) -> None:
+    image = pathtracer.render(
+        scene, width=32, height=24, spp=1, aovs=["position", "primitive", "depth", "object"]
+    )
+    # Rays of the first samples, from the camera through the points that they met.
+    position, depth = image["position"], image["depth"]
+    met = depth > 0
+    assert met.sum() > 300
+    camera = camera_position(position[met], depth[met])
+    towards = position[met] - camera
+    found = scene.intersect(camera, 2.0 * towards)
+    near = np.isclose(found.t, 0.5, atol=1e-3)
+    assert near.mean() > 0.99
+    np.testing.assert_allclose(found.position[near], position[met][near], atol=5e-3)
+    # There, 0 is no object.
+    objects = image["object"][met][near].astype(int) - 1
+    assert (found.shape[near] == objects).mean() > 0.99
+    np.testing.assert_allclose(np.linalg.norm(found.normal, axis=1), 1.0, atol=1e-6)
+    assert scene.occluded(camera, towards, tmax=1.1).mean() > 0.99
+    assert scene.occluded(camera, towards, tmax=0.5).mean() < 0.5
+
+
+def camera_position(points: NDArray[np.float32], distances: NDArray[np.float32]) -> Floats:
+    """Point with these distances from points, by least squares."""
+    p, d = points.astype(float), distances.astype(float)
+    matrix = np.column_stack([-2.0 * p, np.ones(len(p))])
+    solution = np.linalg.lstsq(matrix, d**2 - (p**2).sum(1), rcond=None)[0]
+    return np.asarray(solution[:3])

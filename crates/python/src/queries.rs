@@ -1,0 +1,243 @@
+//! Ray queries over arrays, on all processors.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods};
+use pt_math::{Ray, Vec3};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::arrays::Numbers;
+use crate::worker::{self, End};
+
+/// Number of rays that a thread takes at a time: full batches, and Ctrl-C in milliseconds.
+const CHUNK: usize = 4096;
+
+/// Shapes that rays hit.
+pub(crate) trait Target: Send + Sync + 'static {
+    /// Nearest hit of each ray, in order.
+    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>>;
+
+    /// Replaces the contents of `occluded` by true for each ray that hits anything, in order.
+    fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>);
+}
+
+/// Nearest hit of a ray.
+pub(crate) struct Found {
+    pub(crate) t: f32,
+    pub(crate) shape: u32,
+    pub(crate) primitive: u32,
+    pub(crate) uv: [f32; 2],
+    pub(crate) position: Vec3,
+    pub(crate) normal: Vec3,
+}
+
+/// Nearest hits of rays. The arrays have the shape of the rays, and one more dimension for vectors.
+#[pyclass(frozen, get_all, module = "pathtracer")]
+pub(crate) struct Hits {
+    /// numpy.ndarray of float32: Distances in units of the lengths of the directions; inf for rays
+    /// that hit nothing.
+    t: Py<PyAny>,
+    /// numpy.ndarray of int32: Indices of the objects of the scene, 0 in a :class:`Bvh`; -1 for
+    /// rays that hit nothing.
+    shape: Py<PyAny>,
+    /// numpy.ndarray of int32: Indices among the triangles or spheres of the object; -1 for rays
+    /// that hit nothing.
+    primitive: Py<PyAny>,
+    /// numpy.ndarray of float32, shape (..., 2): Texture coordinates; in a :class:`Bvh`, the
+    /// weights of the second and the third vertex. 0 for rays that hit nothing.
+    uv: Py<PyAny>,
+    /// numpy.ndarray of float32, shape (..., 3): Points on the surfaces; nan for rays that hit
+    /// nothing.
+    position: Py<PyAny>,
+    /// numpy.ndarray of float32, shape (..., 3): Unit geometric normals, by the order of the
+    /// vertices; nan for rays that hit nothing.
+    normal: Py<PyAny>,
+}
+
+/// Nearest hits of rays, column by column.
+struct Columns {
+    t: Vec<f32>,
+    shape: Vec<i32>,
+    primitive: Vec<i32>,
+    uv: Vec<[f32; 2]>,
+    position: Vec<[f32; 3]>,
+    normal: Vec<[f32; 3]>,
+}
+
+impl Columns {
+    /// Columns of rays that hit nothing.
+    fn of_misses(rays: usize) -> Self {
+        Self {
+            t: vec![f32::INFINITY; rays],
+            shape: vec![-1; rays],
+            primitive: vec![-1; rays],
+            uv: vec![[0.0; 2]; rays],
+            position: vec![[f32::NAN; 3]; rays],
+            normal: vec![[f32::NAN; 3]; rays],
+        }
+    }
+
+    /// Intersects all rays, unless it is stopped before.
+    fn of(target: &impl Target, rays: &RayArrays, stopped: &AtomicBool) -> Self {
+        let mut columns = Self::of_misses(rays.len());
+        let Self { t, shape, primitive, uv, position, normal } = &mut columns;
+        let chunks = t.par_chunks_mut(CHUNK).zip(shape.par_chunks_mut(CHUNK));
+        let chunks = chunks.zip(primitive.par_chunks_mut(CHUNK)).zip(uv.par_chunks_mut(CHUNK));
+        let chunks = chunks.zip(position.par_chunks_mut(CHUNK)).zip(normal.par_chunks_mut(CHUNK));
+        chunks.enumerate().for_each(
+            |(chunk, (((((t, shape), primitive), uv), position), normal))| {
+                if stopped.load(Ordering::Relaxed) {
+                    return;
+                }
+                let hits = target.nearest(&rays.chunk(chunk * CHUNK));
+                for (i, found) in hits.into_iter().enumerate() {
+                    let Some(found) = found else { continue };
+                    (t[i], uv[i]) = (found.t, found.uv);
+                    (shape[i], primitive[i]) = (found.shape as i32, found.primitive as i32);
+                    position[i] = found.position.to_array();
+                    normal[i] = found.normal.to_array();
+                }
+            },
+        );
+        columns
+    }
+}
+
+/// Nearest hits of rays.
+pub(crate) fn intersect<T: Target>(
+    py: Python<'_>,
+    target: &Arc<T>,
+    rays: RayArrays,
+) -> PyResult<Hits> {
+    let shape_of_rays = rays.shape.clone();
+    let target = Arc::clone(target);
+    let columns = stoppable(py, move |stopped| Columns::of(&*target, &rays, stopped))?;
+    let Columns { t, shape, primitive, uv, position, normal } = columns;
+    let of_rays = &shape_of_rays;
+    Ok(Hits {
+        t: array(py, t, of_rays, None)?,
+        shape: array(py, shape, of_rays, None)?,
+        primitive: array(py, primitive, of_rays, None)?,
+        uv: array(py, uv.into_flattened(), of_rays, Some(2))?,
+        position: array(py, position.into_flattened(), of_rays, Some(3))?,
+        normal: array(py, normal.into_flattened(), of_rays, Some(3))?,
+    })
+}
+
+/// Array with true for each ray that hits anything.
+pub(crate) fn occluded<T: Target>(
+    py: Python<'_>,
+    target: &Arc<T>,
+    rays: RayArrays,
+) -> PyResult<Py<PyAny>> {
+    let shape = rays.shape.clone();
+    let target = Arc::clone(target);
+    let occluded = stoppable(py, move |stopped| {
+        let mut occluded = vec![false; rays.len()];
+        let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each_init(Vec::new, |results, (chunk, occluded)| {
+            if !stopped.load(Ordering::Relaxed) {
+                target.occluded(&rays.chunk(chunk * CHUNK), results);
+                occluded.copy_from_slice(results);
+            }
+        });
+        occluded
+    })?;
+    array(py, occluded, &shape, None)
+}
+
+/// Rays as Python gives them.
+pub(crate) struct RayArrays {
+    /// Shape without the dimension of vectors.
+    shape: Vec<usize>,
+    origins: Vec<f32>,
+    directions: Vec<f32>,
+    /// Ends of the rays, or one for all.
+    ends: Vec<f32>,
+}
+
+impl RayArrays {
+    pub(crate) fn new(
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        tmax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let is_vectors = |shape: &[usize]| shape.last() == Some(&3);
+        let origins = Numbers::real("origins", origins)?;
+        let directions = Numbers::real("directions", directions)?;
+        for vectors in [&origins, &directions] {
+            vectors.expect(is_vectors, "(..., 3)")?;
+        }
+        let (of_origins, of_directions) = (origins.shape()?, directions.shape()?);
+        // One origin with many directions, or the other way round.
+        let shape = if of_origins.len() > of_directions.len() { of_origins } else { of_directions };
+        let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
+        let directions = directions.broadcast(&shape)?;
+        let directions = directions.singles(f32::is_finite, "a finite number")?;
+        let zero = directions.as_chunks::<3>().0.iter().position(|d| *d == [0.0; 3]);
+        if let Some(ray) = zero {
+            let message = format!("directions: that of ray {ray} is zero, expected any other");
+            return Err(PyValueError::new_err(message));
+        }
+        let shape = shape[..shape.len() - 1].to_vec();
+        let ends = match tmax {
+            None => vec![f32::INFINITY],
+            Some(tmax) => {
+                let tmax = Numbers::real("tmax", tmax)?.broadcast(&shape)?;
+                tmax.singles(|end| !end.is_nan(), "a number")?
+            }
+        };
+        Ok(Self { shape, origins, directions, ends })
+    }
+
+    fn len(&self) -> usize {
+        self.origins.len() / 3
+    }
+
+    /// Rays from one number on.
+    fn chunk(&self, first: usize) -> Vec<Ray> {
+        let vectors = |values: &[f32]| -> Vec<Vec3> {
+            let all = values.as_chunks::<3>().0;
+            let end = all.len().min(first + CHUNK);
+            all[first..end].iter().map(|&v| Vec3::from_array(v)).collect()
+        };
+        let end = |ray: usize| self.ends.get(ray).or(self.ends.first()).copied();
+        let rays = vectors(&self.origins).into_iter().zip(vectors(&self.directions));
+        rays.zip(first..)
+            .map(|((origin, direction), ray)| Ray {
+                t_max: end(ray).unwrap_or(f32::INFINITY),
+                ..Ray::new(origin, direction)
+            })
+            .collect()
+    }
+}
+
+/// Runs queries that end soon after the flag is set.
+fn stoppable<T: Send + 'static>(
+    py: Python<'_>,
+    queries: impl FnOnce(&AtomicBool) -> T + Send + 'static,
+) -> PyResult<T> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    let of_worker = Arc::clone(&stopped);
+    let stop = || stopped.store(true, Ordering::Relaxed);
+    match worker::run(py, move || queries(&of_worker), |_| Ok(()), stop, || Duration::ZERO)? {
+        End::Done(results) => Ok(results),
+        End::Stopped(error, _) => Err(error),
+    }
+}
+
+/// Array of this shape, with one more dimension for vectors; the values are not copied.
+fn array<T: Element>(
+    py: Python<'_>,
+    values: Vec<T>,
+    shape: &[usize],
+    lanes: Option<usize>,
+) -> PyResult<Py<PyAny>> {
+    let shape: Vec<usize> = shape.iter().copied().chain(lanes).collect();
+    let array: Bound<'_, PyArray1<T>> = values.into_pyarray(py);
+    Ok(array.reshape(shape)?.into_any().unbind())
+}
