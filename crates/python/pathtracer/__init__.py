@@ -11,6 +11,7 @@ from ._native import (
     Finding,
     Hits,
     Image,
+    Images,
     Interrupted,
     Progress,
     Scene,
@@ -20,6 +21,7 @@ from ._native import (
     load,
     loads,
     render,
+    render_iter,
     settings,
 )
 
@@ -28,6 +30,7 @@ __all__ = [
     "Finding",
     "Hits",
     "Image",
+    "Images",
     "Interrupted",
     "Progress",
     "Scene",
@@ -37,5 +40,6 @@ __all__ = [
     "load",
     "loads",
     "render",
+    "render_iter",
     "settings",
 ]

@@ -18,6 +18,7 @@ __all__ = [
     "Finding",
     "Hits",
     "Image",
+    "Images",
     "Interrupted",
     "Progress",
     "Scene",
@@ -28,6 +29,7 @@ __all__ = [
     "loads",
     "program",
     "render",
+    "render_iter",
     "settings",
 ]
 
@@ -218,6 +220,11 @@ class Image:
     def save(self, path: _Path, **options: Unpack[_SaveOptions]) -> None: ...
     def _repr_png_(self) -> bytes: ...
 
+@final
+class Images:
+    def __iter__(self) -> Images: ...
+    def __next__(self) -> Image: ...
+
 def default_scene() -> Scene: ...
 def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(
@@ -233,4 +240,13 @@ def render(
     progress: Callable[[Progress], object] | None = None,
     **settings: Unpack[_Settings],
 ) -> Image: ...
+def render_iter(
+    scene: Scene,
+    *,
+    width: _Integer | None = None,
+    height: _Integer | None = None,
+    aovs: Sequence[str] | None = None,
+    interval: float = 1.0,
+    **settings: Unpack[_Settings],
+) -> Images: ...
 def settings() -> dict[str, str]: ...

@@ -116,7 +116,7 @@ impl Bvh {
             Ok(Mesh { positions, triangles, bvh })
         };
         // A build cannot be stopped; it ends on its own.
-        match worker::run(py, work, |_| Ok(()), || (), || Duration::ZERO)? {
+        match worker::run(py, work, |_| Ok(()), || Duration::ZERO)? {
             End::Done(Ok(mesh)) => Ok(Self { mesh: Arc::new(mesh) }),
             End::Done(Err(error)) => {
                 let error: pt_bvh::BuildError = error;

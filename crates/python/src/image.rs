@@ -35,6 +35,11 @@ impl Rendered {
             statistics,
         }
     }
+
+    /// Returns true if all samples were taken.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.is_complete
+    }
 }
 
 /// A rendered image: a mapping from names to NumPy arrays whose first row is the top one.

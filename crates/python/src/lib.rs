@@ -37,6 +37,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<bvh::Bvh>()?;
     module.add_class::<queries::Hits>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<render::Images>()?;
     module.add_class::<render::Progress>()?;
     module.add("SceneError", module.py().get_type::<errors::SceneError>())?;
     module.add("Interrupted", module.py().get_type::<errors::Interrupted>())?;
@@ -45,5 +46,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(load::loads, module)?)?;
     module.add_function(wrap_pyfunction!(load::default_scene, module)?)?;
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
+    module.add_function(wrap_pyfunction!(render::render_iter, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

@@ -234,8 +234,7 @@ fn read(
     read: impl FnOnce() -> Result<pathtracer::Scene, LoadError> + Send + 'static,
 ) -> PyResult<Scene> {
     // A reader cannot be stopped; it ends on its own.
-    let patience = || Duration::ZERO;
-    let mut scene = match worker::run(py, read, |_| Ok(()), || (), patience)? {
+    let mut scene = match worker::run(py, read, |_| Ok(()), || Duration::ZERO)? {
         End::Done(scene) => scene.map_err(|error| of_load(py, &error))?,
         End::Stopped(error, _) => return Err(error),
     };

@@ -223,8 +223,11 @@ fn stoppable<T: Send + 'static>(
 ) -> PyResult<T> {
     let stopped = Arc::new(AtomicBool::new(false));
     let of_worker = Arc::clone(&stopped);
-    let stop = || stopped.store(true, Ordering::Relaxed);
-    match worker::run(py, move || queries(&of_worker), |_| Ok(()), stop, || Duration::ZERO)? {
+    let stop = || {
+        stopped.store(true, Ordering::Relaxed);
+        Duration::ZERO
+    };
+    match worker::run(py, move || queries(&of_worker), |_| Ok(()), stop)? {
         End::Done(results) => Ok(results),
         End::Stopped(error, _) => Err(error),
     }

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use pathtracer::{Observer, Outcome, ProgressUpdate};
-use pt_cli::{Purpose, RenderRequest, Words};
+use pathtracer::{Observer, Outcome, ProgressUpdate, RenderStatistics, Session};
+use pt_cli::{Purpose, RenderRequest};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -71,16 +71,22 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    fn new(limit: Option<Duration>) -> Self {
-        let start = Instant::now();
+    fn new(deadline: Option<Instant>) -> Self {
         Self {
-            start,
-            // A deadline beyond the range of the clock is none.
-            deadline: limit.and_then(|limit| start.checked_add(limit)),
+            start: Instant::now(),
+            deadline,
             stopped: AtomicBool::new(false),
             is_rendering: AtomicBool::new(false),
             latest: Mutex::new(None),
         }
+    }
+
+    /// Stops the render; returns how long its end is waited for.
+    fn stop(&self) -> Duration {
+        self.stopped.store(true, Ordering::Relaxed);
+        // A compilation cannot be stopped; it ends on its own.
+        let renders = self.is_rendering.load(Ordering::Relaxed);
+        if renders { Duration::MAX } else { Duration::ZERO }
     }
 
     /// Calls `progress` if there is news.
@@ -98,11 +104,49 @@ impl Watch {
     }
 }
 
+/// A render under way.
+struct Job {
+    session: Session,
+    threads: usize,
+    tile_size: u32,
+    /// Sums of all runs.
+    statistics: RenderStatistics,
+}
+
+impl Job {
+    fn new(scene: &pathtracer::Scene, request: RenderRequest) -> Result<Self, Failure> {
+        let (threads, tile_size) = (request.threads(), request.tile_size());
+        let session = request.session(scene).map_err(Failure::Compile)?;
+        Ok(Self { session, threads, tile_size, statistics: RenderStatistics::default() })
+    }
+
+    /// Takes the missing samples until it is stopped; returns the image so far.
+    fn run(&mut self, watch: &Watch) -> Result<Rendered, Failure> {
+        watch.is_rendering.store(true, Ordering::Relaxed);
+        let rendered = self.session.render(self.threads, self.tile_size, watch);
+        let (outcome, run) = rendered.map_err(|error| Failure::Render(error.to_string()))?;
+        let RenderStatistics { samples, rays, time, .. } = &mut self.statistics;
+        *samples += run.samples;
+        *rays += run.rays;
+        *time += run.time;
+        Ok(Rendered::new(&self.session, outcome == Outcome::Finished, self.statistics))
+    }
+}
+
 /// Failure of a render.
 enum Failure {
     /// The settings, or files that they name, are wrong for the scene.
     Compile(String),
     Render(String),
+}
+
+impl Failure {
+    fn into_error(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Compile(message) => Scene::error(py, message),
+            Self::Render(message) => PyRuntimeError::new_err(message),
+        }
+    }
 }
 
 /// Renders a scene.
@@ -151,6 +195,121 @@ pub(crate) fn render(
         let found = progress.get_type().name()?;
         return Err(PyTypeError::new_err(format!("progress: found {found}, expected a callable")));
     }
+    let request = request(py, [width, height], aovs, settings)?;
+    let watch = Arc::new(Watch::new(deadline(request.time_limit())));
+    let (scene, of_worker) = (Arc::clone(&scene.get().scene), Arc::clone(&watch));
+    let work = move || Job::new(&scene, request)?.run(&of_worker);
+    let poll = |py: Python<'_>| match progress {
+        Some(progress) => watch.report(py, progress),
+        None => Ok(()),
+    };
+    match worker::run(py, work, poll, || watch.stop())? {
+        End::Done(Ok(rendered)) => {
+            poll(py)?;
+            Image::new(py, rendered)
+        }
+        End::Done(Err(failure)) => Err(failure.into_error(py)),
+        End::Stopped(error, rendered) => {
+            Err(with_partial(py, error, rendered.and_then(Result::ok)))
+        }
+    }
+}
+
+/// Renders a scene, and returns the image so far again and again.
+///
+/// Parameters
+/// ----------
+/// scene, width, height, aovs, **settings
+///     As for :func:`render`.
+/// interval : float, optional
+///     Seconds between two images.
+///
+/// Returns
+/// -------
+/// iterator of Image
+///     The last image is that of :func:`render`; before, `complete` is False. A render that is not
+///     iterated any further takes no more samples.
+///
+/// Raises
+/// ------
+/// SceneError, TypeError, ValueError, Interrupted
+///     As :func:`render`. After Interrupted, the iteration can be continued.
+#[pyfunction]
+#[pyo3(signature = (
+    scene, *, width = None, height = None, aovs = None, interval = 1.0, **settings
+))]
+pub(crate) fn render_iter(
+    scene: &Bound<'_, Scene>,
+    width: Option<Bound<'_, PyAny>>,
+    height: Option<Bound<'_, PyAny>>,
+    aovs: Option<Bound<'_, PyAny>>,
+    interval: f64,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Images> {
+    let py = scene.py();
+    let interval = Duration::try_from_secs_f64(interval).map_err(|_| {
+        PyValueError::new_err(format!("interval: found {interval}, expected seconds from 0 on"))
+    })?;
+    let request = request(py, [width, height], aovs, settings)?;
+    let deadline = deadline(request.time_limit());
+    let scene = Arc::clone(&scene.get().scene);
+    match worker::run(py, move || Job::new(&scene, request), |_| Ok(()), || Duration::ZERO)? {
+        End::Done(Ok(job)) => Ok(Images { job: Mutex::new(Some(job)), interval, deadline }),
+        End::Done(Err(failure)) => Err(failure.into_error(py)),
+        End::Stopped(error, _) => Err(with_partial(py, error, None)),
+    }
+}
+
+/// Images of a render under way.
+#[pyclass(frozen, module = "pathtracer")]
+pub(crate) struct Images {
+    /// The render, until it has ended.
+    job: Mutex<Option<Job>>,
+    interval: Duration,
+    deadline: Option<Instant>,
+}
+
+#[pymethods]
+impl Images {
+    fn __iter__(images: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        images
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<Image>> {
+        let place = || self.job.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(mut job) = place().take() else { return Ok(None) };
+        let next = Instant::now().checked_add(self.interval);
+        let watch = Arc::new(Watch::new([next, self.deadline].into_iter().flatten().min()));
+        let of_worker = Arc::clone(&watch);
+        let work = move || {
+            let rendered = job.run(&of_worker);
+            (job, rendered)
+        };
+        match worker::run(py, work, |_| Ok(()), || watch.stop())? {
+            End::Done((job, rendered)) => {
+                let rendered = rendered.map_err(|failure| failure.into_error(py))?;
+                let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+                if !rendered.is_complete() && !is_late {
+                    *place() = Some(job);
+                }
+                Image::new(py, rendered).map(Some)
+            }
+            End::Stopped(error, None) => Err(error),
+            End::Stopped(error, Some((job, rendered))) => {
+                *place() = Some(job);
+                Err(with_partial(py, error, rendered.ok()))
+            }
+        }
+    }
+}
+
+/// Resolves the settings, of which some are arguments of their own.
+fn request(
+    py: Python<'_>,
+    [width, height]: [Option<Bound<'_, PyAny>>; 2],
+    aovs: Option<Bound<'_, PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<RenderRequest> {
     let named = PyDict::new(py);
     match (width, height) {
         (None, None) => {}
@@ -167,57 +326,24 @@ pub(crate) fn render(
         }
         named.set_item(name, value)?;
     }
-    start(py, &scene.get().scene, &words(Purpose::Render, Some(&named))?, progress)
+    let words = words(Purpose::Render, Some(&named))?;
+    RenderRequest::new(&words).map_err(PyValueError::new_err)
 }
 
-fn start(
-    py: Python<'_>,
-    scene: &Arc<pathtracer::Scene>,
-    settings: &Words,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Image> {
-    let request = RenderRequest::new(settings).map_err(PyValueError::new_err)?;
-    let watch = Arc::new(Watch::new(request.time_limit()));
-    let work = {
-        let (scene, watch) = (Arc::clone(scene), Arc::clone(&watch));
-        move || run(&scene, request, &watch)
-    };
-    let poll = |py: Python<'_>| match progress {
-        Some(progress) => watch.report(py, progress),
-        None => Ok(()),
-    };
-    let stop = || watch.stopped.store(true, Ordering::Relaxed);
-    let patience = || {
-        // A compilation cannot be stopped; it ends on its own.
-        let renders = watch.is_rendering.load(Ordering::Relaxed);
-        if renders { Duration::MAX } else { Duration::ZERO }
-    };
-    match worker::run(py, work, poll, stop, patience)? {
-        End::Done(Ok(rendered)) => {
-            poll(py)?;
-            Image::new(py, rendered)
-        }
-        End::Done(Err(Failure::Compile(message))) => Err(Scene::error(py, message)),
-        End::Done(Err(Failure::Render(message))) => Err(PyRuntimeError::new_err(message)),
-        End::Stopped(error, rendered) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
-            let partial = rendered.and_then(Result::ok).map(|rendered| Image::new(py, rendered));
-            let interrupted = Interrupted::new_err("the render was interrupted");
-            interrupted.value(py).setattr("partial", partial.transpose()?)?;
-            Err(interrupted)
-        }
-        End::Stopped(error, _) => Err(error),
+/// End of a render that begins now; `None` beyond the range of the clock.
+fn deadline(limit: Option<Duration>) -> Option<Instant> {
+    Instant::now().checked_add(limit?)
+}
+
+/// The error, or [`Interrupted`] with the image so far in place of KeyboardInterrupt.
+fn with_partial(py: Python<'_>, error: PyErr, rendered: Option<Rendered>) -> PyErr {
+    if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+        return error;
     }
-}
-
-fn run(
-    scene: &pathtracer::Scene,
-    request: RenderRequest,
-    watch: &Watch,
-) -> Result<Rendered, Failure> {
-    let (threads, tile_size) = (request.threads(), request.tile_size());
-    let mut session = request.session(scene).map_err(Failure::Compile)?;
-    watch.is_rendering.store(true, Ordering::Relaxed);
-    let rendered = session.render(threads, tile_size, watch);
-    let (outcome, statistics) = rendered.map_err(|error| Failure::Render(error.to_string()))?;
-    Ok(Rendered::new(&session, outcome == Outcome::Finished, statistics))
+    let interrupted = Interrupted::new_err("the render was interrupted");
+    let partial = rendered.map(|rendered| Image::new(py, rendered)).transpose();
+    match partial.and_then(|partial| interrupted.value(py).setattr("partial", partial)) {
+        Ok(()) => interrupted,
+        Err(other) => other,
+    }
 }

@@ -220,7 +220,7 @@ impl Scene {
         let scene = Arc::clone(&self.scene);
         let compile = move || SceneQueries::new(&scene);
         // A compilation cannot be stopped; it ends on its own.
-        match worker::run(py, compile, |_| Ok(()), || (), || Duration::ZERO)? {
+        match worker::run(py, compile, |_| Ok(()), || Duration::ZERO)? {
             End::Done(Ok(queries)) => {
                 // Of two threads that compile at the same time, the first one is kept.
                 Ok(Arc::clone(self.surfaces.get_or_init(|| Arc::new(Surfaces(queries)))))

@@ -19,8 +19,8 @@ pub(crate) enum End<T> {
 }
 
 /// Runs `work` on a thread. Meanwhile, without the GIL in between, handles signals and calls
-/// `poll`; if either raises an exception, calls `stop` and waits until `patience` is over. Work
-/// that goes on after that is abandoned.
+/// `poll`; if either raises an exception, calls `stop` and waits as long as that returns. Work that
+/// goes on after that is abandoned.
 ///
 /// # Errors
 /// If the thread cannot be started, or panics.
@@ -28,8 +28,7 @@ pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
     mut poll: impl FnMut(Python<'_>) -> PyResult<()>,
-    stop: impl FnOnce(),
-    patience: impl FnOnce() -> Duration,
+    stop: impl FnOnce() -> Duration,
 ) -> PyResult<End<T>> {
     let (sender, receiver) = channel();
     let run = move || {
@@ -52,8 +51,7 @@ pub(crate) fn run<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => {}
         }
         if let Err(error) = py.check_signals().and_then(|()| poll(py)) {
-            stop();
-            return Ok(End::Stopped(error, wait(patience()).ok()));
+            return Ok(End::Stopped(error, wait(stop()).ok()));
         }
     }
 }

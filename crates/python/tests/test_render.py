@@ -196,6 +196,28 @@ def test_other_threads_run_during_a_render(scene: pathtracer.Scene) -> None:
     assert image.samples > 0
 
 
+def test_images_of_an_iteration_end_with_that_of_render(scene: pathtracer.Scene) -> None:
+    size: dict[str, Any] = {"width": 100, "height": 75}
+    images = list(pathtracer.render_iter(scene, **size, spp=64, interval=0.02, threads=1))
+    assert len(images) > 1
+    assert [image.complete for image in images] == [False] * (len(images) - 1) + [True]
+    samples = [image.samples for image in images]
+    assert samples == sorted(samples)
+    assert samples[-1] == 100 * 75 * 64
+    whole = pathtracer.render(scene, **size, spp=64)
+    np.testing.assert_array_equal(images[-1]["color"], whole["color"])
+    assert images[-1].rays == whole.rays
+    late = list(
+        pathtracer.render_iter(scene, **size, spp=10**6, interval=0.1, time_limit="0.25s")
+    )
+    assert len(late) in (2, 3)
+    assert not late[-1].complete
+    with pytest.raises(ValueError, match="interval: found -1, expected seconds"):
+        pathtracer.render_iter(scene, interval=-1.0)
+    with pytest.raises(ValueError, match="spp"):
+        pathtracer.render_iter(scene, spp=0)
+
+
 INTERRUPTED = """
 import pathtracer
 
