@@ -127,6 +127,10 @@ class Finding:
 
 @final
 class Scene:
+    @staticmethod
+    def from_dict(
+        scene: dict[str, Any], folder: _Path = ..., **options: Unpack[_LoadOptions]
+    ) -> Scene: ...
     @property
     def name(self) -> str: ...
     @property

@@ -10,6 +10,7 @@ mod finding;
 mod image;
 mod load;
 mod queries;
+mod reading;
 mod render;
 mod scene;
 mod settings;

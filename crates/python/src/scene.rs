@@ -7,12 +7,14 @@ use std::time::Duration;
 use pathtracer::queries::{SceneQueries, SurfaceHit};
 use pathtracer::scene_stats;
 use pt_math::Ray;
-use pyo3::exceptions::{PyFileExistsError, PyValueError};
+use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::{PyCFunction, PyDict, PyTuple};
 
 use crate::errors::of_scene;
 use crate::finding::Finding;
 use crate::queries::{self, Found, Hits, RayArrays, Target};
+use crate::reading::Reading;
 use crate::worker::{self, End};
 
 /// A scene: shapes, materials, lights and cameras, as :func:`load` returns it.
@@ -61,8 +63,60 @@ impl From<pathtracer::Scene> for Scene {
     }
 }
 
+/// Text of JSON; arrays of NumPy become lists, and paths text.
+fn json_of<'py>(scene: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+    let py = scene.py();
+    let default = |arguments: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| {
+        let value = arguments.get_item(0)?;
+        let converted = ["tolist", "__fspath__"].map(|method| value.call_method0(method));
+        let [list, path] = converted;
+        list.or(path).map(Bound::unbind).map_err(|_| {
+            let found = value.get_type().to_string();
+            PyTypeError::new_err(format!("scene: found {found}, expected values of JSON or arrays"))
+        })
+    };
+    let options = PyDict::new(py);
+    options.set_item("default", PyCFunction::new_closure(py, None, None, default)?)?;
+    options.set_item("allow_nan", false)?;
+    py.import("json")?.call_method("dumps", (scene,), Some(&options))
+}
+
 #[pymethods]
 impl Scene {
+    /// Creates a scene from values of the project's own format.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene : dict
+    ///     Content of a scene file (.json): dictionaries, lists, numbers, text and truth values;
+    ///     also arrays of NumPy in place of lists, and paths.
+    /// folder : str or os.PathLike, optional
+    ///     Folder of the files to which the scene refers; by default the current one.
+    /// **options
+    ///     As for :func:`load`.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     If the content is invalid; `errors` names the fields.
+    /// TypeError, ValueError
+    ///     If a value has no counterpart in JSON, or as :func:`load`.
+    #[staticmethod]
+    #[pyo3(signature = (scene, folder = PathBuf::new(), **options))]
+    fn from_dict(
+        scene: &Bound<'_, PyDict>,
+        folder: PathBuf,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let text: String = json_of(scene)?.extract()?;
+        let reading = Reading::new(options)?;
+        reading.content(scene.py(), text.into_bytes(), "json", &folder).map(Self::from)
+    }
+
     /// str: Name of the scene: the one of the file, or the name of the file.
     #[getter]
     fn name(&self) -> &str {

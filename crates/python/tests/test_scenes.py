@@ -57,6 +57,52 @@ def test_text_is_read_as_files_are(tmp_path: Path) -> None:
     np.testing.assert_array_equal(images[0], images[2])
 
 
+def mesh_scene(positions: Any, triangles: Any) -> dict[str, Any]:
+    """Scene of a mesh under a grey sky."""
+    mesh = {"positions": positions, "triangles": triangles}
+    return {
+        "pathtracer": 1,
+        "cameras": [
+            {"type": "perspective", "y_fov": 40, "to_world": {"translate": np.array([0, 0, 5])}}
+        ],
+        "lights": [{"type": "constant", "radiance": np.float32(0.5)}],
+        "objects": [{"name": "net", "type": "mesh", "mesh": mesh}],
+    }
+
+
+def test_scenes_are_made_from_values_and_arrays() -> None:
+    x, y = np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 40))
+    positions = np.stack([x, y, 0.2 * np.cos(5 * x)], axis=-1).reshape(-1, 3)
+    corner = (np.arange(39)[:, None] * 40 + np.arange(39)).reshape(-1, 1)
+    triangles = np.concatenate([corner + [0, 1, 40], corner + [1, 41, 40]])
+    scene = pathtracer.Scene.from_dict(mesh_scene(positions, triangles))
+    lists = pathtracer.Scene.from_dict(mesh_scene(positions.tolist(), triangles.tolist()))
+    images = [pathtracer.render(each, width=24, height=18, spp=2) for each in [scene, lists]]
+    np.testing.assert_array_equal(images[0]["color"], images[1]["color"])
+    bvh = pathtracer.Bvh(positions, triangles)
+    rays = [0.1, 0.2, 5.0], [[0.0, 0.0, -1.0], [0.1, 0.0, -1.0]]
+    of_scene, of_mesh = scene.intersect(*rays), bvh.intersect(*rays)
+    np.testing.assert_array_equal(of_scene.primitive, of_mesh.primitive)
+    np.testing.assert_allclose(of_scene.t, of_mesh.t, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"objects": [{"type": "spere"}]}, pathtracer.SceneError, "spere"),
+        ({"object": []}, pathtracer.SceneError, "object"),
+        ({"lights": [{"type": "constant", "radiance": float("nan")}]}, ValueError, "JSON"),
+        ({"lights": [object()]}, TypeError, "scene: found .*object.*, expected values of JSON"),
+    ],
+)
+def test_wrong_values_are_named(
+    change: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    scene = mesh_scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(error, match=message):
+        pathtracer.Scene.from_dict(scene | change)
+
+
 def test_scenes_survive_a_file(scene: pathtracer.Scene, tmp_path: Path) -> None:
     file = tmp_path / "copy.json"
     scene.save(file)
