@@ -140,10 +140,20 @@ class Scene:
     def check(self) -> list[Finding]: ...
     def save(self, path: _Path, *, overwrite: bool = False) -> list[str]: ...
     def intersect(
-        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        tmax: ArrayLike | None = None,
+        *,
+        tmin: ArrayLike | None = None,
     ) -> Hits: ...
     def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        tmax: ArrayLike | None = None,
+        *,
+        tmin: ArrayLike | None = None,
     ) -> NDArray[np.bool_]: ...
 
 @final
@@ -178,10 +188,20 @@ class Bvh:
     def nbytes(self) -> int: ...
     def __len__(self) -> int: ...
     def intersect(
-        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        tmax: ArrayLike | None = None,
+        *,
+        tmin: ArrayLike | None = None,
     ) -> Hits: ...
     def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        tmax: ArrayLike | None = None,
+        *,
+        tmin: ArrayLike | None = None,
     ) -> NDArray[np.bool_]: ...
 
 @final

@@ -133,9 +133,9 @@ impl Bvh {
     /// origins, directions : array_like of float, shape (..., 3)
     ///     Rays, in any number of dimensions; one origin serves many directions, and the other way
     ///     round. Directions may have any length but zero.
-    /// tmax : array_like of float, optional
-    ///     Ends of the rays, in units of the lengths of their directions: one for all, or one for
-    ///     each.
+    /// tmin, tmax : array_like of float, optional
+    ///     Starts and ends of the rays, in units of the lengths of their directions: one for all,
+    ///     or one for each. Hits are between them; by default, anywhere beyond the origin.
     ///
     /// Returns
     /// -------
@@ -146,15 +146,16 @@ impl Bvh {
     /// ------
     /// TypeError, ValueError
     ///     If an argument has a wrong type, shape or value; the message says which.
-    #[pyo3(signature = (origins, directions, tmax = None))]
+    #[pyo3(signature = (origins, directions, tmax = None, *, tmin = None))]
     fn intersect(
         &self,
         origins: &Bound<'_, PyAny>,
         directions: &Bound<'_, PyAny>,
         tmax: Option<&Bound<'_, PyAny>>,
+        tmin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Hits> {
         let py = origins.py();
-        let rays = RayArrays::new(origins, directions, tmax)?;
+        let rays = RayArrays::new(origins, directions, [tmin, tmax])?;
         queries::intersect(py, &self.mesh, rays)
     }
 
@@ -162,7 +163,7 @@ impl Bvh {
     ///
     /// Parameters
     /// ----------
-    /// origins, directions, tmax
+    /// origins, directions, tmin, tmax
     ///     As for :meth:`intersect`.
     ///
     /// Returns
@@ -174,15 +175,16 @@ impl Bvh {
     /// ------
     /// TypeError, ValueError
     ///     As :meth:`intersect`.
-    #[pyo3(signature = (origins, directions, tmax = None))]
+    #[pyo3(signature = (origins, directions, tmax = None, *, tmin = None))]
     fn occluded(
         &self,
         origins: &Bound<'_, PyAny>,
         directions: &Bound<'_, PyAny>,
         tmax: Option<&Bound<'_, PyAny>>,
+        tmin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
         let py = origins.py();
-        let rays = RayArrays::new(origins, directions, tmax)?;
+        let rays = RayArrays::new(origins, directions, [tmin, tmax])?;
         queries::occluded(py, &self.mesh, rays)
     }
 

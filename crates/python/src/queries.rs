@@ -156,7 +156,8 @@ pub(crate) struct RayArrays {
     shape: Vec<usize>,
     origins: Vec<f32>,
     directions: Vec<f32>,
-    /// Ends of the rays, or one for all.
+    /// Starts and ends of the rays, or one for all.
+    starts: Vec<f32>,
     ends: Vec<f32>,
 }
 
@@ -164,7 +165,7 @@ impl RayArrays {
     pub(crate) fn new(
         origins: &Bound<'_, PyAny>,
         directions: &Bound<'_, PyAny>,
-        tmax: Option<&Bound<'_, PyAny>>,
+        [tmin, tmax]: [Option<&Bound<'_, PyAny>>; 2],
     ) -> PyResult<Self> {
         let is_vectors = |shape: &[usize]| shape.last() == Some(&3);
         let origins = Numbers::real("origins", origins)?;
@@ -184,14 +185,9 @@ impl RayArrays {
             return Err(PyValueError::new_err(message));
         }
         let shape = shape[..shape.len() - 1].to_vec();
-        let ends = match tmax {
-            None => vec![f32::INFINITY],
-            Some(tmax) => {
-                let tmax = Numbers::real("tmax", tmax)?.broadcast(&shape)?;
-                tmax.singles(|end| !end.is_nan(), "a number")?
-            }
-        };
-        Ok(Self { shape, origins, directions, ends })
+        let starts = bound("tmin", tmin, 0.0, &shape)?;
+        let ends = bound("tmax", tmax, f32::INFINITY, &shape)?;
+        Ok(Self { shape, origins, directions, starts, ends })
     }
 
     fn len(&self) -> usize {
@@ -205,15 +201,28 @@ impl RayArrays {
             let end = all.len().min(first + CHUNK);
             all[first..end].iter().map(|&v| Vec3::from_array(v)).collect()
         };
-        let end = |ray: usize| self.ends.get(ray).or(self.ends.first()).copied();
+        let of = |values: &[f32], ray: usize| values.get(ray).or(values.first()).copied();
         let rays = vectors(&self.origins).into_iter().zip(vectors(&self.directions));
         rays.zip(first..)
             .map(|((origin, direction), ray)| Ray {
-                t_max: end(ray).unwrap_or(f32::INFINITY),
+                t_min: of(&self.starts, ray).unwrap_or(0.0),
+                t_max: of(&self.ends, ray).unwrap_or(f32::INFINITY),
                 ..Ray::new(origin, direction)
             })
             .collect()
     }
+}
+
+/// Bounds of rays by an argument, one for all or one for each.
+fn bound(
+    name: &'static str,
+    given: Option<&Bound<'_, PyAny>>,
+    default: f32,
+    shape: &[usize],
+) -> PyResult<Vec<f32>> {
+    let Some(given) = given else { return Ok(vec![default]) };
+    let bounds = Numbers::real(name, given)?.broadcast(shape)?;
+    bounds.singles(|bound| !bound.is_nan(), "a number")
 }
 
 /// Runs queries that end soon after the flag is set.

@@ -51,8 +51,8 @@ fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f32>) {
         // In double precision, no length overflows or vanishes.
         let direction = ray.direction.as_dvec3();
         let length = direction.length();
-        let t_max = (f64::from(ray.t_max) * length) as f32;
-        (Ray { direction: (direction / length).as_vec3(), t_max, ..*ray }, length as f32)
+        let [t_min, t_max] = [ray.t_min, ray.t_max].map(|t| (f64::from(t) * length) as f32);
+        (Ray { direction: (direction / length).as_vec3(), t_min, t_max, ..*ray }, length as f32)
     };
     rays.iter().map(unit).unzip()
 }
@@ -203,9 +203,9 @@ impl Scene {
     /// origins, directions : array_like of float, shape (..., 3)
     ///     Rays, in any number of dimensions; one origin serves many directions, and the other way
     ///     round. Directions may have any length but zero.
-    /// tmax : array_like of float, optional
-    ///     Ends of the rays, in units of the lengths of their directions: one for all, or one for
-    ///     each.
+    /// tmin, tmax : array_like of float, optional
+    ///     Starts and ends of the rays, in units of the lengths of their directions: one for all,
+    ///     or one for each. Hits are between them; by default, anywhere beyond the origin.
     ///
     /// Returns
     /// -------
@@ -218,15 +218,16 @@ impl Scene {
     ///     If the scene is invalid.
     /// TypeError, ValueError
     ///     If an argument has a wrong type, shape or value; the message says which.
-    #[pyo3(signature = (origins, directions, tmax = None))]
+    #[pyo3(signature = (origins, directions, tmax = None, *, tmin = None))]
     fn intersect(
         &self,
         origins: &Bound<'_, PyAny>,
         directions: &Bound<'_, PyAny>,
         tmax: Option<&Bound<'_, PyAny>>,
+        tmin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Hits> {
         let py = origins.py();
-        let rays = RayArrays::new(origins, directions, tmax)?;
+        let rays = RayArrays::new(origins, directions, [tmin, tmax])?;
         queries::intersect(py, &self.surfaces(py)?, rays)
     }
 
@@ -234,7 +235,7 @@ impl Scene {
     ///
     /// Parameters
     /// ----------
-    /// origins, directions, tmax
+    /// origins, directions, tmin, tmax
     ///     As for :meth:`intersect`.
     ///
     /// Returns
@@ -246,15 +247,16 @@ impl Scene {
     /// ------
     /// SceneError, TypeError, ValueError
     ///     As :meth:`intersect`.
-    #[pyo3(signature = (origins, directions, tmax = None))]
+    #[pyo3(signature = (origins, directions, tmax = None, *, tmin = None))]
     fn occluded(
         &self,
         origins: &Bound<'_, PyAny>,
         directions: &Bound<'_, PyAny>,
         tmax: Option<&Bound<'_, PyAny>>,
+        tmin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
         let py = origins.py();
-        let rays = RayArrays::new(origins, directions, tmax)?;
+        let rays = RayArrays::new(origins, directions, [tmin, tmax])?;
         queries::occluded(py, &self.surfaces(py)?, rays)
     }
 

@@ -101,6 +101,7 @@ def test_rays_end_at_tmax() -> None:
     assert bvh.occluded(origins, down, tmax=[0.5, 1.5, np.inf]).tolist() == [False, True, True]
     assert bvh.occluded(origins, down, tmax=0.5).tolist() == [False] * 3
     assert np.isinf(bvh.intersect(origins, down, tmax=0.5).t).all()
+    assert bvh.occluded(origins, down, tmin=[0.5, 1.0, 1.5]).tolist() == [True, False, False]
 
 
 def test_any_layout_and_type_of_array_is_read() -> None:

@@ -12,7 +12,7 @@ use crate::venv::{self, Installation};
 /// Packages that build wheels.
 const BUILD: &[&str] = &["maturin>=1.16,<2"];
 /// Packages that test the installed module.
-const TEST: &[&str] = &["mypy", "pyright", "pytest", "typing_extensions"];
+const TEST: &[&str] = &["mypy", "pyright", "pytest", "trimesh", "typing_extensions"];
 
 /// Installs maturin into an environment of the target folder.
 ///
