@@ -15,9 +15,10 @@ use pt_scene::Scene;
 ///
 /// let queries = SceneQueries::new(&pathtracer::default_scene())?;
 /// let mut hits = Vec::new();
-/// queries.intersect(&[Ray::new(Vec3::new(0.0, 1.0, 0.0), Vec3::Y)], &mut hits);
+/// queries.intersect(&[Ray::new(Vec3::Y, Vec3::NEG_Y)], &mut hits);
 /// let hit = hits[0].unwrap();
-/// assert_eq!(hit.position.y, 1.0 + hit.t);
+/// assert_eq!(hit.object, 1);
+/// assert!((hit.position.y + hit.t - 1.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct SceneQueries {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use pathtracer::{FORMATS, Format, Limits, LoadError, LoadOptions, Placement, suggestions};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyMapping, PyString};
 
 use crate::errors::{in_argument, of_load};
 use crate::worker::{self, End};
@@ -117,21 +117,22 @@ fn finite(value: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 /// Definitions of a Mitsuba scene; truth values are written as there.
-fn definitions(variables: &Bound<'_, PyDict>) -> PyResult<Vec<(String, String)>> {
-    let definition = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+fn definitions(variables: &Bound<'_, PyMapping>) -> PyResult<Vec<(String, String)>> {
+    let definition = |pair: Bound<'_, PyAny>| {
+        let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract()?;
         let text = match value.extract::<bool>() {
             Ok(truth) => truth.to_string(),
             Err(_) => value.str()?.to_str()?.to_owned(),
         };
         Ok((name.extract()?, text))
     };
-    variables.iter().map(definition).collect()
+    variables.items()?.iter().map(definition).collect()
 }
 
-fn limits(given: &Bound<'_, PyDict>) -> PyResult<Limits> {
+fn limits(given: &Bound<'_, PyMapping>) -> PyResult<Limits> {
     let mut limits = Limits::default();
-    for (name, value) in given {
-        let name: String = name.extract()?;
+    for pair in given.items()? {
+        let (name, value): (String, Bound<'_, PyAny>) = pair.extract()?;
         let value = value.extract().map_err(|error| in_argument(&value, &name, &error))?;
         limits.set(&name.replace('_', "-"), value).map_err(PyValueError::new_err)?;
     }
