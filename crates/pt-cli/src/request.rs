@@ -231,7 +231,7 @@ fn underscored(long: &str) -> String {
     long.replace('-', "_")
 }
 
-/// Replaces options in a message by keywords: `--max-depth` by `max_depth`, and `-m` likewise.
+/// Replaces options in a message by keywords: `--max-depth`, and the short `-m`, by `max_depth`.
 fn in_keywords(message: &str) -> String {
     let command = Cli::command();
     let of_short = |short: char| {

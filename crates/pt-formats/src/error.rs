@@ -59,6 +59,14 @@ impl LoadError {
         }
     }
 
+    /// Returns the message without the location.
+    pub fn message(&self) -> String {
+        match self {
+            Self::Content { message, .. } | Self::Broken { message, .. } => message.clone(),
+            other => other.to_string(),
+        }
+    }
+
     /// Returns the individual errors.
     pub fn each(&self) -> &[Self] {
         match self {

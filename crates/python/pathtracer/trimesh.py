@@ -117,8 +117,8 @@ class RayMeshIntersector:
         ndarray of int64, shape (n,)
             Triangles; -1 for rays that hit nothing.
         """
-        origins, directions, _ = self._rays(ray_origins, ray_directions)
-        return self._bvh().intersect(origins, directions).primitive.astype(np.int64)
+        local, _, directions = self._rays(ray_origins, ray_directions)
+        return self._bvh().intersect(local, directions).primitive.astype(np.int64)
 
     def intersects_any(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike
@@ -135,8 +135,8 @@ class RayMeshIntersector:
         ndarray of bool, shape (n,)
             True for rays that hit a triangle.
         """
-        origins, directions, _ = self._rays(ray_origins, ray_directions)
-        return self._bvh().occluded(origins, directions)
+        local, _, directions = self._rays(ray_origins, ray_directions)
+        return self._bvh().occluded(local, directions)
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Find the points inside of a closed mesh, by the parity of the hits of rays.
@@ -182,8 +182,8 @@ class RayMeshIntersector:
 
     def _rays(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike
-    ) -> tuple[_Floats, _Floats, tuple[_Floats, _Floats]]:
-        """Rays for the tree, from the sphere on, and the rays as given with unit directions."""
+    ) -> tuple[_Floats, _Floats, _Floats]:
+        """Origins in the coordinates of the tree, origins as given, and unit directions."""
         origins = np.asarray(ray_origins, dtype=np.float64)
         directions = np.asarray(ray_directions, dtype=np.float64)
         if origins.shape != directions.shape or origins.ndim != 2 or origins.shape[1] != 3:
@@ -204,22 +204,22 @@ class RayMeshIntersector:
         half_chord = np.sqrt(np.maximum(1.0 - (nearest * nearest).sum(axis=1), 0.0))
         # Rays that begin before the sphere begin a little before their entry into it.
         start = np.maximum(-along - half_chord - 1e-3, 0.0) - _BEHIND
-        return local + start[:, None] * directions, directions, (origins, directions)
+        return local + start[:, None] * directions, origins, directions
 
     def _hits(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, most: int | None
     ) -> tuple[_Indices, _Indices, _Floats]:
         """Triangles, rays and points of at most so many hits of each ray."""
-        origins, directions, given = self._rays(ray_origins, ray_directions)
+        local, origins, directions = self._rays(ray_origins, ray_directions)
         bvh = self._bvh()
         index_tri = [np.zeros(0, dtype=np.int64)]
         index_ray = [np.zeros(0, dtype=np.int64)]
         weights = [np.zeros((0, 2))]
-        rays = np.arange(len(origins))
-        starts = np.zeros(len(origins), dtype=np.float32)
+        rays = np.arange(len(local))
+        starts = np.zeros(len(local), dtype=np.float32)
         found = 0
         while len(rays) and (most is None or found < most):
-            hits = bvh.intersect(origins[rays], directions[rays], tmin=starts)
+            hits = bvh.intersect(local[rays], directions[rays], tmin=starts)
             hit = hits.primitive >= 0
             rays, starts = rays[hit], hits.t[hit] + np.float32(_SAME)
             index_tri.append(hits.primitive[hit].astype(np.int64))
@@ -227,10 +227,13 @@ class RayMeshIntersector:
             weights.append(hits.uv[hit].astype(np.float64))
             found += 1
         triangles, of_ray = np.concatenate(index_tri), np.concatenate(index_ray)
-        return triangles, of_ray, self._points(triangles, np.concatenate(weights), of_ray, given)
+        points = self._points(
+            triangles, np.concatenate(weights), origins[of_ray], directions[of_ray]
+        )
+        return triangles, of_ray, points
 
     def _points(
-        self, triangles: _Indices, weights: _Floats, rays: _Indices, given: tuple[_Floats, _Floats]
+        self, triangles: _Indices, weights: _Floats, origins: _Floats, directions: _Floats
     ) -> _Floats:
         """Points of hits: of the ray on the plane of the triangle, or by the weights of its vertices
         if the two are nearly parallel."""
@@ -238,7 +241,6 @@ class RayMeshIntersector:
         p0, p1, p2 = np.moveaxis(vertices[np.asarray(self.mesh.faces)[triangles]], 1, 0)
         u, v = weights[:, :1], weights[:, 1:]
         points = p0 + u * (p1 - p0) + v * (p2 - p0)
-        origins, directions = given[0][rays], given[1][rays]
         normals = np.cross(p1 - p0, p2 - p0)
         cosines = (normals * directions).sum(axis=1)
         steep = np.abs(cosines) > _GRAZING * np.linalg.norm(normals, axis=1)

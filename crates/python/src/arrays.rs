@@ -62,14 +62,29 @@ impl<'py> Numbers<'py> {
         Err(PyValueError::new_err(format!("{name}: found shape {shape}, expected {expected}")))
     }
 
+    /// Shape of the arrays when they are broadcast together, by the rules of NumPy.
+    pub(crate) fn common_shape(&self, other: &Self) -> PyResult<Vec<usize>> {
+        let shapes = [&self.array, &other.array].map(|array| array.getattr("shape"));
+        let [ours, theirs] = shapes;
+        let (ours, theirs) = (ours?, theirs?);
+        let numpy = self.array.py().import("numpy")?;
+        let common = numpy.call_method1("broadcast_shapes", (&ours, &theirs));
+        let common = common.map_err(|_| {
+            let names = format!("{} and {}", self.name, other.name);
+            let message = format!("{names}: shapes {ours} and {theirs} cannot be broadcast");
+            PyValueError::new_err(message)
+        })?;
+        common.extract()
+    }
+
     /// Repeats the array along new or single dimensions.
     pub(crate) fn broadcast(self, shape: &[usize]) -> PyResult<Self> {
         let py = self.array.py();
         let to = PyTuple::new(py, shape)?;
+        let found = self.array.getattr("shape")?;
         let array = py.import("numpy")?.call_method1("broadcast_to", (&self.array, &to));
         let array = array.map_err(|_| {
             let name = self.name;
-            let found = self.array.getattr("shape").map_or_else(|_| "?".into(), |s| s.to_string());
             PyValueError::new_err(format!("{name}: shape {found} cannot be broadcast to {to}"))
         })?;
         Ok(Self { array, ..self })

@@ -86,9 +86,8 @@ impl Bvh {
         faces.expect(rows_of_three, "(m, 3)")?;
         let faces = faces.integers()?;
         let count = vertices.len() / 3;
-        if let Some(at) =
-            faces.iter().position(|&v| usize::try_from(v).is_ok_and(|v| v >= count) || v < 0)
-        {
+        let is_vertex = |v: i64| u32::try_from(v).is_ok_and(|v| (v as usize) < count);
+        if let Some(at) = faces.iter().position(|&v| !is_vertex(v)) {
             return Err(PyValueError::new_err(format!(
                 "faces: row {} refers to vertex {}, but there are {count}",
                 at / 3,
@@ -109,8 +108,8 @@ impl Bvh {
         let work = move || {
             let positions: Vec<_> =
                 vertices.as_chunks().0.iter().map(|&p| Vec3::from_array(p)).collect();
-            let triangle = |face: &[i64; 3]| face.map(|vertex| vertex as u32);
-            let triangles: Vec<_> = faces.as_chunks().0.iter().map(triangle).collect();
+            let triangles = faces.as_chunks().0.iter().map(|face| face.map(|v| v as u32));
+            let triangles: Vec<_> = triangles.collect();
             let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
             let bvh = pt_bvh::Bvh::build(geometry, &options)?;
             Ok(Mesh { positions, triangles, bvh })
@@ -131,8 +130,8 @@ impl Bvh {
     /// Parameters
     /// ----------
     /// origins, directions : array_like of float, shape (..., 3)
-    ///     Rays, in any number of dimensions; one origin serves many directions, and the other way
-    ///     round. Directions may have any length but zero.
+    ///     Rays, in any number of dimensions; the two are broadcast together, so that one origin
+    ///     serves many directions. Directions may have any length but zero.
     /// tmin, tmax : array_like of float, optional
     ///     Starts and ends of the rays, in units of the lengths of their directions: one for all,
     ///     or one for each. Hits are between them; by default, anywhere beyond the origin.

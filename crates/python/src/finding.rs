@@ -6,68 +6,65 @@ use pathtracer::{LoadError, Span, Warning};
 use pyo3::prelude::*;
 
 /// An error of a scene, a missing file, or a note.
-#[pyclass(frozen, get_all, module = "pathtracer")]
-#[derive(Clone)]
+#[pyclass(frozen, module = "pathtracer")]
 pub(crate) struct Finding {
     /// str: "error", "missing" or "note".
+    #[pyo3(get)]
     severity: &'static str,
     /// str: Problem, expected value and remedy.
+    #[pyo3(get)]
     message: String,
-    /// pathlib.Path or None: File.
-    file: Option<PathBuf>,
-    /// int or None: Line, from 1.
-    line: Option<u32>,
-    /// int or None: Column in characters, from 1.
-    column: Option<u32>,
-    /// str or None: Element of the file.
-    element: Option<String>,
+    at: Option<Span>,
 }
 
 impl Finding {
-    pub(crate) fn new(severity: &'static str, at: Option<&Span>, message: String) -> Self {
-        let known = |number: u32| (number > 0).then_some(number);
-        Self {
-            severity,
-            message,
-            file: at.map(|at| at.file.clone()),
-            line: at.and_then(|at| known(at.line)),
-            column: at.and_then(|at| known(at.column)),
-            element: at.map(|at| at.element.clone()).filter(|element| !element.is_empty()),
-        }
+    pub(crate) fn new(severity: &'static str, at: Option<Span>, message: String) -> Self {
+        Self { severity, message, at }
     }
 
     pub(crate) fn of_warning(severity: &'static str, Warning { at, message }: &Warning) -> Self {
-        Self::new(severity, Some(at), message.clone())
+        Self::new(severity, Some(at.clone()), message.clone())
     }
 
     pub(crate) fn of_error(error: &LoadError) -> Self {
-        let message = match error {
-            LoadError::Content { message, .. } | LoadError::Broken { message, .. } => {
-                message.clone()
-            }
-            other => other.to_string(),
-        };
-        Self::new("error", error.place(), message)
-    }
-
-    /// Location, as far as it is known, and message.
-    fn text(&self) -> String {
-        let file = self.file.as_ref().map(|file| file.display().to_string());
-        let number = |number: Option<u32>| number.map(|number| number.to_string());
-        let at = [file, number(self.line), number(self.column)].into_iter().flatten();
-        let element = self.element.clone().map(|element| format!(" {element}"));
-        let parts = at.chain(element).chain(std::iter::once(format!(" {}", self.message)));
-        parts.collect::<Vec<_>>().join(":").trim_start().to_owned()
+        Self::new("error", error.place().cloned(), error.message())
     }
 }
 
 #[pymethods]
 impl Finding {
+    /// pathlib.Path or None: File.
+    #[getter]
+    fn file(&self) -> Option<PathBuf> {
+        self.at.as_ref().map(|at| at.file.clone())
+    }
+
+    /// int or None: Line, from 1.
+    #[getter]
+    fn line(&self) -> Option<u32> {
+        self.at.as_ref().map(|at| at.line).filter(|line| *line > 0)
+    }
+
+    /// int or None: Column in characters, from 1.
+    #[getter]
+    fn column(&self) -> Option<u32> {
+        self.at.as_ref().map(|at| at.column).filter(|column| *column > 0)
+    }
+
+    /// str or None: Element of the file.
+    #[getter]
+    fn element(&self) -> Option<&str> {
+        self.at.as_ref().map(|at| at.element.as_str()).filter(|element| !element.is_empty())
+    }
+
     fn __str__(&self) -> String {
-        self.text()
+        match &self.at {
+            Some(at) => format!("{at}: {}", self.message),
+            None => self.message.clone(),
+        }
     }
 
     fn __repr__(&self) -> String {
-        format!("<Finding {}: {}>", self.severity, self.text())
+        format!("<Finding {}: {}>", self.severity, self.__str__())
     }
 }

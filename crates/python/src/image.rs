@@ -136,21 +136,27 @@ impl Image {
         let alpha = has_alpha.then(|| self.values(py, ALPHA)).transpose()?;
         let mut channels = Vec::new();
         for group in self.channels.chunk_by(|a, b| a.array == b.array) {
-            let every = |lane: usize| (lane, group.len());
-            for (lane, FileChannel { name, array, half_suffices }) in group.iter().enumerate() {
-                let samples = match self.values::<u32>(py, array) {
-                    Ok(all) => Samples::Whole(lane_of(&all, every(lane))),
-                    Err(_) => Samples::Real(lane_of(&self.values(py, array)?, every(lane))),
-                };
-                let (name, half_suffices) = (name.clone(), *half_suffices);
-                channels.push(Channel { name, samples, half_suffices });
-            }
+            let samples = self.samples(py, &group[0].array, group.len())?;
+            channels.extend(group.iter().zip(samples).map(|(channel, samples)| Channel {
+                name: channel.name.clone(),
+                samples,
+                half_suffices: channel.half_suffices,
+            }));
         }
         let software = concat!("pathtracer ", env!("CARGO_PKG_VERSION"));
         let software = ("Software".to_owned(), software.to_owned());
         let metadata = std::iter::once(software).chain(self.metadata.iter().cloned()).collect();
         let options = SaveOptions { alpha, channels, metadata, ..SaveOptions::default() };
         Ok((image::Image { width, height, pixels }, options))
+    }
+
+    /// Samples of the channels of an array.
+    fn samples(&self, py: Python<'_>, name: &str, channels: usize) -> PyResult<Vec<Samples>> {
+        if let Ok(whole) = self.values::<u32>(py, name) {
+            return Ok((0..channels).map(|i| Samples::Whole(lane(&whole, i, channels))).collect());
+        }
+        let real = self.values::<f32>(py, name)?;
+        Ok((0..channels).map(|i| Samples::Real(lane(&real, i, channels))).collect())
     }
 
     /// Values of an array in row order, whatever its strides.
@@ -189,9 +195,9 @@ impl Image {
     }
 }
 
-/// Takes every so many values, from one on.
-fn lane_of<T: Copy>(values: &[T], (first, step): (usize, usize)) -> Vec<T> {
-    values.iter().skip(first).step_by(step).copied().collect()
+/// Channel number `i` of values of all channels, pixel by pixel.
+fn lane<T: Copy>(values: &[T], i: usize, channels: usize) -> Vec<T> {
+    values.iter().skip(i).step_by(channels).copied().collect()
 }
 
 /// Array of the channels of a quantity, which are all real or all whole.

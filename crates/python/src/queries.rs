@@ -173,9 +173,7 @@ impl RayArrays {
         for vectors in [&origins, &directions] {
             vectors.expect(is_vectors, "(..., 3)")?;
         }
-        let (of_origins, of_directions) = (origins.shape()?, directions.shape()?);
-        // One origin with many directions, or the other way round.
-        let shape = if of_origins.len() > of_directions.len() { of_origins } else { of_directions };
+        let shape = origins.common_shape(&directions)?;
         let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
         let directions = directions.broadcast(&shape)?;
         let directions = directions.singles(f32::is_finite, "a finite number")?;

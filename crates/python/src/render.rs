@@ -47,17 +47,26 @@ impl Progress {
 /// Shared state of the thread that renders and the one that waits.
 struct Watch {
     start: Instant,
+    /// Time at which the render stops, whatever its state.
     deadline: Option<Instant>,
+    /// Time from which on the render stops after any progress.
+    pause: Option<Instant>,
     /// True if the render is to stop.
     stopped: AtomicBool,
-    /// True once samples are taken.
+    /// True once the scene is compiled.
     is_rendering: AtomicBool,
+    /// True once this run took samples.
+    has_progress: AtomicBool,
     /// Latest update, until it is reported.
     latest: Mutex<Option<ProgressUpdate>>,
 }
 
 impl Observer for Watch {
     fn progress(&self, update: &ProgressUpdate) {
+        // Tiles without missing samples are reported, too.
+        if update.rays > 0 {
+            self.has_progress.store(true, Ordering::Relaxed);
+        }
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         if latest.as_ref().is_none_or(|latest| latest.done <= update.done) {
             *latest = Some(*update);
@@ -65,8 +74,10 @@ impl Observer for Watch {
     }
 
     fn cancelled(&self) -> bool {
+        let is_over = |time: Option<Instant>| time.is_some_and(|time| Instant::now() >= time);
         self.stopped.load(Ordering::Relaxed)
-            || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+            || is_over(self.deadline)
+            || self.has_progress.load(Ordering::Relaxed) && is_over(self.pause)
     }
 }
 
@@ -75,8 +86,10 @@ impl Watch {
         Self {
             start: Instant::now(),
             deadline,
+            pause: None,
             stopped: AtomicBool::new(false),
             is_rendering: AtomicBool::new(false),
+            has_progress: AtomicBool::new(false),
             latest: Mutex::new(None),
         }
     }
@@ -222,7 +235,7 @@ pub(crate) fn render(
 /// scene, width, height, aovs, **settings
 ///     As for :func:`render`.
 /// interval : float, optional
-///     Seconds between two images.
+///     Seconds between two images; with 0, there is one whenever there are new samples.
 ///
 /// Returns
 /// -------
@@ -278,8 +291,8 @@ impl Images {
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<Image>> {
         let place = || self.job.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(mut job) = place().take() else { return Ok(None) };
-        let next = Instant::now().checked_add(self.interval);
-        let watch = Arc::new(Watch::new([next, self.deadline].into_iter().flatten().min()));
+        let pause = Instant::now().checked_add(self.interval);
+        let watch = Arc::new(Watch { pause, ..Watch::new(self.deadline) });
         let of_worker = Arc::clone(&watch);
         let work = move || {
             let rendered = job.run(&of_worker);

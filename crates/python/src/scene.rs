@@ -33,9 +33,10 @@ impl Target for Surfaces {
         let (rays, lengths) = with_unit_directions(rays);
         let mut hits = Vec::new();
         self.0.intersect(&rays, &mut hits);
-        let found = |(hit, length): (Option<SurfaceHit>, f32)| {
+        let found = |(hit, length): (Option<SurfaceHit>, f64)| {
             let SurfaceHit { t, object, primitive, uv, position, normal } = hit?;
-            Some(Found { t: t / length, shape: object, primitive, uv, position, normal })
+            let t = (f64::from(t) / length) as f32;
+            Some(Found { t, shape: object, primitive, uv, position, normal })
         };
         hits.into_iter().zip(lengths).map(found).collect()
     }
@@ -46,13 +47,13 @@ impl Target for Surfaces {
 }
 
 /// The rays with directions of length 1, and the lengths before.
-fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f32>) {
+fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f64>) {
     let unit = |ray: &Ray| {
         // In double precision, no length overflows or vanishes.
         let direction = ray.direction.as_dvec3();
         let length = direction.length();
         let [t_min, t_max] = [ray.t_min, ray.t_max].map(|t| (f64::from(t) * length) as f32);
-        (Ray { direction: (direction / length).as_vec3(), t_min, t_max, ..*ray }, length as f32)
+        (Ray { direction: (direction / length).as_vec3(), t_min, t_max, ..*ray }, length)
     };
     rays.iter().map(unit).unzip()
 }
@@ -147,9 +148,8 @@ impl Scene {
             Ok(session) => (None, session.notes().to_vec()),
             Err(error) => (Some(error.to_string()), Vec::new()),
         });
-        let of_compiler = |severity, message| Finding::new(severity, None, message);
-        let errors = errors.map(|message| of_compiler("error", message));
-        let notes = notes.into_iter().map(|message| of_compiler("note", message));
+        let errors = errors.map(|message| Finding::new("error", None, message));
+        let notes = notes.into_iter().map(|message| Finding::new("note", None, message));
         errors.into_iter().chain(self.missing()).chain(self.notes()).chain(notes).collect()
     }
 
@@ -200,12 +200,8 @@ impl Scene {
     ///
     /// Parameters
     /// ----------
-    /// origins, directions : array_like of float, shape (..., 3)
-    ///     Rays, in any number of dimensions; one origin serves many directions, and the other way
-    ///     round. Directions may have any length but zero.
-    /// tmin, tmax : array_like of float, optional
-    ///     Starts and ends of the rays, in units of the lengths of their directions: one for all,
-    ///     or one for each. Hits are between them; by default, anywhere beyond the origin.
+    /// origins, directions, tmin, tmax
+    ///     As for :meth:`Bvh.intersect`.
     ///
     /// Returns
     /// -------

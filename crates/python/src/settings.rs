@@ -5,7 +5,10 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PyString};
 
-/// Settings of :func:`render`.
+/// Settings of :func:`render`, described as the options of the program.
+///
+/// Some of these write files, which images in memory do not, and `time_limit` counts from the start
+/// of the program there, here from the call.
 ///
 /// Returns
 /// -------

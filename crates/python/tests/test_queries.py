@@ -90,6 +90,9 @@ def test_shapes_are_those_of_the_rays() -> None:
     assert grid.uv.shape == (4, 5, 2)
     assert grid.normal.shape == (4, 5, 3)
     assert bvh.occluded(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)
+    origins = np.full((4, 1, 3), [0.5, 0.5, 3.0])
+    assert bvh.occluded(origins, [[[0.0, 0.0, -1.0]] * 5]).tolist() == [[True] * 5] * 4
+    assert bvh.intersect(origins[:, 0], [[0.0, 0.0, -2.0]]).t.tolist() == [1.5] * 4
     assert bvh.bounds == ([0.0, 0.0, 0.0], [2.0, 2.0, 0.0])
     assert bvh.nbytes > 0
 
@@ -157,7 +160,7 @@ def test_wrong_meshes_are_named(
         ([0, 0, 0], [0, 0, 0], None, ValueError, "directions: that of ray 0 is zero"),
         ([0, 0, 0], [0, np.inf, 0], None, ValueError, "directions: found inf in place 1"),
         ([0, np.nan, 0], [0, 1, 0], None, ValueError, "origins: found NaN in place 1"),
-        (np.zeros((2, 3)), np.ones((5, 3)), None, ValueError, "cannot be broadcast"),
+        (np.zeros((2, 3)), np.ones((5, 3)), None, ValueError, "origins and directions: shapes"),
         ([0, 0, 0], [0, 1, 0], [1, 2], ValueError, "tmax: shape"),
         ([0, 0, 0], [0, 1, 0], np.nan, ValueError, "tmax: found NaN"),
         ([0, 0, 0], [0, 1, 0], "far", TypeError, "tmax: found an array of <U3"),
@@ -202,6 +205,18 @@ def test_surfaces_of_scenes_are_found(scene: pathtracer.Scene) -> None:
     np.testing.assert_allclose(np.linalg.norm(found.normal, axis=1), 1.0, atol=1e-6)
     assert scene.occluded(camera, towards, tmax=1.1).mean() > 0.99
     assert scene.occluded(camera, towards, tmax=0.5).mean() < 0.5
+
+
+@pytest.mark.parametrize("length", [1e-40, 1e-20, 1.0, 1e20, 3e38])
+def test_directions_have_any_length(scene: pathtracer.Scene, length: float) -> None:
+    found = scene.intersect([0.0, 1.0, 0.0], [0.0, -length, 0.0])
+    assert found.position[1] == pytest.approx(0.5488, abs=1e-6)
+    if 1e-30 < length < 1e30:
+        assert found.t * length == pytest.approx(0.4512, rel=1e-5)
+    ends = [0.9 * 0.4512 / length, 1.1 * 0.4512 / length]
+    if length > 1e-30:
+        hit = [bool(scene.occluded([0.0, 1.0, 0.0], [0.0, -length, 0.0], end)) for end in ends]
+        assert hit == [False, True]
 
 
 def camera_position(points: NDArray[np.float32], distances: NDArray[np.float32]) -> Floats:

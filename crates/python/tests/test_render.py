@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -212,6 +213,15 @@ def test_images_of_an_iteration_end_with_that_of_render(scene: pathtracer.Scene)
     )
     assert 1 <= len(late) <= 3
     assert not late[-1].complete
+    each = list(islice(pathtracer.render_iter(scene, **size, spp=8, interval=0), 1000))
+    assert each[-1].complete
+    np.testing.assert_array_equal(
+        each[-1]["color"], pathtracer.render(scene, **size, spp=8)["color"]
+    )
+    samples = [0, *(image.samples for image in each)]
+    assert samples == sorted(samples)
+    # The image with the last samples may precede the complete one.
+    assert len(set(samples[:-1])) == len(samples) - 1
     with pytest.raises(ValueError, match="interval: found -1, expected seconds"):
         pathtracer.render_iter(scene, interval=-1.0)
     with pytest.raises(ValueError, match="spp"):
@@ -234,11 +244,27 @@ except pathtracer.Interrupted as error:
 """
 
 
+INTERRUPTED_ITERATION = """
+import pathtracer
+
+images = pathtracer.render_iter(
+    pathtracer.default_scene(), width=400, height=400, spp=1_000_000, interval=0.5
+)
+first = next(images)
+try:
+    print("started", flush=True)
+    while True:
+        last = next(images)
+except pathtracer.Interrupted as error:
+    last = error.partial
+print("partial", last.complete, last.samples > first.samples, next(images).samples > last.samples)
+"""
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_keeps_the_image_so_far() -> None:
-    render = subprocess.Popen(
-        [sys.executable, "-c", INTERRUPTED], stdout=subprocess.PIPE, text=True
-    )
+@pytest.mark.parametrize("program", [INTERRUPTED, INTERRUPTED_ITERATION])
+def test_ctrl_c_keeps_the_image_so_far(program: str) -> None:
+    render = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert render.stdout is not None
     assert render.stdout.readline() == "started\n"
     render.send_signal(signal.SIGINT)

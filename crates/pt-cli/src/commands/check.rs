@@ -125,12 +125,7 @@ impl Findings {
 }
 
 fn of_error(error: &LoadError) -> Finding {
-    match error {
-        LoadError::Content { at, message } | LoadError::Broken { at, message } => {
-            (Some(at.clone()), message.clone())
-        }
-        other => (None, other.to_string()),
-    }
+    (error.place().cloned(), error.message())
 }
 
 /// Formats a location and a message as JSON; unknown numbers are null.

@@ -51,10 +51,12 @@ pub(super) struct ShadingBlock<'a, 'v, R, S: Space> {
 }
 
 impl<R, S: Space> ShadingBlock<'_, '_, R, S> {
-    /// Returns true if light that is scattered at a vertex is part of the image.
+    /// Returns a test for vertices whose scattered light is part of the image. It has a copy of the
+    /// settings, which a loop can keep in registers.
     #[inline(always)]
-    fn is_lit(&self, vertex: &ShadingPoint<S>) -> bool {
-        self.cx.settings.shows(S::counted(self.bounces, &vertex.space) + 1)
+    fn lit_test(&self) -> impl Fn(&ShadingPoint<'_, S>) -> bool + use<R, S> {
+        let (shown, bounces) = (self.cx.settings.shown_bounces(), self.bounces);
+        move |vertex| shown.contains(&(S::counted(bounces, &vertex.space) + 1))
     }
 }
 
@@ -91,7 +93,7 @@ impl<S: Copy> DirectLighting<S> {
         batch: &mut Batch<impl PathObserver>,
         mut reuse: Option<&mut Reuse>,
     ) {
-        if !block.vertices.iter().any(|vertex| block.is_lit(vertex)) {
+        if !block.vertices.iter().any(block.lit_test()) {
             return;
         }
         let light_pairs = for_each_light_sample(block.cx, block.estimator, |light, n, number| {
@@ -145,16 +147,15 @@ impl<S: Copy> DirectLighting<S> {
         mut reuse: Option<&mut Reuse>,
         batch: &mut Batch<impl PathObserver>,
     ) {
+        let is_lit = block.lit_test();
         let ShadingBlock { estimator, cx, bounces, splitting, vertices, .. } = *block;
-        let shown_bounces = cx.settings.shown_bounces();
         let &LightSampling { light, n, number, numbers } = sampling;
         let Batch { camera_rays, accumulator, .. } = batch;
         let is_invisible = light.kind().is_invisible();
         for (lane, (vertex, sample)) in vertices.iter().zip(&self.light_samples).enumerate() {
             let ShadingPoint { point, scatterer, beta, start, target, .. } = vertex;
             let Some(sample) = sample else { continue };
-            let is_lit = shown_bounces.contains(&(P::counted(bounces, &vertex.space) + 1));
-            if scatterer.is_delta() || !is_lit {
+            if scatterer.is_delta() || !is_lit(vertex) {
                 continue;
             }
             let weighted = estimator.weighted(cx.settings, scatterer, sample, n, is_invisible);
