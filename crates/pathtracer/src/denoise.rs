@@ -23,6 +23,7 @@ pub fn denoised(denoiser: &Denoiser, film: &Film) -> Result<Image, DenoiseError>
     let [albedo, normal] = planes;
     let color = pt_core::develop::radiance(film);
     let (width, height) = (film.region().width, film.region().height);
-    let planes = DenoiserInput { width, color: &color, albedo: &albedo, normal: &normal };
+    let planes =
+        DenoiserInput { width, color: &color, albedo: Some(&albedo), normal: Some(&normal) };
     Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
 }

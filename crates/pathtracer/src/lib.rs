@@ -49,14 +49,14 @@ pub use pt_core::settings::{
     Adaptive, Clamp, DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings, Target,
 };
 pub use pt_core::target::Evaluation;
-pub use pt_core::{CompileError, CompileOptions};
+pub use pt_core::{CompileError, CompileOptions, resolution};
 pub use pt_cpu::{
     Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError,
     RenderStatistics, integrator,
 };
 pub use pt_formats::{
     FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene,
-    load, load_with, parse_with, read_with, save, source_file, suggestions,
+    load, load_with, parse_with, read_content_with, read_with, save, source_file, suggestions,
 };
 pub use pt_image as image;
 pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};

@@ -10,9 +10,9 @@ use pathtracer::provenance::Provenance;
 use pathtracer::{Film, Observer, Outcome, ProgressUpdate, RenderStatistics, Session};
 
 use crate::console::Console;
-use crate::film_header::run_of;
 use crate::job::{Mode, Schedule};
 use crate::output::{Output, is_film};
+use crate::provenance::provenance;
 use crate::tev::{self, Viewer};
 
 /// A render and its checkpoint.
@@ -122,9 +122,7 @@ impl Checkpointer {
 
     /// Provenance metadata of the image.
     fn receipt(&self, session: &Session) -> Provenance {
-        let run = run_of(&self.about, Some(self.threads));
-        let measured = session.look().map(|look| look.measured.to_array());
-        Provenance { measured, ..Provenance::new(&self.about, session.film(), Some(run)) }
+        provenance(&self.about, session, self.threads)
     }
 
     /// Returns true if a film is written from which the render can be resumed.

@@ -10,38 +10,48 @@ use pathtracer::{LoadOptions, Session, SourceFile, Warning};
 use crate::job::InputFiles;
 use crate::{machine, seal};
 
-/// Header of a film that is written for the image at `path`.
+/// Header of a film, without a seal.
 pub(crate) fn film_header(
     input: &InputFiles,
     session: &Session,
     sources: &[SourceFile],
     missing: &[Warning],
-    (path, command): (&Path, Vec<String>),
+    command: Vec<String>,
 ) -> FilmHeader {
     let mut settings = session.identity();
     settings.extend(settings_of_loading(&input.load));
-    let folder = std::env::current_dir().unwrap_or_default();
+    let folder = input.folder.clone();
     FilmHeader {
         version: env!("CARGO_PKG_VERSION").into(),
-        seal: seal::of(path, &folder, &command),
-        files: files(input.scene.as_deref(), sources),
+        files: files(input, sources),
         settings,
         spp: session.settings().spp,
         layout: session.settings().points().spp,
         command,
-        folder,
+        folder: folder.unwrap_or_else(|| std::env::current_dir().unwrap_or_default()),
         names: session.names().clone(),
         missing: missing.iter().map(ToString::to_string).collect(),
         ..FilmHeader::default()
     }
 }
 
-/// Names of the files relative to the folder of the scene, with their hashes, each once.
-fn files(scene: Option<&Path>, sources: &[SourceFile]) -> Vec<(String, String)> {
-    let folder = scene.and_then(Path::parent);
+/// The header with the seal of the output at `path`.
+pub(crate) fn sealed(about: FilmHeader, path: &Path) -> FilmHeader {
+    let seal = seal::of(path, &about.folder, &about.command);
+    FilmHeader { seal, ..about }
+}
+
+/// Names of the files relative to the folder of the scene, or as they were given, with their
+/// hashes, each once.
+fn files(input: &InputFiles, sources: &[SourceFile]) -> Vec<(String, String)> {
+    let scene = input.scene.as_deref().map(|scene| input.place(scene));
+    let folder = scene.as_deref().and_then(Path::parent);
+    let environment = input.environment.as_ref().map(|file| file.path.as_path());
+    let given = [environment, input.camera_file.as_deref()];
     let name = |path: &Path| {
         let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
-        inside.unwrap_or(path).display().to_string()
+        let as_given = || given.into_iter().flatten().find(|given| input.place(given) == path);
+        inside.or_else(as_given).unwrap_or(path).display().to_string()
     };
     let mut files: Vec<_> = sources.iter().map(|s| (name(&s.path), s.hash.clone())).collect();
     let mut seen = std::collections::HashSet::new();

@@ -1,7 +1,7 @@
 //! A render as plain data: the command line, resolved once. Each part goes to the module that uses
 //! it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use pathtracer::image::SaveOptions;
@@ -44,11 +44,20 @@ impl Mode {
 
 /// Files to be read.
 pub(crate) struct InputFiles {
+    /// Folder of relative paths; `None` for the current one.
+    pub(crate) folder: Option<PathBuf>,
     /// Scene, or `None` for the embedded one.
     pub(crate) scene: Option<PathBuf>,
     pub(crate) load: LoadOptions,
     pub(crate) environment: Option<EnvironmentFile>,
     pub(crate) camera_file: Option<PathBuf>,
+}
+
+impl InputFiles {
+    /// Path from the current folder.
+    pub(crate) fn place(&self, path: &Path) -> PathBuf {
+        self.folder.as_ref().map_or_else(|| path.to_owned(), |folder| folder.join(path))
+    }
 }
 
 /// An environment map that replaces the one of the scene.
@@ -80,6 +89,29 @@ pub(crate) struct MemoryPlan {
     pub(crate) crop: Option<[u32; 2]>,
     pub(crate) pixel: PixelBytes,
     pub(crate) light_groups: Option<LightGroups>,
+}
+
+/// Maximum number of pixels of an image, by the memory of ordinary machines.
+const MAX_PIXELS: u64 = 1 << 28;
+
+/// Bytes per pixel, without additional channels.
+pub(crate) const PIXEL_BYTES: u64 = 125;
+
+impl MemoryPlan {
+    /// Rejects images with too many pixels for their channels.
+    ///
+    /// # Errors
+    /// A message with the maximum number.
+    pub(crate) fn check_pixels(&self) -> Result<(), String> {
+        let groups = self.light_groups.as_ref().map_or(0, |wanted| wanted.named.len() + 1);
+        let most = MAX_PIXELS * PIXEL_BYTES / self.pixel.with_groups(groups);
+        match self.resolution {
+            Some([w, h]) if u64::from(w) * u64::from(h) > most => {
+                Err(format!("-r {w} {h}: found too many pixels, expected at most {most}"))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Bytes of the film and of its development per pixel.

@@ -28,10 +28,12 @@ mod machine;
 mod opacity;
 #[cfg(test)]
 mod options_page;
+mod origin;
 mod output;
 mod panic;
 mod parse;
 mod policies;
+mod provenance;
 mod request;
 mod resolve;
 mod seal;
@@ -46,7 +48,11 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use command_args::Command;
-pub use request::{Keyword, Purpose, RenderRequest, Words, keywords, save_options};
+pub use origin::SceneOrigin;
+pub use provenance::provenance;
+pub use request::{
+    Keyword, PreparedRender, Purpose, RenderRequest, SaveRequest, Side, Words, keywords,
+};
 
 /// Exit status for invalid arguments, files and environments.
 const FAILURE: u8 = 2;

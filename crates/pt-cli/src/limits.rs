@@ -65,6 +65,15 @@ impl Limit {
         Self { plan, most, source: "than available" }
     }
 
+    /// Sets the size of the image, if it follows from the scene.
+    ///
+    /// # Errors
+    /// If the image has too many pixels.
+    pub(crate) fn set_resolution(&mut self, resolution: [u32; 2]) -> Result<()> {
+        self.plan.resolution = Some(resolution);
+        self.plan.check_pixels().map_err(anyhow::Error::msg)
+    }
+
     /// Checks the sizes of the image and of the files of the scene, before the scene is read.
     ///
     /// # Errors

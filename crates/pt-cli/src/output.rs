@@ -7,13 +7,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use pathtracer::cryptomatte::{self, MatteNames};
 use pathtracer::image::{self, Extreme, Image, SaveOptions};
-use pathtracer::provenance::{self, Provenance};
+use pathtracer::provenance::Provenance;
 use pathtracer::{Film, Region, Session, aov, groups};
 
-use crate::arg_values::ReceiptKind;
 use crate::denoise::Denoising;
 use crate::job::{Mode, OutputJob};
 use crate::message::printable;
+use crate::provenance::metadata;
 use crate::tev::Viewer;
 
 /// Prints a text, [printable], to standard output; a closed reader is no error.
@@ -170,16 +170,8 @@ impl Output {
 
     /// Options of the image file, with its metadata and exposure.
     fn save_options(&self, rendered: &Image, provenance: &Provenance) -> SaveOptions {
-        let provenance = match self.job.metadata {
-            ReceiptKind::Full => Some(provenance.to_text()),
-            ReceiptKind::Stable => Some(Provenance { run: None, ..provenance.clone() }.to_text()),
-            ReceiptKind::None => None,
-        };
-        let software = ("Software", concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned());
-        let metadata =
-            std::iter::once(software).chain(provenance.map(|text| (provenance::KEY, text)));
         let mut options = SaveOptions {
-            metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),
+            metadata: metadata(self.job.metadata, provenance),
             ..self.job.save.clone()
         };
         if self.job.auto_exposure {

@@ -7,15 +7,19 @@ use std::path::Path;
 use std::time::Duration;
 
 use clap::{Arg, Command, CommandFactory, FromArgMatches};
+use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{Image, SaveOptions, auto_exposure};
-use pathtracer::{Scene, Session, suggestions};
+use pathtracer::provenance::Provenance;
+use pathtracer::{CompileOptions, Scene, Session, suggestions};
 
 use crate::args::Cli;
 use crate::commands::render;
-use crate::job::RenderJob;
+use crate::film_header::film_header;
+use crate::job::{OutputJob, RenderJob};
 use crate::limits::Limit;
-use crate::message;
+use crate::origin::SceneOrigin;
 use crate::resolve::{EarlierRun, resolve};
+use crate::{message, parse, provenance};
 
 /// Purpose of keywords.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +36,9 @@ impl Purpose {
     fn options(self) -> &'static [&'static str] {
         match self {
             Self::Render => RENDER,
-            Self::Save => &["png_bits", "exposure", "tonemap", "exr_type", "exr_compression"],
+            Self::Save => {
+                &["png_bits", "exposure", "tonemap", "exr_type", "exr_compression", "receipt"]
+            }
         }
     }
 
@@ -129,6 +135,20 @@ fn resolved(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob,
 fn job(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob, String> {
     let command = Cli::command();
     let mut words = ["pathtracer", "-q", "-f", file].map(String::from).to_vec();
+    words.extend(arguments(purpose, keywords)?);
+    let matches = command.try_get_matches_from(words);
+    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = cli.map_err(|error| message::of_parser(&error))?;
+    resolve(cli, Vec::new(), EarlierRun::default())
+}
+
+/// Arguments of the command line for the keywords of a purpose.
+///
+/// # Errors
+/// A message if a keyword is unknown.
+pub(crate) fn arguments(purpose: Purpose, keywords: &Words) -> Result<Vec<String>, String> {
+    let command = Cli::command();
+    let mut words = Vec::new();
     for (name, values) in keywords {
         let option = option(&command, purpose, name)?;
         match values.as_slice() {
@@ -140,30 +160,91 @@ fn job(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob, Stri
             }
         }
     }
-    let matches = command.try_get_matches_from(words);
-    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
-    let cli = cli.map_err(|error| message::of_parser(&error))?;
-    resolve(cli, Vec::new(), EarlierRun::default())
+    Ok(words)
 }
 
-/// Options of the file of an image in memory, by keywords of [`Purpose::Save`]. The extension of
-/// the file is that of PNG or OpenEXR.
-///
-/// # Errors
-/// A message if a keyword or a value is invalid, or does not apply to the format.
-pub fn save_options(file: &Path, keywords: &Words, image: &Image) -> Result<SaveOptions, String> {
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    let output = resolved(Purpose::Save, keywords, &format!("image.{extension}"))?.output;
-    let mut options = output.save;
-    if output.auto_exposure {
-        options.tone.exposure = auto_exposure(image);
+/// The file of an image in memory.
+pub struct SaveRequest {
+    output: OutputJob,
+    /// Arguments of the command line for the keywords.
+    arguments: Vec<String>,
+}
+
+impl SaveRequest {
+    /// Resolves keywords of [`Purpose::Save`]. The extension of the file is that of PNG or OpenEXR.
+    ///
+    /// # Errors
+    /// A message if a keyword or a value is invalid, or does not apply to the format.
+    pub fn new(file: &Path, keywords: &Words) -> Result<Self, String> {
+        let extension = file.extension().unwrap_or_default().to_string_lossy();
+        let mut output = resolved(Purpose::Save, keywords, &format!("image.{extension}"))?.output;
+        output.path = file.to_owned();
+        Ok(Self { output, arguments: arguments(Purpose::Save, keywords)? })
     }
-    Ok(options)
+
+    /// Options of the file of an image, without metadata.
+    pub fn options(&self, image: &Image) -> SaveOptions {
+        let mut options = self.output.save.clone();
+        if self.output.auto_exposure {
+            options.tone.exposure = auto_exposure(image);
+        }
+        options
+    }
+
+    /// Metadata of the file of an image with this provenance.
+    pub fn metadata(&self, provenance: &Provenance) -> Vec<(String, String)> {
+        let of_file = provenance::of_file(provenance, &self.output.path, &self.arguments);
+        provenance::metadata(self.output.metadata, &of_file)
+    }
+}
+
+/// A side of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The number of columns.
+    Width,
+    /// The number of rows.
+    Height,
+}
+
+impl Side {
+    /// Name of the keyword.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Width => "width",
+            Self::Height => "height",
+        }
+    }
+
+    /// Size of an image with this side and about the aspect ratio of another image.
+    fn resolution(self, side: u32, [width, height]: [u32; 2]) -> [u32; 2] {
+        let scaled = |to: u32, from: u32| {
+            let pixels = f64::from(side) * f64::from(to) / f64::from(from);
+            (pixels.round() as u32).max(1)
+        };
+        match self {
+            Self::Width => [side, scaled(height, width)],
+            Self::Height => [scaled(width, height), side],
+        }
+    }
 }
 
 /// A render of a scene in memory.
 pub struct RenderRequest {
     job: RenderJob,
+    /// Arguments of the command line for the keywords.
+    arguments: Vec<String>,
+    /// Requested side of the image; the other one follows from the aspect ratio of the scene.
+    side: Option<(Side, u32)>,
+}
+
+/// A compiled scene with the header of its film.
+pub struct PreparedRender {
+    /// The compiled scene.
+    pub session: Session,
+    /// Header of the film, without a seal, and with the arguments of the program that renders the
+    /// same image.
+    pub header: FilmHeader,
 }
 
 impl RenderRequest {
@@ -173,7 +254,23 @@ impl RenderRequest {
     /// A message if a keyword or a value is invalid, or keywords exclude each other.
     pub fn new(keywords: &Words) -> Result<Self, String> {
         // The format has room for all channels.
-        resolved(Purpose::Render, keywords, "image.exr").map(|job| Self { job })
+        let job = resolved(Purpose::Render, keywords, "image.exr")?;
+        let arguments = arguments(Purpose::Render, keywords)?;
+        Ok(Self { job, arguments, side: None })
+    }
+
+    /// Sets one side of the image; the other one follows from the aspect ratio of the scene.
+    ///
+    /// # Errors
+    /// A message if the value is no number of pixels, or the keywords contain the resolution.
+    pub fn with_side(mut self, side: Side, pixels: &str) -> Result<Self, String> {
+        let name = side.name();
+        if self.job.memory.resolution.is_some() {
+            return Err(format!("{name} and resolution are mutually exclusive"));
+        }
+        let expected = |_| format!("{name}: found {pixels}, expected a whole number from 1 on");
+        self.side = Some((side, parse::pixels(pixels).map_err(expected)?));
+        Ok(self)
     }
 
     /// Number of threads.
@@ -196,14 +293,33 @@ impl RenderRequest {
     /// # Errors
     /// A message if the scene is invalid or needs more memory than there is, or if a file of the
     /// options cannot be read.
-    pub fn session(self, scene: &Scene) -> Result<Session, String> {
-        let RenderJob { mode, input, compile, memory, .. } = self.job;
-        let limit = Limit::new(memory);
-        let compiled = limit
-            .check_files()
-            .and_then(|()| limit.check_scene(scene))
-            .and_then(|()| render::compile_in_memory(scene, &input, compile, mode));
-        compiled.map_err(|error| in_keywords(&format!("{error:#}")))
+    pub fn prepare(self, scene: &Scene, origin: &SceneOrigin) -> Result<PreparedRender, String> {
+        self.prepared(scene, origin).map_err(|error| in_keywords(&format!("{error:#}")))
+    }
+
+    fn prepared(self, scene: &Scene, origin: &SceneOrigin) -> anyhow::Result<PreparedRender> {
+        let Self { job, mut arguments, side } = self;
+        let RenderJob { mode, mut input, mut compile, memory, .. } = job;
+        (input.scene, input.load) = (origin.path(), origin.options.clone());
+        compile.options.placement = origin.placement;
+        let mut limit = Limit::new(memory);
+        limit.check_files()?;
+        let complete = |options: &mut CompileOptions| {
+            if let Some((side, pixels)) = side {
+                let size = side.resolution(pixels, pathtracer::resolution(scene, options));
+                limit.set_resolution(size)?;
+                options.resolution = Some(size);
+                let [width, height] = size.map(|n| n.to_string());
+                arguments.extend(["--resolution".into(), width, height]);
+            }
+            limit.check_scene(scene)
+        };
+        let scene_and_sources = (scene, origin.sources.as_slice());
+        let (session, sources) =
+            render::compile_in_memory(scene_and_sources, &input, compile, mode, complete)?;
+        arguments.extend(origin.arguments());
+        let header = film_header(&input, &session, &sources, &scene.missing, arguments);
+        Ok(PreparedRender { session, header })
     }
 }
 
@@ -306,11 +422,40 @@ mod tests {
         ]);
         let request = request.unwrap();
         assert_eq!(request.threads(), 3);
-        let session = request.session(&scene).unwrap();
+        let session = request.prepare(&scene, &SceneOrigin::default()).unwrap().session;
         let settings = session.settings();
         assert_eq!((settings.spp, settings.max_depth, settings.split), (7, 3, 2));
         assert_eq!(session.scene().camera.resolution, [12, 9]);
         assert_eq!(session.film().region(), pathtracer::Region { x: 1, y: 3, width: 3, height: 4 });
+    }
+
+    #[test]
+    fn one_side_follows_the_aspect_ratio() {
+        let mut scene = pathtracer::default_scene();
+        let prepared = |scene: &Scene, side, pixels| {
+            let request = request(&[("spp", &["1"])]).unwrap().with_side(side, pixels).unwrap();
+            request.prepare(scene, &SceneOrigin::default())
+        };
+        for (of_file, side, pixels, expected) in [
+            (Some([40, 30]), Side::Width, "20", [20, 15]),
+            (Some([40, 30]), Side::Height, "60", [80, 60]),
+            (Some([30, 40]), Side::Height, "1", [1, 1]),
+            (Some([4000, 3]), Side::Width, "10", [10, 1]),
+        ] {
+            scene.settings.resolution = of_file;
+            let PreparedRender { session, header } = prepared(&scene, side, pixels).ok().unwrap();
+            assert_eq!(session.scene().camera.resolution, expected);
+            let size = expected.map(|n| n.to_string());
+            assert_eq!(header.command, ["--spp=1", "--resolution", &size[0], &size[1]]);
+        }
+        scene.settings.resolution = Some([1, 1000]);
+        let message = prepared(&scene, Side::Width, "100000").err().unwrap();
+        assert!(message.starts_with("resolution 100000 100000000: found too many"), "{message}");
+        let wrong = request(&[]).unwrap().with_side(Side::Width, "-3").err().unwrap();
+        assert_eq!(wrong, "width: found -3, expected a whole number from 1 on");
+        let twice = request(&[("resolution", &["1", "2"])]).unwrap();
+        let twice = twice.with_side(Side::Height, "3").err().unwrap();
+        assert_eq!(twice, "height and resolution are mutually exclusive");
     }
 
     #[test]
@@ -349,17 +494,18 @@ mod tests {
         let image = Image { width: 1, height: 1, pixels: vec![[4.0; 3]] };
         let exposure = |file: &str, value: &str| {
             let words = [("exposure".to_owned(), vec![value.to_owned()])];
-            save_options(Path::new(file), &words, &image).map(|options| options.tone.exposure)
+            let request = SaveRequest::new(Path::new(file), &words);
+            request.map(|request| request.options(&image).tone.exposure)
         };
         assert_eq!(exposure("a.png", "-1.5"), Ok(-1.5));
         assert_eq!(exposure("b/a.PNG", "auto"), Ok(auto_exposure(&image)));
         assert!(exposure("a.png", "bright").unwrap_err().contains("'exposure <STOPS>'"));
         let of_exr = exposure("a.exr", "1").unwrap_err();
         assert!(of_exr.starts_with("exposure and tonemap require a PNG image"), "{of_exr}");
-        let unknown = save_options(Path::new("a.jpg"), &[], &image).unwrap_err();
+        let unknown = SaveRequest::new(Path::new("a.jpg"), &[]).err().unwrap();
         assert!(unknown.contains("unknown extension"), "{unknown}");
         let words = [("spp".to_owned(), vec!["3".to_owned()])];
-        let unknown = save_options(Path::new("a.png"), &words, &image).unwrap_err();
+        let unknown = SaveRequest::new(Path::new("a.png"), &words).err().unwrap();
         assert!(unknown.starts_with("unknown setting \"spp\"; known: png_bits"), "{unknown}");
     }
 

@@ -42,7 +42,9 @@ pub mod texture_record;
 mod wedge;
 
 pub use camera::Camera;
-pub use compile::{CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile};
+pub use compile::{
+    CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile, resolution,
+};
 pub use film::{Film, Region};
 pub use interaction::Interaction;
 pub use progress::{Observer, ProgressUpdate};

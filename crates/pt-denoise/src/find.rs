@@ -23,14 +23,14 @@ const NAME: &str = if cfg!(windows) {
 /// package pyoidn, and a folder of packages.
 const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
 
-/// Opens the library, and also returns its path.
+/// Opens the library, which is searched for in further folders first, and also returns its path.
 ///
 /// # Errors
 /// If it is not found.
-pub(crate) fn open() -> Result<(OidnFunctions, PathBuf), DenoiseError> {
+pub(crate) fn open(further: &[PathBuf]) -> Result<(OidnFunctions, PathBuf), DenoiseError> {
     match env::var_os(VARIABLE).filter(|place| !place.is_empty()) {
         Some(place) => open_given(place.into()),
-        None => open_usual(),
+        None => open_usual(further),
     }
 }
 
@@ -39,12 +39,18 @@ fn open_given(place: PathBuf) -> Result<(OidnFunctions, PathBuf), DenoiseError> 
     first(&files).map_err(|tried| DenoiseError::NotThere { place, tried })
 }
 
-fn open_usual() -> Result<(OidnFunctions, PathBuf), DenoiseError> {
+fn open_usual(further: &[PathBuf]) -> Result<(OidnFunctions, PathBuf), DenoiseError> {
     let program = env::current_exe().ok();
     let above = |levels| Some(program.as_deref()?.ancestors().nth(levels)?.to_owned());
     // The tests of the project install it two folders above a program that was built there.
     let by_tests = above(2).into_iter().flat_map(|target| in_root(&target.join("oidn-venv")));
-    let folders = above(1).into_iter().chain(installed()).chain(by_tests).chain(packages());
+    let folders = further
+        .iter()
+        .cloned()
+        .chain(above(1))
+        .chain(installed())
+        .chain(by_tests)
+        .chain(packages());
     let mut files: Vec<_> = folders.flat_map(|folder| in_folder(&folder)).collect();
     // A name without a folder is searched for on the system's library path.
     let by_system = Path::new(NAME);

@@ -88,10 +88,10 @@ pub struct DenoiserInput<'a> {
     pub width: u32,
     /// Noisy linear radiance, unbounded.
     pub color: &'a [[f32; 3]],
-    /// Albedo of the first surface, in [0, 1].
-    pub albedo: &'a [[f32; 3]],
-    /// Normal of the first surface, in [−1, 1].
-    pub normal: &'a [[f32; 3]],
+    /// Albedo of the first surface, in [0, 1], if it is known.
+    pub albedo: Option<&'a [[f32; 3]]>,
+    /// Normal of the first surface, in [−1, 1], if it is known; not used without albedo.
+    pub normal: Option<&'a [[f32; 3]]>,
 }
 
 /// Open device of the library.
@@ -110,7 +110,16 @@ impl Denoiser {
     /// # Errors
     /// If the library is not found, is too old, or creates no device.
     pub fn open(threads: usize) -> Result<Self, DenoiseError> {
-        let (library, path) = find::open()?;
+        Self::open_in(&[], threads)
+    }
+
+    /// Opens the library as [`open`](Self::open) does, but searches in further folders before the
+    /// usual ones.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_in(folders: &[PathBuf], threads: usize) -> Result<Self, DenoiseError> {
+        let (library, path) = find::open(folders)?;
         let device = Device::new(library, threads)
             .map_err(|message| DenoiseError::Device { path: path.clone(), message })?;
         match device.version() {
@@ -132,8 +141,9 @@ impl Denoiser {
     pub fn denoise(&self, planes: DenoiserInput<'_>) -> Result<Vec<[f32; 3]>, DenoiseError> {
         let expected = planes.color.len();
         for (what, plane) in [("albedo", planes.albedo), ("normal", planes.normal)] {
-            if plane.len() != expected {
-                return Err(DenoiseError::Shape { what, found: plane.len(), expected });
+            let found = plane.map_or(expected, <[_]>::len);
+            if found != expected {
+                return Err(DenoiseError::Shape { what, found, expected });
             }
         }
         let width = planes.width as usize;
@@ -142,11 +152,19 @@ impl Denoiser {
         }
         let image = |pixels: &[[f32; 3]]| OidnImage::new(width, pixels.to_vec());
         let cleaned = |name, pixels| self.device.filter(&[(name, &image(pixels))], &[]);
-        let albedo = cleaned(c"albedo", planes.albedo).map_err(DenoiseError::Failed)?;
-        let normal = cleaned(c"normal", planes.normal).map_err(DenoiseError::Failed)?;
+        let mut guides = Vec::new();
+        if let Some(albedo) = planes.albedo {
+            let named = [(c"albedo", Some(albedo)), (c"normal", planes.normal)];
+            for (name, plane) in named {
+                let plane = plane.map(|plane| cleaned(name, plane)).transpose();
+                guides.extend(plane.map_err(DenoiseError::Failed)?.map(|plane| (name, plane)));
+            }
+        }
         let color = image(planes.color);
-        let inputs = [(c"color", &color), (c"albedo", &albedo), (c"normal", &normal)];
-        let denoised = self.device.filter(&inputs, &[c"hdr", c"cleanAux"]);
+        let mut inputs = vec![(c"color", &color)];
+        inputs.extend(guides.iter().map(|(name, plane)| (*name, plane)));
+        let flags = if guides.is_empty() { &[c"hdr"][..] } else { &[c"hdr", c"cleanAux"] };
+        let denoised = self.device.filter(&inputs, flags);
         denoised.map(OidnImage::into_pixels).map_err(DenoiseError::Failed)
     }
 }

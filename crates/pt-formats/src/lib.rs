@@ -85,6 +85,14 @@ pub struct LoadResult {
     pub sources: Vec<SourceFile>,
 }
 
+impl LoadResult {
+    /// Result of a file that is not read.
+    fn failed(error: LoadError) -> Self {
+        let (missing, notes, hints, sources) = Default::default();
+        Self { scene: Err(error), missing, notes, hints, sources }
+    }
+}
+
 /// Converts the content and path of a file to a scene. The path is used for messages and to resolve
 /// references. If errors were added to the context, the result is the remainder of the scene.
 type Parser = fn(&[u8], &Path, &Arc<LoadContext>) -> Result<Scene, LoadError>;
@@ -120,8 +128,12 @@ impl Format {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Scene, LoadError> {
+        self.read_content(bytes, path, options).scene
+    }
+
+    fn read_content(&self, bytes: &[u8], path: &Path, options: &LoadOptions) -> LoadResult {
         let context = LoadContext::new(path, options);
-        self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
+        self.read(path, &context, || (self.parser)(bytes, path, &context))
     }
 
     /// Reads a file. With a time limit, the read is abandoned soon after that time, whatever its
@@ -272,13 +284,16 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError>
 pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
     match format_of(path) {
         Ok(format) => format.read_in_time(path, &LoadContext::new(path, options)),
-        Err(error) => LoadResult {
-            scene: Err(error),
-            missing: Vec::new(),
-            notes: Vec::new(),
-            hints: Vec::new(),
-            sources: Vec::new(),
-        },
+        Err(error) => LoadResult::failed(error),
+    }
+}
+
+/// Reads a scene as [`parse_with`] does, and returns the missing files, warnings and source files
+/// as well; the content itself is not among these.
+pub fn read_content_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> LoadResult {
+    match format_of(path) {
+        Ok(format) => format.read_content(bytes, path, options),
+        Err(error) => LoadResult::failed(error),
     }
 }
 

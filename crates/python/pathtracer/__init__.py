@@ -6,6 +6,7 @@
 (24, 32, 3)
 """
 
+from ._async import render_async
 from ._native import (
     Bvh,
     Finding,
@@ -40,6 +41,7 @@ __all__ = [
     "load",
     "loads",
     "render",
+    "render_async",
     "render_iter",
     "settings",
 ]

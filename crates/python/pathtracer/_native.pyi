@@ -30,6 +30,7 @@ __all__ = [
     "program",
     "render",
     "render_iter",
+    "render_until",
     "settings",
 ]
 
@@ -103,6 +104,9 @@ class _SaveOptions(_Development, total=False):
     exr_compression: (
         Literal["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a"] | None
     )
+    metadata: Literal["full", "stable", "none"] | None
+
+_Report = Callable[[Progress], object] | bool | None
 
 class SceneError(ValueError):
     errors: list[Finding]
@@ -240,6 +244,9 @@ class Image:
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[str]: ...
     def keys(self) -> list[str]: ...
+    @property
+    def receipt(self) -> dict[str, Any]: ...
+    def denoise(self, *, threads: int | None = None) -> Image: ...
     def to_srgb(self, **options: Unpack[_Development]) -> NDArray[np.uint8]: ...
     def save(self, path: _Path, **options: Unpack[_SaveOptions]) -> None: ...
     def _repr_png_(self) -> bytes: ...
@@ -261,7 +268,17 @@ def render(
     width: _Integer | None = None,
     height: _Integer | None = None,
     aovs: Sequence[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: _Report = None,
+    **settings: Unpack[_Settings],
+) -> Image: ...
+def render_until(
+    scene: Scene,
+    cancelled: Callable[[], bool],
+    *,
+    width: _Integer | None = None,
+    height: _Integer | None = None,
+    aovs: Sequence[str] | None = None,
+    progress: _Report = None,
     **settings: Unpack[_Settings],
 ) -> Image: ...
 def render_iter(

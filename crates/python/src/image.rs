@@ -3,13 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pathtracer::cryptomatte::{self, MatteNames};
 use pathtracer::image::{self, Channel, ImageError, Samples, SaveOptions};
-use pathtracer::{RenderStatistics, Session, cryptomatte};
-use pt_cli::{Purpose, save_options};
+use pathtracer::provenance::Provenance;
+use pathtracer::{Film, Region, aov, groups};
+use pt_cli::{Purpose, SaveRequest};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyIterator, PyList};
 
+use crate::denoise::{self, Guides};
 use crate::settings::words;
 
 /// Image of a render, before its samples become arrays.
@@ -19,26 +22,34 @@ pub(crate) struct Rendered {
     channels: Vec<Channel>,
     metadata: Vec<(String, String)>,
     notes: Vec<String>,
-    is_complete: bool,
-    statistics: RenderStatistics,
+    receipt: Provenance,
+    guides: Option<Guides>,
 }
 
 impl Rendered {
-    pub(crate) fn new(session: &Session, is_complete: bool, statistics: RenderStatistics) -> Self {
+    pub(crate) fn new(
+        film: &Film,
+        names: &MatteNames,
+        notes: &[String],
+        receipt: Provenance,
+    ) -> Self {
+        let Region { width, height, .. } = film.region();
+        let mattes = cryptomatte::channels(film, names);
+        let channels = aov::channels(film).into_iter().chain(mattes);
         Self {
-            color: session.image(),
-            alpha: session.film().alpha(),
-            channels: session.channels(),
-            metadata: cryptomatte::metadata(session.film(), session.names()),
-            notes: session.notes().to_vec(),
-            is_complete,
-            statistics,
+            color: image::Image { width, height, pixels: pathtracer::radiance(film) },
+            alpha: film.alpha(),
+            channels: channels.chain(groups::channels(film)).collect(),
+            metadata: cryptomatte::metadata(film, names),
+            notes: notes.to_vec(),
+            receipt,
+            guides: Guides::of_film(film),
         }
     }
 
     /// Returns true if all samples were taken.
     pub(crate) fn is_complete(&self) -> bool {
-        self.is_complete
+        self.receipt.finished
     }
 }
 
@@ -74,10 +85,16 @@ pub(crate) struct Image {
     arrays: Py<PyDict>,
     /// Channels of files besides colours and alpha, in order.
     channels: Vec<FileChannel>,
+    /// Metadata of files besides the receipt.
     metadata: Vec<(String, String)>,
+    receipt: Provenance,
+    guides: Option<Guides>,
+    /// Version of the library that has denoised the image.
+    denoiser: Option<String>,
 }
 
 /// Channel of a file.
+#[derive(Clone)]
 struct FileChannel {
     name: String,
     /// Name of its array.
@@ -87,13 +104,14 @@ struct FileChannel {
 
 /// Name of the array of colours.
 const COLOR: &str = "color";
+/// Name of the array of noisy colours of a denoised image.
+const NOISY: &str = "noisy";
 /// Name of the array of alpha.
 const ALPHA: &str = "alpha";
 
 impl Image {
     pub(crate) fn new(py: Python<'_>, rendered: Rendered) -> PyResult<Self> {
-        let Rendered { color, alpha, channels, metadata, notes, is_complete, statistics } =
-            rendered;
+        let Rendered { color, alpha, channels, metadata, notes, receipt, guides } = rendered;
         let size = [color.height as usize, color.width as usize];
         let arrays = PyDict::new(py);
         arrays.set_item(COLOR, shaped(py, color.pixels.into_flattened(), size, 3)?)?;
@@ -117,13 +135,16 @@ impl Image {
             width: color.width,
             height: color.height,
             notes,
-            complete: is_complete,
-            samples: statistics.samples,
-            rays: statistics.rays,
-            seconds: statistics.time.as_secs_f64(),
+            complete: receipt.finished,
+            samples: receipt.samples,
+            rays: receipt.run.as_ref().map_or(0, |run| run.rays),
+            seconds: receipt.run.as_ref().map_or(0.0, |run| run.seconds),
             arrays: arrays.unbind(),
             channels: of_files,
             metadata,
+            receipt,
+            guides,
+            denoiser: None,
         })
     }
 
@@ -143,10 +164,7 @@ impl Image {
                 half_suffices: channel.half_suffices,
             }));
         }
-        let software = concat!("pathtracer ", env!("CARGO_PKG_VERSION"));
-        let software = ("Software".to_owned(), software.to_owned());
-        let metadata = std::iter::once(software).chain(self.metadata.iter().cloned()).collect();
-        let options = SaveOptions { alpha, channels, metadata, ..SaveOptions::default() };
+        let options = SaveOptions { alpha, channels, ..SaveOptions::default() };
         Ok((image::Image { width, height, pixels }, options))
     }
 
@@ -176,22 +194,21 @@ impl Image {
         Err(PyKeyError::new_err(format!("{name:?}; the image has {names}")))
     }
 
-    /// Options of the development and of the file, by keywords.
-    fn options(
-        path: &Path,
-        image: &image::Image,
-        options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<SaveOptions> {
+    /// Development and file by keywords.
+    fn request(path: &Path, options: Option<&Bound<'_, PyDict>>) -> PyResult<SaveRequest> {
         let words = words(Purpose::Save, options)?;
-        save_options(path, &words, image).map_err(PyValueError::new_err)
+        SaveRequest::new(path, &words).map_err(PyValueError::new_err)
     }
 
     /// Bytes of a PNG file, with the default options.
     fn png(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
-        let (image, options) = self.contents(py)?;
-        let options = SaveOptions { channels: Vec::new(), ..options };
-        py.detach(|| image::encode(&image, Path::new("image.png"), &options))
-            .map_err(|error| of_file(&error))
+        let file = Path::new("image.png");
+        let (image, contents) = self.contents(py)?;
+        let request = [("metadata".to_owned(), vec!["none".to_owned()])];
+        let request = SaveRequest::new(file, &request).map_err(PyValueError::new_err)?;
+        let metadata = request.metadata(&self.receipt);
+        let options = SaveOptions { channels: Vec::new(), metadata, ..contents };
+        py.detach(|| image::encode(&image, file, &options)).map_err(|error| of_file(&error))
     }
 }
 
@@ -275,6 +292,74 @@ impl Image {
         self.arrays.bind(py).keys()
     }
 
+    /// dict: Receipt, as the program writes it into images: version, files of the scene and settings
+    /// on which the image depends, the hash of its samples, and the command, machine and costs of
+    /// the run. Content in memory is among the files as "scene in memory"; with files, the command
+    /// renders the same image.
+    #[getter]
+    fn receipt<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.receipt.to_text(),))
+    }
+
+    /// Denoises the colours by Open Image Denoise, as `--denoise` of the program does.
+    ///
+    /// Albedo and normals guide it if the image was rendered with these AOVs. The library is that of
+    /// the package pyoidn (`pip install "pathtracer[denoise]"`), or one that the program finds.
+    ///
+    /// Parameters
+    /// ----------
+    /// threads : int, optional
+    ///     Number of threads; by default one per core.
+    ///
+    /// Returns
+    /// -------
+    /// Image
+    ///     A new image, with the noisy colours as `image["noisy"]` and copies of the other arrays.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If the library is not found or cannot be opened.
+    /// RuntimeError
+    ///     If the library fails.
+    /// ValueError
+    ///     If the image is denoised already.
+    #[pyo3(signature = (*, threads = None))]
+    fn denoise(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Self> {
+        if self.denoiser.is_some() {
+            let message = "the image is denoised already; its array noisy is the rendered one";
+            return Err(PyValueError::new_err(message));
+        }
+        let (noisy, _) = self.contents(py)?;
+        let (pixels, version) = denoise::denoised(py, noisy, self.guides.clone(), threads)?;
+        let size = [self.height as usize, self.width as usize];
+        let arrays = PyDict::new(py);
+        for (name, array) in self.arrays.bind(py) {
+            arrays.set_item(name, array.call_method0("copy")?)?;
+        }
+        arrays.set_item(NOISY, arrays.as_any().get_item(COLOR)?)?;
+        arrays.set_item(COLOR, shaped(py, pixels.into_flattened(), size, 3)?)?;
+        let noisy = ["R", "G", "B"].map(|letter| FileChannel {
+            name: format!("{NOISY}.{letter}"),
+            array: NOISY.to_owned(),
+            half_suffices: true,
+        });
+        let mut receipt = self.receipt.clone();
+        if let Some(run) = &mut receipt.run {
+            run.command.insert(0, "--denoise".to_owned());
+        }
+        Ok(Self {
+            notes: self.notes.clone(),
+            arrays: arrays.unbind(),
+            channels: self.channels.iter().cloned().chain(noisy).collect(),
+            metadata: self.metadata.clone(),
+            receipt,
+            guides: self.guides.clone(),
+            denoiser: Some(version),
+            ..*self
+        })
+    }
+
     /// Develops the colours for a display.
     ///
     /// Parameters
@@ -301,8 +386,8 @@ impl Image {
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
         let (image, _) = self.contents(py)?;
-        let SaveOptions { tone, transfer, .. } =
-            Self::options(Path::new("image.png"), &image, options)?;
+        let request = Self::request(Path::new("image.png"), options)?;
+        let SaveOptions { tone, transfer, .. } = request.options(&image);
         let develop = |pixel: &[f32; 3]| tone.map(*pixel).map(|v| transfer.encode8(v));
         let levels: Vec<_> = py.detach(|| image.pixels.iter().flat_map(develop).collect());
         shaped(py, levels, [self.height as usize, self.width as usize], 3)
@@ -325,6 +410,8 @@ impl Image {
     ///     "float" or "half".
     /// exr_compression : str, optional
     ///     "none", "rle", "zips", "zip", "piz", "pxr24", "b44" or "b44a".
+    /// metadata : str, optional
+    ///     "full" for the receipt (default), "stable" for the receipt without the run, or "none".
     ///
     /// Raises
     /// ------
@@ -340,11 +427,17 @@ impl Image {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
         let (image, contents) = self.contents(py)?;
-        let SaveOptions { alpha, channels, metadata, .. } = contents;
+        let SaveOptions { alpha, channels, .. } = contents;
         let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let request = Self::request(&path, options)?;
+        let mut metadata = request.metadata(&self.receipt);
+        metadata.extend(self.metadata.iter().cloned());
+        metadata.extend(self.denoiser.as_ref().map(|version| {
+            let place = if is_exr { "; as rendered: layer noisy" } else { "" };
+            ("Denoiser".to_owned(), format!("Open Image Denoise {version}{place}"))
+        }));
         let channels = if is_exr { channels } else { Vec::new() };
-        let options =
-            SaveOptions { alpha, channels, metadata, ..Self::options(&path, &image, options)? };
+        let options = SaveOptions { alpha, channels, metadata, ..request.options(&image) };
         py.detach(|| image::save(&image, &path, &options)).map_err(|error| of_file(&error))
     }
 

@@ -5,10 +5,12 @@
 
 mod arrays;
 mod bvh;
+mod denoise;
 mod errors;
 mod finding;
 mod image;
 mod load;
+mod progress;
 mod queries;
 mod reading;
 mod render;
@@ -39,7 +41,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<queries::Hits>()?;
     module.add_class::<image::Image>()?;
     module.add_class::<render::Images>()?;
-    module.add_class::<render::Progress>()?;
+    module.add_class::<progress::Progress>()?;
     module.add("SceneError", module.py().get_type::<errors::SceneError>())?;
     module.add("Interrupted", module.py().get_type::<errors::Interrupted>())?;
     module.add_function(wrap_pyfunction!(program, module)?)?;
@@ -47,6 +49,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(load::loads, module)?)?;
     module.add_function(wrap_pyfunction!(load::default_scene, module)?)?;
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
+    module.add_function(wrap_pyfunction!(render::render_until, module)?)?;
     module.add_function(wrap_pyfunction!(render::render_iter, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

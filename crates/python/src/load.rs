@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use pt_cli::SceneOrigin;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
@@ -53,7 +54,7 @@ pub(crate) fn load(
     path: PathBuf,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Scene> {
-    Reading::new(options)?.file(py, path).map(Scene::from)
+    Reading::new(options)?.file(py, path)
 }
 
 /// Reads a scene from text or bytes.
@@ -97,7 +98,7 @@ pub(crate) fn loads(
             )));
         }
     };
-    Reading::new(options)?.content(py, bytes, format, &folder).map(Scene::from)
+    Reading::new(options)?.content(py, bytes, format, &folder)
 }
 
 /// The scene that the program renders if it is given none: a Cornell box with a mirror and a glass
@@ -108,5 +109,5 @@ pub(crate) fn loads(
 /// Scene
 #[pyfunction]
 pub(crate) fn default_scene() -> Scene {
-    pathtracer::default_scene().into()
+    Scene::new(pathtracer::default_scene(), SceneOrigin::default())
 }

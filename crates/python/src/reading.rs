@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use pathtracer::{FORMATS, Format, Limits, LoadError, LoadOptions, Placement, suggestions};
+use pathtracer::{FORMATS, Format, Limits, LoadOptions, LoadResult, Placement, suggestions};
+use pt_cli::SceneOrigin;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyString};
 
 use crate::errors::{in_argument, of_load};
+use crate::scene::Scene;
 use crate::worker::{self, End};
 
 /// Options of reading a scene, and the placement of its camera.
@@ -82,9 +84,10 @@ impl Reading {
     }
 
     /// Reads a file.
-    pub(crate) fn file(self, py: Python<'_>, path: PathBuf) -> PyResult<pathtracer::Scene> {
-        let Self { options, placement } = self;
-        run(py, placement, move || pathtracer::load_with(&path, &options))
+    pub(crate) fn file(self, py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
+        let origin = self.origin(Some(path.clone()))?;
+        let options = self.options;
+        run(py, origin, move || pathtracer::read_with(&path, &options))
     }
 
     /// Reads the content of a file of a format, which refers to files of a folder.
@@ -94,10 +97,28 @@ impl Reading {
         bytes: Vec<u8>,
         format: &str,
         folder: &Path,
-    ) -> PyResult<pathtracer::Scene> {
-        let path = folder.join(Path::new("scene").with_extension(extension(format)?));
-        let Self { options, placement } = self;
-        run(py, placement, move || pathtracer::parse_with(&bytes, &path, &options))
+    ) -> PyResult<Scene> {
+        let extension = extension(format)?;
+        let path = folder.join(Path::new("scene").with_extension(extension));
+        let origin = self.origin(None)?;
+        let options = self.options;
+        run(py, origin, move || {
+            let mut reading = pathtracer::read_content_with(&bytes, &path, &options);
+            let name = PathBuf::from(format!("scene in memory (.{extension})"));
+            reading.sources.insert(0, pathtracer::source_file(&name, &bytes));
+            reading
+        })
+    }
+
+    /// Origin of the scene, without its sources.
+    fn origin(&self, file: Option<PathBuf>) -> PyResult<SceneOrigin> {
+        Ok(SceneOrigin {
+            file,
+            folder: std::env::current_dir()?,
+            options: self.options.clone(),
+            placement: self.placement,
+            sources: Vec::new(),
+        })
     }
 }
 
@@ -142,18 +163,20 @@ fn limits(given: &Bound<'_, PyMapping>) -> PyResult<Limits> {
 /// Reads a scene on another thread, so that Ctrl-C ends the wait.
 fn run(
     py: Python<'_>,
-    placement: Option<Placement>,
-    read: impl FnOnce() -> Result<pathtracer::Scene, LoadError> + Send + 'static,
-) -> PyResult<pathtracer::Scene> {
+    origin: SceneOrigin,
+    read: impl FnOnce() -> LoadResult + Send + 'static,
+) -> PyResult<Scene> {
     // A reader cannot be stopped; it ends on its own.
-    let mut scene = match worker::run(py, read, |_| Ok(()), || Duration::ZERO)? {
-        End::Done(scene) => scene.map_err(|error| of_load(py, &error))?,
-        End::Stopped(error, _) => return Err(error),
-    };
-    if let Some(placement) = placement {
+    let LoadResult { scene, sources, .. } =
+        match worker::run(py, read, |_| Ok(()), || Duration::ZERO)? {
+            End::Done(reading) => reading,
+            End::Stopped(error, _) => return Err(error),
+        };
+    let mut scene = scene.map_err(|error| of_load(py, &error))?;
+    if let Some(placement) = origin.placement {
         scene.place_camera(placement);
     }
-    Ok(scene)
+    Ok(Scene::new(scene, SceneOrigin { sources, ..origin }))
 }
 
 /// Extension of the files of a format, from an extension or a name.

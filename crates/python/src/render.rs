@@ -1,125 +1,24 @@
 //! Rendering.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use pathtracer::{Observer, Outcome, ProgressUpdate, RenderStatistics, Session};
-use pt_cli::{Purpose, RenderRequest};
+use pathtracer::{Outcome, RenderStatistics};
+use pt_cli::{PreparedRender, Purpose, RenderRequest, SceneOrigin, Side};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::Interrupted;
 use crate::image::{Image, Rendered};
+use crate::progress::{Callbacks, Watch};
 use crate::scene::Scene;
-use crate::settings::words;
+use crate::settings::{word, words};
 use crate::worker::{self, End};
-
-/// State of a render.
-#[pyclass(frozen, get_all, module = "pathtracer")]
-pub(crate) struct Progress {
-    /// int: Number of samples that were taken or are not needed.
-    samples: u64,
-    /// int: Expected number of all samples.
-    total: u64,
-    /// int: Number of rays traced.
-    rays: u64,
-    /// float: Seconds since the start of the render.
-    seconds: f64,
-    /// float or None: Relative root mean square error of the image, if it is known.
-    error: Option<f64>,
-}
-
-#[pymethods]
-impl Progress {
-    /// float: Fraction of the samples, from 0 to 1.
-    #[getter]
-    fn fraction(&self) -> f64 {
-        self.samples as f64 / self.total.max(1) as f64
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Progress: {} of {} samples>", self.samples, self.total)
-    }
-}
-
-/// Shared state of the thread that renders and the one that waits.
-struct Watch {
-    start: Instant,
-    /// Time at which the render stops, whatever its state.
-    deadline: Option<Instant>,
-    /// Time from which on the render stops after any progress.
-    pause: Option<Instant>,
-    /// True if the render is to stop.
-    stopped: AtomicBool,
-    /// True once the scene is compiled.
-    is_rendering: AtomicBool,
-    /// True once this run took samples.
-    has_progress: AtomicBool,
-    /// Latest update, until it is reported.
-    latest: Mutex<Option<ProgressUpdate>>,
-}
-
-impl Observer for Watch {
-    fn progress(&self, update: &ProgressUpdate) {
-        // Tiles without missing samples are reported, too.
-        if update.rays > 0 {
-            self.has_progress.store(true, Ordering::Relaxed);
-        }
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        if latest.as_ref().is_none_or(|latest| latest.done <= update.done) {
-            *latest = Some(*update);
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        let is_over = |time: Option<Instant>| time.is_some_and(|time| Instant::now() >= time);
-        self.stopped.load(Ordering::Relaxed)
-            || is_over(self.deadline)
-            || self.has_progress.load(Ordering::Relaxed) && is_over(self.pause)
-    }
-}
-
-impl Watch {
-    fn new(deadline: Option<Instant>) -> Self {
-        Self {
-            start: Instant::now(),
-            deadline,
-            pause: None,
-            stopped: AtomicBool::new(false),
-            is_rendering: AtomicBool::new(false),
-            has_progress: AtomicBool::new(false),
-            latest: Mutex::new(None),
-        }
-    }
-
-    /// Stops the render; returns how long its end is waited for.
-    fn stop(&self) -> Duration {
-        self.stopped.store(true, Ordering::Relaxed);
-        // A compilation cannot be stopped; it ends on its own.
-        let renders = self.is_rendering.load(Ordering::Relaxed);
-        if renders { Duration::MAX } else { Duration::ZERO }
-    }
-
-    /// Calls `progress` if there is news.
-    fn report(&self, py: Python<'_>, progress: &Bound<'_, PyAny>) -> PyResult<()> {
-        let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(latest) = latest else { return Ok(()) };
-        let state = Progress {
-            samples: latest.done,
-            total: latest.total(),
-            rays: latest.rays,
-            seconds: self.start.elapsed().as_secs_f64(),
-            error: latest.error,
-        };
-        progress.call1((Py::new(py, state)?,)).map(drop)
-    }
-}
 
 /// A render under way.
 struct Job {
-    session: Session,
+    prepared: PreparedRender,
     threads: usize,
     tile_size: u32,
     /// Sums of all runs.
@@ -127,27 +26,35 @@ struct Job {
 }
 
 impl Job {
-    fn new(scene: &pathtracer::Scene, request: RenderRequest) -> Result<Self, Failure> {
+    fn new(
+        scene: &pathtracer::Scene,
+        origin: &SceneOrigin,
+        request: RenderRequest,
+    ) -> Result<Self, Failure> {
         let (threads, tile_size) = (request.threads(), request.tile_size());
-        let session = request.session(scene).map_err(Failure::Compile)?;
-        Ok(Self { session, threads, tile_size, statistics: RenderStatistics::default() })
+        let prepared = request.prepare(scene, origin).map_err(Failure::Compile)?;
+        Ok(Self { prepared, threads, tile_size, statistics: RenderStatistics::default() })
     }
 
     /// Takes the missing samples until it is stopped; returns the image so far.
     fn run(&mut self, watch: &Watch) -> Result<Rendered, Failure> {
-        watch.is_rendering.store(true, Ordering::Relaxed);
-        let rendered = self.session.render(self.threads, self.tile_size, watch);
+        watch.begin();
+        let PreparedRender { session, header } = &mut self.prepared;
+        let rendered = session.render(self.threads, self.tile_size, watch);
         let (outcome, run) = rendered.map_err(|error| Failure::Render(error.to_string()))?;
         let RenderStatistics { samples, rays, time, .. } = &mut self.statistics;
         *samples += run.samples;
         *rays += run.rays;
         *time += run.time;
-        Ok(Rendered::new(&self.session, outcome == Outcome::Finished, self.statistics))
+        (header.seconds, header.rays) = (time.as_secs_f64(), *rays);
+        header.finished = outcome == Outcome::Finished;
+        let receipt = pt_cli::provenance(header, session, self.threads);
+        Ok(Rendered::new(session.film(), session.names(), session.notes(), receipt))
     }
 }
 
 /// Failure of a render.
-enum Failure {
+pub(crate) enum Failure {
     /// The settings, or files that they name, are wrong for the scene.
     Compile(String),
     Render(String),
@@ -169,13 +76,15 @@ impl Failure {
 /// scene : Scene
 ///     Scene to be rendered.
 /// width, height : int, optional
-///     Size of the image in pixels, both or neither; by default the scene's, or 600 rows.
+///     Size of the image in pixels; one of them alone keeps the aspect ratio of the scene. By
+///     default the scene's size, or 600 rows.
 /// aovs : sequence of str, optional
 ///     Further quantities of the first hits, such as "albedo", "normal" and "depth", which become
 ///     arrays of the image.
-/// progress : callable, optional
+/// progress : callable or bool, optional
 ///     Called with a :class:`Progress` every few hundredths of a second while there is news. An
-///     exception that it raises ends the render.
+///     exception that it raises ends the render. True stands for a progress bar on standard error,
+///     if that is a terminal or a notebook.
 /// **settings
 ///     Options of the program, with underscores: `spp`, `max_depth`, `integrator`, `seed`,
 ///     `threads`, `target_error`, …; :func:`settings` describes all. None stands for the default.
@@ -203,29 +112,83 @@ pub(crate) fn render(
     progress: Option<&Bound<'_, PyAny>>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Image> {
+    let callbacks = Callbacks::new(scene.py(), progress, None)?;
+    rendered(scene, [width, height], aovs, &callbacks, settings)
+}
+
+/// Renders a scene as :func:`render` does, until it is complete or cancelled.
+///
+/// Parameters
+/// ----------
+/// scene, width, height, aovs, progress, **settings
+///     As for :func:`render`.
+/// cancelled : callable
+///     Called every few hundredths of a second; if it returns True, the render is stopped.
+///
+/// Returns
+/// -------
+/// Image
+///
+/// Raises
+/// ------
+/// RuntimeError
+///     If the render is cancelled.
+/// SceneError, TypeError, ValueError, Interrupted
+///     As :func:`render`.
+#[pyfunction]
+#[pyo3(signature = (
+    scene, cancelled, *, width = None, height = None, aovs = None, progress = None, **settings
+))]
+pub(crate) fn render_until(
+    scene: &Bound<'_, Scene>,
+    cancelled: Bound<'_, PyAny>,
+    width: Option<Bound<'_, PyAny>>,
+    height: Option<Bound<'_, PyAny>>,
+    aovs: Option<Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Image> {
+    let callbacks = Callbacks::new(scene.py(), progress, Some(cancelled))?;
+    rendered(scene, [width, height], aovs, &callbacks, settings)
+}
+
+fn rendered(
+    scene: &Bound<'_, Scene>,
+    size: [Option<Bound<'_, PyAny>>; 2],
+    aovs: Option<Bound<'_, PyAny>>,
+    callbacks: &Callbacks<'_>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Image> {
     let py = scene.py();
-    if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
-        let found = progress.get_type().name()?;
-        return Err(PyTypeError::new_err(format!("progress: found {found}, expected a callable")));
-    }
-    let request = request(py, [width, height], aovs, settings)?;
-    let watch = Arc::new(Watch::new(deadline(request.time_limit())));
-    let (scene, of_worker) = (Arc::clone(&scene.get().scene), Arc::clone(&watch));
-    let work = move || Job::new(&scene, request)?.run(&of_worker);
-    let poll = |py: Python<'_>| match progress {
-        Some(progress) => watch.report(py, progress),
-        None => Ok(()),
-    };
-    match worker::run(py, work, poll, || watch.stop())? {
-        End::Done(Ok(rendered)) => {
-            poll(py)?;
-            Image::new(py, rendered)
-        }
+    let request = request(py, size, aovs, settings)?;
+    let watch = Watch::new(deadline(request.time_limit()), None);
+    let (scene, origin) = scene.get().shared();
+    image_of(py, watch, callbacks, move |watch| Job::new(&scene, &origin, request)?.run(watch))
+}
+
+/// Renders an image on a thread of its own.
+///
+/// # Errors
+/// If the render fails, or a callback does. If Ctrl-C ends it, the error contains the image so far.
+pub(crate) fn image_of(
+    py: Python<'_>,
+    watch: Watch,
+    callbacks: &Callbacks<'_>,
+    render: impl FnOnce(&Watch) -> Result<Rendered, Failure> + Send + 'static,
+) -> PyResult<Image> {
+    let watch = Arc::new(watch);
+    let of_worker = Arc::clone(&watch);
+    let poll = |_: Python<'_>| callbacks.poll(&watch);
+    let end = worker::run(py, move || render(&of_worker), poll, || watch.stop())?;
+    let image = match end {
+        End::Done(Ok(rendered)) => callbacks.poll(&watch).and_then(|()| Image::new(py, rendered)),
         End::Done(Err(failure)) => Err(failure.into_error(py)),
         End::Stopped(error, rendered) => {
             Err(with_partial(py, error, rendered.and_then(Result::ok)))
         }
-    }
+    };
+    callbacks.close()?;
+    image
 }
 
 /// Renders a scene, and returns the image so far again and again.
@@ -265,8 +228,9 @@ pub(crate) fn render_iter(
     })?;
     let request = request(py, [width, height], aovs, settings)?;
     let deadline = deadline(request.time_limit());
-    let scene = Arc::clone(&scene.get().scene);
-    match worker::run(py, move || Job::new(&scene, request), |_| Ok(()), || Duration::ZERO)? {
+    let (scene, origin) = scene.get().shared();
+    let begin = move || Job::new(&scene, &origin, request);
+    match worker::run(py, begin, |_| Ok(()), || Duration::ZERO)? {
         End::Done(Ok(job)) => Ok(Images { job: Mutex::new(Some(job)), interval, deadline }),
         End::Done(Err(failure)) => Err(failure.into_error(py)),
         End::Stopped(error, _) => Err(with_partial(py, error, None)),
@@ -292,7 +256,7 @@ impl Images {
         let place = || self.job.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(mut job) = place().take() else { return Ok(None) };
         let pause = Instant::now().checked_add(self.interval);
-        let watch = Arc::new(Watch { pause, ..Watch::new(self.deadline) });
+        let watch = Arc::new(Watch::new(self.deadline, pause));
         let of_worker = Arc::clone(&watch);
         let work = move || {
             let rendered = job.run(&of_worker);
@@ -317,18 +281,22 @@ impl Images {
 }
 
 /// Resolves the settings, of which some are arguments of their own.
-fn request(
+pub(crate) fn request(
     py: Python<'_>,
     [width, height]: [Option<Bound<'_, PyAny>>; 2],
     aovs: Option<Bound<'_, PyAny>>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<RenderRequest> {
     let named = PyDict::new(py);
-    match (width, height) {
-        (None, None) => {}
-        (Some(width), Some(height)) => named.set_item("resolution", (width, height))?,
-        _ => return Err(PyValueError::new_err("width and height require each other")),
-    }
+    let side = match (width, height) {
+        (None, None) => None,
+        (Some(width), None) => Some((Side::Width, word("width", &width)?)),
+        (None, Some(height)) => Some((Side::Height, word("height", &height)?)),
+        (Some(width), Some(height)) => {
+            named.set_item("resolution", (width, height))?;
+            None
+        }
+    };
     if let Some(aovs) = aovs {
         named.set_item("aov", aovs)?;
     }
@@ -340,11 +308,15 @@ fn request(
         named.set_item(name, value)?;
     }
     let words = words(Purpose::Render, Some(&named))?;
-    RenderRequest::new(&words).map_err(PyValueError::new_err)
+    let request = RenderRequest::new(&words).and_then(|request| match side {
+        Some((side, pixels)) => request.with_side(side, &pixels),
+        None => Ok(request),
+    });
+    request.map_err(PyValueError::new_err)
 }
 
 /// End of a render that begins now; `None` beyond the range of the clock.
-fn deadline(limit: Option<Duration>) -> Option<Instant> {
+pub(crate) fn deadline(limit: Option<Duration>) -> Option<Instant> {
     Instant::now().checked_add(limit?)
 }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use pathtracer::queries::{SceneQueries, SurfaceHit};
 use pathtracer::scene_stats;
+use pt_cli::SceneOrigin;
 use pt_math::Ray;
 use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -20,7 +21,8 @@ use crate::worker::{self, End};
 /// A scene: shapes, materials, lights and cameras, as :func:`load` returns it.
 #[pyclass(frozen, module = "pathtracer")]
 pub(crate) struct Scene {
-    pub(crate) scene: Arc<pathtracer::Scene>,
+    scene: Arc<pathtracer::Scene>,
+    origin: Arc<SceneOrigin>,
     /// Surfaces, once a ray was asked for.
     surfaces: OnceLock<Arc<Surfaces>>,
 }
@@ -56,12 +58,6 @@ fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f64>) {
         (Ray { direction: (direction / length).as_vec3(), t_min, t_max, ..*ray }, length)
     };
     rays.iter().map(unit).unzip()
-}
-
-impl From<pathtracer::Scene> for Scene {
-    fn from(scene: pathtracer::Scene) -> Self {
-        Self { scene: Arc::new(scene), surfaces: OnceLock::new() }
-    }
 }
 
 /// Text of JSON; arrays of NumPy become lists, and paths text.
@@ -115,7 +111,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let text: String = json_of(scene)?.extract()?;
         let reading = Reading::new(options)?;
-        reading.content(scene.py(), text.into_bytes(), "json", &folder).map(Self::from)
+        reading.content(scene.py(), text.into_bytes(), "json", &folder)
     }
 
     /// str: Name of the scene: the one of the file, or the name of the file.
@@ -264,6 +260,16 @@ impl Scene {
 }
 
 impl Scene {
+    pub(crate) fn new(scene: pathtracer::Scene, origin: SceneOrigin) -> Self {
+        let (scene, origin) = (Arc::new(scene), Arc::new(origin));
+        Self { scene, origin, surfaces: OnceLock::new() }
+    }
+
+    /// The scene and its origin, for other threads.
+    pub(crate) fn shared(&self) -> (Arc<pathtracer::Scene>, Arc<SceneOrigin>) {
+        (Arc::clone(&self.scene), Arc::clone(&self.origin))
+    }
+
     /// Surfaces, compiled by the first call.
     fn surfaces(&self, py: Python<'_>) -> PyResult<Arc<Surfaces>> {
         if let Some(surfaces) = self.surfaces.get() {

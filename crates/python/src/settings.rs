@@ -109,7 +109,7 @@ fn groups_of(name: &str, groups: &Bound<'_, PyMapping>) -> PyResult<String> {
 }
 
 /// Word of a number, a text or a path.
-fn word(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+pub(crate) fn word(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_str()?.to_owned());
     }

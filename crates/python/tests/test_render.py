@@ -49,7 +49,7 @@ def test_files_have_the_bytes_of_the_program(
     assert image.complete
     for name in ["image.exr", "image.png"]:
         ours, theirs = tmp_path / f"ours_{name}", tmp_path / f"theirs_{name}"
-        image.save(ours)
+        image.save(ours, metadata="none")
         if name.endswith(".png") and "--aov" in options:
             continue
         program([scenes / file, "-r", 32, 24, "--metadata", "none", *options, "-f", theirs])
@@ -102,7 +102,7 @@ def test_files_contain_what_the_arrays_contain(scene: pathtracer.Scene, tmp_path
     assert levels.shape == (16, 24, 3)
     assert (levels == 137).all()
     assert (image.to_srgb(exposure=2) == 255).all()
-    image.save(tmp_path / "a.png")
+    image.save(tmp_path / "a.png", metadata="none")
     assert image._repr_png_() == (tmp_path / "a.png").read_bytes()
 
 
@@ -119,7 +119,10 @@ def test_files_contain_what_the_arrays_contain(scene: pathtracer.Scene, tmp_path
         ({"crop": 3}, TypeError, "crop: found int, expected a sequence"),
         ({"crop": np.zeros((2, 2))}, ValueError, "crop: found 2 values"),
         ({"crop": [0, 0, 900, 9]}, pathtracer.SceneError, "expected a cell with pixels inside"),
-        ({"width": 3}, ValueError, "width and height require each other"),
+        ({"width": 0}, ValueError, "width: found 0, expected a whole number from 1 on"),
+        ({"height": 2.5}, ValueError, "height: found 2.5, expected a whole number"),
+        ({"height": "3", "resolution": [3, 4]}, ValueError, "height and resolution"),
+        ({"width": 2**20}, pathtracer.SceneError, "resolution .* found too many pixels"),
         ({"width": 0, "height": 3}, ValueError, "resolution"),
         ({"width": -1, "height": 3}, ValueError, "resolution"),
         ({"width": 2**40, "height": 2**40}, ValueError, "resolution"),

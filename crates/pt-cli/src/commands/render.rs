@@ -16,7 +16,7 @@ use pathtracer::{
 use crate::checkpointing::Checkpointer;
 use crate::compat::WITHOUT_RECORDS;
 use crate::console::Console;
-use crate::film_header::film_header;
+use crate::film_header::{self, film_header};
 use crate::job::{CompileJob, EnvironmentFile, InputFiles, Mode, RenderJob};
 use crate::limits::Limit;
 use crate::lock::Lock;
@@ -192,7 +192,8 @@ impl PreparedScene {
     /// Header of the film of the image at `path`.
     fn film_header(&self, input: &InputFiles, path: &Path, command: Vec<String>) -> FilmHeader {
         let Self { scene, session, sources, .. } = self;
-        film_header(input, session, sources, &scene.missing, (path, command))
+        let header = film_header(input, session, sources, &scene.missing, command);
+        film_header::sealed(header, path)
     }
 
     /// Prints the warnings and notes of a scene.
@@ -230,33 +231,38 @@ pub(crate) fn prepare(
     start: Instant,
 ) -> Result<PreparedScene> {
     let mut sources = Vec::new();
-    let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
+    let environment = load_environment(input, mode, &mut sources)?;
     let (scene, hints) = load_scene(input, mode, &mut sources)?;
     limit.check_scene(&scene)?;
     let load = start.elapsed();
     let leaves_channels_out = settings.channels.leaves_out(&scene.settings);
-    let camera = load_camera(input.camera_file.as_deref(), &scene, mode, &mut sources)?;
+    let camera = load_camera(input, &scene, mode, &mut sources)?;
     let options = CompileOptions { environment, camera, ..options };
     let name = input.scene.as_ref().map_or("the scene".into(), |p| p.display().to_string());
     let session = compile(&name, &scene, CompileJob { options, crop, settings }, mode)?;
     Ok(PreparedScene { scene, session, sources, leaves_channels_out, hints, load })
 }
 
-/// Compiles a scene with the environment and the camera files of `input`.
+/// Compiles a scene that was read from some sources, with the environment and the camera files of
+/// `input`, once `complete` has completed the options; also returns the files that were read.
 ///
 /// # Errors
 /// If a file cannot be read, or the scene is invalid.
 pub(crate) fn compile_in_memory(
-    scene: &Scene,
+    (scene, of_scene): (&Scene, &[SourceFile]),
     input: &InputFiles,
     CompileJob { options, crop, settings }: CompileJob,
     mode: Mode,
-) -> Result<Session> {
+    complete: impl FnOnce(&mut CompileOptions) -> Result<()>,
+) -> Result<(Session, Vec<SourceFile>)> {
     let mut sources = Vec::new();
-    let environment = load_environment(input.environment.as_ref(), mode, &mut sources)?;
-    let camera = load_camera(input.camera_file.as_deref(), scene, mode, &mut sources)?;
-    let options = CompileOptions { environment, camera, ..options };
-    compile("the scene", scene, CompileJob { options, crop, settings }, mode)
+    let environment = load_environment(input, mode, &mut sources)?;
+    sources.extend_from_slice(of_scene);
+    let camera = load_camera(input, scene, mode, &mut sources)?;
+    let mut options = CompileOptions { environment, camera, ..options };
+    complete(&mut options)?;
+    let session = compile("the scene", scene, CompileJob { options, crop, settings }, mode)?;
+    Ok((session, sources))
 }
 
 /// Compiles a scene with this name in messages.
@@ -324,7 +330,7 @@ fn load_scene(
     if let Some(lines) = mode.lines() {
         (lines.input)(path);
     }
-    let reading = pathtracer::read_with(path, &input.load);
+    let reading = pathtracer::read_with(&input.place(path), &input.load);
     sources.extend(reading.sources);
     if reading.scene.is_err() && !mode.strict {
         warn_missing(&reading.missing);
@@ -336,11 +342,12 @@ fn load_scene(
 /// Reads the environment map; by some policies, also writes the image of its sampling
 /// probabilities.
 fn load_environment(
-    file: Option<&EnvironmentFile>,
+    input: &InputFiles,
     mode: Mode,
     sources: &mut Vec<SourceFile>,
 ) -> Result<Option<EnvironmentMap>> {
-    let Some(EnvironmentFile { path, layout }) = file else { return Ok(None) };
+    let Some(EnvironmentFile { path, layout }) = &input.environment else { return Ok(None) };
+    let path = &input.place(path);
     if let Some(lines) = mode.lines() {
         (lines.loading_environment)(path);
     }
@@ -371,12 +378,13 @@ fn load_environment(
 
 /// Reads the camera settings file, if there is one.
 fn load_camera(
-    path: Option<&Path>,
+    input: &InputFiles,
     scene: &Scene,
     mode: Mode,
     sources: &mut Vec<SourceFile>,
 ) -> Result<Option<Camera>> {
-    let Some(path) = path else { return Ok(None) };
+    let Some(path) = &input.camera_file else { return Ok(None) };
+    let path = &input.place(path);
     let (mut camera, source) = camera_file::load(path)?;
     sources.push(source);
     if let Some(of_scene) = scene.camera() {

@@ -58,6 +58,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     trust::enter(&first, &about, &cli)?;
     let is_quiet = cli.quiet;
     let earlier = EarlierRun {
+        folder: None,
         layout: Some(run.layout),
         resumes: false,
         expected: Some(Box::new(receipt.clone())),

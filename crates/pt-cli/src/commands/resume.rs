@@ -57,7 +57,8 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.restart = false;
     trust::distrust(&resume.file, &mut cli, &resume.folders);
     trust::enter(&output, &about, &cli)?;
-    let earlier = EarlierRun { layout: Some(about.layout), resumes: true, expected: None };
+    let earlier =
+        EarlierRun { folder: None, layout: Some(about.layout), resumes: true, expected: None };
     render::run(resolve(cli, command, earlier).map_err(anyhow::Error::msg)?)
 }
 

@@ -42,8 +42,3 @@ pub(super) fn check(cli: &Cli) -> Result<(), String> {
     }
     Ok(())
 }
-
-/// Minimum number of light groups, with the group of the remaining lights.
-pub(super) fn least(cli: &Cli) -> usize {
-    cli.light_groups.as_ref().map_or(0, |wanted| wanted.named.len() + 1)
-}

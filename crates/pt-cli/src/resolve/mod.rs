@@ -4,7 +4,7 @@
 mod image;
 mod light_groups;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pathtracer::provenance::Provenance;
 use pathtracer::{
@@ -14,23 +14,21 @@ use pathtracer::{
 
 use crate::args::Cli;
 use crate::job::{
-    CompileJob, DisplayJob, EnvironmentFile, InputFiles, MemoryPlan, Mode, PixelBytes, RenderJob,
-    Schedule,
+    CompileJob, DisplayJob, EnvironmentFile, InputFiles, MemoryPlan, Mode, PIXEL_BYTES, PixelBytes,
+    RenderJob, Schedule,
 };
 use crate::output::is_film;
 use crate::parse::{self, Exposure};
 use crate::settings::{ChannelRequest, SettingsRequest};
 
-/// Maximum number of pixels of an image, by the memory of ordinary machines.
-const MAX_PIXELS: u64 = 1 << 28;
-/// Bytes per pixel, without additional channels.
-const PIXEL_BYTES: u64 = 125;
 /// Bytes per pixel of a sample plan and of its computation.
 const PLAN_BYTES: u64 = 64;
 
 /// Earlier run that a render continues or repeats.
 #[derive(Default)]
 pub(crate) struct EarlierRun {
+    /// Folder of the relative paths of its command; `None` for the current one.
+    pub(crate) folder: Option<PathBuf>,
     /// Number of samples for which the points of the sampler were generated.
     pub(crate) layout: Option<u32>,
     /// True if existing samples must belong to this image, as for `resume`.
@@ -58,13 +56,8 @@ pub(crate) fn resolve(
         denoise: cli.denoise,
         transparency: policies.transparency,
     };
-    let memory = memory(&cli, &channels);
-    let most = MAX_PIXELS * PIXEL_BYTES / memory.pixel.with_groups(light_groups::least(&cli));
-    if let Some([w, h]) = memory.resolution
-        && u64::from(w) * u64::from(h) > most
-    {
-        return Err(format!("-r {w} {h}: found too many pixels, expected at most {most}"));
-    }
+    let memory = memory(&cli, &channels, earlier.folder.as_deref());
+    memory.check_pixels()?;
     let mode = Mode { quiet: cli.quiet, strict: cli.strict, policies };
     let scene = cli.paths.first().cloned();
     let compile = CompileJob {
@@ -76,10 +69,11 @@ pub(crate) fn resolve(
         mode,
         compile,
         memory,
-        schedule: schedule(&cli, earlier),
+        schedule: schedule(&cli, earlier.resumes, earlier.expected),
         output: image::output(&cli, scene.as_deref()),
         display: DisplayJob { kind: cli.progress, is_adaptive: adaptive.is_some() },
         input: InputFiles {
+            folder: earlier.folder,
             load: LoadOptions {
                 ignore_attenuation: policies.ignores_attenuation,
                 ..cli.loading.options(cli.strict)
@@ -94,14 +88,15 @@ pub(crate) fn resolve(
     })
 }
 
-fn memory(cli: &Cli, channels: &ChannelRequest) -> MemoryPlan {
+fn memory(cli: &Cli, channels: &ChannelRequest, folder: Option<&Path>) -> MemoryPlan {
     let kept = channels.of_command_line();
     let factor =
         if cli.stop.has_target() || kept.iter().any(|aov| aov.is_of_half()) { 2 } else { 1 };
+    let files = cli.paths.first().into_iter().chain(&cli.environment);
     let base = factor * (PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64);
     MemoryPlan {
         limit: cli.max_memory.map(|size| size.as_u64()),
-        files: cli.paths.first().into_iter().chain(&cli.environment).cloned().collect(),
+        files: files.map(|file| folder.map_or_else(|| file.clone(), |f| f.join(file))).collect(),
         resolution: cli.resolution.as_deref().and_then(|size| size.try_into().ok()),
         crop: cli.cell.as_deref().and_then(|cell| cell.get(2..)?.try_into().ok()),
         pixel: PixelBytes {
@@ -134,7 +129,7 @@ fn compile_options(cli: &Cli, resolution: Option<[u32; 2]>) -> CompileOptions {
     }
 }
 
-fn schedule(cli: &Cli, earlier: EarlierRun) -> Schedule {
+fn schedule(cli: &Cli, resumes: bool, expected: Option<Box<Provenance>>) -> Schedule {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     Schedule {
         threads: match cli.threads {
@@ -148,8 +143,8 @@ fn schedule(cli: &Cli, earlier: EarlierRun) -> Schedule {
         checkpoint_every: Some(cli.checkpoint_every)
             .filter(|every| !every.is_zero() && cli.policies().films),
         restart: cli.restart,
-        resumes: earlier.resumes,
-        expected: earlier.expected,
+        resumes,
+        expected,
     }
 }
 

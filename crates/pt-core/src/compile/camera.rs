@@ -53,12 +53,8 @@ pub(super) fn compile(
     if let (Some(camera), Some(places)) = (&mut author, &places) {
         (camera.to_world, camera.motion) = (places[0].to_world, None);
     }
-    let view = match &author {
-        _ if options.panorama => View::Panorama,
-        Some(camera) => camera.projection,
-        None => DEFAULT_VIEW,
-    };
-    let resolution = resolution(scene, extent(view), options);
+    let view = view(author.as_ref(), options);
+    let resolution = size(scene, extent(view), options);
     let keep = author.as_ref().map_or(Fit::Whole, |camera| camera.fit);
     let half = half_extent((scene, view, keep), placement, resolution, options);
     let surfaces = || framing::surface_extent(scene, Some(shutter));
@@ -313,9 +309,25 @@ fn half_tan(degrees: f64) -> f64 {
     libm::tan(0.5 * degrees.to_radians())
 }
 
-/// Resolution by the options or the file; by default, 600 rows, and columns by the aspect ratio of
-/// the camera.
-fn resolution(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32; 2] {
+/// Returns the width and height of the image of a scene: those of the options or the file; by
+/// default, 600 rows, and columns by the aspect ratio of the camera.
+pub fn resolution(scene: &Scene, options: &CompileOptions) -> [u32; 2] {
+    let of_scene = || of_scene(scene, options, &mut Notes::default());
+    let author = options.camera.as_ref().or_else(of_scene);
+    size(scene, extent(view(author, options)), options)
+}
+
+/// View of the author's camera, or of a default one.
+fn view(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> View {
+    match author {
+        _ if options.panorama => View::Panorama,
+        Some(camera) => camera.projection,
+        None => DEFAULT_VIEW,
+    }
+}
+
+/// Resolution for a view of this extent.
+fn size(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32; 2] {
     let suitable = || [((600.0 * x / y).round() as u32).clamp(1, 6000), 600];
     let fixed = options.policies.camera.resolution;
     options.resolution.or(fixed).or(scene.settings.resolution).unwrap_or_else(suitable)

@@ -30,6 +30,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+pub use camera::resolution;
 pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_scene::{Hint, Notes, Scene, Span};
