@@ -48,6 +48,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use command_args::Command;
+pub use commands::explain::{PixelRequest, explain};
 pub use origin::SceneOrigin;
 pub use provenance::provenance;
 pub use request::{

@@ -348,7 +348,7 @@ fn underscored(long: &str) -> String {
 }
 
 /// Replaces options in a message by keywords: `--max-depth`, and the short `-m`, by `max_depth`.
-fn in_keywords(message: &str) -> String {
+pub(crate) fn in_keywords(message: &str) -> String {
     let command = Cli::command();
     let of_short = |short: char| {
         let arg = command.get_arguments().find(|arg| arg.get_short() == Some(short));

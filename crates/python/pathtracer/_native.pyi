@@ -25,6 +25,7 @@ __all__ = [
     "SceneError",
     "__version__",
     "default_scene",
+    "explain",
     "load",
     "loads",
     "program",
@@ -257,6 +258,17 @@ class Images:
     def __next__(self) -> Image: ...
 
 def default_scene() -> Scene: ...
+def explain(
+    scene: Scene | _Path,
+    x: SupportsIndex,
+    y: SupportsIndex,
+    *,
+    sample: SupportsIndex | None = None,
+    top: SupportsIndex | None = None,
+    width: _Integer | None = None,
+    height: _Integer | None = None,
+    **settings: Unpack[_Settings],
+) -> list[dict[str, Any]]: ...
 def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(
     text: str | bytes, format: str, folder: _Path = ..., **options: Unpack[_LoadOptions]

@@ -7,6 +7,7 @@ mod arrays;
 mod bvh;
 mod denoise;
 mod errors;
+mod explain;
 mod finding;
 mod image;
 mod load;
@@ -51,5 +52,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
     module.add_function(wrap_pyfunction!(render::render_until, module)?)?;
     module.add_function(wrap_pyfunction!(render::render_iter, module)?)?;
+    module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

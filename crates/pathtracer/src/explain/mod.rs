@@ -211,25 +211,38 @@ fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
 /// The items with the greatest values above 0 among many; among equals, the earlier one precedes.
 struct Brightest<T> {
     most: usize,
-    /// Values and items, the greatest first.
-    sorted: Vec<(f64, T)>,
+    /// Value that others must exceed.
+    limit: f64,
+    /// Values and items, the greatest among them.
+    kept: Vec<(f64, T)>,
 }
 
 impl<T> Brightest<T> {
     fn new(most: usize) -> Self {
-        Self { most, sorted: Vec::new() }
+        Self { most, limit: if most > 0 { 0.0 } else { f64::INFINITY }, kept: Vec::new() }
     }
 
     fn offer(&mut self, value: f64, thing: impl FnOnce() -> T) {
-        let place = self.sorted.partition_point(|&(known, _)| known >= value);
-        if value > 0.0 && place < self.most {
-            self.sorted.insert(place, (value, thing()));
-            self.sorted.truncate(self.most);
+        if value > self.limit {
+            self.kept.push((value, thing()));
+            if self.kept.len() >= self.most.saturating_mul(2) {
+                self.prune();
+            }
         }
     }
 
-    fn into_sorted(self) -> Vec<T> {
-        self.sorted.into_iter().map(|(_, thing)| thing).collect()
+    /// Sorts the items, and drops all but the greatest.
+    fn prune(&mut self) {
+        self.kept.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        self.kept.truncate(self.most);
+        if let Some((least, _)) = self.kept.last().filter(|_| self.kept.len() == self.most) {
+            self.limit = *least;
+        }
+    }
+
+    fn into_sorted(mut self) -> Vec<T> {
+        self.prune();
+        self.kept.into_iter().map(|(_, thing)| thing).collect()
     }
 }
 
@@ -290,5 +303,13 @@ mod tests {
             brightest.offer(value, || i);
         }
         assert_eq!(brightest.into_sorted(), [2, 3, 5]);
+        let random = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 24);
+        let mut all: Vec<u32> = (0..1000).filter(|&i| random(i) > 0.0).collect();
+        all.sort_by(|&a, &b| random(b).total_cmp(&random(a)));
+        for most in [0, 1, 7, usize::MAX] {
+            let mut brightest = Brightest::new(most);
+            (0..1000).for_each(|i| brightest.offer(random(i), || i));
+            assert_eq!(brightest.into_sorted(), all[..most.min(all.len())]);
+        }
     }
 }

@@ -102,7 +102,7 @@ fn thing_value(thing: &SceneItem) -> Value {
     json!({ "kind": thing.kind, "object": thing.object, "material": thing.material })
 }
 
-fn vertex_value(names: NameLookup, vertex: &Vertex) -> Value {
+pub(super) fn vertex_value(names: NameLookup, vertex: &Vertex) -> Value {
     let place = match vertex.site {
         ScatterSite::Surface { primitive, lobe, .. } => json!({
             "surface": thing_value(&names.primitive(primitive)),
@@ -141,7 +141,7 @@ fn contribution_value(names: NameLookup, trace: &Trace, contribution: &Contribut
     })
 }
 
-fn source_value(names: NameLookup, source: &LightSource) -> Value {
+pub(super) fn source_value(names: NameLookup, source: &LightSource) -> Value {
     match source {
         LightSource::Emitter { p, primitive, radiance, weight, is_sampled } => json!({
             "kind": "emitter",

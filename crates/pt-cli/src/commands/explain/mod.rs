@@ -1,21 +1,28 @@
 //! `pathtracer explain`: the light paths of a pixel and their contributions.
 
 mod json;
+mod rows;
 mod text;
 mod words;
 
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use pathtracer::explain::{self, NameLookup};
-use pathtracer::{HALF_B_OFFSET, Region, Session};
+use pathtracer::{HALF_B_OFFSET, Region, Scene, Session, Settings};
+use serde_json::Value;
 
 use crate::command_args::{Explain, OfPixel};
 use crate::commands::render::{self, PreparedScene};
 use crate::job::RenderJob;
 use crate::limits::Limit;
+use crate::request::in_keywords;
 use crate::{command_line, output};
+
+/// Message about settings with which samples are not sums of single paths.
+const ONE_BY_ONE: &str = "explain follows paths one by one; omit --path-splitting and --path-reuse, \
+                          which change the noise only";
 
 /// Prints the explanation of a pixel, or of one of its samples.
 ///
@@ -23,11 +30,7 @@ use crate::{command_line, output};
 /// If the options are invalid, if the pixel or sample does not exist, or as a render.
 pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     cli.policies().records.map_err(anyhow::Error::msg)?;
-    ensure!(
-        cli.split == 1 && cli.path_reuse == 1,
-        "explain follows paths one by one; omit --path-splitting and --path-reuse, which change \
-         the noise only"
-    );
+    ensure!(cli.split == 1 && cli.path_reuse == 1, ONE_BY_ONE);
     ensure!(
         !cli.man && cli.completions.is_none(),
         "--man and --completions are not supported by explain; use them without a command"
@@ -48,7 +51,8 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     }
     let names = NameLookup::new(scene, session.scene());
     let text = if let Some(number) = of.sample {
-        check_sample(number, first, session)?;
+        check_sample(number, first, session)
+            .map_err(|message| anyhow!("--sample {number}: {message}"))?;
         match explain::explain_sample(session, pixel, number)? {
             Some(sample) if of.json => json::sample(names, pixel, &sample),
             Some(sample) => text::sample(names, pixel, &sample),
@@ -68,41 +72,87 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
 /// Returns the coordinates of the pixel, or an error if it is not rendered.
 fn pixel(of: &OfPixel, session: &Session) -> Result<[u32; 2]> {
     let &OfPixel { column: x, row: y, .. } = of;
-    let [width, height] = session.scene().camera.resolution;
-    ensure!(
-        x < width && y < height,
-        "-x {x} -y {y}: found a pixel outside of the image of {width} x {height}, expected a \
-         column from 0 to {} and a row, from the top, from 0 to {}",
-        width - 1,
-        height - 1
-    );
-    let region @ Region { x: left, y: top, .. } = session.film().region();
-    ensure!(
-        region.contains([x, y]),
-        "-x {x} -y {y}: only columns {left} to {} and rows {top} to {}, from the top, are rendered",
-        left + region.width - 1,
-        top + region.height - 1
-    );
+    check_pixel([x, y], session).map_err(|message| anyhow!("-x {x} -y {y}: {message}"))?;
     Ok([x, y])
 }
 
-fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
+/// Returns an error if a pixel is not rendered.
+fn check_pixel([x, y]: [u32; 2], session: &Session) -> Result<(), String> {
+    let [width, height] = session.scene().camera.resolution;
+    if x >= width || y >= height {
+        return Err(format!(
+            "found a pixel outside of the image of {width} x {height}, expected a column from 0 to \
+             {} and a row, from the top, from 0 to {}",
+            width - 1,
+            height - 1
+        ));
+    }
+    let region @ Region { x: left, y: top, .. } = session.film().region();
+    if region.contains([x, y]) {
+        return Ok(());
+    }
+    Err(format!(
+        "only columns {left} to {} and rows {top} to {}, from the top, are rendered",
+        left + region.width - 1,
+        top + region.height - 1
+    ))
+}
+
+/// Returns an error if a sample is not taken.
+fn check_sample(number: u32, first: u32, session: &Session) -> Result<(), String> {
     let spp = session.settings().spp;
     if session.settings().in_halves() {
         let of_half = spp.div_ceil(2);
-        ensure!(
-            number & !HALF_B_OFFSET < of_half,
-            "--sample {number}: expected 0 to {} (first half) or {HALF_B_OFFSET} to {} (second \
-             half)",
+        if number & !HALF_B_OFFSET < of_half {
+            return Ok(());
+        }
+        return Err(format!(
+            "expected 0 to {} (first half) or {HALF_B_OFFSET} to {} (second half)",
             of_half - 1,
             HALF_B_OFFSET + (of_half - 1)
-        );
+        ));
+    }
+    if (first..spp).contains(&number) {
         return Ok(());
     }
-    ensure!(
-        (first..spp).contains(&number),
-        "--sample {number}: expected {first} to {}; set the number of samples with -s",
-        spp.saturating_sub(1)
-    );
-    Ok(())
+    Err(format!("expected {first} to {}; set the number of samples with -s", spp.saturating_sub(1)))
+}
+
+/// Pixel of a scene in memory that is explained.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelRequest {
+    /// Column from the left and row from the top, from 0.
+    pub pixel: [u32; 2],
+    /// Number of a sample; `None` for all of them.
+    pub sample: Option<u32>,
+    /// Maximum number of paths; `None` for all of them.
+    pub top: Option<usize>,
+}
+
+/// Table of the light paths of a pixel in descending order of luminance, or of all contributions of
+/// one of its samples: JSON objects with the fields of the program's explanation.
+///
+/// # Errors
+/// A message if the pixel or the sample is not rendered, or the settings do not follow single
+/// paths.
+pub fn explain(scene: &Scene, session: &Session, of: PixelRequest) -> Result<Value, String> {
+    table(scene, session, of).map(Value::Array).map_err(|error| in_keywords(&error.to_string()))
+}
+
+fn table(scene: &Scene, session: &Session, of: PixelRequest) -> Result<Vec<Value>> {
+    let PixelRequest { pixel, sample, top } = of;
+    let Settings { split, reuse, .. } = session.settings();
+    ensure!(*split == 1 && *reuse == 1, ONE_BY_ONE);
+    let [x, y] = pixel;
+    check_pixel(pixel, session).map_err(|message| anyhow!("x {x}, y {y}: {message}"))?;
+    let names = NameLookup::new(scene, session.scene());
+    let Some(number) = sample else {
+        let explanation = explain::explain(session, pixel, 0, top.unwrap_or(usize::MAX))?;
+        return Ok(rows::explanation(names, session, &explanation));
+    };
+    check_sample(number, 0, session).map_err(|message| anyhow!("sample {number}: {message}"))?;
+    match explain::explain_sample(session, pixel, number)? {
+        Some(sample) => Ok(rows::sample(names, &sample)),
+        None => bail!("sample {number} cannot be taken"),
+    }
 }
