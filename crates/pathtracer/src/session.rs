@@ -184,6 +184,11 @@ impl Session {
         &self.settings
     }
 
+    /// Returns the samples so far.
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
     /// The samples so far.
     pub fn film(&self) -> &Film {
         &self.film

@@ -9,7 +9,7 @@ use pathtracer::film_file::{FilmHeader, film_of_image};
 use pathtracer::provenance::Provenance;
 use pathtracer::{Film, Observer, Outcome, ProgressUpdate, RenderStatistics, Session};
 
-use crate::console::Console;
+use crate::console::Monitor;
 use crate::job::{Mode, Schedule};
 use crate::output::{Output, is_film};
 use crate::provenance::provenance;
@@ -120,11 +120,6 @@ impl Checkpointer {
         Ok(())
     }
 
-    /// Provenance metadata of the image.
-    fn receipt(&self, session: &Session) -> Provenance {
-        provenance(&self.about, session, self.threads)
-    }
-
     /// Returns true if a film is written from which the render can be resumed.
     pub(crate) fn keeps(&self) -> bool {
         self.keeper.is_some()
@@ -139,7 +134,7 @@ impl Checkpointer {
     pub(crate) fn render(
         &mut self,
         session: &mut Session,
-        console: &Console,
+        console: &dyn Monitor,
         viewer: &mut Option<Viewer>,
     ) -> Result<(Outcome, RenderStatistics)> {
         let mut all = RenderStatistics::default();
@@ -195,7 +190,7 @@ impl Checkpointer {
     }
 
     /// Writes the film and the image. The film of a finished image is kept if the image is an EXR
-    /// file. Returns the files, and the provenance of the image if one is written.
+    /// file. Returns the files, and the provenance of the image.
     ///
     /// # Errors
     /// If a file cannot be written; the others are written nonetheless.
@@ -204,7 +199,7 @@ impl Checkpointer {
         session: &Session,
         output: &Output,
         progress: Outcome,
-    ) -> Result<(Vec<PathBuf>, Option<Provenance>)> {
+    ) -> Result<(Vec<PathBuf>, Provenance)> {
         let is_part = output.is_film();
         let keeps = progress == Outcome::Cancelled || is_kept(output.path());
         if let Some(Err(error)) = self.keeper.as_mut().map(Checkpoint::wait) {
@@ -216,11 +211,8 @@ impl Checkpointer {
         } else {
             Ok(())
         };
-        let receipt = (!is_part).then(|| self.receipt(session));
-        let mut files = match &receipt {
-            Some(receipt) => output.write(session, receipt)?,
-            None => Vec::new(),
-        };
+        let receipt = provenance(&self.about, session, self.threads);
+        let mut files = if is_part { Vec::new() } else { output.write(session, &receipt)? };
         saved.context(if is_part {
             "the samples are lost"
         } else {
@@ -270,7 +262,7 @@ fn is_kept(image: &Path) -> bool {
 
 /// Observer that cancels the render at Ctrl-C or at a point in time.
 struct Deadline<'a> {
-    console: &'a Console,
+    console: &'a dyn Monitor,
     pause: Option<Instant>,
     /// Rays of the earlier parts of the render.
     rays: u64,

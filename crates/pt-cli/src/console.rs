@@ -23,6 +23,36 @@ const JSON_EVERY: Duration = Duration::from_millis(500);
 /// Interval between updates of the progress bar.
 const DRAW_EVERY: Duration = Duration::from_millis(100);
 
+/// Observer of a render that also shows messages and its end.
+pub(crate) trait Monitor: Observer {
+    /// Shows a line.
+    fn say(&self, text: &str);
+
+    /// Ends the display of the progress.
+    fn finish(&self, progress: Outcome);
+}
+
+/// Observer of a render that is run as a library, which shows nothing.
+pub(crate) struct Unseen<'a>(pub(crate) &'a dyn Observer);
+
+impl Observer for Unseen<'_> {
+    fn progress(&self, advance: &ProgressUpdate) {
+        self.0.progress(advance);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+impl Monitor for Unseen<'_> {
+    fn say(&self, text: &str) {
+        report!("{text}");
+    }
+
+    fn finish(&self, _: Outcome) {}
+}
+
 /// Progress display, according to the options and the terminal, and handler of Ctrl-C.
 pub(crate) struct Console {
     display: Display,
@@ -88,34 +118,6 @@ impl Console {
         Self { display, stop, start: Instant::now(), state: Mutex::new(state) }
     }
 
-    /// Prints a line, above the progress bar.
-    pub(crate) fn say(&self, text: &str) {
-        match &self.display {
-            Display::Bar(bar) => bar.println(printable(text)),
-            _ => report!("{text}"),
-        }
-    }
-
-    /// Removes the progress bar, or prints the last JSON line, whose state is `finished` or
-    /// `stopped`.
-    pub(crate) fn finish(&self, progress: Outcome) {
-        match (&self.display, self.state.lock()) {
-            (Display::Bar(bar), _) => bar.finish_and_clear(),
-            (Display::Json, Ok(mut state)) => {
-                let word = match progress {
-                    Outcome::Cancelled => "stopped",
-                    Outcome::Finished => {
-                        // The last update may have been dropped while another thread held the lock.
-                        state.latest.done = state.latest.total();
-                        "finished"
-                    }
-                };
-                json(word, &state, self.start.elapsed());
-            }
-            _ => {}
-        }
-    }
-
     /// Shows the latest update, if the interval of the display has passed.
     fn show(&self, state: &mut ConsoleState, now: Duration) {
         let advance = state.latest;
@@ -141,6 +143,36 @@ impl Console {
             _ => return,
         }
         (state.shown, state.percent) = (now, Some(percent));
+    }
+}
+
+impl Monitor for Console {
+    /// Prints the line, above the progress bar.
+    fn say(&self, text: &str) {
+        match &self.display {
+            Display::Bar(bar) => bar.println(printable(text)),
+            _ => report!("{text}"),
+        }
+    }
+
+    /// Removes the progress bar, or prints the last JSON line, whose state is `finished` or
+    /// `stopped`.
+    fn finish(&self, progress: Outcome) {
+        match (&self.display, self.state.lock()) {
+            (Display::Bar(bar), _) => bar.finish_and_clear(),
+            (Display::Json, Ok(mut state)) => {
+                let word = match progress {
+                    Outcome::Cancelled => "stopped",
+                    Outcome::Finished => {
+                        // The last update may have been dropped while another thread held the lock.
+                        state.latest.done = state.latest.total();
+                        "finished"
+                    }
+                };
+                json(word, &state, self.start.elapsed());
+            }
+            _ => {}
+        }
     }
 }
 

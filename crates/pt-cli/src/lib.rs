@@ -18,6 +18,7 @@ mod console;
 mod cpu;
 mod denoise;
 mod environment;
+mod film_commands;
 mod film_header;
 mod hints;
 mod job;
@@ -49,6 +50,7 @@ use std::process::ExitCode;
 
 use command_args::Command;
 pub use commands::explain::{PixelRequest, explain};
+pub use film_commands::{CommandError, FilmImage, merge, rerender, resume};
 pub use origin::SceneOrigin;
 pub use provenance::provenance;
 pub use request::{

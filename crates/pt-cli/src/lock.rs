@@ -1,10 +1,10 @@
 //! Lock on an output, so that two processes do not write the same image.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
 /// Lock on an output; other processes do not write it until the lock is dropped.
 #[derive(Debug)]
@@ -32,12 +32,13 @@ impl Lock {
                     let mut owner = String::new();
                     // The process number is only for the message.
                     let _ = (&mut file).take(20).read_to_string(&mut owner);
-                    bail!(
+                    let message = format!(
                         "{}: locked by another pathtracer (process {}); wait until it has ended, \
                          or choose another name with -f",
                         output.display(),
                         owner.trim()
                     );
+                    return Err(io::Error::new(ErrorKind::WouldBlock, message).into());
                 }
                 Ok(()) | Err(TryLockError::Error(_)) => {}
             }

@@ -3,6 +3,7 @@
 //! A message begins with its severity: `error`, `warning`, `note`, or `help` for advice, which is
 //! coloured on terminals unless the environment variable `NO_COLOR` is set.
 
+use std::cell::RefCell;
 use std::fmt::{Display, Write as _};
 use std::io::Write as _;
 
@@ -17,6 +18,11 @@ const SEVERITIES: [(&str, AnsiColor); 4] = [
     ("help", AnsiColor::Green),
 ];
 
+thread_local! {
+    /// Lines of this thread while they are collected.
+    static COLLECTED: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
 /// Prints a line to standard error, as [`message::report`](crate::message::report) does.
 macro_rules! report {
     ($($text:tt)*) => { $crate::message::report(format_args!($($text)*)) };
@@ -30,8 +36,27 @@ macro_rules! print_line {
 /// Prints a line to standard error, [printable]. Errors, such as a closed reader or a full disk,
 /// are ignored.
 pub(crate) fn report(text: impl Display) {
-    let text = colored(&printable(&text.to_string())) + "\n";
+    let text = printable(&text.to_string());
+    let is_collected = COLLECTED.with_borrow_mut(|lines| match lines {
+        Some(lines) => {
+            lines.push(text.clone());
+            true
+        }
+        None => false,
+    });
+    if is_collected {
+        return;
+    }
+    let text = colored(&text) + "\n";
     let _ = anstream::AutoStream::auto(std::io::stderr()).write_all(text.as_bytes());
+}
+
+/// Runs a command as a library: also returns the lines that it reports on this thread, which are not
+/// printed.
+pub(crate) fn collected<T>(command: impl FnOnce() -> T) -> (T, Vec<String>) {
+    COLLECTED.set(Some(Vec::new()));
+    let result = command();
+    (result, COLLECTED.take().unwrap_or_default())
 }
 
 /// A message whose severity, if it has one, is coloured.
@@ -132,6 +157,14 @@ mod tests {
         assert_eq!(colored("error: a: b"), "\u{1b}[1m\u{1b}[31merror\u{1b}[0m: a: b");
         assert_eq!(colored("errors: a"), "errors: a");
         assert_eq!(colored("saved a.png"), "saved a.png");
+    }
+
+    #[test]
+    fn lines_of_a_library_are_collected() {
+        let ((), lines) = collected(|| report("warning: a\u{1b}"));
+        assert_eq!(lines, ["warning: a\\u001b"]);
+        let ((), lines) = collected(|| {});
+        assert!(lines.is_empty());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Origin of scenes in memory.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use pathtracer::{LoadOptions, Placement, SourceFile};
@@ -56,13 +57,13 @@ impl SceneOrigin {
         });
         let camera = placement.or(camera.as_deref());
         all.extend(camera.map(|camera| format!("--camera={camera}")));
-        all.extend(self.path().map(|path| argument(&path)));
+        all.extend(self.path().map(|path| argument(&path).to_string_lossy().into_owned()));
         all
     }
 }
 
 /// Argument of a path that is not mistaken for an option.
-pub(crate) fn argument(path: &Path) -> String {
-    let text = path.display().to_string();
-    if text.starts_with('-') { format!("./{text}") } else { text }
+pub(crate) fn argument(path: &Path) -> OsString {
+    let is_like_option = path.as_os_str().as_encoded_bytes().starts_with(b"-");
+    if is_like_option { Path::new(".").join(path).into() } else { path.into() }
 }

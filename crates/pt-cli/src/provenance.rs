@@ -21,7 +21,8 @@ pub fn provenance(about: &FilmHeader, session: &Session, threads: usize) -> Prov
 pub(crate) fn of_file(provenance: &Provenance, file: &Path, arguments: &[String]) -> Provenance {
     let run = provenance.run.clone().map(|mut run| {
         run.command.extend_from_slice(arguments);
-        run.command.extend(["-f".to_owned(), origin::argument(file)]);
+        run.command
+            .extend(["-f".to_owned(), origin::argument(file).to_string_lossy().into_owned()]);
         RunStatistics { seal: seal::of(file, &run.folder, &run.command), ..run }
     });
     Provenance { run, ..provenance.clone() }

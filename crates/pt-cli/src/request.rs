@@ -28,6 +28,10 @@ pub enum Purpose {
     Render,
     /// The development of an image, and its file.
     Save,
+    /// The continuation of a render.
+    Resume,
+    /// The second render of an image.
+    Rerender,
 }
 
 impl Purpose {
@@ -36,10 +40,30 @@ impl Purpose {
     fn options(self) -> &'static [&'static str] {
         match self {
             Self::Render => RENDER,
+            Self::Resume => &[
+                "spp",
+                "threads",
+                "time_limit",
+                "checkpoint_every",
+                "allow_outside",
+                "allow_folder",
+            ],
+            Self::Rerender => &["output", "force", "threads", "allow_outside", "allow_folder"],
             Self::Save => {
                 &["png_bits", "exposure", "tonemap", "exr_type", "exr_compression", "receipt"]
             }
         }
+    }
+
+    /// Command with the options.
+    fn command(self) -> Command {
+        let name = match self {
+            Self::Render | Self::Save => return Cli::command(),
+            Self::Resume => "resume",
+            Self::Rerender => "rerender",
+        };
+        let all = crate::command_args::Command::command();
+        all.find_subcommand(name).cloned().unwrap_or_default()
     }
 
     fn applies(self, arg: &Arg) -> bool {
@@ -108,7 +132,7 @@ pub struct Keyword {
 
 /// Returns the keywords of a purpose, in the order of the program's help.
 pub fn keywords(purpose: Purpose) -> Vec<Keyword> {
-    let command = Cli::command();
+    let command = purpose.command();
     command.get_arguments().filter(|arg| purpose.applies(arg)).map(keyword).collect()
 }
 
@@ -147,7 +171,7 @@ fn job(purpose: Purpose, keywords: &Words, file: &str) -> Result<RenderJob, Stri
 /// # Errors
 /// A message if a keyword is unknown.
 pub(crate) fn arguments(purpose: Purpose, keywords: &Words) -> Result<Vec<String>, String> {
-    let command = Cli::command();
+    let command = purpose.command();
     let mut words = Vec::new();
     for (name, values) in keywords {
         let option = option(&command, purpose, name)?;
@@ -395,7 +419,7 @@ mod tests {
 
     #[test]
     fn each_listed_option_exists() {
-        for purpose in [Purpose::Render, Purpose::Save] {
+        for purpose in [Purpose::Render, Purpose::Save, Purpose::Resume, Purpose::Rerender] {
             let all = keywords(purpose);
             assert_eq!(all.len(), purpose.options().len());
             assert!(all.iter().all(|keyword| !keyword.help.is_empty()), "{all:#?}");

@@ -35,16 +35,24 @@ pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
     }
 }
 
-/// Changes to the folder in which the command of an output ran, if the program made the output for
-/// this user in this place, or if all files that the command reads are in allowed folders. If they
-/// are all in the folder of the output, changes to that one instead.
+/// Changes to the folder of a stored command, as [`folder`] returns it.
 ///
 /// # Errors
-/// If the files are elsewhere, or the folder cannot be entered.
+/// As [`folder`], or if the folder cannot be entered.
 pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> {
+    enter_folder(&folder(output, about, cli)?)
+}
+
+/// Returns the folder in which the command of an output ran, if the program made the output for this
+/// user in this place, or if all files that the command reads are in allowed folders. If they are
+/// all in the folder of the output, returns that one instead.
+///
+/// # Errors
+/// If the files are elsewhere.
+pub(crate) fn folder(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<PathBuf> {
     let folder = about.folder.as_path();
     if seal::is_ours(&about.seal, output, folder, &about.command) {
-        return enter_folder(folder);
+        return Ok(folder.to_owned());
     }
     let Folders { allow_outside, allow_folder } = &cli.loading.folders;
     let inputs: Vec<&PathBuf> =
@@ -55,7 +63,7 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
         path.is_relative() && place.starts_with(&own) && place.exists()
     };
     if inputs.iter().all(is_in_own) {
-        return enter_folder(&own);
+        return Ok(own);
     }
     let is_allowed = |place: &Path| {
         place.starts_with(&own) || allow_folder.iter().any(|dir| place.starts_with(resolved(dir)))
@@ -71,7 +79,7 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
             folder_of(&place).display()
         );
     }
-    enter_folder(folder)
+    Ok(folder.to_owned())
 }
 
 /// Changes to a folder. A missing folder is ignored: paths of the command may be absolute.

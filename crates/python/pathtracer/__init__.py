@@ -22,8 +22,11 @@ from ._native import (
     explain,
     load,
     loads,
+    merge,
     render,
     render_iter,
+    rerender,
+    resume,
     settings,
 )
 
@@ -42,8 +45,11 @@ __all__ = [
     "explain",
     "load",
     "loads",
+    "merge",
     "render",
     "render_async",
     "render_iter",
+    "rerender",
+    "resume",
     "settings",
 ]

@@ -28,10 +28,13 @@ __all__ = [
     "explain",
     "load",
     "loads",
+    "merge",
     "program",
     "render",
     "render_iter",
     "render_until",
+    "rerender",
+    "resume",
     "settings",
 ]
 
@@ -273,6 +276,7 @@ def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(
     text: str | bytes, format: str, folder: _Path = ..., **options: Unpack[_LoadOptions]
 ) -> Scene: ...
+def merge(paths: Sequence[_Path], output: _Path) -> Image: ...
 def program(arguments: Sequence[str | os.PathLike[str]]) -> int: ...
 def render(
     scene: Scene,
@@ -302,4 +306,25 @@ def render_iter(
     interval: float = 1.0,
     **settings: Unpack[_Settings],
 ) -> Images: ...
+def rerender(
+    path: _Path,
+    *,
+    output: _Path | None = None,
+    force: bool | None = None,
+    threads: _Integer | None = None,
+    allow_outside: bool | None = None,
+    allow_folders: Sequence[_Path] | None = None,
+    progress: _Report = None,
+) -> Image: ...
+def resume(
+    path: _Path,
+    *,
+    spp: _Integer | None = None,
+    threads: _Integer | None = None,
+    time_limit: _Real | None = None,
+    checkpoint_every: _Real | None = None,
+    allow_outside: bool | None = None,
+    allow_folders: Sequence[_Path] | None = None,
+    progress: _Report = None,
+) -> Image: ...
 def settings() -> dict[str, str]: ...

@@ -1,10 +1,17 @@
 //! Exceptions of the module.
 
+use std::io::ErrorKind;
+
 use pathtracer::LoadError;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pt_cli::CommandError;
+use pyo3::exceptions::{
+    PyBlockingIOError, PyFileNotFoundError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
+    PyRuntimeError, PyTypeError, PyValueError,
+};
 use pyo3::prelude::*;
 
 use crate::finding::Finding;
+use crate::scene::Scene;
 
 pyo3::create_exception!(
     pathtracer,
@@ -31,6 +38,27 @@ pub(crate) fn of_load(py: Python<'_>, error: &LoadError) -> PyErr {
     }
     let findings = error.each().iter().map(Finding::of_error).collect();
     of_scene(py, error.to_string(), findings)
+}
+
+/// Error of a command on films and images.
+pub(crate) fn of_command(py: Python<'_>, error: CommandError) -> PyErr {
+    // The keyword is a list, unlike the option.
+    let message = error.to_string().replace("allow_folder ", "allow_folders ");
+    match error {
+        CommandError::File { kind: ErrorKind::NotFound, .. } => {
+            PyFileNotFoundError::new_err(message)
+        }
+        CommandError::File { kind: ErrorKind::PermissionDenied, .. } => {
+            PyPermissionError::new_err(message)
+        }
+        CommandError::File { kind: ErrorKind::WouldBlock, .. } => {
+            PyBlockingIOError::new_err(message)
+        }
+        CommandError::File { .. } => PyOSError::new_err(message),
+        CommandError::Scene(_) => Scene::error(py, message),
+        CommandError::Input(_) => PyValueError::new_err(message),
+        CommandError::Different(_) => PyRuntimeError::new_err(message),
+    }
 }
 
 /// Message of the operating system for the number of an error.

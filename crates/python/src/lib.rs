@@ -8,6 +8,7 @@ mod bvh;
 mod denoise;
 mod errors;
 mod explain;
+mod films;
 mod finding;
 mod image;
 mod load;
@@ -52,6 +53,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
     module.add_function(wrap_pyfunction!(render::render_until, module)?)?;
     module.add_function(wrap_pyfunction!(render::render_iter, module)?)?;
+    module.add_function(wrap_pyfunction!(films::resume, module)?)?;
+    module.add_function(wrap_pyfunction!(films::merge, module)?)?;
+    module.add_function(wrap_pyfunction!(films::rerender, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

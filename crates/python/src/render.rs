@@ -4,12 +4,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use pathtracer::{Outcome, RenderStatistics};
-use pt_cli::{PreparedRender, Purpose, RenderRequest, SceneOrigin, Side};
+use pt_cli::{CommandError, PreparedRender, Purpose, RenderRequest, SceneOrigin, Side};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::Interrupted;
+use crate::errors::{Interrupted, of_command};
 use crate::image::{Image, Rendered};
 use crate::progress::{Callbacks, Watch};
 use crate::scene::Scene;
@@ -58,13 +58,15 @@ pub(crate) enum Failure {
     /// The settings, or files that they name, are wrong for the scene.
     Compile(String),
     Render(String),
+    Command(CommandError),
 }
 
 impl Failure {
-    fn into_error(self, py: Python<'_>) -> PyErr {
+    pub(crate) fn into_error(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Compile(message) => Scene::error(py, message),
             Self::Render(message) => PyRuntimeError::new_err(message),
+            Self::Command(error) => of_command(py, error),
         }
     }
 }

@@ -29,9 +29,26 @@ struct FilmPart {
 /// Merges films, and writes the image or the film of the sum.
 ///
 /// # Errors
-/// If a film cannot be read or does not match the others, or the output cannot be written.
+/// As [`merged`].
 pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
-    let path = &merge.output;
+    let whole = merged(&merge.films, &merge.output)?;
+    if !merge.quiet {
+        report!(
+            "saved {} of samples {} to {} per pixel, from {} films",
+            merge.output.display(),
+            whole.film.first(),
+            whole.about.spp,
+            merge.films.len()
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Merges films, writes the image or the film of the sum, and returns it.
+///
+/// # Errors
+/// If a film cannot be read or does not match the others, or the output cannot be written.
+pub(crate) fn merged(films: &[PathBuf], path: &Path) -> Result<FilmFile> {
     ensure!(
         image::is_image(path) || is_film(path),
         "-f {}: unknown extension; expected .png, .exr or .film",
@@ -39,34 +56,29 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     );
     output::check_writable(path)?;
     let _lock = Lock::take(path)?;
-    let mut parts = merge.films.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
+    let mut parts = films.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     parts.sort_by_key(|part| part.samples.start);
     check(&parts, !is_film(path))?;
     let are_ours = parts.iter().all(is_ours);
     let (paths, mut whole) = sum(parts);
     let FilmHeader { folder, command, .. } = &whole.about;
     whole.about.seal = if are_ours { seal::of(path, folder, command) } else { String::new() };
-    let samples = whole.film.first()..whole.about.spp;
     if is_film(path) {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
     } else {
         let cli = resume::stored_options(&paths[0], &whole.about)?;
         let job = resolve(cli, Vec::new(), EarlierRun::default()).map_err(anyhow::Error::msg)?;
-        let receipt = Provenance::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
-        let job_of_output = OutputJob { path: path.clone(), summary_json: None, ..job.output };
+        let receipt = provenance_of(&whole);
+        let job_of_output = OutputJob { path: path.to_owned(), summary_json: None, ..job.output };
         let output = Output::new(job_of_output, job.mode, 0)?;
         output.write_film(&whole.film, &whole.about.names, &receipt)?;
     }
-    if !merge.quiet {
-        report!(
-            "saved {} of samples {} to {} per pixel, from {} films",
-            path.display(),
-            samples.start,
-            samples.end,
-            paths.len()
-        );
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(whole)
+}
+
+/// Provenance of the image of a film.
+pub(crate) fn provenance_of(FilmFile { about, film }: &FilmFile) -> Provenance {
+    Provenance::new(about, film, Some(run_of(about, None)))
 }
 
 /// Returns true if the program made the film for this user in its place: as an output, or beside an

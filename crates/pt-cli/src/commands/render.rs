@@ -15,7 +15,7 @@ use pathtracer::{
 
 use crate::checkpointing::Checkpointer;
 use crate::compat::WITHOUT_RECORDS;
-use crate::console::Console;
+use crate::console::{Console, Monitor, Unseen};
 use crate::film_header::{self, film_header};
 use crate::job::{CompileJob, EnvironmentFile, InputFiles, Mode, RenderJob};
 use crate::limits::Limit;
@@ -42,8 +42,9 @@ const MAX_NAMED: usize = 100;
 pub(crate) struct RenderResult {
     pub(crate) status: ExitCode,
     pub(crate) progress: Outcome,
-    /// Provenance metadata of the image, if one was written.
-    pub(crate) provenance: Option<Provenance>,
+    pub(crate) session: Session,
+    /// Provenance metadata of the image.
+    pub(crate) provenance: Provenance,
 }
 
 /// Renders an image, writes it, and returns the exit status.
@@ -51,14 +52,15 @@ pub(crate) struct RenderResult {
 /// # Errors
 /// As [`render`].
 pub(crate) fn run(job: RenderJob) -> Result<ExitCode> {
-    Ok(render(job)?.status)
+    Ok(render(job, None)?.status)
 }
 
-/// Renders an image, and writes it.
+/// Renders an image, and writes it. With an observer, progress is not shown, and Ctrl-C is not
+/// handled.
 ///
 /// # Errors
 /// If a file cannot be read or written, or a scene is invalid.
-pub(crate) fn render(job: RenderJob) -> Result<RenderResult> {
+pub(crate) fn render(job: RenderJob, observer: Option<&dyn Observer>) -> Result<RenderResult> {
     let RenderJob { mode, input, compile, memory, schedule, output, display, command } = job;
     let output = Output::new(output, mode, schedule.threads)?;
     let _lock = Lock::take(output.path())?;
@@ -78,10 +80,13 @@ pub(crate) fn render(job: RenderJob) -> Result<RenderResult> {
         (lines.built)(session, schedule.threads);
     }
     limits::begin_rendering();
-    let console = Console::new(&display, mode, session.film().samples(), total(session));
+    let console: Box<dyn Monitor> = match observer {
+        Some(observer) => Box::new(Unseen(observer)),
+        None => Box::new(Console::new(&display, mode, session.film().samples(), total(session))),
+    };
     let cpu = cpu_seconds();
     let mut viewer = output.connect();
-    let (progress, statistics) = checkpointing.render(session, &console, &mut viewer)?;
+    let (progress, statistics) = checkpointing.render(session, &*console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish(progress);
     report_invalid_samples(&words, mode, session);
@@ -126,7 +131,7 @@ pub(crate) fn render(job: RenderJob) -> Result<RenderResult> {
     } else {
         ended(scene, session, progress, mode, resumable)
     };
-    Ok(RenderResult { status, progress, provenance })
+    Ok(RenderResult { status, progress, session: prepared.session, provenance })
 }
 
 /// Exit status of a render that was not interrupted, after warnings about what it misses.

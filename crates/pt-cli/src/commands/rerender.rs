@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use pathtracer::film_file::FilmHeader;
 use pathtracer::provenance::{Provenance, RunStatistics};
-use pathtracer::{Outcome, image};
+use pathtracer::{Observer, Outcome, image};
 
 use super::{render, resume};
+use crate::args::Cli;
 use crate::command_args::Rerender;
 use crate::commands::render::RenderResult;
 use crate::resolve::{EarlierRun, resolve};
@@ -16,11 +18,53 @@ use crate::trust;
 /// Exit status if the images differ.
 const ANOTHER: u8 = 1;
 
+/// Second render of an image.
+pub(crate) struct SecondRender {
+    pub(crate) result: RenderResult,
+    /// Difference of the two images, or `None` if they are equal or the render was cancelled.
+    pub(crate) difference: Option<String>,
+    is_quiet: bool,
+}
+
 /// Renders an image again, and compares it with the first one.
 ///
 /// # Errors
 /// If the image has no such metadata, if something has changed since, or as a render.
 pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
+    let enter = |image: &Path, about: &FilmHeader, cli: &Cli| {
+        trust::enter(image, about, cli).map(|()| None)
+    };
+    let SecondRender { result, difference, is_quiet, .. } = second(rerender, None, enter)?;
+    if result.progress == Outcome::Cancelled {
+        return Ok(result.status);
+    }
+    if let Some(difference) = difference {
+        report!("error: {difference}");
+        return Ok(ExitCode::from(ANOTHER));
+    }
+    if !is_quiet {
+        report!("{} is the same to the bit", rerender.image.display());
+    }
+    Ok(result.status)
+}
+
+/// Renders an image again in a library, and compares it with the first one.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn rerendered(rerender: &Rerender, observer: &dyn Observer) -> Result<SecondRender> {
+    let place =
+        |image: &Path, about: &FilmHeader, cli: &Cli| trust::folder(image, about, cli).map(Some);
+    second(rerender, Some(observer), place)
+}
+
+/// Renders an image again. `place` returns the folder of the paths of its command; `None` is the
+/// current one.
+fn second(
+    rerender: &Rerender,
+    observer: Option<&dyn Observer>,
+    place: impl FnOnce(&Path, &FilmHeader, &Cli) -> Result<Option<PathBuf>>,
+) -> Result<SecondRender> {
     let first = std::path::absolute(&rerender.image)
         .with_context(|| format!("{}", rerender.image.display()))?;
     let (receipt, run) = receipt_of(&rerender.image)?;
@@ -55,38 +99,39 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     cli.quiet |= rerender.quiet;
     cli.restart = true;
     trust::distrust(&rerender.image, &mut cli, &rerender.folders);
-    trust::enter(&first, &about, &cli)?;
+    let folder = place(&first, &about, &cli)?;
     let is_quiet = cli.quiet;
     let earlier = EarlierRun {
-        folder: None,
+        folder,
         layout: Some(run.layout),
         resumes: false,
         expected: Some(Box::new(receipt.clone())),
     };
-    let job = resolve(cli, about.command, earlier).map_err(anyhow::Error::msg)?;
-    let RenderResult { status, progress, provenance: second } = render::render(job)?;
-    if progress == Outcome::Cancelled {
-        return Ok(status);
-    }
-    let pixels = |path: &Path| image::load_raw(path);
-    let (before, now) = (pixels(&first)?, pixels(&again)?);
-    let same_film = second.is_some_and(|second| second.film == receipt.film);
-    if same_film && before == now {
-        if !is_quiet {
-            report!("{} is the same to the bit", rerender.image.display());
-        }
-        return Ok(status);
+    let mut job = resolve(cli, about.command, earlier).map_err(anyhow::Error::msg)?;
+    // In a library, a limit of memory would be that of the whole process.
+    job.memory.limit = job.memory.limit.filter(|_| observer.is_none());
+    let result = render::render(job, observer)?;
+    let difference = match result.progress {
+        Outcome::Cancelled => None,
+        Outcome::Finished => difference([&first, &again], result.provenance.film == receipt.film)?,
+    };
+    Ok(SecondRender { result, difference, is_quiet })
+}
+
+/// Describes the difference of an image and the second one, if there is any.
+fn difference([first, again]: [&Path; 2], same_film: bool) -> Result<Option<String>> {
+    if same_film && image::load_raw(first)? == image::load_raw(again)? {
+        return Ok(None);
     }
     let (a, b) = (first.display(), again.display());
-    if same_film {
-        report!(
-            "error: {b} reproduces the samples of {a}, but not its pixels, which were changed or \
-             denoised in another way"
-        );
+    Ok(Some(if same_film {
+        format!(
+            "{b} reproduces the samples of {a}, but not its pixels, which were changed or denoised \
+             in another way"
+        )
     } else {
-        report!("error: {b} differs from {a}, although its metadata are equal");
-    }
-    Ok(ExitCode::from(ANOTHER))
+        format!("{b} differs from {a}, although its metadata are equal")
+    }))
 }
 
 /// Reads the provenance of an image, with the statistics of its run.

@@ -1,24 +1,46 @@
 //! `pathtracer resume`: continues a stopped render, or adds samples.
 
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use pathtracer::SamplerKind;
 use pathtracer::film_file::{self, FilmFile, FilmHeader, film_of_image};
+use pathtracer::{Observer, SamplerKind};
 
-use super::render;
+use super::render::{self, RenderResult};
 use crate::args::Cli;
 use crate::command_args::Resume;
+use crate::job::RenderJob;
 use crate::output::is_film;
 use crate::resolve::{EarlierRun, resolve};
 use crate::{command_line, trust};
 
-/// Continues a render with the command stored in its film.
+/// Continues a render with the command stored in its film, in the folder of that command.
 ///
 /// # Errors
 /// If no film is found, or as a render.
 pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
+    render::run(job(resume, |output, about, cli| trust::enter(output, about, cli).map(|()| None))?)
+}
+
+/// Continues a render in a library.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn resumed(resume: &Resume, observer: &dyn Observer) -> Result<RenderResult> {
+    let mut job = job(resume, |output, about, cli| trust::folder(output, about, cli).map(Some))?;
+    // The limit of memory would be that of the whole process.
+    job.memory.limit = None;
+    render::render(job, Some(observer))
+}
+
+/// Render that continues an earlier one. `place` returns the folder of the paths of its command;
+/// `None` is the current one.
+fn job(
+    resume: &Resume,
+    place: impl FnOnce(&Path, &FilmHeader, &Cli) -> Result<Option<PathBuf>>,
+) -> Result<RenderJob> {
     let (film, FilmFile { about, film: samples }) = film_of(&resume.file)?;
     let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.max_samples());
     ensure!(
@@ -56,10 +78,10 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.quiet |= resume.quiet;
     cli.restart = false;
     trust::distrust(&resume.file, &mut cli, &resume.folders);
-    trust::enter(&output, &about, &cli)?;
-    let earlier =
-        EarlierRun { folder: None, layout: Some(about.layout), resumes: true, expected: None };
-    render::run(resolve(cli, command, earlier).map_err(anyhow::Error::msg)?)
+    let folder = place(&output, &about, &cli)?;
+    let layout = Some(about.layout);
+    let earlier = EarlierRun { folder, layout, resumes: true, expected: None };
+    resolve(cli, command, earlier).map_err(anyhow::Error::msg)
 }
 
 /// Replaces the number behind one of these options in a command; appends the first option if none
@@ -88,11 +110,14 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     let path = if is_film(file) { file.to_owned() } else { film_of_image(file) };
     match film_file::read_newest(&path)? {
         Some((film, _)) => Ok((path, film)),
-        None => Err(anyhow!(
-            "{}: found no samples to resume; samples are stored beside images during rendering, \
-             and beside finished .exr images",
-            path.display()
-        )),
+        None => {
+            let message = format!(
+                "{}: found no samples to resume; samples are stored beside images during \
+                 rendering, and beside finished .exr images",
+                path.display()
+            );
+            Err(io::Error::new(ErrorKind::NotFound, message).into())
+        }
     }
 }
 
