@@ -66,8 +66,9 @@ impl From<anyhow::Error> for CommandError {
     }
 }
 
-/// Continues a render from its film, or from the film beside its image, and writes both, by keywords
-/// of [`Purpose::Resume`].
+/// Continues a render from its film, or from the film beside its image, and writes both.
+///
+/// The keywords are those of [`Purpose::Resume`].
 ///
 /// # Errors
 /// As `pathtracer resume`.
@@ -83,8 +84,10 @@ pub fn resume(
     Ok(image(resumed?, warnings))
 }
 
-/// Renders an image again by its provenance metadata, writes the second image, and compares the two,
-/// by keywords of [`Purpose::Rerender`]. If the observer cancels the render, nothing is compared.
+/// Renders an image again by its provenance metadata, writes the second image, and compares the
+/// two. If the observer cancels the render, nothing is compared.
+///
+/// The keywords are those of [`Purpose::Rerender`].
 ///
 /// # Errors
 /// As `pathtracer rerender`, and if the two images differ.

@@ -52,7 +52,7 @@ use command_args::Command;
 pub use commands::explain::{PixelRequest, explain};
 pub use film_commands::{CommandError, FilmImage, merge, rerender, resume};
 pub use origin::SceneOrigin;
-pub use provenance::provenance;
+pub use provenance::{denoised, provenance};
 pub use request::{
     Keyword, PreparedRender, Purpose, RenderRequest, SaveRequest, Side, Words, keywords,
 };

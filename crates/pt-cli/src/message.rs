@@ -51,8 +51,8 @@ pub(crate) fn report(text: impl Display) {
     let _ = anstream::AutoStream::auto(std::io::stderr()).write_all(text.as_bytes());
 }
 
-/// Runs a command as a library: also returns the lines that it reports on this thread, which are not
-/// printed.
+/// Runs a command as a library: also returns the lines that it reports on this thread, which are
+/// not printed.
 pub(crate) fn collected<T>(command: impl FnOnce() -> T) -> (T, Vec<String>) {
     COLLECTED.set(Some(Vec::new()));
     let result = command();

@@ -17,6 +17,14 @@ pub fn provenance(about: &FilmHeader, session: &Session, threads: usize) -> Prov
     Provenance { measured, ..Provenance::new(about, session.film(), Some(run)) }
 }
 
+/// Provenance of the denoised image in place of the noisy one.
+pub fn denoised(mut noisy: Provenance) -> Provenance {
+    if let Some(run) = &mut noisy.run {
+        run.command.insert(0, "--denoise".to_owned());
+    }
+    noisy
+}
+
 /// Provenance of an image in memory that is written to a file by these further arguments.
 pub(crate) fn of_file(provenance: &Provenance, file: &Path, arguments: &[String]) -> Provenance {
     let run = provenance.run.clone().map(|mut run| {

@@ -201,8 +201,8 @@ impl SaveRequest {
     /// A message if a keyword or a value is invalid, or does not apply to the format.
     pub fn new(file: &Path, keywords: &Words) -> Result<Self, String> {
         let extension = file.extension().unwrap_or_default().to_string_lossy();
-        let mut output = resolved(Purpose::Save, keywords, &format!("image.{extension}"))?.output;
-        output.path = file.to_owned();
+        let output = resolved(Purpose::Save, keywords, &format!("image.{extension}"))?.output;
+        let output = OutputJob { path: file.to_owned(), ..output };
         Ok(Self { output, arguments: arguments(Purpose::Save, keywords)? })
     }
 

@@ -43,9 +43,9 @@ pub(crate) fn enter(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<()> 
     enter_folder(&folder(output, about, cli)?)
 }
 
-/// Returns the folder in which the command of an output ran, if the program made the output for this
-/// user in this place, or if all files that the command reads are in allowed folders. If they are
-/// all in the folder of the output, returns that one instead.
+/// Returns the folder in which the command of an output ran, if the program made the output for
+/// this user in this place, or if all files that the command reads are in allowed folders. If they
+/// are all in the folder of the output, returns that one instead.
 ///
 /// # Errors
 /// If the files are elsewhere.

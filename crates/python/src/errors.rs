@@ -11,7 +11,6 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 
 use crate::finding::Finding;
-use crate::scene::Scene;
 
 pyo3::create_exception!(
     pathtracer,
@@ -55,7 +54,7 @@ pub(crate) fn of_command(py: Python<'_>, error: CommandError) -> PyErr {
             PyBlockingIOError::new_err(message)
         }
         CommandError::File { .. } => PyOSError::new_err(message),
-        CommandError::Scene(_) => Scene::error(py, message),
+        CommandError::Scene(_) => of_render(py, message),
         CommandError::Input(_) => PyValueError::new_err(message),
         CommandError::Different(_) => PyRuntimeError::new_err(message),
     }
@@ -74,6 +73,12 @@ pub(crate) fn of_scene(py: Python<'_>, message: String, findings: Vec<Finding>) 
         Ok(()) => error,
         Err(other) => other,
     }
+}
+
+/// [`SceneError`] of a scene that cannot be rendered.
+pub(crate) fn of_render(py: Python<'_>, message: String) -> PyErr {
+    let finding = Finding::new("error", None, message.clone());
+    of_scene(py, message, vec![finding])
 }
 
 /// Error of a worker thread that ended without a result.

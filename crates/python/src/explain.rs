@@ -16,8 +16,8 @@ use crate::worker::{self, End};
 
 /// Explains a pixel: its light paths and what they contribute.
 ///
-/// The samples of the pixel are taken again; they equal, to the bit, those of a render with the same
-/// settings. ``pandas.DataFrame(pathtracer.explain(scene, 9, 5))`` is a table of them.
+/// The samples of the pixel are taken again; they equal, to the bit, those of a render with the
+/// same settings. ``pandas.DataFrame(pathtracer.explain(scene, 9, 5))`` is a table of them.
 ///
 /// Parameters
 /// ----------
@@ -80,7 +80,7 @@ pub(crate) fn explain<'py>(
     }
     let (scene, origin) = match scene.cast::<Scene>() {
         Ok(scene) => scene.get().shared(),
-        Err(_) => Reading::default().file(py, path(scene)?)?.shared(),
+        Err(_) => Scene::new(Reading::default().file(py, path(scene)?)?).shared(),
     };
     let request = request(py, [width, height], None, settings)?;
     let work = move || {

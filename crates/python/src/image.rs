@@ -292,10 +292,10 @@ impl Image {
         self.arrays.bind(py).keys()
     }
 
-    /// dict: Receipt, as the program writes it into images: version, files of the scene and settings
-    /// on which the image depends, the hash of its samples, and the command, machine and costs of
-    /// the run. Content in memory is among the files as "scene in memory"; with files, the command
-    /// renders the same image.
+    /// dict: Receipt, as the program writes it into images: version, files of the scene and
+    /// settings on which the image depends, the hash of its samples, and the command, machine and
+    /// costs of the run. Content in memory is among the files as "scene in memory"; with files,
+    /// the command renders the same image.
     #[getter]
     fn receipt<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (self.receipt.to_text(),))
@@ -303,8 +303,8 @@ impl Image {
 
     /// Denoises the colours by Open Image Denoise, as `--denoise` of the program does.
     ///
-    /// Albedo and normals guide it if the image was rendered with these AOVs. The library is that of
-    /// the package pyoidn (`pip install "pathtracer[denoise]"`), or one that the program finds.
+    /// Albedo and normals guide it if the image was rendered with these AOVs. The library is that
+    /// of the package pyoidn (`pip install "pathtracer[denoise]"`), or one that the program finds.
     ///
     /// Parameters
     /// ----------
@@ -344,16 +344,12 @@ impl Image {
             array: NOISY.to_owned(),
             half_suffices: true,
         });
-        let mut receipt = self.receipt.clone();
-        if let Some(run) = &mut receipt.run {
-            run.command.insert(0, "--denoise".to_owned());
-        }
         Ok(Self {
             notes: self.notes.clone(),
             arrays: arrays.unbind(),
             channels: self.channels.iter().cloned().chain(noisy).collect(),
             metadata: self.metadata.clone(),
-            receipt,
+            receipt: pt_cli::denoised(self.receipt.clone()),
             guides: self.guides.clone(),
             denoiser: Some(version),
             ..*self

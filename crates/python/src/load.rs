@@ -54,7 +54,7 @@ pub(crate) fn load(
     path: PathBuf,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Scene> {
-    Reading::new(options)?.file(py, path)
+    Reading::new(options)?.file(py, path).map(Scene::new)
 }
 
 /// Reads a scene from text or bytes.
@@ -98,7 +98,7 @@ pub(crate) fn loads(
             )));
         }
     };
-    Reading::new(options)?.content(py, bytes, format, &folder)
+    Reading::new(options)?.content(py, bytes, format, &folder).map(Scene::new)
 }
 
 /// The scene that the program renders if it is given none: a Cornell box with a mirror and a glass
@@ -109,5 +109,5 @@ pub(crate) fn loads(
 /// Scene
 #[pyfunction]
 pub(crate) fn default_scene() -> Scene {
-    Scene::new(pathtracer::default_scene(), SceneOrigin::default())
+    Scene::new((pathtracer::default_scene(), SceneOrigin::default()))
 }

@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyString};
 
 use crate::errors::{in_argument, of_load};
-use crate::scene::Scene;
 use crate::worker::{self, End};
 
 /// Options of reading a scene, and the placement of its camera.
@@ -19,6 +18,9 @@ pub(crate) struct Reading {
     options: LoadOptions,
     placement: Option<Placement>,
 }
+
+/// A scene that was read, and its origin.
+type Read = (pathtracer::Scene, SceneOrigin);
 
 /// Names of the options.
 const OPTIONS: [&str; 8] = [
@@ -84,7 +86,7 @@ impl Reading {
     }
 
     /// Reads a file.
-    pub(crate) fn file(self, py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
+    pub(crate) fn file(self, py: Python<'_>, path: PathBuf) -> PyResult<Read> {
         let origin = self.origin(Some(path.clone()))?;
         let options = self.options;
         run(py, origin, move || pathtracer::read_with(&path, &options))
@@ -97,7 +99,7 @@ impl Reading {
         bytes: Vec<u8>,
         format: &str,
         folder: &Path,
-    ) -> PyResult<Scene> {
+    ) -> PyResult<Read> {
         let extension = extension(format)?;
         let path = folder.join(Path::new("scene").with_extension(extension));
         let origin = self.origin(None)?;
@@ -165,7 +167,7 @@ fn run(
     py: Python<'_>,
     origin: SceneOrigin,
     read: impl FnOnce() -> LoadResult + Send + 'static,
-) -> PyResult<Scene> {
+) -> PyResult<Read> {
     // A reader cannot be stopped; it ends on its own.
     let LoadResult { scene, sources, .. } =
         match worker::run(py, read, |_| Ok(()), || Duration::ZERO)? {
@@ -176,7 +178,7 @@ fn run(
     if let Some(placement) = origin.placement {
         scene.place_camera(placement);
     }
-    Ok(Scene::new(scene, SceneOrigin { sources, ..origin }))
+    Ok((scene, SceneOrigin { sources, ..origin }))
 }
 
 /// Extension of the files of a format, from an extension or a name.

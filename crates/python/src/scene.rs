@@ -12,7 +12,7 @@ use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict, PyTuple};
 
-use crate::errors::of_scene;
+use crate::errors::of_render;
 use crate::finding::Finding;
 use crate::queries::{self, Found, Hits, RayArrays, Target};
 use crate::reading::Reading;
@@ -20,8 +20,9 @@ use crate::worker::{self, End};
 
 /// A scene: shapes, materials, lights and cameras, as :func:`load` returns it.
 #[pyclass(frozen, module = "pathtracer")]
+#[expect(clippy::struct_field_names, reason = "a scene of Python has one of the library")]
 pub(crate) struct Scene {
-    scene: Arc<pathtracer::Scene>,
+    pub(crate) scene: Arc<pathtracer::Scene>,
     origin: Arc<SceneOrigin>,
     /// Surfaces, once a ray was asked for.
     surfaces: OnceLock<Arc<Surfaces>>,
@@ -111,7 +112,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let text: String = json_of(scene)?.extract()?;
         let reading = Reading::new(options)?;
-        reading.content(scene.py(), text.into_bytes(), "json", &folder)
+        reading.content(scene.py(), text.into_bytes(), "json", &folder).map(Self::new)
     }
 
     /// str: Name of the scene: the one of the file, or the name of the file.
@@ -260,7 +261,7 @@ impl Scene {
 }
 
 impl Scene {
-    pub(crate) fn new(scene: pathtracer::Scene, origin: SceneOrigin) -> Self {
+    pub(crate) fn new((scene, origin): (pathtracer::Scene, SceneOrigin)) -> Self {
         let (scene, origin) = (Arc::new(scene), Arc::new(origin));
         Self { scene, origin, surfaces: OnceLock::new() }
     }
@@ -290,7 +291,6 @@ impl Scene {
 
     /// Error of a scene that cannot be rendered.
     pub(crate) fn error(py: Python<'_>, message: String) -> PyErr {
-        let finding = Finding::new("error", None, message.clone());
-        of_scene(py, message, vec![finding])
+        of_render(py, message)
     }
 }

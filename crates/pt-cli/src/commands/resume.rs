@@ -108,17 +108,15 @@ fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String>
 /// Reads the film of an image, or the film itself, and returns its path and contents.
 fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     let path = if is_film(file) { file.to_owned() } else { film_of_image(file) };
-    match film_file::read_newest(&path)? {
-        Some((film, _)) => Ok((path, film)),
-        None => {
-            let message = format!(
-                "{}: found no samples to resume; samples are stored beside images during \
-                 rendering, and beside finished .exr images",
-                path.display()
-            );
-            Err(io::Error::new(ErrorKind::NotFound, message).into())
-        }
+    if let Some((film, _)) = film_file::read_newest(&path)? {
+        return Ok((path, film));
     }
+    let message = format!(
+        "{}: found no samples to resume; samples are stored beside images during rendering, and \
+         beside finished .exr images",
+        path.display()
+    );
+    Err(io::Error::new(ErrorKind::NotFound, message).into())
 }
 
 /// Parses the command that made a film or an image.
