@@ -19,9 +19,25 @@ impl Renderer<'_> {
     /// If the samples are not sums of contributions of single paths.
     pub fn replay(
         &self,
-        [x, y]: [u32; 2],
+        pixel: [u32; 2],
         samples: Range<u32>,
         mut visit: impl FnMut(Sample),
+    ) -> Result<Film, RenderError> {
+        self.replay_while(pixel, samples, |sample| {
+            visit(sample);
+            true
+        })
+    }
+
+    /// Takes samples as [`replay`](Self::replay) does, until `visit` returns false.
+    ///
+    /// # Errors
+    /// As [`replay`](Self::replay).
+    pub fn replay_while(
+        &self,
+        [x, y]: [u32; 2],
+        samples: Range<u32>,
+        mut visit: impl FnMut(Sample) -> bool,
     ) -> Result<Film, RenderError> {
         let &Self { scene, settings, integrator, .. } = self;
         let paths_are_alone = settings.reuse == 1 && settings.split == 1;
@@ -35,14 +51,16 @@ impl Renderer<'_> {
         let mut film = Film::new(region).starting_at(samples.start);
         let (mut rejections, mut clamped) = (InvalidSamples::default(), ExactSum::default());
         for mut tile in film.tiles(1, [0; 2]) {
-            for first in samples.clone().step_by(self.batch_size) {
+            'batches: for first in samples.clone().step_by(self.batch_size) {
                 let end = samples.end.min(first.saturating_add(self.batch_size as u32));
                 worker.render_batch(&[SampleRange::single([x, y], first..end)], &mut tile);
                 let traces = worker.integrator.take_traces();
                 let taken = traces.into_iter().zip(worker.taken());
                 for (number, (trace, (weight, light))) in (first..end).zip(taken) {
                     let (radiance, fault) = (light * weight, InvalidReason::of(light, weight));
-                    visit(Sample { number, trace, weight, radiance, fault });
+                    if !visit(Sample { number, trace, weight, radiance, fault }) {
+                        break 'batches;
+                    }
                 }
             }
             rejections.merge(tile.invalid_samples());

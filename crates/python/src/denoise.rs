@@ -7,9 +7,10 @@ use std::time::Duration;
 use pathtracer::denoise::{DenoiseError, Denoiser, DenoiserInput};
 use pathtracer::image::Image;
 use pathtracer::{Aov, Film, aov};
-use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::errors::in_argument;
 use crate::worker::{self, End};
 
 /// Albedo and normals that guide the denoiser, as means over all samples of a pixel.
@@ -56,6 +57,20 @@ pub(crate) fn denoised(
         End::Done(result) => result.map_err(|error| of_library(&error)),
         End::Stopped(error, _) => Err(error),
     }
+}
+
+/// Number of threads by an argument; 0 is one per core.
+pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    const MAX: usize = 4096;
+    let found = value.extract().or_else(|error: PyErr| {
+        let is_type = error.is_instance_of::<PyTypeError>(value.py());
+        if is_type { Err(in_argument(value, "threads", &error)) } else { Ok(usize::MAX) }
+    })?;
+    if found <= MAX {
+        return Ok(found);
+    }
+    let message = format!("threads: found {value}, expected a number from 0 up to {MAX}");
+    Err(PyValueError::new_err(message))
 }
 
 /// Folder of the package pyoidn, if this interpreter can import it.

@@ -1,6 +1,8 @@
 //! Light paths of a pixel.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pt_cli::{PixelRequest, PreparedRender};
@@ -13,6 +15,9 @@ use crate::reading::Reading;
 use crate::render::request;
 use crate::scene::Scene;
 use crate::worker::{self, End};
+
+/// Default of the maximum number of paths.
+const TOP: u32 = 10_000;
 
 /// Explains a pixel: its light paths and what they contribute.
 ///
@@ -29,7 +34,7 @@ use crate::worker::{self, End};
 ///     Number of a sample, from 0, all contributions of which are listed; by default those of all
 ///     samples that are not black.
 /// top : int, optional
-///     Maximum number of paths, the brightest of all samples; by default all.
+///     Maximum number of paths, the brightest of all samples; 10,000 by default.
 /// width, height, **settings
 ///     As for :func:`render`.
 ///
@@ -73,9 +78,9 @@ pub(crate) fn explain<'py>(
     let of = PixelRequest {
         pixel: [number("x", x)?, number("y", y)?],
         sample: sample.map(|sample| number("sample", &sample)).transpose()?,
-        top: top.map(|top| number("top", &top)).transpose()?.map(|top| top as usize),
+        top: top.as_ref().map(|top| number("top", top)).transpose()?.unwrap_or(TOP) as usize,
     };
-    if of.sample.is_some() && of.top.is_some() {
+    if of.sample.is_some() && top.is_some() {
         return Err(PyValueError::new_err("sample and top are mutually exclusive"));
     }
     let (scene, origin) = match scene.cast::<Scene>() {
@@ -83,12 +88,18 @@ pub(crate) fn explain<'py>(
         Err(_) => Scene::new(Reading::default().file(py, path(scene)?)?).shared(),
     };
     let request = request(py, [width, height], None, settings)?;
+    let stopped = Arc::new(AtomicBool::new(false));
+    let of_worker = Arc::clone(&stopped);
     let work = move || {
         let PreparedRender { session, .. } = request.prepare(&scene, &origin)?;
-        Ok(pt_cli::explain(&scene, &session, of).map(|rows| rows.to_string()))
+        let proceed = || !of_worker.load(Ordering::Relaxed);
+        Ok(pt_cli::explain(&scene, &session, of, proceed).map(|rows| rows.to_string()))
     };
-    // A replay cannot be stopped; it ends on its own.
-    match worker::run(py, work, |_| Ok(()), || Duration::ZERO)? {
+    let stop = || {
+        stopped.store(true, Ordering::Relaxed);
+        Duration::ZERO
+    };
+    match worker::run(py, work, |_| Ok(()), stop)? {
         End::Done(Ok(Ok(rows))) => py.import("json")?.call_method1("loads", (rows,)),
         End::Done(Ok(Err(message))) => Err(PyValueError::new_err(message)),
         End::Done(Err(message)) => Err(Scene::error(py, message)),

@@ -322,10 +322,11 @@ impl Image {
     ///     If the library is not found or cannot be opened.
     /// RuntimeError
     ///     If the library fails.
-    /// ValueError
-    ///     If the image is denoised already.
+    /// TypeError, ValueError
+    ///     If the image is denoised already, or the number of threads is wrong.
     #[pyo3(signature = (*, threads = None))]
-    fn denoise(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Self> {
+    fn denoise(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let threads = threads.map(denoise::threads).transpose()?;
         if self.denoiser.is_some() {
             let message = "the image is denoised already; its array noisy is the rendered one";
             return Err(PyValueError::new_err(message));

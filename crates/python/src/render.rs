@@ -181,14 +181,14 @@ pub(crate) fn image_of(
     let watch = Arc::new(watch);
     let of_worker = Arc::clone(&watch);
     let poll = |_: Python<'_>| callbacks.poll(&watch);
-    let end = worker::run(py, move || render(&of_worker), poll, || watch.stop())?;
-    let image = match end {
+    let end = worker::run(py, move || render(&of_worker), poll, || watch.stop());
+    let image = end.and_then(|end| match end {
         End::Done(Ok(rendered)) => callbacks.poll(&watch).and_then(|()| Image::new(py, rendered)),
         End::Done(Err(failure)) => Err(failure.into_error(py)),
         End::Stopped(error, rendered) => {
             Err(with_partial(py, error, rendered.and_then(Result::ok)))
         }
-    };
+    });
     callbacks.close()?;
     image
 }

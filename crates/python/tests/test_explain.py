@@ -1,8 +1,10 @@
 """Light paths of a pixel."""
 
 import json
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +63,31 @@ def test_all_paths_add_up_to_the_pixel(scene: pathtracer.Scene) -> None:
     pixel = pathtracer.render(scene, **SIZE)["color"][20, 10]
     assert sum(luminances) / 16 == pytest.approx(float(pixel @ LUMINANCE), rel=1e-4)
     assert rows[:3] == pathtracer.explain(scene, 10, 20, **SIZE, top=3)
+
+
+INTERRUPTED = """
+import threading
+import pathtracer
+
+threading.Timer(0.5, lambda: print("on", flush=True)).start()
+try:
+    pathtracer.explain(pathtracer.default_scene(), 10, 20, spp=1_000_000_000)
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_stops_an_explanation() -> None:
+    command = [sys.executable, "-c", INTERRUPTED]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "on\n"
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=60)
+    assert output == "stopped\n"
+    assert time.monotonic() - start < 5.0
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,10 @@ def test_denoised_files_have_the_bytes_of_the_program(
     assert "is the same to the bit" in program(["rerender", ours])
     denoised["albedo"][:] = 0.0
     assert image["albedo"].any()
+    with pytest.raises(ValueError, match="threads: found -1, expected a number from 0 up to 4096"):
+        image.denoise(threads=-1)
+    with pytest.raises(TypeError, match="threads: "):
+        image.denoise(threads="1")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="denoised already"):
         denoised.denoise()
     # Without guides, the colours alone are denoised.

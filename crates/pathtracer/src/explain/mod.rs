@@ -78,11 +78,32 @@ pub fn explain(
     first: u32,
     top: usize,
 ) -> Result<Explanation, RenderError> {
+    explain_while(session, pixel, first, top, || true)
+}
+
+/// Analyses the samples of a pixel as [`explain()`] does, as long as `proceed` returns true; after
+/// that, the analysis is incomplete.
+///
+/// # Errors
+/// As [`explain()`].
+///
+/// # Panics
+/// If the pixel is not in the image.
+pub fn explain_while(
+    session: &Session,
+    pixel: [u32; 2],
+    first: u32,
+    top: usize,
+    proceed: impl Fn() -> bool,
+) -> Result<Explanation, RenderError> {
     assert!(region(pixel).is_inside(session.scene().camera.resolution), "a pixel of the image");
     let renderer = renderer(session)?;
     let samples = first..first + count(&renderer, session.settings(), pixel, first);
     let mut observed = Observed::new(top);
-    let film = renderer.replay(pixel, samples.clone(), |sample| observed.see(sample))?;
+    let film = renderer.replay_while(pixel, samples.clone(), |sample| {
+        observed.see(sample);
+        proceed()
+    })?;
     Ok(observed.explanation(pixel, samples, &film))
 }
 

@@ -125,21 +125,33 @@ pub struct PixelRequest {
     pub pixel: [u32; 2],
     /// Number of a sample; `None` for all of them.
     pub sample: Option<u32>,
-    /// Maximum number of paths; `None` for all of them.
-    pub top: Option<usize>,
+    /// Maximum number of paths of all samples.
+    pub top: usize,
 }
 
 /// Table of the light paths of a pixel in descending order of luminance, or of all contributions of
-/// one of its samples: JSON objects with the fields of the program's explanation.
+/// one of its samples: JSON objects with the fields of the program's explanation. If `proceed`
+/// returns false, the remaining samples are missing.
 ///
 /// # Errors
 /// A message if the pixel or the sample is not rendered, or the settings do not follow single
 /// paths.
-pub fn explain(scene: &Scene, session: &Session, of: PixelRequest) -> Result<Value, String> {
-    table(scene, session, of).map(Value::Array).map_err(|error| in_keywords(&error.to_string()))
+pub fn explain(
+    scene: &Scene,
+    session: &Session,
+    of: PixelRequest,
+    proceed: impl Fn() -> bool,
+) -> Result<Value, String> {
+    let rows = table(scene, session, of, proceed);
+    rows.map(Value::Array).map_err(|error| in_keywords(&error.to_string()))
 }
 
-fn table(scene: &Scene, session: &Session, of: PixelRequest) -> Result<Vec<Value>> {
+fn table(
+    scene: &Scene,
+    session: &Session,
+    of: PixelRequest,
+    proceed: impl Fn() -> bool,
+) -> Result<Vec<Value>> {
     let PixelRequest { pixel, sample, top } = of;
     let Settings { split, reuse, .. } = session.settings();
     ensure!(*split == 1 && *reuse == 1, ONE_BY_ONE);
@@ -147,7 +159,7 @@ fn table(scene: &Scene, session: &Session, of: PixelRequest) -> Result<Vec<Value
     check_pixel(pixel, session).map_err(|message| anyhow!("x {x}, y {y}: {message}"))?;
     let names = NameLookup::new(scene, session.scene());
     let Some(number) = sample else {
-        let explanation = explain::explain(session, pixel, 0, top.unwrap_or(usize::MAX))?;
+        let explanation = explain::explain_while(session, pixel, 0, top, proceed)?;
         return Ok(rows::explanation(names, session, &explanation));
     };
     check_sample(number, 0, session).map_err(|message| anyhow!("sample {number}: {message}"))?;
