@@ -324,7 +324,7 @@ impl RenderRequest {
     fn prepared(self, scene: &Scene, origin: &SceneOrigin) -> anyhow::Result<PreparedRender> {
         let Self { job, mut arguments, side } = self;
         let RenderJob { mode, mut input, mut compile, memory, .. } = job;
-        (input.scene, input.load) = (origin.path(), origin.options.clone());
+        (input.scene, input.load) = (origin.file.clone(), origin.options.clone());
         compile.options.placement = origin.placement;
         let mut limit = Limit::new(memory);
         limit.check_files()?;

@@ -49,8 +49,9 @@ def test_files_have_the_receipt_of_the_program(
 def test_the_program_reads_receipts_and_renders_again(
     scenes: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(scenes)
-    scene = pathtracer.load("cornell.dae")
+    # The scene is read from another folder than the one in which it is rendered.
+    monkeypatch.chdir(scenes.parent)
+    scene = pathtracer.load(Path(scenes.name) / "cornell.dae")
     monkeypatch.chdir(tmp_path)
     image = pathtracer.render(scene, width=24, spp=4, threads=2)
     receipt = image.receipt
