@@ -1,6 +1,7 @@
 //! Image files: round trips, and rejection of broken files with a reason.
 
 mod blocks;
+mod files;
 mod metadata;
 mod opacity;
 mod pictures;
