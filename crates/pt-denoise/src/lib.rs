@@ -89,9 +89,9 @@ pub struct DenoiserInput<'a> {
     /// Noisy linear radiance, unbounded.
     pub color: &'a [[f32; 3]],
     /// Albedo of the first surface, in [0, 1].
-    pub albedo: &'a [[f32; 3]],
-    /// Normal of the first surface, in [−1, 1].
-    pub normal: &'a [[f32; 3]],
+    pub albedo: Option<&'a [[f32; 3]]>,
+    /// Normal of the first surface, in [−1, 1]; the network uses it only together with the albedo.
+    pub normal: Option<&'a [[f32; 3]]>,
 }
 
 /// Open device of the library.
@@ -131,7 +131,11 @@ impl Denoiser {
     /// If the planes differ in size, or the library fails.
     pub fn denoise(&self, planes: DenoiserInput<'_>) -> Result<Vec<[f32; 3]>, DenoiseError> {
         let expected = planes.color.len();
-        for (what, plane) in [("albedo", planes.albedo), ("normal", planes.normal)] {
+        let normal = planes.normal.filter(|_| planes.albedo.is_some());
+        let given = [(c"albedo", "albedo", planes.albedo), (c"normal", "normal", normal)];
+        let given = given.map(|(name, what, plane)| plane.map(|plane| (name, what, plane)));
+        let given: Vec<_> = given.into_iter().flatten().collect();
+        for (_, what, plane) in &given {
             if plane.len() != expected {
                 return Err(DenoiseError::Shape { what, found: plane.len(), expected });
             }
@@ -141,12 +145,16 @@ impl Denoiser {
             return Err(DenoiseError::Shape { what: "the last row", found: 0, expected: width });
         }
         let image = |pixels: &[[f32; 3]]| OidnImage::new(width, pixels.to_vec());
-        let cleaned = |name, pixels| self.device.filter(&[(name, &image(pixels))], &[]);
-        let albedo = cleaned(c"albedo", planes.albedo).map_err(DenoiseError::Failed)?;
-        let normal = cleaned(c"normal", planes.normal).map_err(DenoiseError::Failed)?;
+        let mut cleaned = Vec::new();
+        for (name, _, plane) in given {
+            let plane = self.device.filter(&[(name, &image(plane))], &[]);
+            cleaned.push((name, plane.map_err(DenoiseError::Failed)?));
+        }
         let color = image(planes.color);
-        let inputs = [(c"color", &color), (c"albedo", &albedo), (c"normal", &normal)];
-        let denoised = self.device.filter(&inputs, &[c"hdr", c"cleanAux"]);
+        let mut inputs = vec![(c"color", &color)];
+        inputs.extend(cleaned.iter().map(|(name, plane)| (*name, plane)));
+        let flags: &[_] = if cleaned.is_empty() { &[c"hdr"] } else { &[c"hdr", c"cleanAux"] };
+        let denoised = self.device.filter(&inputs, flags);
         denoised.map(OidnImage::into_pixels).map_err(DenoiseError::Failed)
     }
 }

@@ -42,7 +42,7 @@ fn planes<'a>(
     albedo: &'a [[f32; 3]],
     normal: &'a [[f32; 3]],
 ) -> DenoiserInput<'a> {
-    DenoiserInput { width: SIZE as u32, color, albedo, normal }
+    DenoiserInput { width: SIZE as u32, color, albedo: Some(albedo), normal: Some(normal) }
 }
 
 fn squared_error(image: &[[f32; 3]]) -> f64 {
@@ -61,6 +61,19 @@ fn noise_goes_and_edges_stay() {
     let denoised = denoiser.denoise(planes(&color, &albedo, &normal)).unwrap();
     let (before, after) = (squared_error(&color), squared_error(&denoised));
     assert!(after < 0.02 * before, "{before} becomes {after}");
+}
+
+/// Without albedo, normals have no effect.
+#[test]
+fn noise_goes_without_albedo_and_normals() {
+    let Some(denoiser) = denoiser(2) else { return };
+    let (color, normal) = (noisy(), vec![[0.0, 0.0, 1.0]; SIZE * SIZE]);
+    let input = DenoiserInput { width: SIZE as u32, color: &color, albedo: None, normal: None };
+    let denoised = denoiser.denoise(input).unwrap();
+    let (before, after) = (squared_error(&color), squared_error(&denoised));
+    assert!(after < 0.1 * before, "{before} becomes {after}");
+    let with_normal = DenoiserInput { normal: Some(&normal), ..input };
+    assert!(denoiser.denoise(with_normal).unwrap() == denoised);
 }
 
 /// Guaranteed on one machine only; other processors may use other instructions.
