@@ -71,12 +71,12 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
 
 /// Checks that a channel name is valid and not taken.
 fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, String> {
-    let fits = |c: char| c.is_ascii_alphanumeric() || "._".contains(c);
+    let fits = |c: char| matches!(c, ' '..='~');
     let text = Text::new_or_none(name).filter(|_| !name.is_empty() && name.chars().all(fits));
     text.filter(|text| taken.iter().all(|channel| channel.name != *text)).ok_or_else(|| {
         format!(
-            "invalid name {name:?} of a channel: duplicate, or other characters than letters and \
-             dots"
+            "invalid name {name:?} of a channel: duplicate, or other characters than those of \
+             ASCII"
         )
     })
 }

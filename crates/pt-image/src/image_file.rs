@@ -7,7 +7,7 @@ use pt_scene::image::Image;
 
 use super::{
     Decoded, DisplayWindow, ImageError, ImageMemory, PixelEncoding, SaveOptions, Transfer,
-    codec_with, content_error, read_file,
+    codec_with, content_error, decode_as, read_file,
 };
 
 /// Content of an image file, and the options with which it can be written again.
@@ -61,22 +61,29 @@ impl ImageFile {
 /// # Errors
 /// Returns the errors of [`load`](super::load).
 pub fn load_file(path: &Path) -> Result<ImageFile, ImageError> {
-    let codec = codec_with(path, |codec| {
-        Some((codec.name, codec.read?, codec.read_all, codec.metadata.is_some()))
-    });
-    let (name, read, read_all, has_texts) = codec?;
-    let bytes = read_file(path)?;
-    let room = &ImageMemory::OF_PROCESS;
-    if let Some(read_all) = read_all {
-        return guarded(name, || read_all(&bytes, room)).flatten().map_err(content_error(path));
+    // An unknown extension gives the better message if the file is missing as well.
+    super::check_readable(path)?;
+    let mut file = decode_file(&read_file(path)?, path)?;
+    if codec_with(path, |codec| codec.read_all.is_none().then_some(codec.metadata?)).is_ok() {
+        file.options.metadata = super::metadata(path)?;
     }
-    let numbers = PixelEncoding::Light(Transfer::Srgb);
-    let decoded = guarded(name, || read(&bytes, numbers, room));
-    let mut decoded = decoded.flatten().map_err(content_error(path))?;
+    Ok(file)
+}
+
+/// Decodes the content of a file as [`load_file`] does, without the texts of formats other than
+/// OpenEXR; `path` provides the extension, and the name for messages.
+///
+/// # Errors
+/// Returns the errors of [`decode`](super::decode).
+pub fn decode_file(bytes: &[u8], path: &Path) -> Result<ImageFile, ImageError> {
+    let room = &ImageMemory::OF_PROCESS;
+    if let Ok((name, read_all)) = codec_with(path, |codec| Some((codec.name, codec.read_all?))) {
+        return guarded(name, || read_all(bytes, room)).flatten().map_err(content_error(path));
+    }
+    let mut decoded = decode_as(bytes, path, PixelEncoding::Light(Transfer::Srgb))?;
     if let Some(alpha) = &decoded.alpha {
         let pixels = decoded.image.pixels.iter_mut().zip(alpha);
         pixels.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v * alpha));
     }
-    let metadata = if has_texts { super::metadata(path)? } else { Vec::new() };
-    Ok(ImageFile::new(decoded, metadata))
+    Ok(ImageFile::new(decoded, Vec::new()))
 }

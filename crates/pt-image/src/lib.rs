@@ -24,7 +24,7 @@ use std::path::Path;
 
 pub use error::ImageError;
 pub use exposure::{Extreme, auto_exposure, extreme};
-pub use image_file::{ImageFile, load_file};
+pub use image_file::{ImageFile, decode_file, load_file};
 pub use mosaic::{Mosaic, MosaicError};
 use pt_io::{file, guarded, write_atomically};
 use pt_math::color;

@@ -27,13 +27,13 @@ pub enum MosaicError {
         /// Number of rows of the part.
         height: u32,
     },
-    /// The part has other channels than the first one; these are listed.
-    #[error("found the channels {found}, expected {expected}")]
+    /// The part has other channels than the first one.
+    #[error("found other channels: {added} in addition, {missing} missing")]
     Channels {
-        /// Channels of the part.
-        found: String,
-        /// Channels of the first part.
-        expected: String,
+        /// Channels that only this part has, or "none".
+        added: String,
+        /// Channels that only the first part has, or "none".
+        missing: String,
     },
     /// A pixel of an earlier part has other values.
     #[error("found different values of the pixel in column {x}, row {y}")]
@@ -54,7 +54,7 @@ impl Mosaic {
         let count = u64::from(width) * u64::from(height);
         let channels = &part.options.channels;
         let bytes = size_of::<[f32; 4]>() + size_of::<f32>() * channels.len() + size_of::<bool>();
-        drop(ImageMemory::OF_PROCESS.ask(count.checked_mul(bytes as u64))?);
+        let _grant = ImageMemory::OF_PROCESS.ask(count.checked_mul(bytes as u64))?;
         let count = count as usize;
         let empty = |channel: &Channel| Channel {
             samples: match channel.samples {
@@ -91,7 +91,8 @@ impl Mosaic {
         }
         let [found, expected] = [part, &self.file].map(channels);
         if found != expected {
-            return Err(MosaicError::Channels { found, expected });
+            let [added, missing] = [(&found, &expected), (&expected, &found)].map(only_in_first);
+            return Err(MosaicError::Channels { added, missing });
         }
         let place = Place {
             size: [width, height],
@@ -202,15 +203,21 @@ impl Place {
     }
 }
 
-/// Names of all channels, with the kind of their values.
-fn channels(file: &ImageFile) -> String {
-    let of_color = if file.options.alpha.is_some() { "R, G, B, A" } else { "R, G, B" };
+/// Names of the channels besides the colours, with the kind of their values.
+fn channels(file: &ImageFile) -> Vec<String> {
+    let alpha = file.options.alpha.iter().map(|_| "A".to_owned());
     let name = |channel: &Channel| match channel.samples {
         Samples::Real(_) => channel.name.clone(),
         Samples::Whole(_) => format!("{} (integers)", channel.name),
     };
-    let others = file.options.channels.iter().map(name);
-    std::iter::once(of_color.to_owned()).chain(others).collect::<Vec<_>>().join(", ")
+    alpha.chain(file.options.channels.iter().map(name)).collect()
+}
+
+/// Names in the first list that are not in the second, or "none".
+fn only_in_first((first, second): (&Vec<String>, &Vec<String>)) -> String {
+    let names: Vec<_> =
+        first.iter().filter(|name| !second.contains(name)).map(String::as_str).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 #[cfg(test)]
@@ -264,6 +271,7 @@ mod tests {
         assert_eq!(mosaic.add([2, 0], &first), Err(outside));
         let mut without = first.clone();
         without.options.channels.pop();
-        assert!(matches!(mosaic.add([0, 0], &without), Err(MosaicError::Channels { .. })));
+        let error = mosaic.add([0, 0], &without).expect_err("a channel is missing").to_string();
+        assert_eq!(error, "found other channels: none in addition, object.id (integers) missing");
     }
 }

@@ -13,6 +13,7 @@ use super::develop::provenance_of;
 use crate::command_args::Join;
 use crate::lock::Lock;
 use crate::output::has_ending;
+use crate::summary::count;
 use crate::{crop, output, targets};
 
 /// Joins images of parts of an image.
@@ -36,7 +37,7 @@ pub(crate) fn run(join: &Join) -> Result<ExitCode> {
     }
     output::save(&whole.image, path, &whole.options)?;
     if !join.quiet {
-        report!("saved {}, from {} images", path.display(), join.parts.len());
+        report!("saved {}, from {}", path.display(), count(join.parts.len(), "image"));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -86,43 +87,59 @@ fn check(paths: &[PathBuf], provenances: &[Option<Provenance>]) -> Result<()> {
     Ok(())
 }
 
+/// A part of an image, with the size of the whole and the position of its upper left pixel.
+struct Part {
+    file: ImageFile,
+    whole: [u32; 2],
+    position: [u32; 2],
+}
+
+/// Whole image that is joined from parts.
+struct Joined {
+    mosaic: Mosaic,
+    size: [u32; 2],
+    /// Metadata that all parts so far have, with the names of their mattes.
+    metadata: Vec<(String, String)>,
+}
+
+impl Joined {
+    fn new(first: &Part) -> Result<Self> {
+        let mosaic = Mosaic::new(first.whole, &first.file).map_err(anyhow::Error::msg)?;
+        Ok(Self { mosaic, size: first.whole, metadata: first.file.options.metadata.clone() })
+    }
+
+    fn add(&mut self, part: &Part) -> Result<()> {
+        let [[width, height], [w, h]] = [part.whole, self.size];
+        ensure!(
+            part.whole == self.size,
+            "found a part of an image of {width} x {height} pixels, expected {w} x {h} as before"
+        );
+        self.mosaic.add(part.position, &part.file)?;
+        let texts = &part.file.options.metadata;
+        cryptomatte::add_names(&mut self.metadata, texts);
+        self.metadata.retain(|text| {
+            let (key, _) = text;
+            key == KEY || key.starts_with("cryptomatte/") || texts.contains(text)
+        });
+        Ok(())
+    }
+}
+
 /// The whole image, with the metadata that all parts have.
 fn joined(join: &Join, provenances: &[Option<Provenance>]) -> Result<ImageFile> {
-    let mut whole: Option<(Mosaic, [u32; 2])> = None;
-    let mut metadata: Vec<(String, String)> = Vec::new();
+    let mut joined: Option<Joined> = None;
     for (path, provenance) in join.parts.iter().zip(provenances) {
-        let shown = path.display();
-        let mut part = image::load_file(path)?;
-        let (size, position) = place(&part, provenance.as_ref(), path)?;
-        part.frame = None;
-        let texts = std::mem::take(&mut part.options.metadata);
-        if whole.is_none() {
-            let mosaic =
-                Mosaic::new(size, &part).map_err(|message| anyhow!("{shown}: {message}"))?;
-            whole = Some((mosaic, size));
-            metadata.clone_from(&texts);
-        }
-        let Some((mosaic, own)) = &mut whole else { continue };
-        ensure!(
-            *own == size,
-            "{shown}: found a part of an image of {} x {} pixels, expected {} x {} as before",
-            size[0],
-            size[1],
-            own[0],
-            own[1]
-        );
-        mosaic
-            .add(position, &part)
-            .with_context(|| format!("{shown}: does not fit to the parts before it"))?;
-        cryptomatte::add_names(&mut metadata, &texts);
-        let is_common = |key: &str, value: &str| {
-            key.starts_with("cryptomatte/")
-                || key == KEY
-                || texts.iter().any(|(k, v)| k == key && v == value)
+        let part = read(path, provenance.as_ref())?;
+        let of_part = || format!("{}: does not fit the parts before it", path.display());
+        let mut sum = match joined {
+            Some(joined) => joined,
+            None => Joined::new(&part).with_context(|| path.display().to_string())?,
         };
-        metadata.retain(|(key, value)| is_common(key, value));
+        sum.add(&part).with_context(of_part)?;
+        joined = Some(sum);
     }
-    let Some((mosaic, size)) = whole else { bail!("found no images, expected one at least") };
+    let Joined { mosaic, size, metadata } =
+        joined.context("found no parts, expected one at least")?;
     if let Some(gap) = mosaic.gap().filter(|_| !join.allow_gaps) {
         bail!("{}: {}", join.output.display(), missing(gap, size));
     }
@@ -130,6 +147,13 @@ fn joined(join: &Join, provenances: &[Option<Provenance>]) -> Result<ImageFile> 
     file.options.metadata = metadata;
     set_provenance(&mut file, provenances, size);
     Ok(file)
+}
+
+fn read(path: &Path, provenance: Option<&Provenance>) -> Result<Part> {
+    let mut file = image::load_file(path)?;
+    let (whole, position) = place(&file, provenance, path)?;
+    file.frame = None;
+    Ok(Part { file, whole, position })
 }
 
 /// Size of the whole and position of a part: by its provenance, or else by its windows.
