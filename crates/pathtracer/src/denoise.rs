@@ -2,6 +2,7 @@
 
 use pt_core::film::{Aov, Film, aov};
 pub use pt_denoise::{DenoiseError, Denoiser, DenoiserInput, VARIABLE};
+use pt_image::ImageFile;
 use pt_scene::image::Image;
 
 /// AOVs that a film must contain to be denoised.
@@ -25,5 +26,24 @@ pub fn denoised(denoiser: &Denoiser, film: &Film) -> Result<Image, DenoiseError>
     let (width, height) = (film.region().width, film.region().height);
     let planes =
         DenoiserInput { width, color: &color, albedo: Some(&albedo), normal: Some(&normal) };
+    Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
+}
+
+/// Returns the denoised image of a file. The network receives its layers `albedo` and `normal`, if
+/// they are there: means over the samples of a pixel that hit a surface. The image equals that of
+/// [`denoised`] where all samples of all pixels hit one.
+///
+/// # Errors
+/// If the library fails.
+pub fn denoised_file(denoiser: &Denoiser, file: &ImageFile) -> Result<Image, DenoiseError> {
+    let albedo = file.plane(Aov::Albedo.name(), ["R", "G", "B"]);
+    let normal = file.plane(Aov::Normal.name(), ["X", "Y", "Z"]);
+    let Image { width, height, ref pixels } = file.image;
+    let planes = DenoiserInput {
+        width,
+        color: pixels,
+        albedo: albedo.as_deref(),
+        normal: normal.as_deref(),
+    };
     Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
 }

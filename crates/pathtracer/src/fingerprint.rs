@@ -5,6 +5,12 @@ use pt_core::light::EnvironmentMap;
 use pt_core::settings::{DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings};
 use pt_core::{CompileOptions, Region};
 
+/// Name of the entry with the resolution of the image.
+const RESOLUTION: &str = "resolution";
+
+/// Name of the entry with the region of the film.
+pub(crate) const PART: &str = "part of the image";
+
 /// Name and value as text.
 pub type FingerprintEntry = (String, String);
 
@@ -122,7 +128,22 @@ fn in_words(LightGroups { named, each }: &LightGroups) -> String {
 pub(crate) fn of_pixels([width, height]: [u32; 2], region: Region) -> [FingerprintEntry; 2] {
     let Region { x, y, width: w, height: h } = region;
     let part = format!("{w} x {h} pixels from column {x}, row {y}");
-    [("resolution".into(), format!("{width} x {height}")), ("part of the image".into(), part)]
+    [(RESOLUTION.into(), format!("{width} x {height}")), (PART.into(), part)]
+}
+
+/// Returns the resolution of an image and the region of its film from the entries of its
+/// provenance; `None` if they are missing or invalid.
+pub fn pixels(list: &[FingerprintEntry]) -> Option<([u32; 2], Region)> {
+    let value = |name: &str| list.iter().find(|entry| entry.0 == name).map(|entry| &entry.1);
+    let size = |text: &str| -> Option<[u32; 2]> {
+        let (width, height) = text.split_once(" x ")?;
+        Some([width.parse().ok()?, height.parse().ok()?])
+    };
+    let resolution = size(value(RESOLUTION)?)?;
+    let (part, place) = value(PART)?.split_once(" pixels from column ")?;
+    let ([width, height], (x, y)) = (size(part)?, place.split_once(", row ")?);
+    let region = Region { x: x.parse().ok()?, y: y.parse().ok()?, width, height };
+    region.is_inside(resolution).then_some((resolution, region))
 }
 
 /// Returns the differences between two lists, in the order of the first.
@@ -175,5 +196,22 @@ fn name_of_roulette(roulette: Roulette) -> String {
     match roulette {
         Roulette::Throughput => "by throughput".into(),
         Roulette::Fixed(q) => format!("goes on with {q}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_read_as_they_were_written() {
+        let region = Region { x: 3, y: 0, width: 5, height: 7 };
+        let list = of_pixels([8, 9], region);
+        assert_eq!(pixels(&list), Some(([8, 9], region)));
+        assert_eq!(pixels(&list[..1]), None);
+        assert_eq!(pixels(&of_pixels([7, 9], region)), None, "beyond the edge");
+        let [resolution, mut part] = list;
+        part.1 = "5 x -7 pixels from column 3, row 0".into();
+        assert_eq!(pixels(&[resolution, part]), None);
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use pt_core::Film;
+use pt_core::{Film, Region};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::checkpoint;
 use crate::film_file::{FilmHeader, hash_of_film};
-use crate::fingerprint::FingerprintEntry;
+use crate::fingerprint::{self, FingerprintDifference, FingerprintEntry};
 
 /// Key of the metadata of an image whose value is the provenance as JSON.
 pub const KEY: &str = "pathtracer receipt";
@@ -42,7 +43,8 @@ pub struct Provenance {
     /// bound, upper bound. Infinity is written as `null`.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "with_infinity")]
     pub measured: Option<[f64; 3]>,
-    /// BLAKE3 hash of the film from which the image is developed; equal for equal bits.
+    /// BLAKE3 hash of the film from which the image is developed, equal for equal bits; empty for
+    /// an image that was assembled from others.
     pub film: String,
     /// Statistics of the run, none of which changes a bit of the image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -114,6 +116,39 @@ impl Provenance {
         }
     }
 
+    /// Returns the differences between the images of which two images are parts: version, scene,
+    /// settings and samples.
+    pub fn differences_of_wholes(&self, other: &Self) -> Vec<FingerprintDifference> {
+        let mut found = checkpoint::differences(&self.about(), &other.about());
+        found.retain(|(name, ..)| name != fingerprint::PART);
+        let samples = |part: &Self| Some(format!("{} to {}", part.first, part.spp));
+        if samples(self) != samples(other) {
+            found.push(("samples".into(), samples(self), samples(other)));
+        }
+        found
+    }
+
+    /// Returns the provenance of an image with the pixels of this region, assembled from an image
+    /// with this provenance and others of the same whole. The hash of its film is not known, and it
+    /// has no run.
+    #[must_use]
+    pub fn of_whole(mut self, others: &[Self], resolution: [u32; 2], region: Region) -> Self {
+        self.samples += others.iter().map(|part| part.samples).sum::<u64>();
+        self.pixels = region.area() as u64;
+        self.finished &= others.iter().all(|part| part.finished);
+        for part in others.iter().filter(|part| !part.refused.is_empty()) {
+            let separator = if self.refused.is_empty() { "" } else { "; " };
+            self.refused = std::mem::take(&mut self.refused) + separator + &part.refused;
+        }
+        for entry in fingerprint::of_pixels(resolution, region) {
+            self.settings
+                .iter_mut()
+                .filter(|own| own.0 == entry.0)
+                .for_each(|own| *own = entry.clone());
+        }
+        Self { error: None, measured: None, film: String::new(), run: None, ..self }
+    }
+
     /// Mean number of samples of a pixel.
     pub fn per_pixel(&self) -> f64 {
         self.samples as f64 / self.pixels.max(1) as f64
@@ -147,8 +182,6 @@ fn with_infinity<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[f64; 3]>,
 
 #[cfg(test)]
 mod tests {
-    use pt_core::Region;
-
     use super::*;
 
     #[test]
@@ -181,5 +214,25 @@ mod tests {
             assert_eq!(Provenance::find(&metadata[..1]), Ok(None));
         }
         assert!(Provenance::find(&[(KEY.into(), "{}".into())]).is_err());
+    }
+
+    #[test]
+    fn parts_of_an_image_become_a_whole() {
+        let part = |y: u32, spp: u32| {
+            let region = Region { x: 0, y, width: 2, height: 1 };
+            let settings = fingerprint::of_pixels([2, 2], region).to_vec();
+            let about = FilmHeader { settings, spp, finished: true, ..FilmHeader::default() };
+            Provenance {
+                samples: 2 * u64::from(spp),
+                ..Provenance::new(&about, &Film::new(region), None)
+            }
+        };
+        let (first, second) = (part(0, 3), part(1, 3));
+        assert_eq!(first.differences_of_wholes(&second), []);
+        let of_other = first.differences_of_wholes(&part(1, 4));
+        assert_eq!(of_other, [("samples".into(), Some("0 to 3".into()), Some("0 to 4".into()))]);
+        let whole = first.of_whole(&[second], [2, 2], Region::full([2, 2]));
+        assert_eq!(fingerprint::pixels(&whole.settings), Some(([2, 2], Region::full([2, 2]))));
+        assert_eq!((whole.samples, whole.pixels, whole.finished), (12, 4, true));
     }
 }

@@ -8,14 +8,15 @@ use clap::Parser;
 use pathtracer::{Aov, INTEGRATORS, LightGroups};
 
 use crate::arg_values::{
-    BvhBuilder, BvhQuality, Direct, ExrCompression, ExrType, PixelFilter, PngBits, ProgressKind,
-    ReceiptKind, SampleGenerator, Show, Tonemap,
+    BvhBuilder, BvhQuality, Direct, PixelFilter, ProgressKind, ReceiptKind, SampleGenerator, Show,
 };
 use crate::compat::CompatArgs;
+use crate::crop::CropOption;
 use crate::environment::EnvironmentLayout;
+use crate::image_options::{ExrOptions, PngOptions};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
-use crate::parse::{self, Exposure};
+use crate::parse;
 use crate::policies::CompatPolicies;
 use crate::stop_options::StopOptions;
 
@@ -28,7 +29,7 @@ use crate::stop_options::StopOptions;
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain | convert …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain | convert |\n                  develop | denoise | join …"
 )]
 #[command(after_help = HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
@@ -48,33 +49,14 @@ pub(crate) struct Cli {
     #[arg(value_parser = parse::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
 
-    /// Render only this rectangle: X, Y of its lower left corner, counted from the lower left, and
-    /// its size in pixels
-    #[arg(short = 'p', long = "crop", visible_alias = "cell", value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
-    #[arg(value_parser = parse::count, help_heading = "Image")]
-    pub(crate) cell: Option<Vec<u32>>,
+    #[command(flatten)]
+    pub(crate) crop: CropOption,
 
-    /// Bits per channel of a PNG file
-    #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
-    pub(crate) png_bits: PngBits,
+    #[command(flatten)]
+    pub(crate) png: PngOptions,
 
-    /// Exposure of a PNG image in stops, applied before --tonemap; auto chooses it from the image
-    /// [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
-    #[arg(value_parser = parse::exposure, help_heading = "Image")]
-    pub(crate) exposure: Option<Exposure>,
-
-    /// Tone curve of a PNG image [default: linear]
-    #[arg(long, value_name = "CURVE", help_heading = "Image")]
-    pub(crate) tonemap: Option<Tonemap>,
-
-    /// Pixel type of an EXR image [default: float]
-    #[arg(long, value_name = "TYPE", help_heading = "Image")]
-    pub(crate) exr_type: Option<ExrType>,
-
-    /// Compression of an EXR image (DWAA and DWAB cannot be written) [default: zip]
-    #[arg(long, value_name = "METHOD", help_heading = "Image")]
-    pub(crate) exr_compression: Option<ExrCompression>,
+    #[command(flatten)]
+    pub(crate) exr: ExrOptions,
 
     #[command(flatten)]
     pub(crate) opacity: Opacity,
@@ -360,6 +342,9 @@ Commands:
   pathtracer rerender out.exr                render it again, and compare
   pathtracer explain scene.dae -x 9 -y 5     show the light paths of a pixel
   pathtracer convert scene.dae scene.json    write a scene as .json or .glb
+  pathtracer develop out.exr -f out.png      develop an image: exposure, tone curve, crop, size
+  pathtracer denoise out.exr                 denoise an image
+  pathtracer join a.exr b.exr -f out.exr     join images of parts that were rendered with --crop
 Each has --help. A scene with the name of a command is written ./resume.";
 
 /// Help on `--integrator`.

@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use clap::Parser;
 
+use crate::arg_values::Switch;
 use crate::args::Cli;
+use crate::crop::CropOption;
+use crate::image_options::{ExrOptions, PngOptions};
 use crate::loading::{Folders, Loading};
 use crate::parse;
 
@@ -50,6 +53,120 @@ pub(crate) enum Command {
     /// other programs: features that glTF lacks are approximated or left out, with notes. Existing
     /// files are overwritten only with --force. A scene with missing files is refused.
     Convert(Convert),
+    /// Develop rendered images: exposure, tone curve, alpha, crop and size
+    ///
+    /// Reads OpenEXR images, also those of other programs, and all other formats of textures. A PNG
+    /// image has the pixels that a render with the same options writes, to the bit. An image that
+    /// cannot be read does not prevent the others; the exit status is then 2.
+    Develop(Develop),
+    /// Denoise rendered images with Intel Open Image Denoise
+    ///
+    /// The layers albedo and normal (--aov albedo,normal of a render) preserve detail, if the image
+    /// has them. An EXR image keeps all layers, and the noisy image as the layer "noisy"; an image
+    /// with that layer is denoised again from it.
+    Denoise(Denoise),
+    /// Join images of parts, rendered with --crop, into the whole image
+    ///
+    /// All channels equal those of a single render, to the bit. Missing pixels, different values of
+    /// the same pixel, and parts of other images are refused. The position of a part is in its
+    /// metadata; for images of other programs, it is that of the data window.
+    Join(Join),
+}
+
+/// `pathtracer develop`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Develop {
+    /// The images
+    #[arg(value_name = "IMAGE", required = true)]
+    pub(crate) images: Vec<PathBuf>,
+
+    /// Output: an image, .png or .exr, or a folder, in which each image becomes NAME.png
+    /// [default: IMAGE.png, beside it]
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Print nothing but errors and warnings
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    /// Layer to develop, such as albedo or noisy [default: the colours of the image]
+    #[arg(long, value_name = "NAME", help_heading = "Image")]
+    pub(crate) layer: Option<String>,
+
+    #[command(flatten)]
+    pub(crate) crop: CropOption,
+
+    /// Width and height after --crop, in pixels; the filter is a tent over linear light [default:
+    /// those of the image]
+    #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
+    #[arg(value_parser = parse::pixels, help_heading = "Image")]
+    resize: Option<Vec<u32>>,
+
+    #[command(flatten)]
+    pub(crate) png: PngOptions,
+
+    #[command(flatten)]
+    pub(crate) exr: ExrOptions,
+
+    /// Write alpha: straight in PNG images, premultiplied in EXR images [default: on if the image
+    /// has alpha]
+    #[arg(long, value_name = "SWITCH", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "on", help_heading = "Image")]
+    pub(crate) alpha: Option<Switch>,
+}
+
+impl Develop {
+    /// Width and height after the crop.
+    pub(crate) fn size(&self) -> Option<[u32; 2]> {
+        self.resize.as_deref().and_then(|size| size.try_into().ok())
+    }
+}
+
+/// `pathtracer denoise`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Denoise {
+    /// The images
+    #[arg(value_name = "IMAGE", required = true)]
+    pub(crate) images: Vec<PathBuf>,
+
+    /// Output: an image, .exr or .png, or a folder, in which each image becomes NAME_denoised.exr
+    /// [default: IMAGE_denoised.exr, beside it]
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Threads; 0 is one per core [default: 0]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]
+    pub(crate) threads: Option<usize>,
+
+    /// Print nothing but errors and warnings
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    #[command(flatten)]
+    pub(crate) png: PngOptions,
+}
+
+/// `pathtracer join`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Join {
+    /// The images of the parts, .exr
+    #[arg(value_name = "PART", required = true)]
+    pub(crate) parts: Vec<PathBuf>,
+
+    /// Output, .exr or .png
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Leave missing pixels black and transparent
+    #[arg(long)]
+    pub(crate) allow_gaps: bool,
+
+    /// Print nothing but errors and warnings
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    #[command(flatten)]
+    pub(crate) png: PngOptions,
 }
 
 /// `pathtracer resume`.
@@ -223,6 +340,10 @@ pub(crate) struct OfPixel {
 impl Command {
     /// Returns true if there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info", "check", "rerender", "explain", "convert"].contains(&name)
+        [
+            "resume", "merge", "info", "check", "rerender", "explain", "convert", "develop",
+            "denoise", "join",
+        ]
+        .contains(&name)
     }
 }

@@ -11,7 +11,10 @@ use pathtracer::image::{Channel, Image, Samples, SaveOptions};
 use crate::job::Mode;
 
 /// Layer of an EXR image, and suffix of the name of a PNG image, that contains the noisy image.
-const NOISY: &str = "noisy";
+pub(crate) const NOISY: &str = "noisy";
+
+/// Key of the metadata of a denoised image.
+pub(crate) const DENOISER: &str = "Denoiser";
 
 /// Denoising of images, with the library that it uses.
 pub(crate) struct Denoising {
@@ -51,18 +54,18 @@ impl Denoising {
         if self.is_wanted && !has_layers {
             options.channels.retain(|channel| !NEEDED.iter().any(|aov| is_of(channel, aov.name())));
         }
-        let Some(denoised) = self.denoised(film) else {
+        let Some((denoised, denoiser)) = self.denoised(film) else {
             return vec![(path.to_owned(), rendered, options)];
         };
         let of_rendered = options.clone();
         let beside = noisy_path(path);
         let place = if has_layers {
-            options.channels.extend(layer(&rendered));
+            options.channels.extend(noisy_layer(&rendered));
             format!("layer {NOISY}")
         } else {
             beside.file_name().unwrap_or_default().to_string_lossy().into_owned()
         };
-        options.metadata.push(("Denoiser".into(), self.says(&place)));
+        options.metadata.push((DENOISER.into(), description(denoiser, &place)));
         let mut files = vec![(path.to_owned(), denoised, options)];
         if !has_layers {
             files.push((beside, rendered, of_rendered));
@@ -70,7 +73,7 @@ impl Denoising {
         files
     }
 
-    fn denoised(&self, film: &Film) -> Option<Image> {
+    fn denoised(&self, film: &Film) -> Option<(Image, &Denoiser)> {
         let denoiser = self.denoiser.as_ref()?;
         let start = Instant::now();
         let denoised = denoise::denoised(denoiser, film).map_err(|error| warn(&error)).ok()?;
@@ -78,14 +81,13 @@ impl Denoising {
             let seconds = start.elapsed().as_secs_f64();
             report!("denoised  by Open Image Denoise {} in {seconds:.2} s", denoiser.version());
         }
-        Some(denoised)
+        Some((denoised, denoiser))
     }
+}
 
-    /// Metadata of a denoised image: version of the library and place of the noisy image.
-    fn says(&self, place: &str) -> String {
-        let version = self.denoiser.as_ref().map(Denoiser::version).unwrap_or_default();
-        format!("Open Image Denoise {version}; as rendered: {place}")
-    }
+/// Value of the metadata [`DENOISER`]: version of the library and place of the noisy image.
+pub(crate) fn description(denoiser: &Denoiser, place: &str) -> String {
+    format!("Open Image Denoise {}; as rendered: {place}", denoiser.version())
 }
 
 fn warn(error: &DenoiseError) {
@@ -100,12 +102,13 @@ fn noisy_path(image: &Path) -> PathBuf {
     image.with_file_name(name)
 }
 
-fn is_of(channel: &Channel, layer: &str) -> bool {
+/// Returns true if a channel belongs to a layer.
+pub(crate) fn is_of(channel: &Channel, layer: &str) -> bool {
     channel.name.split('.').next() == Some(layer)
 }
 
 /// Layer with the channels of the noisy image.
-fn layer(rendered: &Image) -> [Channel; 3] {
+pub(crate) fn noisy_layer(rendered: &Image) -> [Channel; 3] {
     [("R", 0), ("G", 1), ("B", 2)].map(|(letter, c)| Channel {
         name: format!("{NOISY}.{letter}"),
         samples: Samples::Real(rendered.pixels.iter().map(|p| p[c]).collect()),

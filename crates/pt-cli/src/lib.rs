@@ -16,11 +16,13 @@ mod compat;
 mod config;
 mod console;
 mod cpu;
+mod crop;
 mod denoise;
 mod environment;
 mod film_commands;
 mod film_header;
 mod hints;
+mod image_options;
 mod job;
 mod limits;
 mod loading;
@@ -42,6 +44,7 @@ mod settings;
 mod sort;
 mod stop_options;
 mod summary;
+mod targets;
 mod tev;
 mod trust;
 
@@ -101,6 +104,13 @@ fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         command_line::Action::Command(Command::Convert(convert)) => {
             commands::convert::run(&convert)
         }
+        command_line::Action::Command(Command::Develop(develop)) => {
+            commands::develop::run(&develop)
+        }
+        command_line::Action::Command(Command::Denoise(denoise)) => {
+            commands::denoise::run(&denoise)
+        }
+        command_line::Action::Command(Command::Join(join)) => commands::join::run(&join),
     };
     done.unwrap_or_else(|error| {
         message::report_error(&error);

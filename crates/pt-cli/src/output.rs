@@ -36,9 +36,14 @@ pub(crate) fn print_as_is(text: &[u8]) -> Result<ExitCode> {
     }
 }
 
+/// Returns true if the file has this extension.
+pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
 /// Returns true if the extension is that of a film.
 pub(crate) fn is_film(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"))
+    has_ending(path, "film")
 }
 
 /// Path of the image of sampling rates beside an image.
@@ -161,8 +166,7 @@ impl Output {
         options.channels.extend(groups::channels(film));
         let mut files = Vec::new();
         for (path, image, options) in self.denoising.images(film, path, rendered, options) {
-            image::save(&image, &path, &options)?;
-            warn_beyond_half(&path, image::count_beyond_half(&image, &options));
+            save(&image, &path, &options)?;
             files.push(path);
         }
         Ok(files)
@@ -182,8 +186,7 @@ impl Output {
 
     /// Prints a note if a PNG image is nearly all black or white, with a likely cause and a remedy.
     pub(crate) fn report_extremes(&self, session: &Session) {
-        let is_png = self.job.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        if is_png
+        if has_ending(&self.job.path, "png")
             && self.mode.policies.notes_extremes
             && !self.job.auto_exposure
             && let Some(message) = extreme(session, self.job.save.tone.exposure)
@@ -193,14 +196,21 @@ impl Output {
     }
 }
 
-fn warn_beyond_half(path: &Path, count: usize) {
-    if count > 0 {
+/// Writes an image; prints a warning if numbers exceed the pixel type.
+///
+/// # Errors
+/// If the file cannot be written; then it is as it was before.
+pub(crate) fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<()> {
+    image::save(image, path, options)?;
+    let count = image::count_beyond_half(image, options);
+    if has_ending(path, "exr") && count > 0 {
         report!(
             "warning: {}: {count} numbers exceed 65504, the maximum of 16 bits, and are clamped to \
              it; --exr-type float keeps them",
             path.display()
         );
     }
+    Ok(())
 }
 
 /// Image of a film without denoising.

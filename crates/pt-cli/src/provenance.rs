@@ -43,7 +43,11 @@ pub(crate) fn metadata(kind: ReceiptKind, provenance: &Provenance) -> Vec<(Strin
         ReceiptKind::Stable => Some(Provenance { run: None, ..provenance.clone() }.to_text()),
         ReceiptKind::None => None,
     };
-    let software = ("Software", concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned());
-    let all = std::iter::once(software).chain(text.map(|text| (KEY, text)));
-    all.map(|(key, text)| (key.to_owned(), text)).collect()
+    let provenance = text.map(|text| (KEY.to_owned(), text));
+    std::iter::once(software()).chain(provenance).collect()
+}
+
+/// Metadata with the name and version of the program.
+pub(crate) fn software() -> (String, String) {
+    ("Software".to_owned(), concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned())
 }

@@ -116,7 +116,7 @@ impl Summary<'_> {
 }
 
 /// Formats a number with a noun in the singular or plural.
-fn count(n: usize, thing: &str) -> String {
+pub(crate) fn count(n: usize, thing: &str) -> String {
     format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
 }
 

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{BufReader, Cursor};
 
 use exr::block::chunk::{Chunk, CompressedBlock};
-use exr::image::FlatSamples;
+use exr::image::{FlatImage, FlatSamples};
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
@@ -16,11 +16,12 @@ use exr::prelude::{
     read as exr_read,
 };
 use pt_math::color::LUMINANCE;
+use pt_memory::Grant;
 use pt_scene::image::{Channel, Image, Samples};
 
 use super::{
-    Compression, Decoded, DisplayWindow, ImageMemory, PixelEncoding, Precision, SaveOptions,
-    check_size,
+    Compression, Decoded, DisplayWindow, ImageFile, ImageMemory, PixelEncoding, Precision,
+    SaveOptions, check_size,
 };
 
 /// Primaries and white point of Rec. 709. [ITU-R BT.709]
@@ -70,12 +71,12 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
 
 /// Checks that a channel name is valid and not taken.
 fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, String> {
-    let fits = |c: char| c.is_ascii_alphanumeric() || "._".contains(c);
+    let fits = |c: char| matches!(c, ' '..='~');
     let text = Text::new_or_none(name).filter(|_| !name.is_empty() && name.chars().all(fits));
     text.filter(|text| taken.iter().all(|channel| channel.name != *text)).ok_or_else(|| {
         format!(
-            "invalid name {name:?} of a channel: duplicate, or other characters than letters and \
-             dots"
+            "invalid name {name:?} of a channel: duplicate, or other characters than those of \
+             ASCII"
         )
     })
 }
@@ -131,6 +132,20 @@ fn method(compression: Compression) -> Method {
     }
 }
 
+/// Compression with which a file is written again; those that cannot be written become the default.
+fn compression(method: Method) -> Compression {
+    match method {
+        Method::Uncompressed => Compression::None,
+        Method::RLE => Compression::Rle,
+        Method::ZIP1 => Compression::Zips,
+        Method::PIZ => Compression::Piz,
+        Method::PXR24 => Compression::Pxr24,
+        Method::B44 => Compression::B44,
+        Method::B44A => Compression::B44a,
+        _ => Compression::Zip,
+    }
+}
+
 /// Creates the name and value of a text attribute. The format stores bytes for both; they are UTF-8
 /// here.
 fn attribute(key: &str, value: &str) -> Result<(Text, AttributeValue), String> {
@@ -179,8 +194,78 @@ pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result
     if subsampled::is_of_this_kind(&meta) {
         return subsampled::read(bytes, meta, room);
     }
-    check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
-    let _grant = room.ask(sum_of_pixels(&meta, bytes_in_memory))?;
+    let (file, _grant) = flat(bytes, &meta, room, bytes_in_memory)?;
+    let part = color_part(&file)?;
+    picture(&names(part), &planes(part), data_window(part), file.attributes.display_window)
+}
+
+/// See [`super::FileDecoder`]. Of files with subsampled channels, the colours and alpha only;
+/// otherwise the channels of all parts with the data window of the colours. Channels of other parts
+/// have the name of their part before theirs.
+pub(super) fn read_all(bytes: &[u8], room: &ImageMemory) -> Result<ImageFile, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|e| format!("is not a valid EXR file: {e}"))?;
+    let metadata = texts(&meta)?;
+    if subsampled::is_of_this_kind(&meta) {
+        return Ok(ImageFile::new(subsampled::read(bytes, meta, room)?, metadata));
+    }
+    let in_memory = |header: &Header| bytes_in_memory(header) + header.channels.bytes_per_pixel;
+    let (file, _grant) = flat(bytes, &meta, room, in_memory)?;
+    let main = color_part(&file)?;
+    let window = data_window(main);
+    let decoded = picture(&names(main), &planes(main), window, file.attributes.display_window)?;
+    let mut read = ImageFile::new(decoded, metadata);
+    let is_half =
+        |channel: &AnyChannel<FlatSamples>| matches!(channel.sample_data, FlatSamples::F16(_));
+    let (colors, alpha) = color_channels(&names(main)).ok_or("has no colours")?;
+    let list = &main.channel_data.list;
+    if colors.channels().iter().all(|c| is_half(&list[*c])) {
+        read.options.exr_type = Precision::Half;
+    }
+    read.options.exr_compression = compression(main.encoding.compression);
+    let is_color = |index: usize| colors.channels().contains(&index) || alpha == Some(index);
+    for part in file.layer_data.iter().filter(|part| data_window(part) == window) {
+        let is_main = std::ptr::eq(part, main);
+        for (index, channel) in part.channel_data.list.iter().enumerate() {
+            if is_main && is_color(index) {
+                continue;
+            }
+            read.options.channels.push(Channel {
+                name: if is_main { channel.name.to_string() } else { full_name(part, channel) },
+                samples: match &channel.sample_data {
+                    FlatSamples::U32(values) => Samples::Whole(values.clone()),
+                    values => Samples::Real(values.values_as_f32().collect()),
+                },
+                half_suffices: is_half(channel),
+            });
+        }
+    }
+    Ok(read)
+}
+
+/// Name of a channel with the name of its part before it.
+fn full_name(part: &FlatPart, channel: &AnyChannel<FlatSamples>) -> String {
+    let name = channel.name.to_string();
+    match &part.attributes.layer_name {
+        Some(layer) if !name.starts_with(&format!("{layer}.")) => format!("{layer}.{name}"),
+        _ => name,
+    }
+}
+
+/// A part of a file with its channels.
+type FlatPart = Layer<AnyChannels<FlatSamples>>;
+
+/// Reads all channels of a file without subsampling; `in_memory` is the number of bytes per pixel
+/// of a part for which memory is reserved, as long as the grant is kept.
+fn flat(
+    bytes: &[u8],
+    meta: &MetaData,
+    room: &ImageMemory,
+    in_memory: impl Fn(&Header) -> usize,
+) -> Result<(FlatImage, Grant), String> {
+    let failed = |e: exr::error::Error| format!("is not a valid EXR file: {e}");
+    check_size(sum_of_pixels(meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
+    let grant = room.ask(sum_of_pixels(meta, in_memory))?;
     if meta.headers.iter().any(is_dwa) {
         check_blocks(bytes)?;
     }
@@ -193,20 +278,30 @@ pub(super) fn read(bytes: &[u8], _: PixelEncoding, room: &ImageMemory) -> Result
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(failed)?;
+    Ok((file, grant))
+}
+
+/// Returns the unnamed part if it has colours, or otherwise the first part that has them.
+fn color_part(file: &FlatImage) -> Result<&FlatPart, String> {
     let mut parts: Vec<_> = file.layer_data.iter().collect();
     parts.sort_by_key(|part| part.attributes.layer_name.is_some());
-    let window = file.attributes.display_window;
-    let names = |part: &Layer<AnyChannels<FlatSamples>>| -> Vec<String> {
-        part.channel_data.list.iter().map(|channel| channel.name.to_string()).collect()
-    };
     let part = parts.iter().find(|part| color_channels(&names(part)).is_some());
-    let Some(part) = part else {
+    part.copied().ok_or_else(|| {
         let all: Vec<_> = parts.iter().flat_map(|part| names(part)).collect();
-        return Err(format!("has no channels R, G, B and no Y; found {}", all.join(", ")));
-    };
-    let planes = part.channel_data.list.iter().map(|channel| &channel.sample_data);
-    let data = IntegerBounds::new(part.attributes.layer_position, part.size);
-    picture(&names(part), &planes.collect::<Vec<_>>(), data, window)
+        format!("has no channels R, G, B and no Y; found {}", all.join(", "))
+    })
+}
+
+fn names(part: &FlatPart) -> Vec<String> {
+    part.channel_data.list.iter().map(|channel| channel.name.to_string()).collect()
+}
+
+fn planes(part: &FlatPart) -> Vec<&FlatSamples> {
+    part.channel_data.list.iter().map(|channel| &channel.sample_data).collect()
+}
+
+fn data_window(part: &FlatPart) -> IntegerBounds {
+    IntegerBounds::new(part.attributes.layer_position, part.size)
 }
 
 fn is_dwa(header: &Header) -> bool {
@@ -318,6 +413,11 @@ fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
 pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
     let meta = MetaData::read_from_buffered(file, false)
         .map_err(|e| format!("is not a valid EXR file: {e}"))?;
+    texts(&meta)
+}
+
+/// Returns the text attributes of the first part.
+fn texts(meta: &MetaData) -> Result<Vec<(String, String)>, String> {
     let part = meta.headers.first().ok_or("has no parts")?;
     let attributes = part.own_attributes.other.iter().chain(&part.shared_attributes.other);
     let mut texts: Vec<_> = attributes

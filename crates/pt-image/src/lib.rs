@@ -6,12 +6,17 @@ mod error;
 mod exposure;
 mod exr;
 mod hdr;
+mod image_file;
 mod jpeg;
+mod layer;
+mod mosaic;
 mod png;
 mod raster;
+mod resize;
 mod room;
 mod texture_blocks;
 mod tone;
+mod window;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -19,12 +24,15 @@ use std::path::Path;
 
 pub use error::ImageError;
 pub use exposure::{Extreme, auto_exposure, extreme};
+pub use image_file::{ImageFile, decode_file, load_file};
+pub use mosaic::{Mosaic, MosaicError};
 use pt_io::{file, guarded, write_atomically};
 use pt_math::color;
 pub use pt_scene::image::{Channel, Image, Samples};
 pub use room::ImageMemory;
 use room::check_size;
 pub use tone::{Tone, ToneCurve};
+pub use window::DisplayWindow;
 
 /// Transfer function between linear light and the integers of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -133,59 +141,12 @@ pub struct Decoded {
     pub frame: Option<DisplayWindow>,
 }
 
-/// A display window that differs from the data window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DisplayWindow {
-    /// Position of the first pixel relative to the upper left corner of the display window, to the
-    /// right and down.
-    pub offset: [i64; 2],
-    /// Width and height of the display window.
-    pub size: [u32; 2],
-}
-
-impl Decoded {
-    /// Returns the content of the display window: black and transparent where there is no data, and
-    /// without data beyond its edges.
-    ///
-    /// # Errors
-    /// Returns a message if it has more than a gibibyte of pixels.
-    pub fn framed(self) -> Result<Self, String> {
-        let Some(DisplayWindow { offset, size: [width, height] }) = self.frame else {
-            return Ok(self);
-        };
-        let count = u64::from(width) * u64::from(height);
-        let _grant =
-            ImageMemory::OF_PROCESS.ask(count.checked_mul(size_of::<[f32; 4]>() as u64))?;
-        let count = count as usize;
-        let mut picture = Self {
-            image: Image { width, height, pixels: vec![[0.0; 3]; count] },
-            alpha: self.alpha.as_ref().map(|_| vec![0.0; count]),
-            frame: None,
-        };
-        let of = |side: i64, begin: i64, length: u32| {
-            let from = (-begin).clamp(0, side);
-            let to = (i64::from(length) - begin).clamp(from, side);
-            from as usize..to as usize
-        };
-        let columns = of(i64::from(self.image.width), offset[0], width);
-        for row in of(i64::from(self.image.height), offset[1], height) {
-            let from = row * self.image.width as usize;
-            let source = from + columns.start..from + columns.end;
-            let to = (row as i64 + offset[1]) as usize * width as usize;
-            let start = to + (columns.start as i64 + offset[0]) as usize;
-            let target = start..start + columns.len();
-            picture.image.pixels[target.clone()]
-                .copy_from_slice(&self.image.pixels[source.clone()]);
-            if let (Some(alpha), Some(own)) = (&mut picture.alpha, &self.alpha) {
-                alpha[target].copy_from_slice(&own[source]);
-            }
-        }
-        Ok(picture)
-    }
-}
-
 /// Decodes the bytes of a file. The error describes the problem of the content.
 pub type PixelDecoder = fn(&[u8], PixelEncoding, &ImageMemory) -> Result<Decoded, String>;
+
+/// Decodes the bytes of a file with all of its channels and texts. The error describes the problem
+/// of the content.
+pub type FileDecoder = fn(&[u8], &ImageMemory) -> Result<ImageFile, String>;
 
 /// Reads the keys and values of the texts in a file, without the pixels. The error describes the
 /// problem of the content.
@@ -203,6 +164,8 @@ pub struct Codec {
     pub extensions: &'static [&'static str],
     /// Decoder; `None` if the format cannot be read.
     pub read: Option<PixelDecoder>,
+    /// Decoder of all channels; `None` if the format has only colours and alpha.
+    pub read_all: Option<FileDecoder>,
     /// Encoder; `None` if the format cannot be written.
     pub write: Option<PixelEncoder>,
     /// Reader of the texts written from [`SaveOptions::metadata`]; `None` if there are none.
@@ -215,6 +178,7 @@ pub static CODECS: &[Codec] = &[
         name: "PNG",
         extensions: &["png"],
         read: Some(png::read),
+        read_all: None,
         write: Some(png::write),
         metadata: Some(png::metadata),
     },
@@ -222,6 +186,7 @@ pub static CODECS: &[Codec] = &[
         name: "OpenEXR",
         extensions: &["exr"],
         read: Some(exr::read),
+        read_all: Some(exr::read_all),
         write: Some(exr::write),
         metadata: Some(exr::metadata),
     },
@@ -229,6 +194,7 @@ pub static CODECS: &[Codec] = &[
         name: "Radiance",
         extensions: &["hdr", "rgbe"],
         read: Some(hdr::read),
+        read_all: None,
         write: None,
         metadata: None,
     },
@@ -236,6 +202,7 @@ pub static CODECS: &[Codec] = &[
         name: "JPEG",
         extensions: &["jpg", "jpeg"],
         read: Some(jpeg::read),
+        read_all: None,
         write: None,
         metadata: None,
     },

@@ -13,7 +13,7 @@ const fn readable(
     extensions: &'static [&'static str],
     read: PixelDecoder,
 ) -> Codec {
-    Codec { name, extensions, read: Some(read), write: None, metadata: None }
+    Codec { name, extensions, read: Some(read), read_all: None, write: None, metadata: None }
 }
 
 pub(super) const BMP: Codec = readable("BMP", &["bmp", "dib"], |bytes, numbers, room| {

@@ -15,13 +15,20 @@ use pt_scene::image::Image;
 
 use super::{Codec, Decoded, ImageMemory, PixelEncoding, check_size};
 
-pub(super) const DDS: Codec =
-    Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
+pub(super) const DDS: Codec = Codec {
+    name: "DDS",
+    extensions: &["dds"],
+    read: Some(read_dds),
+    read_all: None,
+    write: None,
+    metadata: None,
+};
 
 pub(super) const KTX2: Codec = Codec {
     name: "KTX 2.0",
     extensions: &["ktx2"],
     read: Some(read_ktx2),
+    read_all: None,
     write: None,
     metadata: None,
 };
@@ -30,6 +37,7 @@ pub(super) const BASIS: Codec = Codec {
     name: "Basis Universal",
     extensions: &["basis"],
     read: Some(read_basis),
+    read_all: None,
     write: None,
     metadata: None,
 };

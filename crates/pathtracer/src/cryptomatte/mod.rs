@@ -75,6 +75,24 @@ pub fn metadata(film: &Film, names: &MatteNames) -> Vec<(String, String)> {
     metadata
 }
 
+/// Adds to the names of visible objects and materials in the metadata of an image those of another
+/// part of it. Other metadata do not change.
+///
+/// # Panics
+/// Never: names and ids can be written as JSON.
+pub fn add_names(metadata: &mut [(String, String)], part: &[(String, String)]) {
+    let is_manifest = |key: &str| key.starts_with("cryptomatte/") && key.ends_with("/manifest");
+    let names = |text: &str| serde_json::from_str::<BTreeMap<String, String>>(text).ok();
+    for (key, text) in metadata.iter_mut().filter(|(key, _)| is_manifest(key)) {
+        let other = part.iter().find(|(other, _)| other == key);
+        if let (Some(mut all), Some(more)) = (names(text), other.and_then(|(_, text)| names(text)))
+        {
+            all.extend(more);
+            *text = serde_json::to_string(&all).expect("texts are JSON");
+        }
+    }
+}
+
 /// Mattes that a film contains.
 fn kept(film: &Film) -> impl Iterator<Item = (Aov, &'static str)> {
     LAYERS.into_iter().filter(|(aov, _)| film.aovs().contains(aov))

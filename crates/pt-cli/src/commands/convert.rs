@@ -6,8 +6,8 @@ use anyhow::{Result, ensure};
 use pathtracer::{LoadResult, read_with, save};
 
 use crate::command_args::Convert;
-use crate::hints;
 use crate::message::WithHints;
+use crate::{hints, targets};
 
 /// Reads a scene, and writes it in another format.
 ///
@@ -16,10 +16,8 @@ use crate::message::WithHints;
 /// if both are the same file; or if an existing file is not to be overwritten.
 pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
     let Convert { scene: from, output: to, loading, force, quiet } = convert;
-    let is_same =
-        from.canonicalize().is_ok_and(|from| to.canonicalize().is_ok_and(|to| from == to));
     ensure!(
-        !is_same,
+        !targets::is_same(from, to),
         "found the output {}, which is the scene itself; give the copy another name",
         to.display()
     );

@@ -81,7 +81,8 @@ fn text(receipt: &Provenance) -> String {
     if let Some([error, least, most]) = receipt.measured.map(|all| all.map(|e| 100.0 * e)) {
         line("error, as measured", &format!("{error:.3} % ({least:.3} to {most:.3})"));
     }
-    line("hash of the film", &receipt.film);
+    let film = if receipt.film.is_empty() { "not known (joined images)" } else { &receipt.film };
+    line("hash of the film", film);
     if let Some(run) = &receipt.run {
         line("rays", &run.rays.to_string());
         line("seconds", &format!("{:.1}", run.seconds));

@@ -24,7 +24,7 @@ use crate::message::WithHints;
 use crate::output::Output;
 use crate::resolve::check_estimator;
 use crate::summary::{Summary, cpu_seconds};
-use crate::{hints, limits, summary};
+use crate::{crop, hints, limits, summary};
 
 /// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -299,23 +299,14 @@ fn compile(
 fn region(
     crop: Option<[u32; 4]>,
     file: &RenderHints,
-    [width, height]: [u32; 2],
+    resolution: [u32; 2],
     mode: Mode,
 ) -> Result<Option<Region>> {
-    let Some([x, y, dx, dy]) = crop else {
-        let crop = file.crop_of([width, height]).filter(|_| mode.policies.crop_of_file);
+    let Some(cell) = crop else {
+        let crop = file.crop_of(resolution).filter(|_| mode.policies.crop_of_file);
         return Ok(crop.map(|[x, y, width, height]| Region { x, y, width, height }));
     };
-    let top = u64::from(y) + u64::from(dy);
-    let row = u64::from(height).checked_sub(top).map(|row| row as u32);
-    let region = row.map(|row| Region { x, y: row, width: dx, height: dy });
-    let inside = region.filter(|r| r.is_inside([width, height]));
-    Ok(Some(inside.ok_or_else(|| {
-        anyhow!(
-            "-p {x} {y} {dx} {dy}: expected a cell with pixels inside of the image of {width} x \
-             {height}"
-        )
-    })?))
+    crop::region(cell, resolution).map(Some)
 }
 
 fn total(session: &Session) -> u64 {

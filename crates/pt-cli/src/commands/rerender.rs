@@ -145,6 +145,11 @@ fn receipt_of(path: &Path) -> Result<(Provenance, RunStatistics)> {
              --metadata none"
         );
     };
+    ensure!(
+        !receipt.film.is_empty(),
+        "{shown}: found an image that was joined from parts, expected that of one render; render \
+         its parts again"
+    );
     let Some(run) = receipt.run.clone() else {
         bail!("{shown}: missing command in the provenance metadata, which --metadata full writes");
     };

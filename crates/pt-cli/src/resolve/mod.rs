@@ -18,7 +18,7 @@ use crate::job::{
     RenderJob, Schedule,
 };
 use crate::output::is_film;
-use crate::parse::{self, Exposure};
+use crate::parse;
 use crate::settings::{ChannelRequest, SettingsRequest};
 
 /// Bytes per pixel of a sample plan and of its computation.
@@ -62,7 +62,7 @@ pub(crate) fn resolve(
     let scene = cli.paths.first().cloned();
     let compile = CompileJob {
         options: compile_options(&cli, memory.resolution),
-        crop: cli.cell.as_deref().and_then(|numbers| numbers.try_into().ok()),
+        crop: cli.crop.rectangle(),
         settings: settings(&cli, earlier.layout, adaptive, channels),
     };
     Ok(RenderJob {
@@ -98,7 +98,7 @@ fn memory(cli: &Cli, channels: &ChannelRequest, folder: Option<&Path>) -> Memory
         limit: cli.max_memory.map(|size| size.as_u64()),
         files: files.map(|file| folder.map_or_else(|| file.clone(), |f| f.join(file))).collect(),
         resolution: cli.resolution.as_deref().and_then(|size| size.try_into().ok()),
-        crop: cli.cell.as_deref().and_then(|cell| cell.get(2..)?.try_into().ok()),
+        crop: cli.crop.rectangle().map(|[_, _, width, height]| [width, height]),
         pixel: PixelBytes {
             base: base + if factor == 2 { PLAN_BYTES } else { 0 },
             per_group: factor * groups::BYTES_PER_PIXEL as u64,
@@ -179,7 +179,7 @@ fn settings(
         reuse: cli.path_reuse,
         split: cli.split,
         adaptive,
-        target: cli.stop.target(cli.exposure.and_then(Exposure::stops).unwrap_or(0.0)),
+        target: cli.stop.target(cli.png.tone().exposure),
         sampler: cli.sampler.into(),
         seed: cli.seed,
         filter: cli.filter.map(Into::into),

@@ -1,5 +1,6 @@
 //! Tests of the program, run as a process.
 
+mod after_render;
 mod alpha;
 mod common;
 mod convert;

@@ -1,6 +1,7 @@
 //! Image files: round trips, and rejection of broken files with a reason.
 
 mod blocks;
+mod files;
 mod metadata;
 mod opacity;
 mod pictures;
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use pt_image::{
     BitDepth, Compression, ImageError, Precision, SaveOptions, Tone, ToneCurve, Transfer,
-    count_beyond_half, decode, load, load_as, save, save_rgb8,
+    count_beyond_half, decode, decode_file, load, load_as, save, save_rgb8,
 };
 use pt_io::{WriteError, write_atomically};
 use pt_scene::image::{Channel, Image, Samples};
@@ -462,6 +463,11 @@ fn damaged_files_give_an_error_or_an_image_of_their_size() {
                 if let Ok(image) = decode(&damaged, Path::new(name), Transfer::Srgb) {
                     let count = u64::from(image.width) * u64::from(image.height);
                     assert_eq!(count, image.pixels.len() as u64);
+                }
+                if let Ok(file) = decode_file(&damaged, Path::new(name)) {
+                    let count = file.image.pixels.len();
+                    let channels = &file.options.channels;
+                    assert!(channels.iter().all(|channel| channel.samples.count() == count));
                 }
             }
         }
