@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 import pathtracer
 
+Start = Callable[..., subprocess.Popen[str]]
 SIZE: dict[str, Any] = {"width": 32, "height": 24, "spp": 16}
 LUMINANCE = np.array([0.212639, 0.715169, 0.072192])
 
@@ -78,14 +80,13 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_stops_an_explanation() -> None:
-    command = [sys.executable, "-c", INTERRUPTED]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "on\n"
-        start = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        output, _ = process.communicate(timeout=60)
+def test_ctrl_c_stops_an_explanation(interruptible: Start) -> None:
+    process = interruptible(INTERRUPTED)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "on\n"
+    start = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
     assert output == "stopped\n"
     assert time.monotonic() - start < 5.0
 

@@ -165,14 +165,15 @@ except pathtracer.Interrupted as error:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_keeps_the_samples_of_a_resumed_render(folder: Path, program: Program) -> None:
+def test_ctrl_c_keeps_the_samples_of_a_resumed_render(
+    folder: Path, program: Program, interruptible: Callable[..., subprocess.Popen[str]]
+) -> None:
     program(["scene.dae", "-r", 60, 45, "-s", 4, "-f", "a.exr"])
-    command = [sys.executable, "-c", INTERRUPTED, str(folder / "a.exr")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as render:
-        assert render.stdout is not None
-        assert render.stdout.readline() == "on\n"
-        render.send_signal(signal.SIGINT)
-        output, _ = render.communicate(timeout=60)
+    render = interruptible(INTERRUPTED, folder / "a.exr")
+    assert render.stdout is not None
+    assert render.stdout.readline() == "on\n"
+    render.send_signal(signal.SIGINT)
+    output, _ = render.communicate(timeout=60)
     complete, samples = output.splitlines()[-1].split()
     assert complete == "False"
     command = [sys.executable, "-m", "pathtracer", "info", "--json", "a.exr.film"]

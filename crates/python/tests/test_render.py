@@ -266,8 +266,10 @@ print("partial", last.complete, last.samples > first.samples, next(images).sampl
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("program", [INTERRUPTED, INTERRUPTED_ITERATION])
-def test_ctrl_c_keeps_the_image_so_far(program: str) -> None:
-    render = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+def test_ctrl_c_keeps_the_image_so_far(
+    program: str, interruptible: Callable[..., subprocess.Popen[str]]
+) -> None:
+    render = interruptible(program)
     assert render.stdout is not None
     assert render.stdout.readline() == "started\n"
     # The line may arrive before the interpreter is back in the render.
