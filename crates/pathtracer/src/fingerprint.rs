@@ -18,6 +18,9 @@ pub type FingerprintEntry = (String, String);
 /// is missing.
 pub type FingerprintDifference = (String, Option<String>, Option<String>);
 
+/// Name of the entry of the environment map.
+const ENVIRONMENT: &str = "environment map";
+
 /// Returns everything that the samples depend on besides the scene and the version: the options
 /// with which the scene is compiled, and the settings except for the number of samples. Equal lists
 /// give the same samples.
@@ -46,7 +49,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Fingerprint
     say("tree", format!("{:?}, {:?}, leaves of {}", bvh.builder, bvh.quality, bvh.max_leaf_size));
     say("most single lights", or_default(most_single_lights.as_ref()));
     say("most copied triangles", or_default(most_copied_triangles.as_ref()));
-    say("environment map", environment.as_ref().map_or("none".into(), hash_of_map));
+    say(ENVIRONMENT, environment.as_ref().map_or("none".into(), hash_of_map));
     say("studio for what has no light or camera", studio.to_string());
     say("camera in place of the scene's", or_none(camera.as_ref()));
     if let Some(placement) = placement {
@@ -115,6 +118,19 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Fingerprint
         say("light groups", in_words(groups));
     }
     list
+}
+
+/// Replaces the entry of the environment map by the one of an earlier list.
+pub(crate) fn with_environment_of(
+    mut entries: Vec<FingerprintEntry>,
+    earlier: Vec<FingerprintEntry>,
+) -> Vec<FingerprintEntry> {
+    let kept = earlier.into_iter().find(|(name, _)| name == ENVIRONMENT);
+    let place = entries.iter_mut().find(|(name, _)| name == ENVIRONMENT);
+    if let (Some(place), Some(kept)) = (place, kept) {
+        *place = kept;
+    }
+    entries
 }
 
 /// Formats light groups, as in "key: lamp, spot; each other light".

@@ -6,7 +6,8 @@ use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::{Settings, Target};
 use pt_core::target::Evaluation;
 use pt_core::{
-    CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
+    CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, compile_camera,
+    develop,
 };
 use pt_cpu::{Feature, LightGroups, Outcome, RenderError, RenderStatistics, Renderer};
 use pt_scene::image::{Channel, Image};
@@ -21,7 +22,12 @@ pub struct Session {
     scene: RenderScene,
     settings: Settings,
     film: Film,
+    /// Notes about the scene, other than about its view.
+    scene_notes: Notes,
+    /// All notes.
     notes: Notes,
+    /// Times at which the shutter opens and closes, in seconds.
+    shutter: [f64; 2],
     geometry_time: Duration,
     bvh_time: Duration,
     counts_tests: bool,
@@ -46,7 +52,7 @@ impl Session {
         options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
         let entries = fingerprint::entries(&options, &settings);
         let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
-        let placed = options.placement.or(scene.camera().map(|camera| camera.placement));
+        let placement = options.placement;
         let names = MatteNames::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
@@ -59,7 +65,9 @@ impl Session {
         let mut session = Self {
             scene: compiled.scene,
             film: settings.film(region).with_light_groups(groups),
-            notes: compiled.notes,
+            scene_notes: compiled.notes,
+            notes: Notes::default(),
+            shutter: compiled.shutter,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
             counts_tests: false,
@@ -70,21 +78,65 @@ impl Session {
         };
         session.warn_ignored_media();
         if let Some(unlit) = unlit {
-            session.notes.push(unlit);
-            session.notes.suggest(Hint::AddEnvironment);
-            session.notes.suggest(Hint::ShowNormals);
+            session.scene_notes.push(unlit);
+            session.scene_notes.suggest(Hint::AddEnvironment);
+            session.scene_notes.suggest(Hint::ShowNormals);
         }
-        if placed != Some(Placement::Fit) {
-            let misplaced = view::note(scene, &session.scene);
-            if let Some(misplaced) = misplaced {
-                session.notes.push(misplaced);
-                session.notes.suggest(Hint::FitCamera);
-            }
-        }
+        session.set_notes(scene, placement, &compiled.camera_notes);
         if let Some(region) = session.settings.region {
             session.restrict(region)?;
         }
         Ok(session)
+    }
+
+    /// Replaces the camera, and discards the samples so far: the session is then the one that
+    /// [`Session::new`] creates for this scene and these arguments. Of the scene, only the cameras
+    /// may differ from the one of this session; of the options, only those of the camera, besides
+    /// the environment, which is kept and is ignored here; of the settings, any but the integrator,
+    /// the estimator of direct light, AOVs and light groups.
+    ///
+    /// Returns false, without a change, if the camera has another shutter: then the scene has to be
+    /// compiled anew.
+    ///
+    /// # Errors
+    /// If the camera is invalid, or the region of the settings is outside of the image. The session
+    /// is then unchanged.
+    pub fn set_camera(
+        &mut self,
+        scene: &Scene,
+        options: &CompileOptions,
+        settings: Settings,
+    ) -> Result<bool, CompileError> {
+        let resolution = pt_core::resolution(scene, options);
+        let region = settings.region.unwrap_or_else(|| Region::full(resolution));
+        if !region.is_inside(resolution) {
+            return Err(CompileError::Region { region, resolution });
+        }
+        let Some(notes) = compile_camera(scene, options, self.shutter, &mut self.scene)? else {
+            return Ok(false);
+        };
+        self.entries = fingerprint::with_environment_of(
+            fingerprint::entries(options, &settings),
+            std::mem::take(&mut self.entries),
+        );
+        self.settings = settings;
+        self.film = self.empty_film(region);
+        self.set_notes(scene, options.placement, &notes);
+        Ok(true)
+    }
+
+    /// Collects the notes about the scene, its camera and its view.
+    fn set_notes(&mut self, scene: &Scene, placement: Option<Placement>, of_camera: &Notes) {
+        let mut notes = self.scene_notes.clone();
+        notes.append(of_camera);
+        let placed = placement.or(scene.camera().map(|camera| camera.placement));
+        if placed != Some(Placement::Fit)
+            && let Some(misplaced) = view::note(scene, &self.scene)
+        {
+            notes.push(misplaced);
+            notes.suggest(Hint::FitCamera);
+        }
+        self.notes = notes;
     }
 
     /// Adds a note if the scene has media that the integrator does not support.
@@ -94,8 +146,8 @@ impl Session {
             .is_none_or(|integrator| integrator.supports(Feature::Media));
         if !sees && !self.scene.media.is_empty() {
             let note = format!("the scene has media, which the integrator {name} ignores");
-            self.notes.push(note);
-            self.notes.suggest(Hint::UseIntegrator("volpath"));
+            self.scene_notes.push(note);
+            self.scene_notes.suggest(Hint::UseIntegrator("volpath"));
         }
     }
 

@@ -18,6 +18,7 @@ use crate::loading::Loading;
 use crate::opacity::Opacity;
 use crate::parse;
 use crate::policies::CompatPolicies;
+use crate::sequence_args::SequenceArgs;
 use crate::stop_options::StopOptions;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
@@ -213,7 +214,8 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Scene")]
     pub(crate) environment_layout: EnvironmentLayout,
 
-    /// Camera settings file of the course's program
+    /// Camera settings file of the course's program, or a view of a file of views (see --cameras)
+    /// by its number from 0, such as transforms.json#17
     #[arg(short = 'c', long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) camera_file: Option<PathBuf>,
 
@@ -245,6 +247,9 @@ pub(crate) struct Cli {
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
     #[arg(value_parser = parse::above_zero, help_heading = "Scene")]
     pub(crate) focal_distance: Option<f32>,
+
+    #[command(flatten)]
+    pub(crate) sequence: SequenceArgs,
 
     /// Threads; 0 is one per core [default: 0]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = parse::threads)]

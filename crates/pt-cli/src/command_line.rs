@@ -18,6 +18,8 @@ pub(crate) enum Action {
     Print(Vec<u8>),
     /// Render an image.
     Render(Box<RenderJob>),
+    /// Render several images with these options, which are those of the arguments.
+    Sequence(Box<Cli>, Vec<String>),
     /// Run one of the other commands.
     Command(Command),
 }
@@ -68,6 +70,9 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
     }
     if cli.man {
         return man_page().map(Action::Print).map_err(ArgsError::Message);
+    }
+    if cli.sequence.is_requested() {
+        return Ok(Action::Sequence(Box::new(cli), command));
     }
     let job = resolved(cli, command).map_err(ArgsError::Message)?;
     Ok(Action::Render(Box::new(job)))

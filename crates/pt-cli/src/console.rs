@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -25,8 +25,14 @@ const DRAW_EVERY: Duration = Duration::from_millis(100);
 
 /// Observer of a render that also shows messages and its end.
 pub(crate) trait Monitor: Observer {
+    /// Begins an image that has `done` of `total` samples.
+    fn begin_image(&self, done: u64, total: u64);
+
     /// Shows a line.
     fn say(&self, text: &str);
+
+    /// Ends an image, which has this number of samples; others may follow.
+    fn end_image(&self, samples: u64);
 
     /// Ends the display of the progress.
     fn finish(&self, progress: Outcome);
@@ -46,9 +52,13 @@ impl Observer for Unseen<'_> {
 }
 
 impl Monitor for Unseen<'_> {
+    fn begin_image(&self, _: u64, _: u64) {}
+
     fn say(&self, text: &str) {
         report!("{text}");
     }
+
+    fn end_image(&self, _: u64) {}
 
     fn finish(&self, _: Outcome) {}
 }
@@ -56,6 +66,7 @@ impl Monitor for Unseen<'_> {
 /// Progress display, according to the options and the terminal, and handler of Ctrl-C.
 pub(crate) struct Console {
     display: Display,
+    is_adaptive: bool,
     stop: Arc<AtomicBool>,
     start: Instant,
     state: Mutex<ConsoleState>,
@@ -79,12 +90,31 @@ struct ConsoleState {
     shown: Duration,
     /// Percentage shown last.
     percent: Option<u64>,
+    /// Samples of the images before this one.
+    earlier: u64,
+    /// Rays of the images before this one.
+    earlier_rays: u64,
+    /// Number of images after this one, which are expected to need the same number of samples.
+    rest: u64,
+}
+
+impl ConsoleState {
+    /// Update of all images by one of this image. A sequence has no error of its own.
+    fn of_all(&self, update: &ProgressUpdate) -> ProgressUpdate {
+        let of_all = |total: u64| self.earlier + total.saturating_mul(1 + self.rest);
+        ProgressUpdate {
+            done: self.earlier + update.done,
+            estimated_totals: update.estimated_totals.map(of_all),
+            rays: self.earlier_rays + update.rays,
+            error: update.error.filter(|_| self.earlier + self.rest == 0),
+        }
+    }
 }
 
 impl Console {
-    /// Creates the display of a render that has `done` of `total` samples, and a handler of Ctrl-C:
-    /// the first one stops the render, the second one ends the program.
-    pub(crate) fn new(job: &DisplayJob, mode: Mode, done: u64, total: u64) -> Self {
+    /// Creates the display of renders, and a handler of Ctrl-C: the first one stops the render, the
+    /// second one ends the program.
+    pub(crate) fn new(job: &DisplayJob, mode: Mode) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let handler = ctrlc::set_handler(move || {
@@ -105,17 +135,28 @@ impl Console {
             (ProgressKind::Auto, Some(lines)) => Display::Program(lines.progress),
             (ProgressKind::Auto, None) if !terminal => Display::Lines,
             (ProgressKind::Lines, _) => Display::Lines,
-            _ => Display::Bar(bar(total)),
+            _ => Display::Bar(bar()),
         };
-        let latest =
-            ProgressUpdate { done, estimated_totals: [total; 3], ..ProgressUpdate::default() };
         let state = ConsoleState {
-            eta: Eta::new(done, total, job.is_adaptive),
-            latest,
+            eta: Eta::new(0, 0, job.is_adaptive),
+            latest: ProgressUpdate::default(),
             shown: Duration::ZERO,
             percent: None,
+            earlier: 0,
+            earlier_rays: 0,
+            rest: 0,
         };
-        Self { display, stop, start: Instant::now(), state: Mutex::new(state) }
+        let start = Instant::now();
+        Self { display, is_adaptive: job.is_adaptive, stop, start, state: Mutex::new(state) }
+    }
+
+    /// Sets the number of images after this one.
+    pub(crate) fn set_rest(&self, images: usize) {
+        self.lock().rest = images as u64;
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ConsoleState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Shows the latest update, if the interval of the display has passed.
@@ -147,6 +188,16 @@ impl Console {
 }
 
 impl Monitor for Console {
+    fn begin_image(&self, done: u64, total: u64) {
+        let mut state = self.lock();
+        let update =
+            ProgressUpdate { done, estimated_totals: [total; 3], ..ProgressUpdate::default() };
+        state.latest = state.of_all(&update);
+        if state.earlier == 0 {
+            state.eta = Eta::new(done, state.latest.total(), self.is_adaptive);
+        }
+    }
+
     /// Prints the line, above the progress bar.
     fn say(&self, text: &str) {
         match &self.display {
@@ -155,12 +206,19 @@ impl Monitor for Console {
         }
     }
 
+    fn end_image(&self, samples: u64) {
+        let mut state = self.lock();
+        state.earlier += samples;
+        state.earlier_rays = state.latest.rays;
+    }
+
     /// Removes the progress bar, or prints the last JSON line, whose state is `finished` or
     /// `stopped`.
     fn finish(&self, progress: Outcome) {
-        match (&self.display, self.state.lock()) {
-            (Display::Bar(bar), _) => bar.finish_and_clear(),
-            (Display::Json, Ok(mut state)) => {
+        match &self.display {
+            Display::Bar(bar) => bar.finish_and_clear(),
+            Display::Json => {
+                let mut state = self.lock();
                 let word = match progress {
                     Outcome::Cancelled => "stopped",
                     Outcome::Finished => {
@@ -176,8 +234,8 @@ impl Monitor for Console {
     }
 }
 
-fn bar(total: u64) -> ProgressBar {
-    let bar = ProgressBar::new(total);
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(1);
     let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {elapsed_precise}  {msg}");
     if let Ok(style) = style {
         bar.set_style(style);
@@ -228,11 +286,12 @@ impl Observer for Console {
             Ok(state) => state,
             Err(TryLockError::Poisoned(_) | TryLockError::WouldBlock) => return,
         };
+        let advance = state.of_all(advance);
         if advance.done < state.latest.done {
             return;
         }
         let now = self.start.elapsed();
-        state.latest = *advance;
+        state.latest = advance;
         state.eta.expect(advance.estimated_totals);
         state.eta.mark(now.as_secs_f64(), advance.done);
         self.show(&mut state, now);

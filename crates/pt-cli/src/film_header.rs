@@ -8,7 +8,7 @@ use pathtracer::provenance::RunStatistics;
 use pathtracer::{LoadOptions, Session, SourceFile, Warning};
 
 use crate::job::InputFiles;
-use crate::{machine, seal};
+use crate::{machine, seal, views};
 
 /// Header of a film, without a seal.
 pub(crate) fn film_header(
@@ -47,7 +47,9 @@ fn files(input: &InputFiles, sources: &[SourceFile]) -> Vec<(String, String)> {
     let scene = input.scene.as_deref().map(|scene| input.place(scene));
     let folder = scene.as_deref().and_then(Path::parent);
     let environment = input.environment.as_ref().map(|file| file.path.as_path());
-    let given = [environment, input.camera_file.as_deref()];
+    let camera = input.camera_file.as_deref();
+    let camera = camera.map(|path| views::split(path, input.folder.as_deref()).0);
+    let given = [environment, camera.as_deref()];
     let name = |path: &Path| {
         let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
         let as_given = || given.into_iter().flatten().find(|given| input.place(given) == path);

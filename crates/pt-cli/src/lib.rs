@@ -33,6 +33,7 @@ mod opacity;
 mod options_page;
 mod origin;
 mod output;
+mod output_pattern;
 mod panic;
 mod parse;
 mod policies;
@@ -40,6 +41,7 @@ mod provenance;
 mod request;
 mod resolve;
 mod seal;
+mod sequence_args;
 mod settings;
 mod sort;
 mod stop_options;
@@ -47,6 +49,7 @@ mod summary;
 mod targets;
 mod tev;
 mod trust;
+mod views;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -91,6 +94,7 @@ fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let done = match action {
         command_line::Action::Print(text) => output::print_as_is(&text),
         command_line::Action::Render(job) => commands::render::run(*job),
+        command_line::Action::Sequence(cli, words) => commands::sequence::run(&cli, &words),
         command_line::Action::Command(Command::Resume(resume)) => commands::resume::run(&resume),
         command_line::Action::Command(Command::Merge(merge)) => commands::merge::run(&merge),
         command_line::Action::Command(Command::Info(info)) => commands::info_image::run(&info),

@@ -35,8 +35,9 @@ pub(crate) struct Loading {
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse::limit, help_heading = "Scene")]
     limit: Vec<(String, u64)>,
 
-    /// Time at which the animations of a glTF scene are shown, such as 1.5 or 2m [default: the rest
-    /// pose]
+    /// Time at which animations are shown, such as 1.5 or 2m: a glTF scene as at this time, one of
+    /// Mitsuba or pathtracer as if its shutter opened then [default: the rest pose; the shutter of
+    /// the file]
     #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = parse::seconds)]
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,

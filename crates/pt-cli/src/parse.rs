@@ -8,6 +8,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::light_groups::{REST, as_layer};
 use pathtracer::{Aov, HALF_B_OFFSET, LightGroup, LightGroups, Limits, MAX_REUSE, MAX_SPLIT};
 
+use crate::sequence_args::Steps;
+
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(n) if n >= least => Ok(n),
@@ -88,6 +90,27 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
                 .into(),
         ),
     }
+}
+
+/// Parses the first and the last number, optionally with a step, or a single number.
+pub(crate) fn steps(text: &str) -> Result<Steps, String> {
+    let parse = |text: &str| {
+        let (range, step) = text.split_once('/').unwrap_or((text, "1"));
+        let (first, last) = range.split_once("..").unwrap_or((range, range));
+        let number = |text: &str| text.parse::<u32>().ok();
+        Some(Steps { first: number(first)?, last: number(last)?, step: number(step)? })
+    };
+    parse(text).filter(|steps| steps.first <= steps.last && steps.step > 0).ok_or_else(|| {
+        "expected the first and the last number, as in 1..240, 1..240/2 for each second one, or \
+         one number"
+            .into()
+    })
+}
+
+/// Parses a number of frames per second.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse::<f64>().ok().filter(|rate| rate.is_finite() && *rate > 0.0);
+    rate.ok_or_else(|| "expected a number of frames per second, as in 24 or 29.97".into())
 }
 
 /// Parses a time: a number of seconds from 0 up, or with units, such as 90s, 10m or 1h30m.

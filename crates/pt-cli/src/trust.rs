@@ -9,7 +9,7 @@ use pathtracer::folder_of;
 
 use crate::args::Cli;
 use crate::loading::Folders;
-use crate::seal;
+use crate::{seal, views};
 
 /// Removes options that a stored command may not contain: outputs other than the image, addresses,
 /// and folders from which files are read. These folders are taken from the command line.
@@ -55,8 +55,10 @@ pub(crate) fn folder(output: &Path, about: &FilmHeader, cli: &Cli) -> Result<Pat
         return Ok(folder.to_owned());
     }
     let Folders { allow_outside, allow_folder } = &cli.loading.folders;
+    let camera_file =
+        cli.camera_file.as_deref().map(|path| views::split(path, Some(&about.folder)).0);
     let inputs: Vec<&PathBuf> =
-        cli.paths.iter().chain(&cli.environment).chain(&cli.camera_file).collect();
+        cli.paths.iter().chain(&cli.environment).chain(&camera_file).collect();
     let own = resolved(&folder_of(output));
     let is_in_own = |path: &&PathBuf| {
         let place = resolved(&own.join(path));

@@ -43,7 +43,8 @@ mod wedge;
 
 pub use camera::Camera;
 pub use compile::{
-    CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile, resolution,
+    CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile, compile_camera,
+    resolution,
 };
 pub use film::{Film, Region};
 pub use interaction::Interaction;

@@ -23,6 +23,7 @@ mod serialized;
 mod shared;
 mod stl;
 mod tensor;
+pub mod views;
 mod vol;
 
 use std::path::{Path, PathBuf};
@@ -35,6 +36,7 @@ pub use json::schema as json_schema;
 use pt_io::guarded;
 use pt_scene::{Geometry, Hint, Scene, SourceFile, Warning};
 pub use save::{SaveError, save};
+pub use shared::cameras::find as camera_index;
 use shared::context::{self, LoadContext};
 pub use shared::limits::Limits;
 use shared::names::quote;
@@ -57,7 +59,9 @@ pub struct LoadOptions {
     pub allowed_folders: Vec<PathBuf>,
     /// Resource limits.
     pub limits: Limits,
-    /// Time of animations in seconds, in formats that support this; `None` for the rest pose.
+    /// Time of animations in seconds, in formats that support this: glTF scenes are shown at this
+    /// time, and the shutters of Mitsuba's and pathtracer's own files open then and stay open as
+    /// long as in the file. `None` for the rest pose, and for the shutters of the file.
     pub time: Option<f64>,
     /// True if the light of COLLADA files falls off with the square of the distance, whatever
     /// attenuation they specify.
@@ -244,9 +248,9 @@ impl Format {
 pub static FORMATS: &[Format] = &[
     format("COLLADA", &["dae"], collada::parse),
     Format { has_times: true, ..format("glTF 2.0", &["gltf", "glb"], gltf::parse) },
-    Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
+    Format { has_names: true, has_times: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
-    format("pathtracer JSON", &["json"], json::parse),
+    Format { has_times: true, ..format("pathtracer JSON", &["json"], json::parse) },
     format("Stanford PLY", &["ply"], ply::parse),
     Format { in_pieces: stl::IN_PIECES, ..format("STL", &["stl"], stl::parse) },
     format("Wavefront OBJ", &["obj"], obj::parse),

@@ -50,6 +50,12 @@ impl Notes {
         }
     }
 
+    /// Adds the notes and the remedies of another list.
+    pub fn append(&mut self, other: &Self) {
+        self.lines.extend_from_slice(&other.lines);
+        other.hints.iter().for_each(|hint| self.suggest(hint.clone()));
+    }
+
     /// The notes, in order.
     pub fn lines(&self) -> &[String] {
         &self.lines

@@ -33,6 +33,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Settings of the file; the command line overrides them.
     pub settings: RenderHints,
+    /// True if the settings are those of the active camera, and other cameras have others.
+    pub settings_of_camera: bool,
     /// Warnings about the file.
     pub warnings: Vec<Warning>,
     /// Files that could not be read, with the place of the reference and the replacement. The
@@ -73,6 +75,7 @@ impl Default for Scene {
             objects: Vec::new(),
             lights: Vec::new(),
             settings: RenderHints::default(),
+            settings_of_camera: false,
             warnings: Vec::new(),
             missing: Vec::new(),
         }

@@ -20,7 +20,9 @@ use crate::scene::Scene;
 /// variables : dict of str to object, optional
 ///     Values of $NAME in a Mitsuba scene.
 /// time : float, optional
-///     Time in seconds at which animations of a glTF scene are shown; by default the rest pose.
+///     Time in seconds at which animations are shown: a glTF scene as at this time, one of Mitsuba
+///     or pathtracer as if its shutter opened then. By default the rest pose, and the shutter of
+///     the file.
 /// allow_outside : bool, optional
 ///     True if the scene may refer to files outside of its folder.
 /// allow_folders : sequence of str or os.PathLike, optional

@@ -69,3 +69,4 @@ mod target;
 mod terminator;
 mod textures;
 mod vacant;
+mod views;

@@ -13,3 +13,4 @@ pub(crate) mod merge;
 pub(crate) mod render;
 pub(crate) mod rerender;
 pub(crate) mod resume;
+pub(crate) mod sequence;

@@ -9,22 +9,22 @@ use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::provenance::Provenance;
 use pathtracer::{
-    Camera, CompileOptions, EnvironmentMap, Hint, INTEGRATORS, Observer, Outcome, Region,
-    Registration, RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
+    CompileOptions, EnvironmentMap, Hint, INTEGRATORS, Observer, Outcome, Region, Registration,
+    RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
 };
 
 use crate::checkpointing::Checkpointer;
 use crate::compat::WITHOUT_RECORDS;
 use crate::console::{Console, Monitor, Unseen};
 use crate::film_header::{self, film_header};
-use crate::job::{CompileJob, EnvironmentFile, InputFiles, Mode, RenderJob};
+use crate::job::{CompileJob, EnvironmentFile, InputFiles, Mode, RenderJob, Schedule};
 use crate::limits::Limit;
 use crate::lock::Lock;
 use crate::message::WithHints;
 use crate::output::Output;
 use crate::resolve::check_estimator;
 use crate::summary::{Summary, cpu_seconds};
-use crate::{crop, hints, limits, summary};
+use crate::{crop, hints, limits, summary, views};
 
 /// Exit status of a render that Ctrl-C ended, by the convention of shells: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -40,7 +40,8 @@ const MAX_NAMED: usize = 100;
 
 /// Result of a render.
 pub(crate) struct RenderResult {
-    pub(crate) status: ExitCode,
+    /// Exit status.
+    pub(crate) status: u8,
     pub(crate) progress: Outcome,
     pub(crate) session: Session,
     /// Provenance metadata of the image.
@@ -52,7 +53,7 @@ pub(crate) struct RenderResult {
 /// # Errors
 /// As [`render`].
 pub(crate) fn run(job: RenderJob) -> Result<ExitCode> {
-    Ok(render(job, None)?.status)
+    Ok(render(job, None)?.status.into())
 }
 
 /// Renders an image, and writes it. With an observer, progress is not shown, and Ctrl-C is not
@@ -72,28 +73,73 @@ pub(crate) fn render(job: RenderJob, observer: Option<&dyn Observer>) -> Result<
     warn_missing(&prepared.scene.missing);
     prepared.report_notes(mode);
     let header = prepared.film_header(&input, output.path(), command);
-    let PreparedScene { scene, session, load, .. } = &mut prepared;
+    let console: Box<dyn Monitor> = match observer {
+        Some(observer) => Box::new(Unseen(observer)),
+        None => Box::new(Console::new(&display, mode)),
+    };
+    let image =
+        ImageJob { mode, schedule: &schedule, output: &output, header, is_crop, is_alone: true };
+    let ImageResult { status, progress, provenance } =
+        render_image(image, &mut prepared, &*console, start)?;
+    if mode.lines().is_none() && !mode.quiet && input.scene.is_none() {
+        next_steps();
+    }
+    Ok(RenderResult { status, progress, session: prepared.session, provenance })
+}
+
+/// Result of the render of one image of a compiled scene.
+pub(crate) struct ImageResult {
+    /// Exit status.
+    pub(crate) status: u8,
+    pub(crate) progress: Outcome,
+    provenance: Provenance,
+}
+
+/// An image of a scene that is compiled.
+pub(crate) struct ImageJob<'a> {
+    pub(crate) mode: Mode,
+    pub(crate) schedule: &'a Schedule,
+    pub(crate) output: &'a Output,
+    pub(crate) header: FilmHeader,
+    /// True if only a rectangle of the image is rendered by request.
+    pub(crate) is_crop: bool,
+    /// False for an image of a sequence, which reports the end of the render itself.
+    pub(crate) is_alone: bool,
+}
+
+/// Renders an image of a compiled scene, and writes it. The time limit is counted from `start`.
+///
+/// # Errors
+/// If a file cannot be read or written.
+pub(crate) fn render_image(
+    ImageJob { mode, schedule, output, header, is_crop, is_alone }: ImageJob<'_>,
+    prepared: &mut PreparedScene,
+    console: &dyn Monitor,
+    start: Instant,
+) -> Result<ImageResult> {
+    let PreparedScene { scene, session, load, .. } = prepared;
     let words = header.command.clone();
     let mut checkpointing =
-        Checkpointer::begin(&schedule, mode, session, header, output.path(), start)?;
+        Checkpointer::begin(schedule, mode, session, header, output.path(), start)?;
     if let Some(lines) = mode.lines() {
         (lines.built)(session, schedule.threads);
     }
     limits::begin_rendering();
-    let console: Box<dyn Monitor> = match observer {
-        Some(observer) => Box::new(Unseen(observer)),
-        None => Box::new(Console::new(&display, mode, session.film().samples(), total(session))),
-    };
+    console.begin_image(session.film().samples(), total(session));
     let cpu = cpu_seconds();
     let mut viewer = output.connect();
-    let (progress, statistics) = checkpointing.render(session, &*console, &mut viewer)?;
+    let (progress, statistics) = checkpointing.render(session, console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
-    console.finish(progress);
+    if is_alone {
+        console.finish(progress);
+    } else {
+        console.end_image(session.film().samples());
+    }
     report_invalid_samples(&words, mode, session);
     if let Some(lines) = mode.lines() {
         (lines.rendered)(&statistics);
     }
-    let (files, provenance) = checkpointing.finish(session, &output, progress)?;
+    let (files, provenance) = checkpointing.finish(session, output, progress)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         report!("warning: {warning}");
     }
@@ -115,23 +161,21 @@ pub(crate) fn render(job: RenderJob, observer: Option<&dyn Observer>) -> Result<
         summary.print();
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
         report!("saved {}", names.join(" and "));
-        if input.scene.is_none() {
-            next_steps();
-        }
     }
-    warn_incomplete(scene);
+    if is_alone {
+        warn_incomplete(scene);
+    }
     if !mode.quiet {
         output.report_extremes(session);
     }
     let is_interrupted = progress == Outcome::Cancelled && console.cancelled();
     let resumable = checkpointing.keeps().then(|| output.path());
-    let status = if is_interrupted {
+    if is_interrupted && is_alone {
         report_stop("stopped early", resumable);
-        ExitCode::from(INTERRUPTED)
-    } else {
-        ended(scene, session, progress, mode, resumable)
-    };
-    Ok(RenderResult { status, progress, session: prepared.session, provenance })
+    }
+    let status =
+        if is_interrupted { INTERRUPTED } else { ended(scene, session, progress, mode, resumable) };
+    Ok(ImageResult { status, progress, provenance })
 }
 
 /// Exit status of a render that was not interrupted, after warnings about what it misses.
@@ -141,18 +185,18 @@ fn ended(
     progress: Outcome,
     mode: Mode,
     resumable: Option<&Path>,
-) -> ExitCode {
+) -> u8 {
     let out_of_time = progress == Outcome::Cancelled;
     let is_missed = report_missed_target(session, out_of_time);
     if out_of_time && !mode.quiet {
         report_stop("time limit reached", resumable);
     }
     if mode.strict && (is_missed || session.film().invalid_samples().count() > 0) {
-        ExitCode::from(NOT_AS_ASKED)
+        NOT_AS_ASKED
     } else if scene.missing.is_empty() {
-        ExitCode::SUCCESS
+        0
     } else {
-        ExitCode::from(MISSING)
+        MISSING
     }
 }
 
@@ -183,8 +227,10 @@ fn report_missed_target(session: &Session, out_of_time: bool) -> bool {
 pub(crate) struct PreparedScene {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
-    /// The files that were read.
+    /// The files that were read, besides those of the camera.
     sources: Vec<SourceFile>,
+    /// The files of the camera.
+    camera_sources: Vec<SourceFile>,
     /// True if the scene file requests channels for which the image has no room.
     leaves_channels_out: bool,
     /// Remedies for what the reader found.
@@ -195,9 +241,15 @@ pub(crate) struct PreparedScene {
 
 impl PreparedScene {
     /// Header of the film of the image at `path`.
-    fn film_header(&self, input: &InputFiles, path: &Path, command: Vec<String>) -> FilmHeader {
-        let Self { scene, session, sources, .. } = self;
-        let header = film_header(input, session, sources, &scene.missing, command);
+    pub(crate) fn film_header(
+        &self,
+        input: &InputFiles,
+        path: &Path,
+        command: Vec<String>,
+    ) -> FilmHeader {
+        let Self { scene, session, sources, camera_sources, .. } = self;
+        let sources: Vec<_> = sources.iter().chain(camera_sources).cloned().collect();
+        let header = film_header(input, session, &sources, &scene.missing, command);
         film_header::sealed(header, path)
     }
 
@@ -241,11 +293,55 @@ pub(crate) fn prepare(
     limit.check_scene(&scene)?;
     let load = start.elapsed();
     let leaves_channels_out = settings.channels.leaves_out(&scene.settings);
-    let camera = load_camera(input, &scene, mode, &mut sources)?;
-    let options = CompileOptions { environment, camera, ..options };
-    let name = input.scene.as_ref().map_or("the scene".into(), |p| p.display().to_string());
+    let files = sources.len();
+    let options = CompileOptions { environment, ..options };
+    let options = with_camera_file(input, &scene, options, mode, &mut sources)?;
+    let name = name_of(input);
     let session = compile(&name, &scene, CompileJob { options, crop, settings }, mode)?;
-    Ok(PreparedScene { scene, session, sources, leaves_channels_out, hints, load })
+    let camera_sources = sources.split_off(files);
+    Ok(PreparedScene { scene, session, sources, camera_sources, leaves_channels_out, hints, load })
+}
+
+/// Name of the scene in messages.
+fn name_of(input: &InputFiles) -> String {
+    input.scene.as_ref().map_or("the scene".into(), |path| path.display().to_string())
+}
+
+/// Replaces the camera of a scene that was prepared with the same files and options, besides those
+/// of the camera. Returns `None` if the scene has to be prepared anew, as for a camera whose image
+/// has its own settings in the file.
+///
+/// # Errors
+/// If the file of the camera cannot be read, or the camera is unknown or invalid.
+pub(crate) fn with_camera(
+    mut prepared: PreparedScene,
+    input: &InputFiles,
+    compile: &CompileJob,
+    mode: Mode,
+) -> Result<Option<PreparedScene>> {
+    let PreparedScene { scene, session, camera_sources, .. } = &mut prepared;
+    if scene.settings_of_camera || input.load.time.is_some() {
+        return Ok(None);
+    }
+    let name = name_of(input);
+    if let Some(wanted) = &input.load.camera {
+        let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        let index = pathtracer::camera_index(wanted, &names)
+            .map_err(|message| anyhow!("{name}: camera: {message}"))?;
+        scene.used_camera = (scene.cameras.len() > 1).then_some(index as u32);
+    }
+    camera_sources.clear();
+    let options = compile.options.without_environment();
+    let options = with_camera_file(input, scene, options, mode, camera_sources)?;
+    let settings = compile.settings.for_scene(scene);
+    let is_set = session
+        .set_camera(scene, &options, settings)
+        .with_context(|| format!("{name} cannot be rendered"))?;
+    if !is_set {
+        return Ok(None);
+    }
+    restrict(session, compile.crop, scene, mode)?;
+    Ok(Some(prepared))
 }
 
 /// Compiles a scene that was read from some sources, with the environment and the camera files of
@@ -263,8 +359,8 @@ pub(crate) fn compile_in_memory(
     let mut sources = Vec::new();
     let environment = load_environment(input, mode, &mut sources)?;
     sources.extend_from_slice(of_scene);
-    let camera = load_camera(input, scene, mode, &mut sources)?;
-    let mut options = CompileOptions { environment, camera, ..options };
+    let options = CompileOptions { environment, ..options };
+    let mut options = with_camera_file(input, scene, options, mode, &mut sources)?;
     complete(&mut options)?;
     let session = compile("the scene", scene, CompileJob { options, crop, settings }, mode)?;
     Ok((session, sources))
@@ -281,14 +377,25 @@ fn compile(
     check_estimator(&settings).map_err(anyhow::Error::msg)?;
     let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;
-    let resolution = session.scene().camera.resolution;
-    if let Some(region) = region(crop, &scene.settings, resolution, mode)? {
-        session.restrict(region)?;
-    }
+    restrict(&mut session, crop, scene, mode)?;
     if mode.policies.counts_tests {
         session.count_tests();
     }
     Ok(session)
+}
+
+/// Restricts a render to the rectangle of the command line or of the scene file, if there is one.
+fn restrict(
+    session: &mut Session,
+    crop: Option<[u32; 4]>,
+    scene: &Scene,
+    mode: Mode,
+) -> Result<()> {
+    let resolution = session.scene().camera.resolution;
+    if let Some(region) = region(crop, &scene.settings, resolution, mode)? {
+        session.restrict(region)?;
+    }
+    Ok(())
 }
 
 /// Pixels of `--crop`, whose rows are counted from the bottom on the command line, or else of the
@@ -372,25 +479,33 @@ fn load_environment(
     Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
 }
 
-/// Reads the camera settings file, if there is one.
-fn load_camera(
+/// Completes options by the camera of a file, if there is one.
+fn with_camera_file(
     input: &InputFiles,
     scene: &Scene,
+    options: CompileOptions,
     mode: Mode,
     sources: &mut Vec<SourceFile>,
-) -> Result<Option<Camera>> {
-    let Some(path) = &input.camera_file else { return Ok(None) };
-    let path = &input.place(path);
-    let (mut camera, source) = camera_file::load(path)?;
-    sources.push(source);
+) -> Result<CompileOptions> {
+    let Some(path) = &input.camera_file else { return Ok(options) };
+    let (mut camera, resolution) =
+        if let Some((view, files)) = views::single(path, input.folder.as_deref())? {
+            sources.extend(files);
+            (view.camera, view.resolution)
+        } else {
+            let (camera, source) = camera_file::load(&input.place(path))?;
+            sources.push(source);
+            (camera, None)
+        };
     if let Some(of_scene) = scene.camera() {
-        // Camera settings files contain neither.
+        // Files of cameras contain neither.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
     if let Some(lines) = mode.lines() {
-        (lines.camera_loaded)(path);
+        (lines.camera_loaded)(&input.place(path));
     }
-    Ok(Some(camera))
+    let resolution = options.resolution.or(resolution);
+    Ok(CompileOptions { camera: Some(camera), resolution, ..options })
 }
 
 /// Lists the missing files, even with `-q`, since the image differs without them.
@@ -404,7 +519,7 @@ pub(crate) fn warn_missing(missing: &[Warning]) {
 }
 
 /// Prints a warning if files are missing. It follows the summary, where it is noticed.
-fn warn_incomplete(scene: &Scene) {
+pub(crate) fn warn_incomplete(scene: &Scene) {
     let files = match scene.missing.len() {
         0 => return,
         1 => "a file of the scene is".to_owned(),

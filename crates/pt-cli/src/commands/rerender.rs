@@ -36,7 +36,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     };
     let SecondRender { result, difference, is_quiet, .. } = second(rerender, None, enter)?;
     if result.progress == Outcome::Cancelled {
-        return Ok(result.status);
+        return Ok(result.status.into());
     }
     if let Some(difference) = difference {
         report!("error: {difference}");
@@ -45,7 +45,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     if !is_quiet {
         report!("{} is the same to the bit", rerender.image.display());
     }
-    Ok(result.status)
+    Ok(result.status.into())
 }
 
 /// Renders an image again in a library, and compares it with the first one.

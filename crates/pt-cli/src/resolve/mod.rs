@@ -196,6 +196,11 @@ fn check(cli: &Cli, earlier: &EarlierRun) -> Result<(), String> {
         let all: Vec<_> = INTEGRATORS.iter().map(|r| format!("  {}: {}", r.name, r.help)).collect();
         return Err(format!("unknown integrator \"{name}\"; known:\n{}", all.join("\n")));
     }
+    if cli.sequence.is_requested() {
+        return Err("--cameras and --frames render several images; choose one with --camera, \
+                    --camera-file or --time"
+            .into());
+    }
     check_aovs(cli)?;
     image::check(cli)?;
     check_features(cli)?;

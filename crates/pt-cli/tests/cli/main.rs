@@ -25,6 +25,7 @@ mod refused_samples;
 mod report;
 mod resume;
 mod scenes;
+mod sequences;
 mod strangers;
 mod target;
 mod texts;

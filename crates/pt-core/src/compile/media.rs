@@ -8,7 +8,7 @@ use pt_scene::medium::{
 use pt_scene::{Medium, Placement, Scene, Sides, Span};
 
 use super::{CompileError, CompileOptions, camera};
-use crate::id::SurfaceId;
+use crate::id::{Id, SurfaceId};
 use crate::medium::{
     Albedo, BlackbodyEmission, Boundary, Cloud, Density, Flakes, GridMedium, Homogeneous, Media,
     MediumEmission, MediumProperties, MediumRecord, Phase as PhaseRecord, WorldGrid,
@@ -52,10 +52,28 @@ pub(super) fn compile(
         media.boundaries.resize(media.boundaries.len().max(surface.index() + 1), None);
         media.boundaries[surface.index()] = Some(boundary);
     }
+    Ok(media)
+}
+
+/// Returns the medium around the camera; `None` is empty space.
+///
+/// # Errors
+/// If the camera refers to a medium that does not exist.
+pub(super) fn of_camera(
+    scene: &Scene,
+    media: &Media,
+    options: &CompileOptions,
+) -> Result<Option<Id<MediumRecord>>, CompileError> {
     let author = options.camera.as_ref().or(scene.camera());
     let stays = author.filter(|_| camera::placement(author, options) == Placement::Node);
-    media.camera = id(stays.and_then(|c| c.medium), &Span::default())?;
-    Ok(media)
+    let Some(index) = stays.and_then(|c| c.medium).filter(|_| !media.is_empty()) else {
+        return Ok(None);
+    };
+    let found = media.table.iter().nth(index as usize).map(|(id, _)| id);
+    found.map(Some).ok_or_else(|| {
+        let count = media.table.as_slice().len();
+        CompileError::Index { at: Span::default(), what: "medium", index, count }
+    })
 }
 
 /// Converts a medium to metres.

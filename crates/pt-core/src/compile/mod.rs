@@ -37,8 +37,10 @@ use pt_scene::{Hint, Notes, Scene, Span};
 
 use self::policies::Policies;
 use crate::camera_motion::CameraMotion;
+use crate::id::Id;
 use crate::light::EnvironmentMap;
-use crate::medium::Media;
+use crate::medium::{Media, MediumRecord};
+use crate::meter::Meter;
 use crate::scene::RenderScene;
 
 /// Options of [`compile()`].
@@ -89,6 +91,21 @@ pub struct CompileOptions {
     pub smooth_shadows: bool,
 }
 
+impl CompileOptions {
+    /// Returns the options without the environment, which may be large.
+    #[must_use]
+    pub fn without_environment(&self) -> Self {
+        Self {
+            environment: None,
+            camera: self.camera.clone(),
+            aperture: self.aperture,
+            policies: self.policies,
+            bvh: self.bvh,
+            ..*self
+        }
+    }
+}
+
 /// Default of [`CompileOptions::most_single_lights`].
 const MAX_SINGLE_LIGHTS: usize = 8;
 
@@ -101,8 +118,12 @@ const DARK: &str = "the scene has no light: the image will be black";
 pub struct Compiled {
     /// Tables that renderers read.
     pub scene: RenderScene,
-    /// Notes for the user.
+    /// Notes for the user, other than about the camera.
     pub notes: Notes,
+    /// Notes about the camera.
+    pub camera_notes: Notes,
+    /// Times at which the shutter opens and closes, in seconds.
+    pub shutter: [f64; 2],
     /// Wall-clock time of converting shapes to triangles and spheres in world space, including the
     /// hierarchies of instanced objects.
     pub geometry_time: Duration,
@@ -163,7 +184,8 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let policies = options.policies;
     let metres = policies.metres_per_unit(scene);
     emission::check(scene, &mut notes)?;
-    let shutter = motion::shutter(scene, &options, &mut notes)?;
+    let mut camera_notes = Notes::default();
+    let shutter = motion::shutter(scene, &options, &mut camera_notes)?;
     let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);
     let mut lights = lights::Lights::default();
@@ -188,9 +210,8 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     if options.compensated {
         lights.compensate();
     }
-    let camera = camera::compile(scene, metres, shutter, &options, &mut notes)?;
-    let meter = camera::meter(scene, metres, shutter, &options)?;
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
+    let view = View::new(scene, (metres, shutter), &media, &options, &mut camera_notes)?;
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
@@ -203,16 +224,63 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let first = shapes.triangles.len() + shapes.spheres.len();
     let placed = std::mem::take(&mut shapes.placed).finish(first)?;
     let sides_by_shading_normal = scene.settings.sides_by_shading_normal;
-    let mut scene = assemble(shapes, lights, media, camera, bvh);
+    let mut scene = assemble(shapes, lights, media, view, bvh);
     scene.instances = placed;
-    scene.meter = meter;
     scene.unnormalized_shading_normals = policies.shapes.vertex_normals.is_some();
     scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {
         notes.push("smooth shadows have no effect in a scene with media");
     }
-    Ok(Compiled { scene, notes, geometry_time, bvh_time })
+    Ok(Compiled { scene, notes, camera_notes, shutter, geometry_time, bvh_time })
+}
+
+/// Camera of a compiled scene, and what depends on it.
+struct View {
+    camera: crate::Camera,
+    motion: Option<CameraMotion>,
+    meter: Option<Meter>,
+    medium: Option<Id<MediumRecord>>,
+}
+
+impl View {
+    fn new(
+        scene: &Scene,
+        (metres, shutter): (f64, [f64; 2]),
+        media: &Media,
+        options: &CompileOptions,
+        notes: &mut Notes,
+    ) -> Result<Self, CompileError> {
+        let (camera, motion) = camera::compile(scene, metres, shutter, options, notes)?;
+        let meter = camera::meter(scene, metres, shutter, options)?;
+        Ok(Self { camera, motion, meter, medium: media::of_camera(scene, media, options)? })
+    }
+}
+
+/// Replaces the camera of a compiled scene, as if [`compile`] had been called with this scene and
+/// these options, of which only the camera and what replaces parts of it may differ from the ones
+/// that were compiled. Returns notes about the camera; `None`, without a change, if its shutter has
+/// other times than `shutter`, on which all shapes that move depend.
+///
+/// # Errors
+/// If the camera has invalid values.
+pub fn compile_camera(
+    scene: &Scene,
+    options: &CompileOptions,
+    shutter: [f64; 2],
+    compiled: &mut RenderScene,
+) -> Result<Option<Notes>, CompileError> {
+    let mut notes = Notes::default();
+    if motion::shutter(scene, options, &mut notes)? != shutter {
+        return Ok(None);
+    }
+    let units = (options.policies.metres_per_unit(scene), shutter);
+    let view = View::new(scene, units, &compiled.media, options, &mut notes)?;
+    compiled.camera = view.camera;
+    compiled.camera_motion = view.motion;
+    compiled.meter = view.meter;
+    compiled.media.camera = view.medium;
+    Ok(Some(notes))
 }
 
 /// Notes the number of shapes that move.
@@ -241,7 +309,7 @@ fn assemble(
     mut shapes: shapes::Shapes,
     lights: lights::Lights,
     media: Media,
-    (camera, camera_motion): (crate::Camera, Option<CameraMotion>),
+    view: View,
     bvh: Bvh,
 ) -> RenderScene {
     use std::mem::take;
@@ -265,10 +333,10 @@ fn assemble(
         light_origins: lights.origins,
         infinite_lights: lights.infinite,
         light_tables: lights.tables,
-        media,
-        camera,
-        camera_motion,
-        meter: None,
+        media: Media { camera: view.medium, ..media },
+        camera: view.camera,
+        camera_motion: view.motion,
+        meter: view.meter,
         bvh,
     }
 }

@@ -48,6 +48,7 @@ use shared::{TableEntry, read_table};
 
 use super::encoded::Encoded;
 use crate::LoadError;
+use crate::shared::cameras;
 use crate::shared::context::LoadContext;
 use crate::shared::names::quote;
 use crate::shared::text;
@@ -121,7 +122,8 @@ fn scene(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, Lo
     cx.media = numbers_of(&media);
     let materials = named::<Material>("materials", keys, cx)?;
     cx.materials = numbers_of(&materials);
-    let cameras: Vec<Camera> = list("cameras", keys, cx)?;
+    let mut cameras: Vec<Camera> = list("cameras", keys, cx)?;
+    cameras::open_shutters(&mut cameras, cx.context.options().time);
     let used_camera = keys.read("used_camera", &Plain, Some(None), cx)?;
     if let Some(index) = used_camera.filter(|index: &u32| *index as usize >= cameras.len()) {
         let message = format!(

@@ -64,14 +64,18 @@ pub(super) fn build(tree: &ObjectTree) -> Result<Scene, LoadError> {
     let used = used_sensor(tree, &sensors);
     let is_far = sensors.iter().any(|seat| is_aimed(seat.object));
     let around = if is_far { sphere_around(&builder.scene) } else { MeterSphere::default() };
-    let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
+    let Scene { cameras, used_camera, settings, settings_of_camera, warnings, lights, .. } =
+        &mut builder.scene;
     if let Some(used) = sensors.get(used) {
         *settings = tree.context.ok_or_report(sensor::settings(tree, used))?.unwrap_or_default();
+        let is_other = |seat| sensor::settings(tree, seat).ok().as_ref() != Some(&*settings);
+        *settings_of_camera = sensors.iter().any(is_other);
     }
     for seat in &sensors {
         let camera = sensor::camera(tree, seat, &mut builder.media, around);
         cameras.extend(tree.context.ok_or_report(camera)?);
     }
+    cameras::open_shutters(cameras, tree.context.options().time);
     *used_camera = (sensors.len() > 1).then_some(used as u32);
     see_spans(lights, cameras.get(used).map_or([0.0; 2], |camera| camera.shutter));
     let outermost = tree.only(&integrators, "integrator");

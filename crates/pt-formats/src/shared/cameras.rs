@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pt_scene::{Hint, Scene, Warning};
+use pt_scene::{Camera, Hint, Scene, Warning};
 
 use super::context::LoadContext;
 use super::mesh_file;
@@ -18,7 +18,7 @@ const MAX_LISTED: usize = 30;
 ///
 /// # Errors
 /// Returns a message with the list of cameras, if none or several match.
-pub(crate) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
+pub fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
     let named: Vec<_> = (0..names.len()).filter(|i| names[*i] == wanted).collect();
     let number = wanted.parse::<usize>().ok().filter(|i| *i < names.len());
     let problem = match (named.as_slice(), number) {
@@ -33,6 +33,15 @@ pub(crate) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
         _ => String::new(),
     };
     Err(format!("{problem}{hint}; cameras of the scene: {}", list(names)))
+}
+
+/// Opens the shutters at a time, if one is given; exposure times stay.
+pub(crate) fn open_shutters(cameras: &mut [Camera], time: Option<f64>) {
+    let Some(time) = time else { return };
+    for camera in cameras {
+        let [open, close] = camera.shutter;
+        camera.shutter = [time, time + (close - open)];
+    }
 }
 
 /// Formats a list as in `0 "front", 1 "back"`.

@@ -198,7 +198,7 @@ fn other_formats_have_no_times() {
     let options = LoadOptions { time: Some(1.0), ..LoadOptions::default() };
     let error = parse_with(b"", Path::new("a.ply"), &options).expect_err("it is refused");
     let wanted = "a.ply: unsupported time 1: animations of Stanford PLY are not read; omit the \
-                  time or use a scene of glTF 2.0";
+                  time or use a scene of glTF 2.0, Mitsuba 3, pathtracer JSON";
     assert_eq!(error.to_string(), wanted);
     let still = r#"{"asset": {"version": "2.0"}}"#;
     let note = &read(still, 1.0).warnings[0];
