@@ -124,6 +124,30 @@ impl Camera {
         }
     }
 
+    /// Returns the image point, in pixels from the upper left corner, whose ray through the centre of
+    /// the lens passes through `p`; `None` for points that have none, as behind the camera. Longitudes
+    /// of a panorama are within half a turn of `forward`.
+    pub fn project(&self, p: Vec3) -> Option<[f32; 2]> {
+        let to = p - self.position;
+        let local = [self.right, self.up, self.forward].map(|axis| to.dot(axis));
+        let [x, y, z] = local;
+        let [x0, y0] = self.principal_point;
+        let [w, h] = self.resolution.map(|n| n as f32);
+        let on_plane = |x: f32, y: f32| {
+            let [half_width, half_height] = self.half_extent;
+            [x0 + x * (0.5 * w / half_width), y0 - y * (0.5 * h / half_height)]
+        };
+        match self.projection {
+            Projection::Perspective => (z > 0.0).then(|| on_plane(x / z, y / z)),
+            Projection::Orthographic => Some(on_plane(x, y)),
+            Projection::Panorama => {
+                let longitude = libm::atan2f(x, z);
+                let latitude = libm::atan2f(y, libm::hypotf(x, z));
+                (to != Vec3::ZERO).then(|| [x0 + longitude * (w / TAU), y0 - latitude * (h / PI)])
+            }
+        }
+    }
+
     #[inline(always)]
     fn pinhole(&self, at: [f32; 2]) -> Ray {
         self.clipped(self.position, self.towards(at), 1.0)
@@ -230,6 +254,24 @@ mod tests {
             aperture: None,
             focal_distance: 4.0,
         }
+    }
+
+    #[test]
+    fn image_points_are_those_of_rays() {
+        for projection in [Projection::Perspective, Projection::Orthographic, Projection::Panorama]
+        {
+            for lens_radius in [0.0, 0.2] {
+                let principal_point = [300.0, 260.0];
+                let camera = Camera { projection, principal_point, ..camera(lens_radius) };
+                for at in [[320.0, 240.0], [1.5, 470.0], [600.25, 30.0]] {
+                    let ray = Camera { lens_radius: 0.0, ..camera }.ray(at, [0.5; 2]);
+                    let seen = camera.project(ray.at(7.0)).expect("in front of the camera");
+                    let off = (seen[0] - at[0]).abs().max((seen[1] - at[1]).abs());
+                    assert!(off < 2e-3, "{projection:?}: {seen:?} of {at:?}");
+                }
+            }
+        }
+        assert_eq!(camera(0.0).project(Vec3::new(1.0, 2.0, 4.0)), None);
     }
 
     #[test]

@@ -171,6 +171,19 @@ impl InstanceTable {
         (place, primitive - self.instances[place].before)
     }
 
+    /// Returns the positions at other times of the point of a primitive that is at `p` at a time.
+    pub(crate) fn positions(
+        &self,
+        p: Vec3,
+        primitive: u32,
+        time: f32,
+        others: [f32; 2],
+    ) -> [Vec3; 2] {
+        let instance = &self.bvh.instances()[self.locate(primitive).0];
+        let in_object = instance.to_world(time).inverse().transform_point3(p.as_dvec3());
+        others.map(|other| instance.to_world(other).transform_point3(in_object).as_vec3())
+    }
+
     /// Returns the object of a primitive, and the primitive's index in it.
     fn object_of(&self, primitive: u32) -> (&InstancedObject, usize) {
         let (place, primitive) = self.locate(primitive);

@@ -1,6 +1,7 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
 mod footprint;
+mod image_motion;
 mod light_sources;
 mod texture_coordinates;
 

@@ -52,6 +52,7 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Samp
         depth: at.distance,
         position: at.point.p,
         uv: scene.texture_eval_context(&at, hit, time).uv,
+        motion: scene.image_motion(at.point.p, hit.primitive, time).unwrap_or_default(),
         primitive: hit.primitive,
         object: scene.object(hit.primitive),
         material: scene.surfaces[at.surface].lobe.index() as u32,

@@ -12,8 +12,17 @@ use crate::venv::{self, Installation};
 /// Packages that build wheels.
 const BUILD: &[&str] = &["maturin>=1.16,<2"];
 /// Packages that test the installed module; pyright brings its own Node.js.
-const TEST: &[&str] =
-    &["mypy", "pyoidn", "pyright[nodejs]", "pytest", "tqdm", "trimesh", "typing_extensions"];
+const TEST: &[&str] = &[
+    "ipykernel",
+    "mypy",
+    "nbclient",
+    "pyoidn",
+    "pyright[nodejs]",
+    "pytest",
+    "tqdm",
+    "trimesh",
+    "typing_extensions",
+];
 
 /// Installs maturin into an environment of the target folder.
 ///
@@ -45,6 +54,7 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     let installed = folder.install(&wheel)?;
     let tests = folder.path.join("tests");
     copy(&root().join("crates/python/tests"), &tests)?;
+    copy(&root().join("crates/python/examples"), &tests.join("examples"))?;
     let scenes = root().join("scenes");
     let run = |arguments: &[&str]| {
         let mut command = Command::new(&installed);

@@ -35,6 +35,7 @@ mod furnace;
 mod gltf;
 mod hair;
 mod hidden;
+mod image_motion;
 mod invariance;
 mod leaks;
 mod lens;

@@ -52,6 +52,9 @@ pub enum Aov {
     CryptomatteMaterial,
     /// Coverage: see [`Film::alpha`].
     Alpha,
+    /// Motion of the surface in the image while the shutter is open, in pixels to the right and
+    /// down: see [`crate::RenderScene::image_motion`].
+    Motion,
 }
 
 /// First surface that a sample hits.
@@ -69,6 +72,8 @@ pub struct FirstHit {
     pub position: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// See [`Aov::Motion`].
+    pub motion: Vec2,
     /// Index of the primitive.
     pub primitive: u32,
     /// Index of the object.
@@ -104,7 +109,7 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Names of all quantities, in the order of the variants.
-    pub const NAMES: [(&'static str, Self); 17] = [
+    pub const NAMES: [(&'static str, Self); 18] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
@@ -122,6 +127,7 @@ impl Aov {
         ("cryptomatte_object", Self::CryptomatteObject),
         ("cryptomatte_material", Self::CryptomatteMaterial),
         ("alpha", Self::Alpha),
+        ("motion", Self::Motion),
     ];
 
     /// Returns the quantity with this name, or `None` if there is none.
@@ -161,6 +167,9 @@ impl Aov {
                 (&[], ChannelSource::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
             }
             Self::Alpha => (&[], ChannelSource::Coverage),
+            Self::Motion => {
+                (&["X", "Y"], ChannelSource::Mean(|hit| [hit.motion.x, hit.motion.y, 0.0]))
+            }
         }
     }
 
@@ -354,6 +363,7 @@ mod tests {
             depth: 2.0 * i as f32,
             position: Vec3::new(f32::NAN, f32::INFINITY, 1.0),
             uv: Vec2::new(0.5, i as f32),
+            motion: Vec2::new(i as f32, -1.5),
             primitive: 100 + i,
             object: u32::MAX - 1,
             material: 0,
@@ -420,6 +430,8 @@ mod tests {
         real("position.Z", [1.0, 1.0, 0.0]);
         real("uv.U", [0.5, 0.5, 0.0]);
         real("uv.V", [4.0 / 3.0, 1.0, 0.0]);
+        real("motion.X", [4.0 / 3.0, 1.0, 0.0]);
+        real("motion.Y", [-1.5, -1.5, 0.0]);
         whole("primitive.id", [101, 0, 0]);
         whole("object.id", [u32::MAX, 0, 0]);
         whole("material.id", [1, 0, 0]);
@@ -430,7 +442,7 @@ mod tests {
         assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
         // Without half buffers, all samples are in the first half.
         real("half_a.R", [2.0; 3]);
-        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2 + 1 + 6);
+        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 2 + 3 + 2 + 1 + 6);
         assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());
     }
 

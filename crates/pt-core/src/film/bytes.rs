@@ -366,6 +366,7 @@ mod tests {
             depth: 2.0,
             position: Vec3::ONE,
             uv: Vec2::ZERO,
+            motion: Vec2::ZERO,
             primitive: 5,
             object: 1,
             material: 2,

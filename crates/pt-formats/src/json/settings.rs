@@ -15,7 +15,7 @@ use crate::LoadError;
 pub(super) const INTEGRATORS: [&str; 7] =
     ["path", "reference", "volpath", "direct", "ao", "normals", "cs184"];
 /// Names of AOVs.
-pub(super) const AOVS: [&str; 17] = [
+pub(super) const AOVS: [&str; 18] = [
     "albedo",
     "normal",
     "geometric_normal",
@@ -33,6 +33,7 @@ pub(super) const AOVS: [&str; 17] = [
     "cryptomatte_object",
     "cryptomatte_material",
     "alpha",
+    "motion",
 ];
 
 json_struct! {
