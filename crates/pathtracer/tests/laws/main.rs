@@ -50,6 +50,7 @@ mod meters;
 mod motion;
 mod no_area;
 mod occlusion;
+mod parts;
 mod pbrt;
 mod pictures;
 mod placed;
