@@ -31,6 +31,7 @@ pub mod film_file;
 pub mod fingerprint;
 pub mod light_groups;
 pub mod memory;
+mod parts;
 pub mod provenance;
 pub mod queries;
 pub mod scene_stats;
@@ -38,6 +39,7 @@ mod session;
 mod unlit;
 mod view;
 
+pub use parts::Part;
 pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::{radiance, rgba};
 pub use pt_core::film::{

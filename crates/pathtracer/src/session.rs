@@ -213,12 +213,62 @@ impl Session {
         tile_size: u32,
         observer: &dyn Observer,
     ) -> Result<(Outcome, RenderStatistics), RenderError> {
-        let counts = self.counts_tests;
-        let mut renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
-        if let Some(groups) = &self.light_groups {
-            renderer = renderer.with_light_groups(groups)?;
-        }
-        Ok(renderer.render(&mut self.film, observer))
+        let Self { scene, settings, light_groups, counts_tests, film, .. } = self;
+        let machine = (threads, tile_size, *counts_tests);
+        Ok(renderer(scene, settings, light_groups.as_ref(), machine)?.render(film, observer))
+    }
+
+    /// Returns true if the further samples of a pixel depend on its samples so far: with an error
+    /// target, half buffers or a tolerance. Then a part of the film is continued, and put back
+    /// ([`Film::part`], [`Film::put_back`]); otherwise, films of different samples of the same
+    /// pixels are merged ([`Film::merge`]).
+    pub fn is_continued(&self) -> bool {
+        self.settings.in_halves() || self.settings.adaptive.is_some()
+    }
+
+    /// Creates an empty film of a rectangle whose samples begin with number `first`.
+    pub fn film_from(&self, region: Region, first: u32) -> Film {
+        let film = self.empty_film(region);
+        if first > 0 { film.starting_at(first) } else { film }
+    }
+
+    /// Takes the samples that a film of some pixels of the image lacks and whose numbers, in each
+    /// half buffer if there are two, are below `end`. An error target is not evaluated: samples are
+    /// those of the plan of the film.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    ///
+    /// # Panics
+    /// If the film has other channels than the one of the session.
+    pub fn advance(
+        &self,
+        film: &mut Film,
+        end: u32,
+        (threads, tile_size): (usize, u32),
+        observer: &dyn Observer,
+    ) -> Result<(Outcome, RenderStatistics), RenderError> {
+        assert!(film.has_same_layout(&self.film), "a film that keeps the same");
+        let Self { scene, settings, light_groups, counts_tests, .. } = self;
+        let machine = (threads, tile_size, *counts_tests);
+        Ok(renderer(scene, settings, light_groups.as_ref(), machine)?.advance(film, end, observer))
+    }
+
+    /// Plans the samples of the next round of a render with an error target: the first ones, or, if
+    /// those planned so far are taken, further ones. Returns false if no more are needed, and
+    /// without an error target.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn plan_round(&mut self, threads: usize) -> Result<bool, RenderError> {
+        let Self { scene, settings, light_groups, film, .. } = self;
+        let machine = (threads, 16, false);
+        Ok(renderer(scene, settings, light_groups.as_ref(), machine)?.plan_round(film))
+    }
+
+    /// The samples so far, to which those of other sessions are added.
+    pub fn film_mut(&mut self) -> &mut Film {
+        &mut self.film
     }
 
     /// The compiled scene.
@@ -297,5 +347,20 @@ impl Session {
             all[start..start + row.len()].copy_from_slice(row);
         }
         (width, height, all)
+    }
+}
+
+/// Creates a renderer with a number of threads, the size of their tiles, and true if tests are
+/// counted.
+fn renderer<'a>(
+    scene: &'a RenderScene,
+    settings: &'a Settings,
+    groups: Option<&'a LightGroups>,
+    (threads, tile_size, counts_tests): (usize, u32, bool),
+) -> Result<Renderer<'a>, RenderError> {
+    let renderer = Renderer::new(scene, settings, threads, tile_size, counts_tests)?;
+    match groups {
+        Some(groups) => renderer.with_light_groups(groups),
+        None => Ok(renderer),
     }
 }

@@ -36,6 +36,7 @@ mod output;
 mod output_pattern;
 mod panic;
 mod parse;
+mod parts;
 mod policies;
 mod provenance;
 mod request;
@@ -58,6 +59,7 @@ use command_args::Command;
 pub use commands::explain::{PixelRequest, explain};
 pub use film_commands::{CommandError, FilmImage, merge, rerender, resume};
 pub use origin::SceneOrigin;
+pub use parts::{ClusterCommand, FilmKeeper, cluster_command};
 pub use provenance::{denoised, provenance};
 pub use request::{
     Keyword, PreparedRender, Purpose, RenderRequest, SaveRequest, Side, Words, keywords,

@@ -66,7 +66,7 @@ impl Purpose {
         all.find_subcommand(name).cloned().unwrap_or_default()
     }
 
-    fn applies(self, arg: &Arg) -> bool {
+    pub(crate) fn applies(self, arg: &Arg) -> bool {
         self.options().contains(&arg.get_id().as_str())
     }
 }

@@ -15,33 +15,27 @@ impl Renderer<'_> {
         if let Some(target) = &self.settings.target {
             return self.to_target(film, target, shared);
         }
-        let spp = self.settings.spp;
-        let area = film.region().area();
-        let [first, second] = [spp.div_ceil(2), spp / 2].map(|n| vec![n; area]);
-        self.take_samples_up_to(film, [&first, &second], shared)
+        let wanted = self.wanted(film, u32::MAX);
+        self.take_samples_up_to(film, wanted.each_ref().map(Vec::as_slice), shared)
     }
 
     /// Takes samples in rounds, until the error target or the maximum number of samples is reached.
     fn to_target(&self, film: &mut Film, target: &Target, shared: &mut SharedState) -> Outcome {
-        let most = self.settings.spp / 2;
-        let reuse = self.settings.reuse;
         let progress = loop {
-            let plan = match film.plan() {
-                Some(plan) => plan.clone(),
-                None => target.first_plan(film, most, self.background_pixels(film.region())),
-            };
-            (shared.error, shared.totals_foreseen) = (plan.error, plan.expected);
-            let wanted = (0..film.region().area()).map(|i| plan.wanted(i).min(most));
-            let wanted = wanted.collect::<Vec<_>>();
-            film.set_plan(plan);
-            if self.take_samples_up_to(film, [&wanted; 2], shared) == Outcome::Cancelled {
+            if film.plan().is_none() {
+                self.plan_first(film, target);
+            }
+            if let Some(plan) = film.plan() {
+                (shared.error, shared.totals_foreseen) = (plan.error, plan.expected);
+            }
+            let wanted = self.wanted(film, u32::MAX);
+            let wanted = wanted.each_ref().map(Vec::as_slice);
+            if self.take_samples_up_to(film, wanted, shared) == Outcome::Cancelled {
                 break Outcome::Cancelled;
             }
-            let Some(look) = target.evaluate(film, reuse) else { break Outcome::Finished };
-            let next =
-                if look.is_met() { None } else { target.next_plan(film, &look, reuse, most) };
-            let Some(next) = next else { break Outcome::Finished };
-            film.set_plan(next);
+            if !self.plan_next(film, target) {
+                break Outcome::Finished;
+            }
         };
         if progress == Outcome::Finished {
             shared.end();
@@ -49,8 +43,45 @@ impl Renderer<'_> {
         progress
     }
 
+    /// Plans the samples of the next round of a film with an error target: the first ones, or, if
+    /// those planned so far are taken, further ones. Returns false if no more are needed.
+    pub fn plan_round(&self, film: &mut Film) -> bool {
+        let Some(target) = &self.settings.target else { return false };
+        if film.plan().is_none() {
+            self.plan_first(film, target);
+            return true;
+        }
+        self.plan_next(film, target)
+    }
+
+    fn plan_first(&self, film: &mut Film, target: &Target) {
+        let vacant = self.background_pixels(film.region());
+        film.set_plan(target.first_plan(film, self.settings.spp / 2, vacant));
+    }
+
+    fn plan_next(&self, film: &mut Film, target: &Target) -> bool {
+        let (reuse, most) = (self.settings.reuse, self.settings.spp / 2);
+        let Some(look) = target.evaluate(film, reuse) else { return false };
+        let next = if look.is_met() { None } else { target.next_plan(film, &look, reuse, most) };
+        let Some(next) = next else { return false };
+        film.set_plan(next);
+        true
+    }
+
+    /// Numbers of samples that each pixel is to have in each half, at most `end`.
+    pub(crate) fn wanted(&self, film: &Film, end: u32) -> [Vec<u32>; 2] {
+        let (spp, area) = (self.settings.spp, film.region().area());
+        if self.settings.target.is_none() {
+            return [spp.div_ceil(2), spp / 2].map(|n| vec![n.min(end); area]);
+        }
+        let most = end.min(spp / 2);
+        let of_pixel = |i| film.plan().map_or(0, |plan| plan.wanted(i).min(most));
+        let wanted: Vec<u32> = (0..area).map(of_pixel).collect();
+        [wanted.clone(), wanted]
+    }
+
     /// Takes samples of both halves until each pixel has the number in `wanted`.
-    fn take_samples_up_to(
+    pub(crate) fn take_samples_up_to(
         &self,
         film: &mut Film,
         wanted: [&[u32]; 2],

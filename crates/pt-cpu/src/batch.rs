@@ -1,7 +1,7 @@
 //! Rendering of batches of samples.
 
 use pt_core::RenderScene;
-use pt_core::film::Tile;
+use pt_core::film::{ExactSum, Tile};
 use pt_core::filter::FilterSampler;
 use pt_core::settings::{Hidden, Settings};
 use pt_math::sampler::{LANES, Lanes, SamplerBlocks};
@@ -60,7 +60,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
     pub(crate) fn render_batch(&mut self, batch: &[SampleRange], tile: &mut Tile) {
         self.generate_camera_rays(batch);
         self.integrator.radiance(&mut self.tracer, &self.camera_rays, &mut self.radiance);
-        tile.add_clamped(self.integrator.take_clamped());
+        add_clamped(&self.integrator.take_clamped(), batch, tile);
         let weights = self.weighs().then_some(&*self.weights);
         let light_groups = self.integrator.light_group_radiance();
         let transparency = self.integrator.transparency().filter(|_| tile.keeps_alpha());
@@ -150,6 +150,23 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         }
         rays.truncate(samplers.len());
     }
+}
+
+/// Adds luminance removed by clamping from camera rays whose samples are kept.
+fn add_clamped(clamped: &[(u32, f32)], batch: &[SampleRange], tile: &mut Tile) {
+    if clamped.is_empty() {
+        return;
+    }
+    let is_kept = |range: &SampleRange| {
+        let SampleRange { samples, kept, .. } = range.clone();
+        samples.map(move |sample| kept.contains(&sample))
+    };
+    let is_kept: Vec<bool> = batch.iter().flat_map(is_kept).collect();
+    let mut sum = ExactSum::default();
+    for &(_, luminance) in clamped.iter().filter(|(ray, _)| is_kept[*ray as usize]) {
+        sum.add(luminance);
+    }
+    tile.add_clamped(sum);
 }
 
 /// Generates rays of a moving camera, at their times, through points of the image and of the lens.

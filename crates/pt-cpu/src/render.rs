@@ -250,6 +250,43 @@ impl<'a> Renderer<'a> {
     /// # Panics
     /// If the settings require half buffers, and the film has none.
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Outcome, RenderStatistics) {
+        self.measured(film, observer, |film, samples, shared| {
+            if film.has_half_buffers() {
+                self.render_half_buffers(film, shared)
+            } else {
+                self.passes(film, samples, shared)
+            }
+        })
+    }
+
+    /// Takes the samples that `film` lacks and whose numbers, in each half buffer if there are two,
+    /// are below `end`. An error target is not evaluated: samples are those of the plan.
+    ///
+    /// # Panics
+    /// As [`Self::render`].
+    pub fn advance(
+        &self,
+        film: &mut Film,
+        end: u32,
+        observer: &dyn Observer,
+    ) -> (Outcome, RenderStatistics) {
+        self.measured(film, observer, |film, samples, shared| {
+            if film.has_half_buffers() {
+                let wanted = self.wanted(film, end);
+                self.take_samples_up_to(film, wanted.each_ref().map(Vec::as_slice), shared)
+            } else {
+                self.passes(film, samples.start..samples.end.min(end).max(samples.start), shared)
+            }
+        })
+    }
+
+    /// Measures the taking of samples, among those that the film may have.
+    fn measured(
+        &self,
+        film: &mut Film,
+        observer: &dyn Observer,
+        take: impl FnOnce(&mut Film, Range<u32>, &mut SharedState) -> Outcome,
+    ) -> (Outcome, RenderStatistics) {
         assert_eq!(
             film.has_half_buffers(),
             self.settings.in_halves(),
@@ -266,11 +303,7 @@ impl<'a> Renderer<'a> {
             totals: Mutex::new(RenderStatistics::default()),
             observer,
         };
-        let progress = if film.has_half_buffers() {
-            self.render_half_buffers(film, &mut shared)
-        } else {
-            self.passes(film, samples, &mut shared)
-        };
+        let progress = take(film, samples, &mut shared);
         let mut statistics = *lock(&shared.totals);
         statistics.time = start.elapsed();
         (progress, statistics)

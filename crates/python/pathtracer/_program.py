@@ -9,6 +9,10 @@ from ._native import program
 
 def main() -> int:
     """Run the program with the arguments of the process and return its exit status."""
+    if sys.argv[1:2] == ["ray"]:
+        from .ray._program import main as on_cluster
+
+        return on_cluster(sys.argv[2:])
     # Without activation, too, the program finds the library of the package pyoidn.
     if sys.prefix != sys.base_prefix:
         os.environ.setdefault("VIRTUAL_ENV", sys.prefix)

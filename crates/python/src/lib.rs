@@ -5,6 +5,7 @@
 
 mod arrays;
 mod bvh;
+mod cluster;
 mod denoise;
 mod errors;
 mod explain;
@@ -12,6 +13,7 @@ mod films;
 mod finding;
 mod image;
 mod load;
+mod parts;
 mod progress;
 mod queries;
 mod reading;
@@ -44,6 +46,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<image::Image>()?;
     module.add_class::<render::Images>()?;
     module.add_class::<progress::Progress>()?;
+    module.add_class::<parts::PartialRender>()?;
     module.add("SceneError", module.py().get_type::<errors::SceneError>())?;
     module.add("Interrupted", module.py().get_type::<errors::Interrupted>())?;
     module.add_function(wrap_pyfunction!(program, module)?)?;
@@ -57,5 +60,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(films::merge, module)?)?;
     module.add_function(wrap_pyfunction!(films::rerender, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::cluster_command, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

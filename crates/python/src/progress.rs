@@ -24,6 +24,18 @@ pub(crate) struct Progress {
     error: Option<f64>,
 }
 
+impl Progress {
+    pub(crate) fn new(
+        samples: u64,
+        total: u64,
+        rays: u64,
+        seconds: f64,
+        error: Option<f64>,
+    ) -> Self {
+        Self { samples, total, rays, seconds, error }
+    }
+}
+
 #[pymethods]
 impl Progress {
     /// float: Fraction of the samples, from 0 to 1.

@@ -24,6 +24,11 @@ const TEST: &[&str] = &[
     "typing_extensions",
 ];
 
+/// Requirements of the tests of `pathtracer.ray`.
+pub(crate) fn requirements() -> PathBuf {
+    root().join("crates/python/requirements-ray.txt")
+}
+
 /// Installs maturin into an environment of the target folder.
 ///
 /// # Errors
@@ -49,7 +54,7 @@ pub(crate) fn run() -> Result<()> {
 /// # Errors
 /// If the wheel cannot be built or installed, or a test fails.
 pub(crate) fn check(python: &Path) -> Result<()> {
-    let wheel = build(python)?;
+    let wheel = build(python, &["--profile", "dev", "--features", "as-in-tests"])?;
     let folder = Folder::new()?;
     let installed = folder.install(&wheel)?;
     let tests = folder.path.join("tests");
@@ -67,16 +72,18 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     succeed(run(&["pyright", "--pythonpath"]).arg(&installed).arg("tests"))
 }
 
-/// Builds the wheel and returns its path.
-fn build(python: &Path) -> Result<PathBuf> {
+/// Builds the wheel with these options and returns its path.
+///
+/// # Errors
+/// If it cannot be built.
+pub(crate) fn build(python: &Path, options: &[&str]) -> Result<PathBuf> {
     let folder = target()?.join("wheels");
     // Earlier versions would be found, too.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }
     let mut maturin = Command::new(python);
-    maturin.args(["-m", "maturin", "build", "--quiet", "--profile", "dev"]);
-    maturin.args(["--features", "as-in-tests", "--out"]).arg(&folder);
+    maturin.args(["-m", "maturin", "build", "--quiet"]).args(options).arg("--out").arg(&folder);
     succeed(maturin.current_dir(root()))?;
     let files = fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
     let mut wheels: Vec<_> = files.map(|file| Ok(file?.path())).collect::<Result<_>>()?;
@@ -106,7 +113,7 @@ impl Folder {
         let python = venv::python_of(&environment);
         let mut pip = Command::new(&python);
         pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        succeed(pip.arg(wheel).args(TEST))?;
+        succeed(pip.arg(wheel).args(TEST).arg("-r").arg(requirements()))?;
         Ok(python)
     }
 }

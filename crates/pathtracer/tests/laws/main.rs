@@ -51,6 +51,7 @@ mod meters;
 mod motion;
 mod no_area;
 mod occlusion;
+mod parts;
 mod pbrt;
 mod pictures;
 mod placed;

@@ -12,6 +12,7 @@ mod half_buffers;
 mod id_coverage;
 mod invalid_samples;
 mod missing_mass;
+mod parts;
 mod pixel;
 mod region;
 mod sums;

@@ -15,8 +15,8 @@ pub(super) struct RadianceAccumulator<'a, W> {
     clamp: Clamp,
     /// Limit of the luminance of the next contributions.
     limit: f32,
-    /// Luminance removed by clamping.
-    clamped: ExactSum,
+    /// Camera rays with the luminance that clamping removed from their contributions.
+    clamped: Vec<(u32, f32)>,
     /// Observer of every contribution.
     pub(super) observer: W,
 }
@@ -29,13 +29,14 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
             radiance,
             clamp,
             limit: clamp.limit(0),
-            clamped: ExactSum::default(),
+            clamped: Vec::new(),
             observer,
         }
     }
 
-    /// Removes the partial sums; returns the luminance removed by clamping, and the observer.
-    pub(super) fn finish(self) -> (ExactSum, W) {
+    /// Removes the partial sums; returns the luminance removed by clamping from contributions of
+    /// camera rays, and the observer.
+    pub(super) fn finish(self) -> (Vec<(u32, f32)>, W) {
         self.radiance.truncate(self.camera_rays);
         (self.clamped, self.observer)
     }
@@ -91,7 +92,7 @@ impl<'a, W: PathObserver> RadianceAccumulator<'a, W> {
         if start as usize >= self.camera_rays || !(y > self.limit && y < f32::INFINITY) {
             return value;
         }
-        self.clamped.add((y - self.limit).min(ExactSum::LIMIT));
+        self.clamped.push((start, (y - self.limit).min(ExactSum::LIMIT)));
         value * (self.limit / y)
     }
 }

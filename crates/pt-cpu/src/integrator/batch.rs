@@ -1,6 +1,5 @@
 //! Batches of camera rays in path tracers: their begin and their end.
 
-use pt_core::film::ExactSum;
 use pt_core::settings::Clamp;
 use pt_math::Spectrum;
 
@@ -21,7 +20,7 @@ pub(super) struct Batch<'b, 's, W> {
 #[derive(Default)]
 pub(super) struct ByProducts<W> {
     /// See [`super::Integrator::take_clamped`].
-    clamped: ExactSum,
+    clamped: Vec<(u32, f32)>,
     observer: W,
 }
 
@@ -45,12 +44,12 @@ impl<W: PathObserver> ByProducts<W> {
     /// Ends a batch.
     pub(super) fn end(&mut self, batch: Batch<W>) {
         let (clamped, observer) = batch.accumulator.finish();
-        self.clamped.merge(clamped);
+        self.clamped = clamped;
         self.observer = observer;
     }
 
     /// See [`super::Integrator::take_clamped`].
-    pub(super) fn take_clamped(&mut self) -> ExactSum {
+    pub(super) fn take_clamped(&mut self) -> Vec<(u32, f32)> {
         std::mem::take(&mut self.clamped)
     }
 }

@@ -1,7 +1,6 @@
 //! Radiance by light groups, computed from the recorded contributions of paths.
 
 use pt_core::RenderScene;
-use pt_core::film::ExactSum;
 use pt_math::Spectrum;
 
 use super::{CameraRays, Integrator, TracedIntegrator};
@@ -70,7 +69,7 @@ impl Integrator for LightGroupIntegrator<'_> {
         }
     }
 
-    fn take_clamped(&mut self) -> ExactSum {
+    fn take_clamped(&mut self) -> Vec<(u32, f32)> {
         self.inner.take_clamped()
     }
 

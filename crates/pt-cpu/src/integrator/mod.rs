@@ -30,7 +30,6 @@ mod wavefront;
 pub(crate) use light_group_integrator::LightGroupIntegrator;
 use observer::{PathObserver, PathRecorder};
 use path::Path;
-use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
@@ -93,9 +92,10 @@ pub trait Integrator {
         radiance: &mut Vec<Spectrum>,
     );
 
-    /// Returns the luminance removed by clamping since the last call.
-    fn take_clamped(&mut self) -> ExactSum {
-        ExactSum::default()
+    /// Returns the luminance that clamping removed in the last call: each time with the number of
+    /// the camera ray.
+    fn take_clamped(&mut self) -> Vec<(u32, f32)> {
+        Vec::new()
     }
 
     /// For each camera ray of the last call, the fraction of it that was neither scattered nor

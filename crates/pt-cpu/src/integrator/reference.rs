@@ -5,7 +5,6 @@
 //! compares the two.
 
 use pt_bvh::Hit;
-use pt_core::film::ExactSum;
 use pt_core::light::LightSampleContext;
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
@@ -212,7 +211,7 @@ impl<W: PathObserver> Integrator for Reference<'_, W> {
         self.by_products.end(batch);
     }
 
-    fn take_clamped(&mut self) -> ExactSum {
+    fn take_clamped(&mut self) -> Vec<(u32, f32)> {
         self.by_products.take_clamped()
     }
 

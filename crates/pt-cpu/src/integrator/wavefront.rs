@@ -7,7 +7,6 @@
 //! with path reuse ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
-use pt_core::film::ExactSum;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{Clamp, Settings};
@@ -126,7 +125,7 @@ impl<R: PathEstimator, S: Space, W: PathObserver> Integrator for Wavefront<'_, R
         self.by_products.end(batch);
     }
 
-    fn take_clamped(&mut self) -> ExactSum {
+    fn take_clamped(&mut self) -> Vec<(u32, f32)> {
         self.by_products.take_clamped()
     }
 

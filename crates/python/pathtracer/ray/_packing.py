@@ -1,0 +1,100 @@
+"""Scenes and settings as values that other machines can use."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .._native import PartialRender, load, reading_options
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from .._native import Scene
+
+# Settings that are names of files.
+_FILES = ("environment", "camera_file")
+_SCENE = "scene.json"
+
+
+@dataclass(frozen=True)
+class PackedScene:
+    """Files of a scene in the project's own format, and the options of reading it."""
+
+    files: dict[str, bytes]
+    options: dict[str, Any]
+
+    @property
+    def nbytes(self) -> int:
+        """Size of all files."""
+        return sum(map(len, self.files.values()))
+
+
+@dataclass(frozen=True)
+class PackedSettings:
+    """Settings of a render, with the files that they name, and the identity of the render."""
+
+    settings: dict[str, Any]
+    files: dict[str, tuple[str, bytes]]
+    identity: str
+
+
+def pack_scene(scene: Scene) -> PackedScene:
+    """Save a scene to memory; it is read as it was, to the last bit."""
+    with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
+        scene.save(Path(folder, _SCENE))
+        paths = (Path(parent, name) for parent, _, names in os.walk(folder) for name in names)
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+    return PackedScene(files, reading_options(scene))
+
+
+def pack_settings(settings: Mapping[str, Any], identity: str) -> PackedSettings:
+    """Read the files of settings."""
+    files = {}
+    for name in _FILES:
+        path = settings.get(name)
+        if path is not None:
+            files[name] = (Path(path).name, Path(path).read_bytes())
+    others = {name: value for name, value in settings.items() if name not in files}
+    return PackedSettings(others, files, identity)
+
+
+def key_of(scene: PackedScene, settings: PackedSettings) -> str:
+    """Hash of a render."""
+    return hashlib.sha256(pickle.dumps((scene, settings))).hexdigest()
+
+
+def unpack(scene: PackedScene, packed: PackedSettings) -> PartialRender:
+    """Read and compile a scene.
+
+    Raises
+    ------
+    RuntimeError
+        If this machine has another version of pathtracer than the one that packed it.
+    """
+    with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
+        for name, content in scene.files.items():
+            path = Path(folder, "scene", name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        settings = dict(packed.settings)
+        for setting, (name, content) in packed.files.items():
+            path = Path(folder, setting, name)
+            path.parent.mkdir()
+            path.write_bytes(content)
+            settings[setting] = path
+        read = load(Path(folder, "scene", _SCENE), **scene.options)
+        render = PartialRender(read, **settings)
+    if render.identity != packed.identity:
+        message = (
+            "the worker would render another image: found "
+            f"{render.identity}, expected {packed.identity}; install the same version of "
+            "pathtracer on all machines"
+        )
+        raise RuntimeError(message)
+    return render

@@ -1,0 +1,114 @@
+//! Command lines and scenes of renders on several machines.
+
+use std::ffi::OsString;
+
+use pathtracer::{LoadOptions, Placement};
+use pt_cli::ClusterCommand;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::scene::Scene;
+
+/// Resolves the arguments of the program for a render on several machines: a dictionary with the
+/// scene, the options of `load`, the settings of `render`, and what else they say.
+#[pyfunction]
+pub(crate) fn cluster_command(
+    py: Python<'_>,
+    arguments: Vec<OsString>,
+) -> PyResult<Bound<'_, PyDict>> {
+    let command = pt_cli::cluster_command(&arguments).map_err(PyValueError::new_err)?;
+    let ClusterCommand {
+        scene,
+        load,
+        placement,
+        keywords,
+        film,
+        checkpoint_every,
+        restart,
+        quiet,
+        arguments,
+    } = command;
+    let settings = PyDict::new(py);
+    for (name, values) in keywords {
+        match values.as_slice() {
+            [] => settings.set_item(name, true)?,
+            [value] => settings.set_item(name, value)?,
+            several => settings.set_item(name, several)?,
+        }
+    }
+    let all = PyDict::new(py);
+    all.set_item("scene", scene)?;
+    all.set_item("load", load_options(py, &load, placement)?)?;
+    all.set_item("settings", settings)?;
+    all.set_item("film", film)?;
+    all.set_item("checkpoint_every", checkpoint_every.as_secs_f64())?;
+    all.set_item("restart", restart)?;
+    all.set_item("quiet", quiet)?;
+    all.set_item("arguments", arguments)?;
+    Ok(all)
+}
+
+/// Options with which `load` reads the scene as it is saved.
+#[pyfunction]
+pub(crate) fn reading_options<'py>(scene: &Bound<'py, Scene>) -> PyResult<Bound<'py, PyDict>> {
+    let (_, origin) = scene.get().shared();
+    let limits = origin.options.limits.clone();
+    let of_file = LoadOptions { limits, ..LoadOptions::default() };
+    load_options(scene.py(), &of_file, origin.placement)
+}
+
+/// Options of `load`.
+fn load_options<'py>(
+    py: Python<'py>,
+    options: &LoadOptions,
+    placement: Option<Placement>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let LoadOptions {
+        definitions,
+        strict,
+        allow_outside,
+        allowed_folders,
+        limits,
+        time,
+        ignore_attenuation: _, // an option of the program's policies
+        camera,
+        point_radius,
+    } = options;
+    let of_scene = PyDict::new(py);
+    for (name, limit) in [
+        ("memory", limits.memory),
+        ("depth", limits.depth),
+        ("shapes", limits.shapes),
+        ("elements", limits.elements),
+        ("texture_side", limits.texture_side),
+        ("texture_pixels", limits.texture_pixels),
+        ("include_depth", limits.include_depth),
+        ("files", limits.files),
+        ("seconds", limits.seconds),
+        ("triangles", limits.triangles),
+    ] {
+        if let Some(limit) = limit {
+            of_scene.set_item(name, limit)?;
+        }
+    }
+    let variables = PyDict::new(py);
+    for (name, value) in definitions {
+        variables.set_item(name, value)?;
+    }
+    let placed = placement.map(|placement| match placement {
+        Placement::Node => "file",
+        Placement::Course => "course",
+        Placement::Fit => "fit",
+    });
+    let all = PyDict::new(py);
+    all.set_item("variables", variables)?;
+    all.set_item("strict", strict)?;
+    all.set_item("allow_outside", allow_outside)?;
+    all.set_item("allow_folders", PyList::new(py, allowed_folders)?)?;
+    all.set_item("limits", of_scene)?;
+    all.set_item("time", time)?;
+    all.set_item("camera", placed.or(camera.as_deref()))?;
+    all.set_item("point_radius", point_radius)?;
+    Ok(all)
+}

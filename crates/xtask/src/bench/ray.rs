@@ -1,0 +1,48 @@
+//! Renders on a Ray cluster on this machine: overhead of tasks, memory of the head, and the costs
+//! from which larger clusters are estimated (`docs/cluster.md`).
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Result, bail};
+
+use crate::project::{output_folder, root, succeed};
+use crate::python;
+use crate::venv::{self, Installation};
+
+/// Options of the measurement.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Seconds of each render
+    #[arg(long, default_value = "60", value_name = "SECONDS")]
+    seconds: u32,
+    /// Figure of the memory of the head [default: ray_head.svg in target/bench-ray-out]
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+}
+
+/// Builds the wheel in release mode, installs it with Ray, and measures.
+///
+/// # Errors
+/// If something cannot be installed, or a render fails.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let maturin = python::prepare()?;
+    let requirements = python::requirements().display().to_string();
+    let packages = ["-r", &requirements, "numpy"];
+    let environment = venv::prepare("bench-ray", &packages, "import ray, numpy")?;
+    let (Installation::Python(maturin), Installation::Python(python)) = (&maturin, &environment)
+    else {
+        let reasons = [&maturin, &environment].map(Installation::missing);
+        let reasons: Vec<_> = reasons.into_iter().flatten().cloned().collect();
+        bail!("maturin or ray cannot be installed: {}", reasons.join("; "));
+    };
+    let wheel = python::build(maturin, &["--release"])?;
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]).arg(wheel);
+    succeed(&mut pip)?;
+    let default = || output_folder("bench-ray-out").map(|folder| folder.join("ray_head.svg"));
+    let figure = args.figure.clone().map_or_else(default, Ok)?;
+    let mut script = Command::new(python);
+    script.arg(root().join("crates/xtask/src/bench/cluster_costs.py")).arg(root().join("scenes"));
+    succeed(script.arg(args.seconds.to_string()).arg(&figure))
+}
