@@ -27,7 +27,7 @@ pub mod medium;
 pub mod meter;
 mod mipmap;
 pub mod phase;
-pub mod procedural;
+mod procedural;
 pub mod progress;
 pub mod scene;
 pub mod settings;

@@ -1,25 +1,9 @@
-//! Procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed.,
+//! Evaluation of procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed.,
 //! §10.5–10.6]
 
 use pt_math::noise::{NoiseValue, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};
-
-/// A pattern; see the variants of the same names of [`pt_scene::texture::Pattern`].
-#[derive(Clone, Copy, Debug)]
-pub enum Procedural {
-    /// Checkerboard of cubes.
-    Cubes([Spectrum; 2]),
-    /// Dots on the first two coordinates.
-    Dots([Spectrum; 2]),
-    /// Fractional Brownian motion.
-    Fbm(Octaves),
-    /// Turbulence: octaves of the magnitude of noise.
-    Wrinkled(Octaves),
-    /// Waves of noise, whose height is noise too.
-    Windy,
-    /// Layers along the second coordinate, displaced by noise times this factor.
-    Marble(Octaves, f32),
-}
+use pt_scene::texture::{Marble, Noise, Procedural};
 
 /// Numbers of octaves of the waves, and of the noise that is their height.
 const WAVES: [u32; 2] = [6, 3];
@@ -27,67 +11,69 @@ const WAVES: [u32; 2] = [6, 3];
 const CALM: f32 = 0.1;
 const RADIUS: f32 = 0.35;
 
-impl Procedural {
-    /// Returns true if its octaves depend on the width of the footprint.
-    pub(crate) fn has_octaves(self) -> bool {
-        match self {
-            Self::Fbm(_) | Self::Wrinkled(_) | Self::Windy | Self::Marble(..) => true,
-            Self::Cubes(_) | Self::Dots(_) => false,
-        }
+/// Returns true if the octaves of a pattern depend on the width of the footprint.
+pub(crate) fn has_octaves(pattern: Procedural) -> bool {
+    match pattern {
+        Procedural::Fbm(_)
+        | Procedural::Wrinkled(_)
+        | Procedural::Windy
+        | Procedural::Marble(_) => true,
+        Procedural::Checkerboard3d(_) | Procedural::Dots(_) => false,
     }
+}
 
-    /// Returns the colour at a point, with a footprint of this width; 0 for a point.
-    pub(crate) fn color(self, p: Vec3, width: f32) -> Spectrum {
-        match self {
-            Self::Cubes([same, other]) => {
-                let high = (p - p.floor()).cmpgt(Vec3::splat(0.5));
-                if high.bitmask().count_ones().is_multiple_of(2) { same } else { other }
-            }
-            Self::Dots([inside, outside]) => {
-                if is_in_dot(p.truncate()) {
-                    inside
-                } else {
-                    outside
-                }
-            }
-            Self::Fbm(octaves) => Spectrum::splat(octaves.seen_within(width).fbm(p)),
-            Self::Wrinkled(octaves) => Spectrum::splat(octaves.seen_within(width).turbulence(p)),
-            Self::Windy => {
-                let [waves, wind] = windy::<f32>(p, width);
-                Spectrum::splat(wind * waves)
-            }
-            Self::Marble(octaves, variation) => {
-                let bend: f32 = octaves.seen_within(width).fbm(p);
-                let layer = p.y + variation * bend;
-                stone(layer).0
-            }
+/// Returns the colour of a pattern at a point, with a footprint of this width; 0 for a point.
+pub(crate) fn color(pattern: Procedural, p: Vec3, width: f32) -> Spectrum {
+    match pattern {
+        Procedural::Checkerboard3d([same, other]) => {
+            let high = (p - p.floor()).cmpgt(Vec3::splat(0.5));
+            if high.bitmask().count_ones().is_multiple_of(2) { same } else { other }.into()
+        }
+        Procedural::Dots([inside, outside]) => {
+            if is_in_dot(p.truncate()) { inside } else { outside }.into()
+        }
+        Procedural::Fbm(noise) => Spectrum::splat(octaves(noise).seen_within(width).fbm(p)),
+        Procedural::Wrinkled(noise) => {
+            Spectrum::splat(octaves(noise).seen_within(width).turbulence(p))
+        }
+        Procedural::Windy => {
+            let [waves, wind] = windy::<f32>(p, width);
+            Spectrum::splat(wind * waves)
+        }
+        Procedural::Marble(Marble { noise, variation }) => {
+            let bend: f32 = octaves(noise).seen_within(width).fbm(p);
+            let layer = p.y + variation * bend;
+            stone(layer).0
         }
     }
+}
 
-    /// Returns the three channels of the colour with their gradients, which are 0 at jumps.
-    pub(crate) fn sloped(self, p: Vec3, width: f32) -> [ValueAndGradient; 3] {
-        match self {
-            Self::Cubes(_) | Self::Dots(_) => self
-                .color(p, width)
-                .to_array()
-                .map(|value| ValueAndGradient { value, slope: Vec3::ZERO }),
-            Self::Fbm(octaves) => [octaves.seen_within(width).fbm(p); 3],
-            Self::Wrinkled(octaves) => [octaves.seen_within(width).turbulence(p); 3],
-            Self::Windy => {
-                let [waves, wind] = windy::<ValueAndGradient>(p, width);
-                let slope = waves.slope * wind.value + wind.slope * waves.value;
-                [ValueAndGradient { value: wind.value * waves.value, slope }; 3]
-            }
-            Self::Marble(octaves, variation) => {
-                let bend: ValueAndGradient = octaves.seen_within(width).fbm(p);
-                let slope = Vec3::Y + bend.slope * variation;
-                let (color, grows) = stone(p.y + variation * bend.value);
-                let channel =
-                    |c: usize| ValueAndGradient { value: color.0[c], slope: slope * grows.0[c] };
-                [channel(0), channel(1), channel(2)]
-            }
+/// Returns the three channels of the colour with their gradients, which are 0 at jumps.
+pub(crate) fn sloped(pattern: Procedural, p: Vec3, width: f32) -> [ValueAndGradient; 3] {
+    match pattern {
+        Procedural::Checkerboard3d(_) | Procedural::Dots(_) => color(pattern, p, width)
+            .to_array()
+            .map(|value| ValueAndGradient { value, slope: Vec3::ZERO }),
+        Procedural::Fbm(noise) => [octaves(noise).seen_within(width).fbm(p); 3],
+        Procedural::Wrinkled(noise) => [octaves(noise).seen_within(width).turbulence(p); 3],
+        Procedural::Windy => {
+            let [waves, wind] = windy::<ValueAndGradient>(p, width);
+            let slope = waves.slope * wind.value + wind.slope * waves.value;
+            [ValueAndGradient { value: wind.value * waves.value, slope }; 3]
+        }
+        Procedural::Marble(Marble { noise, variation }) => {
+            let bend: ValueAndGradient = octaves(noise).seen_within(width).fbm(p);
+            let slope = Vec3::Y + bend.slope * variation;
+            let (color, grows) = stone(p.y + variation * bend.value);
+            let channel =
+                |c: usize| ValueAndGradient { value: color.0[c], slope: slope * grows.0[c] };
+            [channel(0), channel(1), channel(2)]
         }
     }
+}
+
+fn octaves(noise: Noise) -> Octaves {
+    Octaves::new(noise.octaves.min(Noise::MAX_OCTAVES), noise.roughness.clamp(0.0, 2.0))
 }
 
 /// Returns true if a point is in a dot. Each square around integer coordinates has a dot or none,
@@ -146,15 +132,15 @@ mod tests {
     use super::*;
 
     fn all() -> [Procedural; 6] {
-        let two = [Spectrum::rgb(0.1, 0.2, 0.3), Spectrum::ONE];
-        let octaves = Octaves::new(8, 0.5);
+        let two = [[0.1, 0.2, 0.3], [1.0; 3]];
+        let noise = Noise { octaves: 8, roughness: 0.5 };
         [
-            Procedural::Cubes(two),
+            Procedural::Checkerboard3d(two),
             Procedural::Dots(two),
-            Procedural::Fbm(octaves),
-            Procedural::Wrinkled(octaves),
+            Procedural::Fbm(noise),
+            Procedural::Wrinkled(noise),
             Procedural::Windy,
-            Procedural::Marble(octaves, 0.7),
+            Procedural::Marble(Marble { noise, variation: 0.7 }),
         ]
     }
 
@@ -168,11 +154,11 @@ mod tests {
     /// A cube of side ½ at every lattice point, by floors of the coordinates.
     #[test]
     fn cubes_alternate_along_each_axis() {
-        let cubes = Procedural::Cubes([Spectrum::ONE, Spectrum::ZERO]);
+        let cubes = Procedural::Checkerboard3d([[1.0; 3], [0.0; 3]]);
         for p in points(500) {
             let odd = (p * 2.0).floor().to_array().iter().map(|c| *c as i32).sum::<i32>() % 2 != 0;
             let want = if odd { Spectrum::ZERO } else { Spectrum::ONE };
-            assert_eq!(cubes.color(p, 0.0), want, "{p}");
+            assert_eq!(color(cubes, p, 0.0), want, "{p}");
         }
     }
 
@@ -182,8 +168,8 @@ mod tests {
     fn dots_are_circles_in_some_of_the_squares() {
         const COUNT: u32 = 400_000;
         const SIDE: u16 = 240;
-        let dots = Procedural::Dots([Spectrum::ONE, Spectrum::ZERO]);
-        let is_inside = |p: &Vec3| dots.color(*p, 0.0) == Spectrum::ONE;
+        let dots = Procedural::Dots([[1.0; 3], [0.0; 3]]);
+        let is_inside = |p: &Vec3| color(dots, *p, 0.0) == Spectrum::ONE;
         let square = |i: u16| Vec3::new(f32::from(i % SIDE), f32::from(i / SIDE), 0.3) - 120.0;
         let with_dot = (0..SIDE * SIDE).map(square).filter(is_inside).count();
         let squares = with_dot as f64 / f64::from(SIDE * SIDE);
@@ -194,7 +180,7 @@ mod tests {
         assert!((share - want).abs() < 0.004, "{share} for {want}");
         let edges = points(2000).map(|p| Vec3::new(p.x.floor() + 0.5, p.y, 0.0));
         for p in edges {
-            let near = dots.color(p + Vec3::X * 0.01, 0.0) == Spectrum::ONE;
+            let near = color(dots, p + Vec3::X * 0.01, 0.0) == Spectrum::ONE;
             assert!(!near, "a dot touches the edge of its square at {p}");
         }
     }
@@ -209,15 +195,15 @@ mod tests {
                 .flat_map(|x| hostile.iter().flat_map(|y| hostile.map(|z| Vec3::new(*x, *y, z))));
             for p in lattice.chain(points(200)) {
                 for width in [0.0, 1e-3, 0.3, 1e30, f32::INFINITY] {
-                    let color = pattern.color(p, width);
+                    let found = color(pattern, p, width);
                     assert!(
-                        color.0.abs().max_element() <= 2.2,
-                        "{pattern:?} {p} {width}: {color:?}"
+                        found.0.abs().max_element() <= 2.2,
+                        "{pattern:?} {p} {width}: {found:?}"
                     );
-                    assert_eq!(color, pattern.color(p, width));
-                    let sloped = pattern.sloped(p, width);
+                    assert_eq!(found, color(pattern, p, width));
+                    let sloped = sloped(pattern, p, width);
                     assert!(sloped.iter().all(|c| c.slope.is_finite()), "{pattern:?} {p}");
-                    assert_eq!(sloped.map(|c| c.value), color.to_array());
+                    assert_eq!(sloped.map(|c| c.value), found.to_array());
                 }
             }
         }
@@ -227,15 +213,15 @@ mod tests {
     #[test]
     fn slopes_are_differences() {
         const STEP: f32 = 1e-3;
-        let octaves = Octaves::new(2, 0.5);
-        let patterns =
-            [Procedural::Windy, Procedural::Marble(octaves, 0.7), Procedural::Fbm(octaves)];
+        let noise = Noise { octaves: 2, roughness: 0.5 };
+        let marble = Marble { noise, variation: 0.7 };
+        let patterns = [Procedural::Windy, Procedural::Marble(marble), Procedural::Fbm(noise)];
         for pattern in patterns {
             let mut bad = 0;
             for p in points(300) {
-                let slopes = pattern.sloped(p, 0.0).map(|c| c.slope);
+                let slopes = sloped(pattern, p, 0.0).map(|c| c.slope);
                 for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
-                    let [a, b] = [unit, -unit].map(|step| pattern.color(p + step * STEP, 0.0).0);
+                    let [a, b] = [unit, -unit].map(|step| color(pattern, p + step * STEP, 0.0).0);
                     let difference = (a - b) / (2.0 * STEP);
                     let slope = Vec3::from(slopes.map(|s| s[axis]));
                     bad += u32::from((difference - slope).abs().max_element() > 0.05);
@@ -248,18 +234,11 @@ mod tests {
     /// Means are exported to programs that lack these patterns.
     #[test]
     fn means_are_about_the_stated_ones() {
-        use pt_scene::texture::{Marble, Noise, Pattern};
-        let noise = Noise::default();
-        let stated = [
-            Pattern::Fbm(noise).mean(),
-            Pattern::Wrinkled(noise).mean(),
-            Pattern::Windy.mean(),
-            Pattern::Marble(Marble { noise, variation: 0.7 }).mean(),
-        ];
-        for (pattern, stated) in all().into_iter().skip(2).zip(stated) {
-            let sum: Vec3 = points(20_000).map(|p| pattern.color(p, 0.0).0).sum();
+        for pattern in all() {
+            let sum: Vec3 = points(20_000).map(|p| color(pattern, p, 0.0).0).sum();
             let mean = sum / 20_000.0;
-            assert!((mean - Vec3::from(stated)).abs().max_element() < 0.06, "{pattern:?}: {mean}");
+            let stated = Vec3::from(pattern.mean());
+            assert!((mean - stated).abs().max_element() < 0.06, "{pattern:?}: {mean}");
         }
     }
 }

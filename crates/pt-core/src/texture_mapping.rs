@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use pt_math::noise::ValueAndGradient;
 use pt_math::{DAffine3, DVec3, Spectrum, Vec2, Vec3};
+use pt_scene::texture::Procedural;
 
-use crate::procedural::Procedural;
+use crate::procedural;
 use crate::texture_eval_context::TextureEvalContext;
 use crate::texture_record::{MappedTexture, TextureMappingRecord};
 
@@ -94,12 +95,12 @@ impl MappedTexture {
 
     /// Colour of a procedural pattern.
     pub(crate) fn computed(&self, pattern: Procedural, place: &TextureEvalContext) -> Spectrum {
-        pattern.color(self.at(place), self.width(pattern, place))
+        procedural::color(pattern, self.at(place), self.width(pattern, place))
     }
 
     /// Derivatives of a procedural pattern by u and v of the surface.
     pub(crate) fn slopes(&self, pattern: Procedural, place: &TextureEvalContext) -> [Spectrum; 2] {
-        let channels = pattern.sloped(self.at(place), self.width(pattern, place));
+        let channels = procedural::sloped(pattern, self.at(place), self.width(pattern, place));
         let along = self.along_surface(place);
         along
             .map(|step| Spectrum(Vec3::from(channels.map(|c: ValueAndGradient| c.slope.dot(step)))))
@@ -107,7 +108,7 @@ impl MappedTexture {
 
     /// Length of the longer axis of the footprint; 0 if the pattern does not use it.
     fn width(&self, pattern: Procedural, place: &TextureEvalContext) -> f32 {
-        if !pattern.has_octaves() {
+        if !procedural::has_octaves(pattern) {
             return 0.0;
         }
         let [a, b] = self.footprint(place).map(Vec3::length_squared);

@@ -1,11 +1,10 @@
 //! Records of compiled textures.
 
 use pt_math::{Affine2, DAffine3, Spectrum, Vec3};
-use pt_scene::texture::{Filter, Wrap};
+use pt_scene::texture::{Filter, Procedural, Wrap};
 
 use crate::id::Id;
 use crate::image_texture::Texels;
-use crate::procedural::Procedural;
 
 /// A pattern, and its transform from surface coordinates.
 #[derive(Clone, Copy, Debug)]

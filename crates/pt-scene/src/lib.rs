@@ -33,7 +33,8 @@ pub use filter::Filter;
 pub use geometry::Geometry;
 pub use hint::{Hint, Notes};
 pub use light::{
-    DateTime, Daylight, GeoLocation, IesProfile, Light, LightKind, Portal, Rows, TimeRange,
+    DateTime, Daylight, GeoLocation, IesProfile, Light, LightKind, Portal, Rows, SimpleLight,
+    TimeRange,
 };
 pub use material::{Material, Surface};
 pub use medium::{Medium, Sides};

@@ -1,9 +1,12 @@
 //! Textures: values that vary over a surface, by its texture coordinates (u, v), by position in
 //! space, by the direction of its normal, or by the colours of its mesh.
 
+mod procedural;
+
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, noise};
+pub use procedural::{Marble, Noise, Procedural};
+use pt_math::{DAffine3, DMat3};
 
 use crate::image::Image;
 use crate::medium::{Grid, GridFilter};
@@ -209,24 +212,12 @@ impl Pattern {
                 let sum = pixels.iter().fold([0.0; 3], add);
                 sum.map(|sum| (sum / pixels.len().max(1) as f64) as f32)
             }
-            Self::Checkerboard([a, b]) | Self::Checkerboard3d([a, b]) => {
-                [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
-            }
-            Self::Dots([inside, outside]) => {
-                [0, 1, 2].map(|c| outside[c] + (inside[c] - outside[c]) * DOTS)
-            }
-            Self::Fbm(_)
-            | Self::Windy
-            | Self::VertexColors
+            Self::Checkerboard([a, b]) => [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])),
+            Self::Procedural(procedural) => procedural.mean(),
+            Self::VertexColors
             | Self::FaceColors
             | Self::VertexAttribute(_)
             | Self::FaceAttribute(_) => [0.0; 3],
-            Self::Wrinkled(Noise { octaves, roughness }) => {
-                let worth = std::iter::successors(Some(1.0), |worth| Some(worth * roughness));
-                let sum: f32 = worth.take(*octaves as usize).sum();
-                [sum * noise::MEAN_MAGNITUDE; 3]
-            }
-            Self::Marble(_) => MARBLE,
             Self::Grid { grid, .. } => grid.mean(),
             Self::AbsNormalDot(_) => [0.5; 3],
             Self::Product(factors) => {
@@ -253,11 +244,6 @@ impl Scalar {
     }
 }
 
-/// Fraction of the area that [`Pattern::Dots`] cover: 0.394 of the squares have a dot.
-const DOTS: f32 = 0.394 * std::f32::consts::PI * 0.35 * 0.35;
-/// Approximate mean of [`Pattern::Marble`].
-const MARBLE: [f32; 3] = [0.82, 0.82, 0.85];
-
 /// Pattern of a texture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pattern {
@@ -275,22 +261,8 @@ pub enum Pattern {
     VertexAttribute(String),
     /// Values of this name of [`Attributes::faces`](crate::Attributes::faces).
     FaceAttribute(String),
-    /// Checkerboard with cubes of side ½: the first colour where an even number of the fractional
-    /// parts of u, v and w is above ½, the second elsewhere.
-    Checkerboard3d([[f32; 3]; 2]),
-    /// Dots of radius 0.35, of the first colour, on the second one: about two in five of the unit
-    /// squares around integer points have one, slightly off centre. [Pharr, Jakob & Humphreys,
-    /// "Physically Based Rendering", 3rd ed., §10.5.2]
-    Dots([[f32; 3]; 2]),
-    /// Fractional Brownian motion: a sum of octaves of signed noise. [ibid., §10.6.3]
-    Fbm(Noise),
-    /// Turbulence: a sum of octaves of the magnitude of noise, which has creases. [ibid., §10.6.3]
-    Wrinkled(Noise),
-    /// Wind-driven waves, whose height varies: |fbm(p / 10)| · fbm(p), of 3 and 6 octaves. [ibid.,
-    /// §10.6.5]
-    Windy,
-    /// Layers of marble along v, distorted by noise. [ibid., §10.6.6]
-    Marble(Marble),
+    /// A computed pattern.
+    Procedural(Procedural),
     /// Values of a grid with one channel or three, which fills the cube [0, 1]³ of (u, v, w) and is
     /// constant beyond its faces.
     Grid {
@@ -308,35 +280,6 @@ pub enum Pattern {
     Blend(Box<Blend>),
     /// Square root of a colour, channel by channel; negative values count as 0.
     Sqrt(Color),
-}
-
-/// Parameters of a sum of octaves of noise; at most [`Self::MAX_OCTAVES`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Number of octaves.
-    pub octaves: u32,
-    /// Ratio of the amplitudes of successive octaves, from 0 to 2.
-    pub roughness: f32,
-}
-
-impl Noise {
-    /// Maximum number of octaves; single precision does not resolve more.
-    pub const MAX_OCTAVES: u32 = 32;
-}
-
-impl Default for Noise {
-    fn default() -> Self {
-        Self { octaves: 8, roughness: 0.5 }
-    }
-}
-
-/// Parameters of marble: layers distorted by noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Marble {
-    /// Parameters of the noise.
-    pub noise: Noise,
-    /// Amplitude of the distortion; 2π is the thickness of a layer.
-    pub variation: f32,
 }
 
 /// Linear interpolation between two colours: (1 − t) · first + t · second.

@@ -9,8 +9,8 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Image;
 use pt_scene::material::{Black, SurfaceDetail};
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Filter, Input, Noise, NormalOrBump, Pattern, Texture, TextureMapping,
-    Wrap,
+    Bitmap, Blend, Color, Filter, Input, Noise, NormalOrBump, Pattern, Procedural, Texture,
+    TextureMapping, Wrap,
 };
 use pt_scene::{Key, LightKind, Mesh, Motion, Surface, shapes};
 
@@ -197,7 +197,7 @@ fn what_faces_a_direction_shows_its_cosine() {
 
 /// A panel and a ball that emit textures of noise and cubes, and of their normals.
 fn emitting_noise() -> Scene {
-    let noise = Pattern::Fbm(Noise { octaves: 3, roughness: 0.5 });
+    let noise = Pattern::Procedural(Procedural::Fbm(Noise { octaves: 3, roughness: 0.5 }));
     let noise = in_space(noise, DAffine3::from_scale(DVec3::splat(2.3)));
     let facing_up: Arc<Texture> = Arc::new(Pattern::AbsNormalDot([0.5, 1.0, -0.3]).into());
     let less = Blend {
@@ -207,7 +207,8 @@ fn emitting_noise() -> Scene {
     };
     let less = Color::Texture(Arc::new(Pattern::Blend(Box::new(less)).into()));
     let bright = Pattern::Product(Box::new([Color::Texture(noise), less]));
-    let cubes = Pattern::Checkerboard3d([[0.0; 3], [2.0, 3.0, 4.0]]);
+    let cubes = Procedural::Checkerboard3d([[0.0; 3], [2.0, 3.0, 4.0]]);
+    let cubes = Pattern::Procedural(cubes);
     let cubes = in_space(cubes, DAffine3::from_scale(DVec3::splat(1.7)));
     let turning = Blend {
         first: Color::Texture(cubes),
@@ -254,7 +255,7 @@ fn light_that_could_not_be_sampled_is_refused() {
         intensity: [1.0; 3],
         beam_angle: 10.0,
         cutoff_angle: 30.0,
-        texture: Some(in_space(Pattern::Windy, DAffine3::IDENTITY)),
+        texture: Some(in_space(Pattern::Procedural(Procedural::Windy), DAffine3::IDENTITY)),
     };
     let context = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))

@@ -3,14 +3,13 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use pt_math::noise::Octaves;
 use pt_math::{Affine2, DAffine3, DVec3, Mat3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::image::Image;
 use pt_scene::material::Surface;
 use pt_scene::measured::Measurements;
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Filter, Marble, Noise, Pattern, Scalar, Texture, TextureMapping,
+    Bitmap, Blend, Color, Filter, Pattern, Procedural, Scalar, Texture, TextureMapping,
 };
 
 use crate::bsdf::{self, LobeRecord, LobeTables, MeasuredTables};
@@ -18,7 +17,7 @@ use crate::id::{Id, Table};
 use crate::image_texture::Texels;
 use crate::material::{CoatRecord, LobeMaterial, Material, Materials, SlotKind, TextureSlot};
 use crate::medium::WorldGrid;
-use crate::procedural::Procedural;
+use crate::procedural;
 use crate::texture::{MeshColors, Textures};
 use crate::texture_record::{
     Factor, FloatTexture, MappedPattern, MappedTexture, PatternRecord, TextureMappingRecord,
@@ -264,15 +263,7 @@ impl Lowering {
                 let along = DVec3::from(direction.map(f64::from)).try_normalize();
                 PatternRecord::Facing(along.unwrap_or_default().as_vec3())
             }
-            Pattern::Checkerboard3d(colors) => {
-                self.laid(texture, Procedural::Cubes(colors.map(Spectrum::from)))
-            }
-            Pattern::Dots(colors) => {
-                self.laid(texture, Procedural::Dots(colors.map(Spectrum::from)))
-            }
-            Pattern::Fbm(noise) => self.laid(texture, Procedural::Fbm(octaves(*noise))),
-            Pattern::Wrinkled(noise) => self.laid(texture, Procedural::Wrinkled(octaves(*noise))),
-            Pattern::Windy => self.laid(texture, Procedural::Windy),
+            Pattern::Procedural(pattern) => self.laid(texture, *pattern),
             Pattern::Grid { grid, filter } => {
                 let field = WorldGrid::on_unit_cube(Arc::clone(grid), *filter);
                 self.textures.grids.push(field);
@@ -283,9 +274,6 @@ impl Lowering {
                     to_pattern,
                     pattern,
                 }))
-            }
-            Pattern::Marble(Marble { noise, variation }) => {
-                self.laid(texture, Procedural::Marble(octaves(*noise), *variation))
             }
         };
         let pattern = match pattern {
@@ -310,7 +298,7 @@ impl Lowering {
 
     /// Adds a procedural pattern.
     fn laid(&mut self, texture: &Texture, pattern: Procedural) -> PatternRecord {
-        self.textures.uses_footprints |= pattern.has_octaves();
+        self.textures.uses_footprints |= procedural::has_octaves(pattern);
         let layout = self.layout(texture);
         let to_pattern = affine(texture.to_pattern.as_mat3());
         let pattern = MappedPattern::Procedural(pattern);
@@ -412,10 +400,6 @@ impl Lowering {
             }
         }
     }
-}
-
-fn octaves(noise: Noise) -> Octaves {
-    Octaves::new(noise.octaves.min(Noise::MAX_OCTAVES), noise.roughness.clamp(0.0, 2.0))
 }
 
 /// Part of a matrix that acts on (u, v).

@@ -71,6 +71,18 @@ pub(super) trait StructCodec: Sized {
     fn properties(schemas: &mut Schemas) -> Vec<Properties>;
 }
 
+/// Enums whose variants are distinguished by the key "type".
+pub(super) trait EnumCodec: StructCodec {
+    /// Returns the names of all types.
+    fn names() -> Vec<String>;
+    /// Reads the value of the type `name`; `None` if there is no such type.
+    fn read_type(
+        name: &str,
+        keys: &mut ObjectKeys<'_>,
+        cx: &mut JsonReader<'_>,
+    ) -> Result<Option<Self>, LoadError>;
+}
+
 impl<T: StructCodec> JsonCodec for T {
     fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
         let is_word = T::IS_TAGGED && node.text().is_some();
@@ -267,11 +279,31 @@ macro_rules! json_struct {
 pub(super) use json_struct;
 
 /// An enum with variants `Variant { field: kind = default }`, `Variant(Record)`,
-/// `Variant[key: kind]` for a single unnamed field, and `Variant()`.
+/// `Variant[key: kind]` for a single unnamed field, and `Variant()`. The types of another enum,
+/// `Variant(..Enum)`, are types of this one.
 ///
-/// Implements [`StructCodec`], and thereby [`JsonCodec`]; see `Shape` in `expansion`.
+/// Implements [`EnumCodec`] and [`StructCodec`], and thereby [`JsonCodec`]; see `Shape` in
+/// `expansion`.
 macro_rules! json_enum {
     ($type:ident { $($variant:ident $body:tt),* $(,)? }) => {
+        impl $crate::json::codec::EnumCodec for $type {
+            fn names() -> Vec<String> {
+                use $crate::json::codec::variant_names;
+                [$(variant_names!($variant, $body)),*].concat()
+            }
+
+            fn read_type(
+                name: &str,
+                keys: &mut $crate::json::node::ObjectKeys<'_>,
+                cx: &mut $crate::json::context::JsonReader<'_>,
+            ) -> Result<Option<Self>, $crate::LoadError> {
+                use $crate::json::codec::read_variant;
+                let _ = (&keys, &cx);
+                $(read_variant!($type, $variant, $body, name, keys, cx);)*
+                Ok(None)
+            }
+        }
+
         impl $crate::json::codec::StructCodec for $type {
             const IS_TAGGED: bool = true;
 
@@ -279,16 +311,14 @@ macro_rules! json_enum {
                 keys: &mut $crate::json::node::ObjectKeys<'_>,
                 cx: &mut $crate::json::context::JsonReader<'_>,
             ) -> Result<Self, $crate::LoadError> {
-                use $crate::json::codec::{read_variant, snake}; use $crate::json::former_names::current_type;
-                let _ = &cx;
+                use $crate::json::codec::EnumCodec; use $crate::json::former_names::current_type;
                 let tag = keys.tag()?;
                 let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
                 let name = current_type(name);
-                $(if name == snake(stringify!($variant)) {
-                    return Ok(read_variant!($type, $variant, $body, keys, cx));
-                })*
-                let known = [$(snake(stringify!($variant))),*];
-                Err(tag.unknown("type", name, known.iter().map(String::as_str)))
+                Self::read_type(name, keys, cx)?.ok_or_else(|| {
+                    let known = Self::names();
+                    tag.unknown("type", name, known.iter().map(String::as_str))
+                })
             }
 
             fn write_fields(
@@ -296,13 +326,11 @@ macro_rules! json_enum {
                 out: &mut $crate::json::printer::Entries,
                 cx: &mut $crate::json::context::JsonWriter<'_>,
             ) -> Result<(), String> {
-                use $crate::json::codec::{variant_pattern, write_variant, snake};
-                use $crate::json::{node::TYPE, printer::Out};
+                use $crate::json::codec::{variant_pattern, write_variant};
                 let _ = &cx;
                 match self {
                     $(variant_pattern!(inner, $type, $variant, $body) => {
-                        out.push((TYPE.to_owned(), Out::text(snake(stringify!($variant)))));
-                        write_variant!(inner, $body, out, cx);
+                        write_variant!(inner, $variant, $body, out, cx);
                     })*
                 }
                 Ok(())
@@ -311,12 +339,10 @@ macro_rules! json_enum {
             fn properties(
                 schemas: &mut $crate::json::schema::Schemas,
             ) -> Vec<$crate::json::schema::Properties> {
-                use $crate::json::codec::{describe_variant, snake};
-                use $crate::json::schema::Properties;
+                use $crate::json::codec::describe_variant;
                 let _ = &schemas;
                 let mut all = Vec::new();
-                $(let tag = Properties::tag(&snake(stringify!($variant)));
-                all.extend(describe_variant!($type, $variant, $body, tag, schemas));)*
+                $(all.extend(describe_variant!($type, $variant, $body, schemas));)*
                 all
             }
         }
@@ -324,7 +350,34 @@ macro_rules! json_enum {
 }
 pub(super) use json_enum;
 
+macro_rules! variant_names {
+    ($variant:ident, (..$types:ty)) => {
+        <$types as $crate::json::codec::EnumCodec>::names()
+    };
+    ($variant:ident, $body:tt) => {
+        vec![$crate::json::codec::snake(stringify!($variant))]
+    };
+}
+pub(super) use variant_names;
+
+/// Returns the variant from the function if its type has this name.
 macro_rules! read_variant {
+    ($type:ident, $variant:ident, (..$types:ty), $name:ident, $keys:ident, $cx:ident) => {
+        let read = <$types as $crate::json::codec::EnumCodec>::read_type($name, $keys, $cx)?;
+        if let Some(inner) = read {
+            return Ok(Some($type::$variant(inner)));
+        }
+    };
+    ($type:ident, $variant:ident, $body:tt, $name:ident, $keys:ident, $cx:ident) => {
+        if $name == $crate::json::codec::snake(stringify!($variant)) {
+            let read = $crate::json::codec::read_body!($type, $variant, $body, $keys, $cx);
+            return Ok(Some(read));
+        }
+    };
+}
+pub(super) use read_variant;
+
+macro_rules! read_body {
     ($type:ident, $variant:ident, (), $keys:ident, $cx:ident) => {
         $type::$variant
     };
@@ -345,11 +398,14 @@ macro_rules! read_variant {
         }
     };
 }
-pub(super) use read_variant;
+pub(super) use read_body;
 
 macro_rules! variant_pattern {
     ($inner:ident, $type:ident, $variant:ident, ()) => {
         $type::$variant
+    };
+    ($inner:ident, $type:ident, $variant:ident, (..$types:ty)) => {
+        $type::$variant($inner)
     };
     ($inner:ident, $type:ident, $variant:ident, ($record:ty)) => {
         $type::$variant($inner)
@@ -364,6 +420,18 @@ macro_rules! variant_pattern {
 pub(super) use variant_pattern;
 
 macro_rules! write_variant {
+    ($inner:ident, $variant:ident, (..$types:ty), $out:ident, $cx:ident) => {
+        $crate::json::codec::StructCodec::write_fields($inner, $out, $cx)?
+    };
+    ($inner:ident, $variant:ident, $body:tt, $out:ident, $cx:ident) => {
+        let name = $crate::json::codec::snake(stringify!($variant));
+        $out.push(($crate::json::node::TYPE.to_owned(), $crate::json::printer::Out::text(name)));
+        $crate::json::codec::write_body!($inner, $body, $out, $cx);
+    };
+}
+pub(super) use write_variant;
+
+macro_rules! write_body {
     ($inner:ident, (), $out:ident, $cx:ident) => {};
     ($inner:ident, ($record:ty), $out:ident, $cx:ident) => {
         $crate::json::codec::StructCodec::write_fields($inner, $out, $cx)?
@@ -382,14 +450,26 @@ macro_rules! write_variant {
         )?;)*
     };
 }
-pub(super) use write_variant;
+pub(super) use write_body;
 
 macro_rules! describe_variant {
+    ($type:ident, $variant:ident, (..$types:ty), $schemas:ident) => {
+        <$types as $crate::json::codec::StructCodec>::properties($schemas)
+    };
+    ($type:ident, $variant:ident, $body:tt, $schemas:ident) => {{
+        let name = $crate::json::codec::snake(stringify!($variant));
+        let tag = $crate::json::schema::Properties::tag(&name);
+        $crate::json::codec::describe_body!($type, $variant, $body, tag, $schemas)
+    }};
+}
+pub(super) use describe_variant;
+
+macro_rules! describe_body {
     ($type:ident, $variant:ident, (), $tag:ident, $schemas:ident) => {
         vec![$tag]
     };
     ($type:ident, $variant:ident, ($record:ty), $tag:ident, $schemas:ident) => {
-        Properties::each_with(
+        $crate::json::schema::Properties::each_with(
             <$record as $crate::json::codec::StructCodec>::properties($schemas),
             &$tag,
         )
@@ -420,7 +500,7 @@ macro_rules! describe_variant {
         vec![$tag]
     }};
 }
-pub(super) use describe_variant;
+pub(super) use describe_body;
 
 /// An enum of unit variants, represented by their names.
 ///

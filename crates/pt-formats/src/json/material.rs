@@ -13,8 +13,8 @@ use pt_scene::material::{
 };
 use pt_scene::medium::GridFilter;
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Edge, Filter, Marble, Noise, NormalOrBump, Pattern, Scalar, Texture,
-    TextureMapping, Wrap,
+    Bitmap, Blend, Color, Edge, Filter, Marble, Noise, NormalOrBump, Pattern, Procedural, Scalar,
+    Texture, TextureMapping, Wrap,
 };
 use serde_json::{Value, json};
 
@@ -418,17 +418,23 @@ json_enum! {
         FaceColors(),
         VertexAttribute[name: Plain],
         FaceAttribute[name: Plain],
+        Procedural(..Procedural),
+        Grid { grid: Plain, filter: Plain => GridFilter::default() },
+        AbsNormalDot[direction: Each(ANY)],
+        Product[factors: Pair(FROM_0)],
+        Blend(Box<Blend>),
+        Sqrt[square: FROM_0],
+    }
+}
+
+json_enum! {
+    Procedural {
         Checkerboard3d[colors: Pair(FROM_0)],
         Dots[colors: Pair(FROM_0)],
         Fbm(Noise),
         Wrinkled(Noise),
         Windy(),
         Marble(Marble),
-        Grid { grid: Plain, filter: Plain => GridFilter::default() },
-        AbsNormalDot[direction: Each(ANY)],
-        Product[factors: Pair(FROM_0)],
-        Blend(Box<Blend>),
-        Sqrt[square: FROM_0],
     }
 }
 

@@ -1,7 +1,7 @@
 //! Texture mappings, and textures of noise in space.
 
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::texture::{Marble, Noise, Pattern, Texture, TextureMapping};
+use pt_scene::texture::{Marble, Noise, Pattern, Procedural, Texture, TextureMapping};
 
 use super::entity::Entity;
 use crate::LoadError;
@@ -61,9 +61,9 @@ pub(super) fn to_texture(entity: &Entity, to_world: DAffine3) -> Result<DAffine3
 pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, LoadError> {
     let mut to_texture = to_texture(entity, to_world)?;
     let pattern = match entity.kind.as_str() {
-        "fbm" => Pattern::Fbm(noise(entity)?),
-        "wrinkled" => Pattern::Wrinkled(noise(entity)?),
-        "windy" => Pattern::Windy,
+        "fbm" => Procedural::Fbm(noise(entity)?),
+        "wrinkled" => Procedural::Wrinkled(noise(entity)?),
+        "windy" => Procedural::Windy,
         _ => {
             let scale = entity.float("scale", 1.0)?;
             to_texture = DAffine3::from_scale(DVec3::splat(scale)) * to_texture;
@@ -74,10 +74,13 @@ pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, L
                 ));
             }
             let variation = entity.float("variation", 0.2)? as f32;
-            Pattern::Marble(Marble { noise: noise(entity)?, variation })
+            Procedural::Marble(Marble { noise: noise(entity)?, variation })
         }
     };
-    Ok(Texture { layout: TextureMapping::Space { to_texture }, ..pattern.into() })
+    Ok(Texture {
+        layout: TextureMapping::Space { to_texture },
+        ..Pattern::Procedural(pattern).into()
+    })
 }
 
 fn noise(entity: &Entity) -> Result<Noise, LoadError> {

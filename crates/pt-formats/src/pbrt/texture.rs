@@ -9,7 +9,7 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3, trig};
 use pt_scene::image::Image;
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
+    Bitmap, Blend, Color, Filter, Input, Pattern, Procedural, Scalar, Texture, TextureMapping, Wrap,
 };
 
 use super::color::{SpectrumType, color};
@@ -283,7 +283,7 @@ impl PbrtTextures {
     }
 
     /// Reads a checkerboard. Its squares or cubes have side 1 in pbrt-v4, and ½ in
-    /// [`Pattern::Checkerboard`] and [`Pattern::Checkerboard3d`].
+    /// [`Pattern::Checkerboard`] and [`Procedural::Checkerboard3d`].
     fn checkerboard(
         &self,
         entity: &Entity,
@@ -299,7 +299,10 @@ impl PbrtTextures {
             let to_texture = mapping::to_texture(entity, to_world)?;
             let to_texture = DAffine3::from_scale(DVec3::splat(0.5)) * to_texture;
             let layout = TextureMapping::Space { to_texture };
-            let cubes = |colors| Texture { layout, ..Pattern::Checkerboard3d(colors).into() };
+            let cubes = |colors| {
+                let pattern = Pattern::Procedural(Procedural::Checkerboard3d(colors));
+                Texture { layout, ..pattern.into() }
+            };
             return Ok(one_or_other(inputs, cubes));
         }
         let (layout, to_pattern) = mapping::read(entity, to_world)?;
@@ -322,7 +325,10 @@ impl PbrtTextures {
             self.input(entity, "outside", is_number, 0.0)?,
         ];
         let (layout, to_pattern) = mapping::read(entity, to_world)?;
-        let dots = |colors| Texture { pattern: Pattern::Dots(colors), layout, to_pattern };
+        let dots = |colors| {
+            let pattern = Pattern::Procedural(Procedural::Dots(colors));
+            Texture { pattern, layout, to_pattern }
+        };
         Ok(one_or_other([dot, around], dots))
     }
 
@@ -546,8 +552,9 @@ fn root_of(texture: &Texture) -> Texture {
             Pattern::Bitmap(Bitmap { image, ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(root)),
-        Pattern::Checkerboard3d(colors) => Pattern::Checkerboard3d(colors.map(root)),
-        Pattern::Dots(colors) => Pattern::Dots(colors.map(root)),
+        Pattern::Procedural(pattern) if let Some(roots) = pattern.recolored(root) => {
+            Pattern::Procedural(roots)
+        }
         Pattern::Product(factors) => Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])])),
         Pattern::Blend(blend) => Pattern::Blend(Box::new(Blend {
             first: of(&blend.first),

@@ -187,11 +187,10 @@ impl Illuminant {
                     Pattern::Checkerboard(colors) => {
                         Pattern::Checkerboard(colors.map(|color| self.reflected(color)))
                     }
-                    Pattern::Checkerboard3d(colors) => {
-                        Pattern::Checkerboard3d(colors.map(|color| self.reflected(color)))
-                    }
-                    Pattern::Dots(colors) => {
-                        Pattern::Dots(colors.map(|color| self.reflected(color)))
+                    Pattern::Procedural(pattern) => {
+                        let pattern = pattern.recolored(|color| self.reflected(color));
+                        let Some(pattern) = pattern else { return };
+                        Pattern::Procedural(pattern)
                     }
                     Pattern::Blend(blend) => {
                         let mut blend = blend.clone();

@@ -9,7 +9,7 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Image;
 use pt_scene::material::{Diffuse, Glass, MetallicRoughness};
-use pt_scene::texture::{Bitmap, Blend, Edge, Filter, NormalOrBump, Pattern, Wrap};
+use pt_scene::texture::{Bitmap, Blend, Edge, Filter, NormalOrBump, Pattern, Procedural, Wrap};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
 };
@@ -486,9 +486,8 @@ fn textures_are_read_as_they_were() {
 /// A procedural texture is written as its mean, with a note.
 #[test]
 fn computed_textures_become_their_mean() {
-    let reflectance = Color::Texture(Arc::new(
-        Pattern::Checkerboard3d([[0.25, 0.5, 0.75], [0.75, 0.5, 0.0]]).into(),
-    ));
+    let cubes = Procedural::Checkerboard3d([[0.25, 0.5, 0.75], [0.75, 0.5, 0.0]]);
+    let reflectance = Color::Texture(Arc::new(Pattern::Procedural(cubes).into()));
     let matte = Diffuse { reflectance, two_sided: true };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
     let scene = Scene {

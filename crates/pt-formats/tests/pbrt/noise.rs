@@ -2,7 +2,7 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Conductor, Diffuse};
-use pt_scene::texture::{Input, Marble, Noise, Pattern, Texture, TextureMapping};
+use pt_scene::texture::{Input, Marble, Noise, Pattern, Procedural, Texture, TextureMapping};
 use pt_scene::{Geometry, Scene, Surface};
 
 use super::read;
@@ -46,17 +46,19 @@ fn noise_is_where_its_directive_stands() {
         "{PLACED} Texture \"t\" \"spectrum\" \"marble\" \"float scale\" 3 \"integer octaves\" 5 \"float variation\" .5 Identity"
     ));
     let noise = Noise { octaves: 5, roughness: 0.5 };
-    assert_eq!(marble.pattern, Pattern::Marble(Marble { noise, variation: 0.5 }));
+    let want = Procedural::Marble(Marble { noise, variation: 0.5 });
+    assert_eq!(marble.pattern, Pattern::Procedural(want));
     assert_eq!((at(&marble, POINT), marble.to_pattern), (DVec3::splat(3.0), DMat3::IDENTITY));
     let cubes = texture(&format!(
         "{PLACED} Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex2\" [.1 .2 .3] Identity"
     ));
-    assert_eq!(cubes.pattern, Pattern::Checkerboard3d([[1.0; 3], [0.1, 0.2, 0.3]]));
+    let want = Procedural::Checkerboard3d([[1.0; 3], [0.1, 0.2, 0.3]]);
+    assert_eq!(cubes.pattern, Pattern::Procedural(want));
     assert_eq!(at(&cubes, POINT), DVec3::splat(0.5));
     for (kind, want) in [
-        ("fbm", Pattern::Fbm(Noise::default())),
-        ("wrinkled", Pattern::Wrinkled(Noise::default())),
-        ("windy", Pattern::Windy),
+        ("fbm", Procedural::Fbm(Noise::default())),
+        ("wrinkled", Procedural::Wrinkled(Noise::default())),
+        ("windy", Procedural::Windy),
     ] {
         let blend = texture(&format!(
             "{PLACED} Texture \"n\" \"float\" \"{kind}\" Identity \
@@ -64,6 +66,7 @@ fn noise_is_where_its_directive_stands() {
         ));
         let Pattern::Blend(blend) = blend.pattern else { panic!("no blend") };
         let share = blend.amount.texture().expect("a texture");
+        let want = Pattern::Procedural(want);
         assert_eq!((&share.pattern, at(share, POINT)), (&want, DVec3::ONE));
     }
 }
@@ -87,7 +90,8 @@ fn mappings_are_those_of_their_names() {
         matches!(cylinder.layout, TextureMapping::Cylinder { .. })
             && at(&cylinder, POINT) == DVec3::ONE
     );
-    assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
+    let want = Procedural::Dots([[0.0; 3], [1.0; 3]]);
+    assert_eq!(sphere.pattern, Pattern::Procedural(want));
 }
 
 /// The direction is in the coordinate system of the directive, and of length 1 in the world.
@@ -138,7 +142,8 @@ fn roughness_by_noise_has_its_root() {
         panic!("no root")
     };
     let square = square.texture().expect("a texture");
-    assert_eq!(square.pattern, Pattern::Wrinkled(Noise::default()));
+    let want = Procedural::Wrinkled(Noise::default());
+    assert_eq!(square.pattern, Pattern::Procedural(want));
     assert_eq!(square.layout, TextureMapping::Space { to_texture: DAffine3::IDENTITY });
 }
 

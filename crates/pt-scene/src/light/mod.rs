@@ -266,6 +266,96 @@ impl LightKind {
     }
 }
 
+impl LightKind {
+    /// Returns the nearest light of the kinds that most programs have. `note` receives a note for
+    /// each difference.
+    pub fn simplified(&self, note: &mut dyn FnMut(&str)) -> SimpleLight {
+        match *self {
+            Self::Directional { irradiance } => SimpleLight::Directional { irradiance },
+            Self::DistantDisk { irradiance, .. } => {
+                note("the disk becomes a directional light, with sharp shadows");
+                // The disk is towards +z, and directional lights face −z: the direction of light is
+                // the same.
+                SimpleLight::Directional { irradiance }
+            }
+            Self::Point { intensity } => SimpleLight::Point { intensity },
+            Self::Ies { ref profile, scale } => {
+                note("the profile becomes an isotropic intensity, its mean");
+                SimpleLight::Point { intensity: scale.map(|c| c * profile.mean_candela()) }
+            }
+            Self::Spot { intensity, falloff_angle, falloff_exponent } => {
+                let outer_angle = 0.5 * falloff_angle;
+                let falls_off = falloff_exponent > 0.0;
+                if falls_off {
+                    note("the falloff from the axis to the edge becomes that of glTF");
+                }
+                let inner_angle = if falls_off { 0.0 } else { outer_angle };
+                SimpleLight::Spot { intensity, inner_angle, outer_angle }
+            }
+            Self::PunctualSpot { intensity, inner_angle, outer_angle } => {
+                SimpleLight::Spot { intensity, inner_angle, outer_angle }
+            }
+            Self::LinearSpot { intensity, beam_angle, cutoff_angle, ref texture } => {
+                if beam_angle < cutoff_angle {
+                    note("the falloff from the beam to the edge becomes that of glTF");
+                }
+                if texture.is_some() {
+                    note("the projected image is omitted");
+                }
+                let [inner_angle, outer_angle] = [beam_angle, cutoff_angle];
+                SimpleLight::Spot { intensity, inner_angle, outer_angle }
+            }
+            Self::Projector { intensity, x_fov, y_fov, .. } => {
+                note(
+                    "the projected image is omitted; the intensity does not increase towards the \
+                     edge",
+                );
+                // The cone that encloses the picture.
+                let tangent = |fov: f64| libm::tan(0.5 * fov.to_radians());
+                let angle = libm::atan(tangent(x_fov).hypot(tangent(y_fov))).to_degrees();
+                SimpleLight::Spot { intensity, inner_angle: angle, outer_angle: angle }
+            }
+            Self::Area { radiance } => SimpleLight::Area { radiance },
+            Self::Hemisphere { .. }
+            | Self::Constant { .. }
+            | Self::Environment { .. }
+            | Self::Daylight(_) => SimpleLight::Environment,
+        }
+    }
+}
+
+/// A light of a kind that most programs have, as an approximation of others; see
+/// [`LightKind::simplified`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SimpleLight {
+    /// See [`LightKind::Directional`].
+    Directional {
+        /// Irradiance on a surface that faces the light.
+        irradiance: [f32; 3],
+    },
+    /// See [`LightKind::Point`].
+    Point {
+        /// Radiant intensity.
+        intensity: [f32; 3],
+    },
+    /// See [`LightKind::PunctualSpot`], whose falloff is that of glTF.
+    Spot {
+        /// Radiant intensity along the axis.
+        intensity: [f32; 3],
+        /// Angle to the axis, in degrees, up to which the intensity is constant.
+        inner_angle: f64,
+        /// Angle to the axis, in degrees, beyond which the intensity is 0.
+        outer_angle: f64,
+    },
+    /// See [`LightKind::Area`].
+    Area {
+        /// Emitted radiance.
+        radiance: [f32; 3],
+    },
+    /// Light from many directions, from beyond the scene.
+    Environment,
+}
+
 /// Polar angles of the rows of an environment map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rows {

@@ -2,8 +2,8 @@
 
 use pt_math::{DAffine3, DMat3, DVec3, point_mesh};
 use pt_scene::{
-    Camera, Fit, Geometry, Light, LightKind, Material, Object, Placement, Projection, Scene, Span,
-    Surface, framing, shapes,
+    Camera, Fit, Geometry, Light, Material, Object, Placement, Projection, Scene, SimpleLight,
+    Span, Surface, framing, shapes,
 };
 use serde_json::{Map, Value, json};
 
@@ -115,51 +115,18 @@ impl GltfWriter<'_> {
     fn light(&mut self, light: &Light) -> Result<(), String> {
         let to_world = self.in_metres(light.to_world);
         let mut note = |note: &str| self.notes.note(&light.at, note);
-        let (kind, intensity, to_world) = match &light.kind {
-            LightKind::Directional { irradiance } => ("directional", *irradiance, to_world),
-            LightKind::DistantDisk { irradiance, .. } => {
-                note("the disk becomes a directional light, with sharp shadows");
-                // The disk is towards +z, and directional lights face −z: the direction of light is
-                // the same.
-                ("directional", *irradiance, to_world)
+        let (kind, intensity, cone) = match light.kind.simplified(&mut note) {
+            SimpleLight::Directional { irradiance } => ("directional", irradiance, None),
+            SimpleLight::Point { intensity } => ("point", intensity, None),
+            SimpleLight::Spot { intensity, inner_angle, outer_angle } => {
+                ("spot", intensity, Some([inner_angle, outer_angle]))
             }
-            LightKind::Point { intensity } => ("point", *intensity, to_world),
-            LightKind::Ies { profile, scale } => {
-                note("the profile becomes an isotropic intensity, its mean");
-                ("point", scale.map(|c| c * profile.mean_candela()), to_world)
-            }
-            LightKind::Spot { intensity, falloff_exponent, .. } => {
-                if *falloff_exponent > 0.0 {
-                    note("the falloff from the axis to the edge becomes that of glTF");
-                }
-                ("spot", *intensity, to_world)
-            }
-            LightKind::PunctualSpot { intensity, .. } => ("spot", *intensity, to_world),
-            LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture } => {
-                if beam_angle < cutoff_angle {
-                    note("the falloff from the beam to the edge becomes that of glTF");
-                }
-                if texture.is_some() {
-                    note("the projected image is omitted");
-                }
-                ("spot", *intensity, to_world)
-            }
-            LightKind::Projector { intensity, .. } => {
-                note(
-                    "the projected image is omitted; the intensity does not increase towards the \
-                     edge",
-                );
-                ("spot", *intensity, to_world)
-            }
-            LightKind::Area { .. } if represents_emissive_mesh(light, self.scene) => {
+            SimpleLight::Area { .. } if represents_emissive_mesh(light, self.scene) => {
                 note("the light is omitted: it represents the emissive surface around it");
                 return Ok(());
             }
-            LightKind::Area { radiance } => return self.square(light, *radiance),
-            LightKind::Hemisphere { .. }
-            | LightKind::Constant { .. }
-            | LightKind::Environment { .. }
-            | LightKind::Daylight(_) => {
+            SimpleLight::Area { radiance } => return self.square(light, radiance),
+            SimpleLight::Environment => {
                 note("environment lights are not representable in glTF; the light is omitted");
                 return Ok(());
             }
@@ -175,7 +142,8 @@ impl GltfWriter<'_> {
         if intensity != [strength; 3] {
             fields["color"] = intensity.map(|c| c / strength).to_vec().into();
         }
-        if let Some([inner, outer]) = self.cone(light) {
+        if let Some(cone) = cone {
+            let [inner, outer] = self.cone(light, cone);
             fields["spot"] = json!({"innerConeAngle": inner, "outerConeAngle": outer});
         }
         self.lights.push(fields);
@@ -185,35 +153,19 @@ impl GltfWriter<'_> {
         self.node(&light.name, to_world, shown, &light.at)
     }
 
-    /// Returns the angles to the axis, in radians, between which the intensity of a spot light
-    /// falls off.
-    fn cone(&mut self, light: &Light) -> Option<[f64; 2]> {
-        let [beam, cutoff] = match &light.kind {
-            LightKind::Spot { falloff_angle, falloff_exponent, .. } => {
-                let cutoff = 0.5 * falloff_angle;
-                [if *falloff_exponent > 0.0 { 0.0 } else { cutoff }, cutoff]
-            }
-            LightKind::LinearSpot { beam_angle, cutoff_angle, .. } => [*beam_angle, *cutoff_angle],
-            LightKind::PunctualSpot { inner_angle, outer_angle, .. } => {
-                [*inner_angle, *outer_angle]
-            }
-            // The cone that encloses the picture.
-            LightKind::Projector { x_fov, y_fov, .. } => {
-                let tangent = |fov: f64| libm::tan(0.5 * fov.to_radians());
-                [libm::atan(tangent(*x_fov).hypot(tangent(*y_fov))).to_degrees(); 2]
-            }
-            _ => return None,
-        };
-        if cutoff > 90.0 {
+    /// Converts the angles to the axis, in degrees, between which the intensity of a spot light
+    /// falls off, to radians within the limits of glTF.
+    fn cone(&mut self, light: &Light, [inner, outer]: [f64; 2]) -> [f64; 2] {
+        if outer > 90.0 {
             self.notes.note(&light.at, "the cone becomes a half space, the widest one of glTF");
         }
         let radians = |degrees: f64| {
             let degrees = degrees.clamp(0.0, 90.0);
             near_f64(degrees.to_radians(), |angle| angle.to_degrees() == degrees)
         };
-        let outer = radians(cutoff).max(f64::MIN_POSITIVE);
+        let outer = radians(outer).max(f64::MIN_POSITIVE);
         // The inner angle has to be below the outer one.
-        Some([radians(beam).min(outer * (1.0 - 1e-6)), outer])
+        [radians(inner).min(outer * (1.0 - 1e-6)), outer]
     }
 
     /// Writes a square area light, as a mesh that emits.

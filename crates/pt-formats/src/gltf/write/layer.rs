@@ -6,7 +6,8 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::texture::{
-    Bitmap, Blend, Color, Edge, Filter, Input, Pattern, Scalar, Texture, TextureMapping, Wrap,
+    Bitmap, Blend, Color, Edge, Filter, Input, Pattern, Procedural, Scalar, Texture,
+    TextureMapping, Wrap,
 };
 use serde_json::{Map, Value, json};
 
@@ -283,8 +284,9 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
             Pattern::Bitmap(Bitmap { image: changed(&bitmap.image, color), ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(color)),
-        Pattern::Checkerboard3d(colors) => Pattern::Checkerboard3d(colors.map(color)),
-        Pattern::Dots(colors) => Pattern::Dots(colors.map(color)),
+        Pattern::Procedural(pattern) if let Some(mapped) = pattern.recolored(color) => {
+            Pattern::Procedural(mapped)
+        }
         Pattern::Product(factors) => Pattern::Product(Box::new(factors.each_ref().map(each))),
         Pattern::Blend(blend) => {
             let Blend { first, second, amount: share } = &**blend;
@@ -293,7 +295,7 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
         }
         Pattern::VertexColors | Pattern::FaceColors => texture.pattern.clone(),
         // Other patterns are written as their mean.
-        other => Pattern::Checkerboard3d([color(other.mean()); 2]),
+        other => Pattern::Procedural(Procedural::Checkerboard3d([color(other.mean()); 2])),
     };
     Texture { pattern, ..texture.clone() }
 }

@@ -29,9 +29,24 @@ mod by_macro {
         Empty,
         Box(Extent),
         Named(String),
+        Round(Round),
         Rod { radius: u32, axis: Axis },
     }
-    json_enum! { Shape { Empty (), Box (Extent), Named [name: Plain], Rod { radius: Plain, axis: Plain => Axis::X } } }
+    json_enum! {
+        Shape {
+            Empty(),
+            Box(Extent),
+            Named[name: Plain],
+            Round(..Round),
+            Rod { radius: Plain, axis: Plain => Axis::X },
+        }
+    }
+
+    pub(super) enum Round {
+        Ball(u32),
+        Egg,
+    }
+    json_enum! { Round { Ball[radius: Plain], Egg() } }
 }
 
 mod by_hand {
@@ -107,7 +122,13 @@ mod by_hand {
         Empty,
         Box(Extent),
         Named(String),
+        Round(Round),
         Rod { radius: u32, axis: Axis },
+    }
+
+    pub(super) enum Round {
+        Ball(u32),
+        Egg,
     }
 
     impl StructCodec for Shape {
@@ -123,12 +144,14 @@ mod by_hand {
                 "empty" => Ok(Self::Empty),
                 "box" => Ok(Self::Box(Extent::read_fields(keys, cx)?)),
                 "named" => Ok(Self::Named(keys.read("name", &Plain, None, cx)?)),
+                "ball" => Ok(Self::Round(Round::Ball(keys.read("radius", &Plain, None, cx)?))),
+                "egg" => Ok(Self::Round(Round::Egg)),
                 "rod" => Ok(Self::Rod {
                     radius: keys.read("radius", &Plain, None, cx)?,
                     axis: keys.read("axis", &Plain, Some(Axis::X), cx)?,
                 }),
                 name => {
-                    let known = ["empty", "box", "named", "rod"];
+                    let known = ["empty", "box", "named", "ball", "egg", "rod"];
                     Err(tag.unknown("type", name, known.into_iter()))
                 }
             }
@@ -146,6 +169,11 @@ mod by_hand {
                     tag("named");
                     put(out, "name", &Plain, name, None, cx)?;
                 }
+                Self::Round(Round::Ball(radius)) => {
+                    tag("ball");
+                    put(out, "radius", &Plain, radius, None, cx)?;
+                }
+                Self::Round(Round::Egg) => tag("egg"),
                 Self::Rod { radius, axis } => {
                     tag("rod");
                     put(out, "radius", &Plain, radius, None, cx)?;
@@ -158,12 +186,14 @@ mod by_hand {
         fn properties(schemas: &mut Schemas) -> Vec<Properties> {
             let empty = Properties::tag("empty");
             let named = Properties::tag("named").with_schema("name", String::schema(schemas), true);
+            let ball = Properties::tag("ball").with_schema("radius", u32::schema(schemas), true);
+            let egg = Properties::tag("egg");
             let rod = Properties::tag("rod").with_schema("radius", u32::schema(schemas), true);
             let mut axis = Axis::schema(schemas);
             axis["default"] = "x".into();
             let rod = rod.with_schema("axis", axis, false);
             let boxes = Properties::each_with(Extent::properties(schemas), &Properties::tag("box"));
-            [vec![empty], boxes, vec![named, rod]].concat()
+            [vec![empty], boxes, vec![named, ball, egg, rod]].concat()
         }
     }
 }
@@ -191,6 +221,10 @@ fn types_by_macro_and_by_hand_read_and_write_the_same() {
         r#"{"type": "box", "height": 4}"#,
         r#"{"type": "named", "name": "A"}"#,
         r#"{"type": "named"}"#,
+        r#"{"type": "ball", "radius": 2}"#,
+        r#"{"type": "ball", "name": "A"}"#,
+        r#""egg""#,
+        r#"{"type": "round"}"#,
         r#"{"type": "rod", "radius": 2}"#,
         r#"{"type": "rod", "radius": 2, "axis": "x"}"#,
         r#"{"type": "rod", "radius": 2, "axis": "minus_x"}"#,
