@@ -55,8 +55,9 @@ pub use pt_cpu::{
     RenderStatistics, integrator,
 };
 pub use pt_formats::{
-    FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file, is_scene,
-    load, load_with, parse_with, read_content_with, read_with, save, source_file, suggestions,
+    Attachment, FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, Numbers, SaveError,
+    SceneValues, camera_file, is_scene, load, load_with, parse_with, read_content_with,
+    read_values_with, read_with, save, source_file, suggestions, values_of,
 };
 pub use pt_image as image;
 pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};
