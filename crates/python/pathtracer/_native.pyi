@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, Unpack
 
+from . import build
+
 _Path = str | os.PathLike[str]
 _Integer = SupportsIndex | str
 _Real = SupportsFloat | str
@@ -40,15 +42,39 @@ __all__ = [
 
 __version__: str
 
-class _LoadOptions(TypedDict, total=False):
-    variables: Mapping[str, object] | None
-    time: float | None
+class _ReadingOptions(TypedDict, total=False):
     allow_outside: bool | None
     allow_folders: Sequence[_Path] | None
     limits: Mapping[str, int] | None
-    camera: str | int | None
     point_radius: float | None
     strict: bool | None
+
+class _LoadOptions(_ReadingOptions, total=False):
+    variables: Mapping[str, object] | None
+    time: float | None
+    camera: str | int | None
+
+_Values = Mapping[str, Any]
+
+class _SceneParts(_ReadingOptions, total=False):
+    camera: build.Camera | None
+    cameras: Sequence[build.Camera] | None
+    used_camera: int | None
+    objects: Sequence[build.Object] | None
+    lights: Sequence[build.Light] | None
+    settings: build.Settings | _Values | None
+    materials: Mapping[str, build.Material] | None
+    media: Mapping[str, build.Medium] | None
+    meshes: Mapping[str, build.Mesh | _Values] | None
+    points: Mapping[str, build.Points | _Values] | None
+    images: Mapping[str, build.Image | _Values] | None
+    textures: Mapping[str, build.Texture] | None
+    grids: Mapping[str, build.Grid | _Values] | None
+    profiles: Mapping[str, build.IesProfile | _Values] | None
+    measurements: Mapping[str, build.Measurements | _Values] | None
+    motions: Mapping[str, Sequence[build.MotionKey | _Values]] | None
+    name: str | None
+    metres_per_unit: float | None
 
 class _Settings(TypedDict, total=False):
     resolution: _Integers | None
@@ -135,10 +161,12 @@ class Finding:
 
 @final
 class Scene:
+    def __new__(cls, *, folder: _Path = ..., **parts: Unpack[_SceneParts]) -> Self: ...
     @staticmethod
     def from_dict(
         scene: dict[str, Any], folder: _Path = ..., **options: Unpack[_LoadOptions]
     ) -> Scene: ...
+    def to_dict(self) -> dict[str, Any]: ...
     @property
     def name(self) -> str: ...
     @property

@@ -12,12 +12,14 @@ mod films;
 mod finding;
 mod image;
 mod load;
+mod places;
 mod progress;
 mod queries;
 mod reading;
 mod render;
 mod scene;
 mod settings;
+mod values;
 mod worker;
 
 use std::ffi::OsString;

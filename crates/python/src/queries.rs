@@ -241,7 +241,7 @@ fn stoppable<T: Send + 'static>(
 }
 
 /// Array of this shape, with one more dimension for vectors; the values are not copied.
-fn array<T: Element>(
+pub(crate) fn array<T: Element>(
     py: Python<'_>,
     values: Vec<T>,
     shape: &[usize],

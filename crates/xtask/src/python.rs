@@ -12,8 +12,16 @@ use crate::venv::{self, Installation};
 /// Packages that build wheels.
 const BUILD: &[&str] = &["maturin>=1.16,<2"];
 /// Packages that test the installed module; pyright brings its own Node.js.
-const TEST: &[&str] =
-    &["mypy", "pyoidn", "pyright[nodejs]", "pytest", "tqdm", "trimesh", "typing_extensions"];
+const TEST: &[&str] = &[
+    "hypothesis",
+    "mypy",
+    "pyoidn",
+    "pyright[nodejs]",
+    "pytest",
+    "tqdm",
+    "trimesh",
+    "typing_extensions",
+];
 
 /// Installs maturin into an environment of the target folder.
 ///
