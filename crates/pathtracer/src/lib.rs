@@ -31,6 +31,7 @@ pub mod film_file;
 pub mod fingerprint;
 pub mod light_groups;
 pub mod memory;
+pub mod probes;
 pub mod provenance;
 pub mod queries;
 pub mod scene_stats;

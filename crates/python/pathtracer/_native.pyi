@@ -16,18 +16,23 @@ _Integers = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
 _Tonemap = Literal["linear", "filmic", "agx", "aces", "pbr-neutral"]
 
 __all__ = [
+    "Bsdf",
     "Bvh",
     "Finding",
     "Hits",
     "Image",
     "Images",
     "Interrupted",
+    "Light",
+    "PhaseFunction",
     "Progress",
+    "Sampler",
     "Scene",
     "SceneError",
     "__version__",
     "default_scene",
     "explain",
+    "lights",
     "load",
     "loads",
     "merge",
@@ -192,6 +197,56 @@ class Scene:
         tmin: ArrayLike | None = None,
     ) -> NDArray[np.bool_]: ...
 
+_Floats = NDArray[np.float32]
+
+@final
+class Bsdf:
+    def __new__(
+        cls,
+        material: build.Material,
+        *,
+        uv: tuple[float, float] = ...,
+        choice: float = 0.5,
+        **parts: Unpack[_SceneParts],
+    ) -> Self: ...
+    def eval(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def pdf(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[_Floats, _Floats, _Floats]: ...
+
+@final
+class Light:
+    @property
+    def kind(self) -> str: ...
+    def sample(
+        self, position: ArrayLike, u: ArrayLike, normal: ArrayLike | None = None
+    ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+    def pdf(
+        self, position: ArrayLike, wi: ArrayLike, normal: ArrayLike | None = None
+    ) -> _Floats: ...
+
+@final
+class PhaseFunction:
+    def __new__(cls, phase: build.Phase, **parts: Unpack[_SceneParts]) -> Self: ...
+    def eval(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def pdf(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[_Floats, _Floats]: ...
+
+@final
+class Sampler:
+    def __new__(
+        cls,
+        kind: Literal["sobol", "zsobol", "stratified", "independent"] = "sobol",
+        *,
+        seed: SupportsIndex = 0,
+    ) -> Self: ...
+    def points(
+        self,
+        n: SupportsIndex,
+        dims: SupportsIndex,
+        *,
+        pixel: tuple[SupportsIndex, SupportsIndex] = ...,
+    ) -> _Floats: ...
+
 @final
 class Hits:
     @property
@@ -300,6 +355,7 @@ def explain(
     height: _Integer | None = None,
     **settings: Unpack[_Settings],
 ) -> list[dict[str, Any]]: ...
+def lights(scene: Scene) -> list[Light]: ...
 def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(
     text: str | bytes, format: str, folder: _Path = ..., **options: Unpack[_LoadOptions]

@@ -51,6 +51,33 @@ def of_parts(keys: Mapping[str, Any]) -> tuple[dict[str, Any], list[tuple[str, s
     return _Scene(keys).values()
 
 
+def of_material(
+    material: Any, parts: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    """The values of a square of a material, seen from +z."""
+    materials = dict(parts.get("materials") or {})
+    name = "material"
+    if isinstance(material, str) and material in materials:
+        name = material
+    else:
+        while name in materials:
+            name += "_"
+        materials[name] = material
+    square = {"type": "rectangle", "material": name}
+    values, places = of_parts({**parts, "materials": materials, "objects": [square]})
+    return values, [(f"materials.{name}", "material"), *places]
+
+
+def of_phase(
+    phase: Any, parts: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    """The values of a cube of a medium with a phase function."""
+    medium = {"type": "homogeneous", "extinction": 1, "albedo": 1, "phase": phase}
+    cube = {"type": "cube", "media": {"interior": "phase"}}
+    values, places = of_parts({**parts, "media": {"phase": medium}, "objects": [cube]})
+    return values, [("media.phase.phase", "phase"), *places]
+
+
 class _Scene:
     def __init__(self, keys: Mapping[str, Any]) -> None:
         self.keys = dict(keys)

@@ -224,7 +224,7 @@ fn bound(
 }
 
 /// Runs queries that end soon after the flag is set.
-fn stoppable<T: Send + 'static>(
+pub(crate) fn stoppable<T: Send + 'static>(
     py: Python<'_>,
     queries: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {

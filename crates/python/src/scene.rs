@@ -355,7 +355,7 @@ impl Scene {
     }
 
     /// A scene made of values; `places` has the names of its parts for messages.
-    fn of_values(
+    pub(crate) fn of_values(
         values: &Bound<'_, PyDict>,
         places: &Places,
         folder: &Path,

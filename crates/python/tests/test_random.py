@@ -33,7 +33,8 @@ def any_array(draw: Callable[..., Any]) -> Any:
         made = np.zeros(shape, dtype)
     else:
         made = draw(arrays.arrays(dtype, shape))
-    layout = draw(st.sampled_from(["as made", "reversed", "Fortran", "strided", "unaligned", "fixed"]))
+    layouts = ["as made", "reversed", "Fortran", "strided", "unaligned", "fixed"]
+    layout = draw(st.sampled_from(layouts))
     if layout == "reversed" and made.ndim:
         return made[::-1]
     if layout == "Fortran":
@@ -130,3 +131,25 @@ def test_values_of_scenes(value: Any) -> None:
     for key in ["objects", "lights", "materials", "cameras", "settings", "name"]:
         result(lambda: pathtracer.Scene.from_dict({"pathtracer": 1, key: value}))
         result(lambda: pathtracer.Scene(**{key: value}))
+
+
+LOBE = pathtracer.Bsdf("diffuse")
+PHASE = pathtracer.PhaseFunction("rayleigh")
+(LIGHT,) = pathtracer.lights(pathtracer.Scene(lights=[build.ConstantLight(radiance=1)]))
+
+
+@MANY
+@given(any_value(), any_value(), any_value())
+def test_lobes_and_lights(first: Any, second: Any, normal: Any) -> None:
+    for function in [LOBE.eval, LOBE.pdf, LOBE.sample, PHASE.eval, PHASE.sample]:
+        result(lambda: function(first, second))
+    for light in [LIGHT.sample, LIGHT.pdf]:
+        result(lambda: light(first, second, normal))
+
+
+@MANY
+@given(any_value())
+def test_materials(value: Any) -> None:
+    result(lambda: pathtracer.Bsdf(value))
+    result(lambda: pathtracer.Bsdf(build.DiffuseMaterial(reflectance=value)))
+    result(lambda: pathtracer.PhaseFunction(build.TablePhase(values=value)))
