@@ -32,6 +32,7 @@ pub mod fingerprint;
 pub mod light_groups;
 pub mod memory;
 mod parts;
+pub mod probes;
 pub mod provenance;
 pub mod queries;
 pub mod scene_stats;
@@ -57,9 +58,10 @@ pub use pt_cpu::{
     RenderStatistics, integrator,
 };
 pub use pt_formats::{
-    FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, SaveError, camera_file,
-    camera_index, is_scene, load, load_with, parse_with, read_content_with, read_with, save,
-    source_file, suggestions, views,
+    Attachment, FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, Numbers, SaveError,
+    SceneValues, camera_file, camera_index, is_scene, load, load_with, parse_with,
+    read_content_with, read_values_with, read_with, save, source_file, suggestions, values_of,
+    views,
 };
 pub use pt_image as image;
 pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};

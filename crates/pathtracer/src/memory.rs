@@ -4,7 +4,8 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 pub use pt_memory::{
-    available_bytes, is_short, limit, peak_bytes, return_large_arrays, set_limit, used_bytes,
+    Grant, ask, available_bytes, is_short, limit, peak_bytes, return_large_arrays, set_limit,
+    used_bytes,
 };
 use pt_scene::{Geometry, Scene};
 

@@ -32,7 +32,7 @@ use std::time::Duration;
 
 pub use encoded::Encoded;
 pub use error::LoadError;
-pub use json::schema as json_schema;
+pub use json::{Attachment, Numbers, SceneValues, schema as json_schema, values_of};
 use pt_io::guarded;
 use pt_scene::{Geometry, Hint, Scene, SourceFile, Warning};
 pub use save::{SaveError, save};
@@ -297,6 +297,19 @@ pub fn read_with(path: &Path, options: &LoadOptions) -> LoadResult {
 pub fn read_content_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> LoadResult {
     match format_of(path) {
         Ok(format) => format.read_content(bytes, path, options),
+        Err(error) => LoadResult::failed(error),
+    }
+}
+
+/// Reads a scene from the values of the project's own format; `folder` is the one to which paths in
+/// it are relative.
+pub fn read_values_with(values: SceneValues, folder: &Path, options: &LoadOptions) -> LoadResult {
+    let path = &folder.join("scene.json");
+    match format_of(path) {
+        Ok(format) => {
+            let context = LoadContext::new(path, options);
+            format.read(path, &context, || json::parse_values(values, path, &context))
+        }
         Err(error) => LoadResult::failed(error),
     }
 }

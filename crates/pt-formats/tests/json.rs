@@ -7,6 +7,10 @@ mod meaning;
 mod measured;
 #[path = "json/pages.rs"]
 mod pages;
+#[path = "json/python.rs"]
+mod python;
+#[path = "json/python_words.rs"]
+mod python_words;
 #[path = "json/round_trip.rs"]
 mod round_trip;
 #[path = "json/schema.rs"]

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, Unpack
 
+from . import build
+
 _Path = str | os.PathLike[str]
 _Integer = SupportsIndex | str
 _Real = SupportsFloat | str
@@ -14,20 +16,25 @@ _Integers = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
 _Tonemap = Literal["linear", "filmic", "agx", "aces", "pbr-neutral"]
 
 __all__ = [
+    "Bsdf",
     "Bvh",
     "Finding",
     "Hits",
     "Image",
     "Images",
     "Interrupted",
+    "Light",
     "PartialRender",
+    "PhaseFunction",
     "Progress",
+    "Sampler",
     "Scene",
     "SceneError",
     "__version__",
     "cluster_command",
     "default_scene",
     "explain",
+    "lights",
     "load",
     "loads",
     "merge",
@@ -44,15 +51,39 @@ __all__ = [
 
 __version__: str
 
-class _LoadOptions(TypedDict, total=False):
-    variables: Mapping[str, object] | None
-    time: float | None
+class _ReadingOptions(TypedDict, total=False):
     allow_outside: bool | None
     allow_folders: Sequence[_Path] | None
     limits: Mapping[str, int] | None
-    camera: str | int | None
     point_radius: float | None
     strict: bool | None
+
+class _LoadOptions(_ReadingOptions, total=False):
+    variables: Mapping[str, object] | None
+    time: float | None
+    camera: str | int | None
+
+_Values = Mapping[str, Any]
+
+class _SceneParts(_ReadingOptions, total=False):
+    camera: build.Camera | None
+    cameras: Sequence[build.Camera] | None
+    used_camera: int | None
+    objects: Sequence[build.Object] | None
+    lights: Sequence[build.Light] | None
+    settings: build.Settings | _Values | None
+    materials: Mapping[str, build.Material] | None
+    media: Mapping[str, build.Medium] | None
+    meshes: Mapping[str, build.Mesh | _Values] | None
+    points: Mapping[str, build.Points | _Values] | None
+    images: Mapping[str, build.Image | _Values] | None
+    textures: Mapping[str, build.Texture] | None
+    grids: Mapping[str, build.Grid | _Values] | None
+    profiles: Mapping[str, build.IesProfile | _Values] | None
+    measurements: Mapping[str, build.Measurements | _Values] | None
+    motions: Mapping[str, Sequence[build.MotionKey | _Values]] | None
+    name: str | None
+    metres_per_unit: float | None
 
 class _Settings(TypedDict, total=False):
     resolution: _Integers | None
@@ -139,10 +170,12 @@ class Finding:
 
 @final
 class Scene:
+    def __new__(cls, *, folder: _Path = ..., **parts: Unpack[_SceneParts]) -> Self: ...
     @staticmethod
     def from_dict(
         scene: dict[str, Any], folder: _Path = ..., **options: Unpack[_LoadOptions]
     ) -> Scene: ...
+    def to_dict(self) -> dict[str, Any]: ...
     @property
     def name(self) -> str: ...
     @property
@@ -167,6 +200,56 @@ class Scene:
         *,
         tmin: ArrayLike | None = None,
     ) -> NDArray[np.bool_]: ...
+
+_Floats = NDArray[np.float32]
+
+@final
+class Bsdf:
+    def __new__(
+        cls,
+        material: build.Material,
+        *,
+        uv: tuple[float, float] = ...,
+        choice: float = 0.5,
+        **parts: Unpack[_SceneParts],
+    ) -> Self: ...
+    def eval(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def pdf(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[_Floats, _Floats, _Floats]: ...
+
+@final
+class Light:
+    @property
+    def kind(self) -> str: ...
+    def sample(
+        self, position: ArrayLike, u: ArrayLike, normal: ArrayLike | None = None
+    ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+    def pdf(
+        self, position: ArrayLike, wi: ArrayLike, normal: ArrayLike | None = None
+    ) -> _Floats: ...
+
+@final
+class PhaseFunction:
+    def __new__(cls, phase: build.Phase, **parts: Unpack[_SceneParts]) -> Self: ...
+    def eval(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def pdf(self, wo: ArrayLike, wi: ArrayLike) -> _Floats: ...
+    def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[_Floats, _Floats]: ...
+
+@final
+class Sampler:
+    def __new__(
+        cls,
+        kind: Literal["sobol", "zsobol", "stratified", "independent"] = "sobol",
+        *,
+        seed: SupportsIndex = 0,
+    ) -> Self: ...
+    def points(
+        self,
+        n: SupportsIndex,
+        dims: SupportsIndex,
+        *,
+        pixel: tuple[SupportsIndex, SupportsIndex] = ...,
+    ) -> _Floats: ...
 
 @final
 class Hits:
@@ -321,6 +404,7 @@ def explain(
     height: _Integer | None = None,
     **settings: Unpack[_Settings],
 ) -> list[dict[str, Any]]: ...
+def lights(scene: Scene) -> list[Light]: ...
 def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(
     text: str | bytes, format: str, folder: _Path = ..., **options: Unpack[_LoadOptions]

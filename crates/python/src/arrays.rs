@@ -93,7 +93,8 @@ impl<'py> Numbers<'py> {
     /// Copy of the values in row order.
     fn values<T: Element + Copy>(&self, dtype: &str) -> PyResult<Vec<T>> {
         let numpy = self.array.py().import("numpy")?;
-        let array = numpy.call_method1("ascontiguousarray", (&self.array, dtype))?;
+        let layout = ["C_CONTIGUOUS", "ALIGNED"];
+        let array = numpy.call_method1("require", (&self.array, dtype, layout))?;
         let array: PyReadonlyArrayDyn<'_, T> = array.extract()?;
         Ok(array.as_slice()?.to_vec())
     }

@@ -11,6 +11,7 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 
 use crate::finding::Finding;
+use crate::places::Places;
 
 pyo3::create_exception!(
     pathtracer,
@@ -37,6 +38,14 @@ pub(crate) fn of_load(py: Python<'_>, error: &LoadError) -> PyErr {
     }
     let findings = error.each().iter().map(Finding::of_error).collect();
     of_scene(py, error.to_string(), findings)
+}
+
+/// Error of a scene that was made of values.
+pub(crate) fn of_values(py: Python<'_>, error: &LoadError, places: &Places) -> PyErr {
+    let findings: Vec<_> = error.each().iter().map(|e| Finding::of_value(e, places)).collect();
+    let lines = findings.iter().take(LoadError::MAX_SHOWN).map(Finding::to_string);
+    let message = lines.collect::<Vec<_>>().join("\n");
+    of_scene(py, message, findings)
 }
 
 /// Error of a command on films and images.

@@ -1,9 +1,12 @@
 //! Findings about scenes.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use pathtracer::{LoadError, Span, Warning};
 use pyo3::prelude::*;
+
+use crate::places::Places;
 
 /// An error of a scene, a missing file, or a note.
 #[pyclass(frozen, module = "pathtracer")]
@@ -26,6 +29,13 @@ impl Finding {
         Self::new(severity, Some(at.clone()), message.clone())
     }
 
+    /// An error of a scene that was made of values, which have names in place of locations.
+    pub(crate) fn of_value(error: &LoadError, places: &Places) -> Self {
+        let element = error.place().map(|at| places.of(&at.element)).unwrap_or_default();
+        let (file, line, column) = (PathBuf::new(), 0, 0);
+        Self::new("error", Some(Span { file, line, column, element }), error.message())
+    }
+
     pub(crate) fn of_error(error: &LoadError) -> Self {
         Self::new("error", error.place().cloned(), error.message())
     }
@@ -36,7 +46,7 @@ impl Finding {
     /// pathlib.Path or None: File.
     #[getter]
     fn file(&self) -> Option<PathBuf> {
-        self.at.as_ref().map(|at| at.file.clone())
+        self.at.as_ref().map(|at| at.file.clone()).filter(|file| !file.as_os_str().is_empty())
     }
 
     /// int or None: Line, from 1.
@@ -58,13 +68,21 @@ impl Finding {
     }
 
     fn __str__(&self) -> String {
-        match &self.at {
-            Some(at) => format!("{at}: {}", self.message),
-            None => self.message.clone(),
-        }
+        self.to_string()
     }
 
     fn __repr__(&self) -> String {
-        format!("<Finding {}: {}>", self.severity, self.__str__())
+        format!("<Finding {}: {self}>", self.severity)
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let message = &self.message;
+        match &self.at {
+            Some(at) if !at.file.as_os_str().is_empty() => write!(f, "{at}: {message}"),
+            Some(at) if !at.element.is_empty() => write!(f, "{}: {message}", at.element),
+            _ => f.write_str(message),
+        }
     }
 }

@@ -14,12 +14,16 @@ mod finding;
 mod image;
 mod load;
 mod parts;
+mod places;
+mod probes;
 mod progress;
 mod queries;
 mod reading;
 mod render;
+mod sampler;
 mod scene;
 mod settings;
+mod values;
 mod worker;
 
 use std::ffi::OsString;
@@ -43,6 +47,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<finding::Finding>()?;
     module.add_class::<bvh::Bvh>()?;
     module.add_class::<queries::Hits>()?;
+    module.add_class::<probes::Bsdf>()?;
+    module.add_class::<probes::Light>()?;
+    module.add_class::<probes::PhaseFunction>()?;
+    module.add_class::<sampler::Sampler>()?;
+    module.add_function(wrap_pyfunction!(probes::lights, module)?)?;
     module.add_class::<image::Image>()?;
     module.add_class::<render::Images>()?;
     module.add_class::<progress::Progress>()?;

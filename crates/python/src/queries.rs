@@ -224,7 +224,7 @@ fn bound(
 }
 
 /// Runs queries that end soon after the flag is set.
-fn stoppable<T: Send + 'static>(
+pub(crate) fn stoppable<T: Send + 'static>(
     py: Python<'_>,
     queries: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
@@ -241,7 +241,7 @@ fn stoppable<T: Send + 'static>(
 }
 
 /// Array of this shape, with one more dimension for vectors; the values are not copied.
-fn array<T: Element>(
+pub(crate) fn array<T: Element>(
     py: Python<'_>,
     values: Vec<T>,
     shape: &[usize],

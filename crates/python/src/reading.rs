@@ -3,13 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use pathtracer::{FORMATS, Format, Limits, LoadOptions, LoadResult, Placement, suggestions};
+use pathtracer::{
+    FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, Placement, SceneValues,
+    suggestions,
+};
 use pt_cli::SceneOrigin;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyString};
 
-use crate::errors::{in_argument, of_load};
+use crate::errors::{in_argument, of_load, of_values};
+use crate::places::Places;
 use crate::worker::{self, End};
 
 /// Options of reading a scene, and the placement of its camera.
@@ -23,7 +27,7 @@ pub(crate) struct Reading {
 type Read = (pathtracer::Scene, SceneOrigin);
 
 /// Names of the options.
-const OPTIONS: [&str; 8] = [
+pub(crate) const OPTIONS: [&str; 8] = [
     "allow_folders",
     "allow_outside",
     "camera",
@@ -112,6 +116,26 @@ impl Reading {
         })
     }
 
+    /// Reads a scene made of values, which refers to files of a folder.
+    pub(crate) fn values(
+        self,
+        py: Python<'_>,
+        values: SceneValues,
+        folder: &Path,
+        places: &Places,
+    ) -> PyResult<Read> {
+        let origin = self.origin(None)?;
+        let (options, folder) = (self.options, folder.to_owned());
+        let read = move || {
+            let name = PathBuf::from("scene in memory (.json)");
+            let source = pathtracer::source_file(&name, values.text.as_bytes());
+            let mut reading = pathtracer::read_values_with(values, &folder, &options);
+            reading.sources.insert(0, source);
+            reading
+        };
+        run_with(py, origin, read, |error| of_values(py, error, places))
+    }
+
     /// Origin of the scene, without its sources.
     fn origin(&self, file: Option<PathBuf>) -> PyResult<SceneOrigin> {
         Ok(SceneOrigin {
@@ -168,13 +192,23 @@ fn run(
     origin: SceneOrigin,
     read: impl FnOnce() -> LoadResult + Send + 'static,
 ) -> PyResult<Read> {
+    run_with(py, origin, read, |error| of_load(py, error))
+}
+
+/// [`run`] with the conversion of its error.
+fn run_with(
+    py: Python<'_>,
+    origin: SceneOrigin,
+    read: impl FnOnce() -> LoadResult + Send + 'static,
+    convert: impl FnOnce(&LoadError) -> PyErr,
+) -> PyResult<Read> {
     // A reader cannot be stopped; it ends on its own.
     let LoadResult { scene, sources, .. } =
         match worker::run(py, read, |_| Ok(()), || Duration::ZERO)? {
             End::Done(reading) => reading,
             End::Stopped(error, _) => return Err(error),
         };
-    let mut scene = scene.map_err(|error| of_load(py, &error))?;
+    let mut scene = scene.map_err(|error| convert(&error))?;
     if let Some(placement) = origin.placement {
         scene.place_camera(placement);
     }

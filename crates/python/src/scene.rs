@@ -1,24 +1,64 @@
 //! Scenes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use pathtracer::queries::{SceneQueries, SurfaceHit};
-use pathtracer::scene_stats;
+use pathtracer::{scene_stats, suggestions};
 use pt_cli::SceneOrigin;
 use pt_math::Ray;
 use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCFunction, PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use crate::errors::of_render;
 use crate::finding::Finding;
+use crate::places::Places;
 use crate::queries::{self, Found, Hits, RayArrays, Target};
-use crate::reading::Reading;
+use crate::reading::{OPTIONS, Reading};
+use crate::values;
 use crate::worker::{self, End};
 
-/// A scene: shapes, materials, lights and cameras, as :func:`load` returns it.
+/// A scene: shapes, materials, lights and cameras, as :func:`load` returns it, or made of parts.
+///
+/// Parts are those of :mod:`pathtracer.build`, or dictionaries of a scene file; the keywords are
+/// the keys of a scene file. A part that several others use is stored once.
+///
+/// Parameters
+/// ----------
+/// camera : Camera, optional
+///     Camera; the whole scene is visible by default.
+/// cameras : sequence of Camera, optional
+///     Cameras, in place of `camera`.
+/// used_camera : int, optional
+///     Index of the active camera; by default the last one.
+/// objects : sequence of Object, optional
+///     Objects.
+/// lights : sequence of Light, optional
+///     Lights.
+/// settings : Settings, optional
+///     Settings of renders, which the keywords of :func:`render` replace.
+/// materials, media, textures, images, meshes, points : dict of str to parts, optional
+///     Parts to which others may refer by name.
+/// grids, profiles, measurements, motions : dict of str to parts, optional
+///     Further parts to which others may refer by name.
+/// name : str, optional
+///     Name of the scene.
+/// metres_per_unit : float, optional
+///     Metres per unit of length, 1 by default.
+/// folder : str or os.PathLike, optional
+///     Folder of the files to which the scene refers; by default the current one.
+/// allow_outside, allow_folders, limits, point_radius, strict : optional
+///     As for :func:`load`.
+///
+/// Raises
+/// ------
+/// SceneError
+///     If the scene is invalid; `errors` names the arguments.
+/// TypeError, ValueError
+///     If a value has no counterpart in a scene file, or a keyword is unknown; the message names
+///     it.
 #[pyclass(frozen, module = "pathtracer")]
 #[expect(clippy::struct_field_names, reason = "a scene of Python has one of the library")]
 pub(crate) struct Scene {
@@ -27,6 +67,28 @@ pub(crate) struct Scene {
     /// Surfaces, once a ray was asked for.
     surfaces: OnceLock<Arc<Surfaces>>,
 }
+
+/// Keys of a scene.
+const KEYS: [&str; 18] = [
+    "camera",
+    "cameras",
+    "grids",
+    "images",
+    "lights",
+    "materials",
+    "measurements",
+    "media",
+    "meshes",
+    "metres_per_unit",
+    "motions",
+    "name",
+    "objects",
+    "points",
+    "profiles",
+    "settings",
+    "textures",
+    "used_camera",
+];
 
 /// Surfaces of a scene.
 struct Surfaces(SceneQueries);
@@ -61,33 +123,43 @@ fn with_unit_directions(rays: &[Ray]) -> (Vec<Ray>, Vec<f64>) {
     rays.iter().map(unit).unzip()
 }
 
-/// Text of JSON; arrays of NumPy become lists, and paths text.
-fn json_of<'py>(scene: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
-    let py = scene.py();
-    let default = |arguments: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| {
-        let value = arguments.get_item(0)?;
-        let converted = ["tolist", "__fspath__"].map(|method| value.call_method0(method));
-        let [list, path] = converted;
-        list.or(path).map(Bound::unbind).map_err(|_| {
-            let found = value.get_type().to_string();
-            PyTypeError::new_err(format!("scene: found {found}, expected values of JSON or arrays"))
-        })
-    };
-    let options = PyDict::new(py);
-    options.set_item("default", PyCFunction::new_closure(py, None, None, default)?)?;
-    options.set_item("allow_nan", false)?;
-    py.import("json")?.call_method("dumps", (scene,), Some(&options))
-}
-
 #[pymethods]
 impl Scene {
+    #[new]
+    #[pyo3(signature = (*, folder = PathBuf::new(), **keys))]
+    fn of_parts(
+        py: Python<'_>,
+        folder: PathBuf,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let (parts, options) = (PyDict::new(py), PyDict::new(py));
+        for (name, value) in keys.into_iter().flatten() {
+            let name: String = name.extract()?;
+            let of_scene = KEYS.contains(&name.as_str());
+            if !of_scene && !OPTIONS.contains(&name.as_str()) {
+                let known = KEYS.into_iter().chain(OPTIONS);
+                return Err(PyTypeError::new_err(match suggestions(&name, known).first() {
+                    Some(near) => format!("unknown keyword {name:?}; did you mean {near:?}?"),
+                    None => format!("unknown keyword {name:?}; known: {}", KEYS.join(", ")),
+                }));
+            }
+            (if of_scene { &parts } else { &options }).set_item(name, value)?;
+        }
+        let values = py.import("pathtracer._values")?.call_method1("of_parts", (parts,))?;
+        let (values, places): (Bound<'_, PyDict>, Vec<(String, String)>) = values.extract()?;
+        Self::of_values(&values, &Places::new(places), &folder, Some(&options))
+    }
+
     /// Creates a scene from values of the project's own format.
     ///
     /// Parameters
     /// ----------
     /// scene : dict
     ///     Content of a scene file (.json): dictionaries, lists, numbers, text and truth values;
-    ///     also arrays of NumPy in place of lists, and paths.
+    ///     paths as text or os.PathLike. In place of lists, arrays of NumPy, or of any library with
+    ///     DLPack or the buffer protocol, in the memory of the processor; each is copied once. In
+    ///     place of the path of a profile or of a measured material, the content of the file, as
+    ///     bytes.
     /// folder : str or os.PathLike, optional
     ///     Folder of the files to which the scene refers; by default the current one.
     /// **options
@@ -102,7 +174,7 @@ impl Scene {
     /// SceneError
     ///     If the content is invalid; `errors` names the fields.
     /// TypeError, ValueError
-    ///     If a value has no counterpart in JSON, or as :func:`load`.
+    ///     If a value has no counterpart in JSON, which the message names, or as :func:`load`.
     #[staticmethod]
     #[pyo3(signature = (scene, folder = PathBuf::new(), **options))]
     fn from_dict(
@@ -110,9 +182,25 @@ impl Scene {
         folder: PathBuf,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let text: String = json_of(scene)?.extract()?;
-        let reading = Reading::new(options)?;
-        reading.content(scene.py(), text.into_bytes(), "json", &folder).map(Self::new)
+        Self::of_values(scene, &Places::default(), &folder, options)
+    }
+
+    /// Returns the scene as values of the project's own format, the inverse of :meth:`from_dict`.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Content of a scene file (.json). Meshes, points and grids have arrays of float32 and
+    ///     uint32 in place of lists. Images have `pixels`, of float32 and shape (height, width, 3),
+    ///     in linear light. The `file` of a profile or of a measured material is its content, as
+    ///     bytes. The arrays are copies: changes of them do not change this scene.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a number of the scene is not finite.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        values::to_python(py, &self.scene)
     }
 
     /// str: Name of the scene: the one of the file, or the name of the file.
@@ -264,6 +352,18 @@ impl Scene {
     pub(crate) fn new((scene, origin): (pathtracer::Scene, SceneOrigin)) -> Self {
         let (scene, origin) = (Arc::new(scene), Arc::new(origin));
         Self { scene, origin, surfaces: OnceLock::new() }
+    }
+
+    /// A scene made of values; `places` has the names of its parts for messages.
+    pub(crate) fn of_values(
+        values: &Bound<'_, PyDict>,
+        places: &Places,
+        folder: &Path,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let reading = Reading::new(options)?;
+        let of_scene = values::of_python(values, places)?;
+        reading.values(values.py(), of_scene, folder, places).map(Self::new)
     }
 
     /// The scene and its origin, for other threads.

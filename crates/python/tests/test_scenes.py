@@ -91,8 +91,16 @@ def test_scenes_are_made_from_values_and_arrays() -> None:
     [
         ({"objects": [{"type": "spere"}]}, pathtracer.SceneError, "spere"),
         ({"object": []}, pathtracer.SceneError, "object"),
-        ({"lights": [{"type": "constant", "radiance": float("nan")}]}, ValueError, "JSON"),
-        ({"lights": [object()]}, TypeError, "scene: found .*object.*, expected values of JSON"),
+        (
+            {"lights": [{"type": "constant", "radiance": float("nan")}]},
+            ValueError,
+            r"lights\[0\].radiance: found NaN, expected a finite number",
+        ),
+        (
+            {"lights": [object()]},
+            TypeError,
+            r"lights\[0\]: found a value of type object, expected values of JSON",
+        ),
     ],
 )
 def test_wrong_values_are_named(

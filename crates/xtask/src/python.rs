@@ -13,6 +13,7 @@ use crate::venv::{self, Installation};
 const BUILD: &[&str] = &["maturin>=1.16,<2"];
 /// Packages that test the installed module; pyright brings its own Node.js.
 const TEST: &[&str] = &[
+    "hypothesis",
     "ipykernel",
     "mypy",
     "nbclient",

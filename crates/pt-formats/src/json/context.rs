@@ -10,6 +10,7 @@ use pt_scene::medium::Grid;
 use pt_scene::{IesProfile, Mesh, Motion, Points, Texture};
 
 use crate::error::LoadError;
+use crate::json::attached::{self, Attachment, Numbers};
 use crate::json::node::JsonNode;
 use crate::json::printer::{Entries, Out};
 use crate::shared::context::LoadContext;
@@ -135,6 +136,8 @@ pub(super) struct JsonWriter<'a> {
     /// Entries of each table, in order of first use.
     pub(super) tables: HashMap<&'static str, Entries>,
     pub(super) files: Vec<OutFile>,
+    /// Arrays and contents of files of a scene in memory, which has no files beside it.
+    pub(super) attachments: Option<Vec<Attachment>>,
     /// Names of table entries, by address.
     pub(super) names: HashMap<(&'static str, usize), String>,
     pub(super) taken: HashMap<&'static str, Unique>,
@@ -146,8 +149,32 @@ impl<'a> JsonWriter<'a> {
         Self { folder, materials, media, ..Self::default() }
     }
 
-    /// Adds a file beside the scene, and returns its path.
+    /// The same for a scene that stays in memory.
+    pub(super) fn in_memory(materials: &'a [String], media: &'a [String]) -> Self {
+        Self { attachments: Some(Vec::new()), ..Self::new(String::new(), materials, media) }
+    }
+
+    /// Returns true if the scene stays in memory.
+    pub(super) fn is_in_memory(&self) -> bool {
+        self.attachments.is_some()
+    }
+
+    /// Attaches an array to a scene in memory, and returns the reference to it.
+    pub(super) fn array(&mut self, shape: &[usize], numbers: Numbers) -> Out {
+        self.attach(Attachment::Array { shape: shape.to_vec(), numbers })
+    }
+
+    fn attach(&mut self, attachment: Attachment) -> Out {
+        let all = self.attachments.get_or_insert_default();
+        all.push(attachment);
+        attached::reference(all.len() - 1)
+    }
+
+    /// Adds a file beside the scene, and returns its path; in memory, attaches its content.
     pub(super) fn file(&mut self, name: &str, ending: &str, bytes: Vec<u8>) -> Out {
+        if self.is_in_memory() {
+            return self.attach(Attachment::Content(bytes));
+        }
         let is_safe = |c: char| c.is_alphanumeric() || "-_".contains(c);
         let safe: String =
             name.chars().map(|c| if is_safe(c) { c } else { '_' }).take(60).collect();

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::Arc;
 
 use pt_image::{PixelEncoding, SaveOptions, encode};
@@ -13,10 +14,12 @@ use pt_scene::medium::Grid;
 use serde_json::{Value, json};
 
 use super::super::{measured, vol};
-use super::codec::JsonCodec;
+use super::attached::Numbers;
+use super::codec::{FieldCodec, JsonCodec};
 use super::context::{EntryTables, JsonReader, JsonWriter};
 use super::node::JsonNode;
-use super::number::{ANY, numbers, vector_schema};
+use super::number::{ANY, Each, numbers, vector_schema};
+use super::pixels;
 use super::printer::Out;
 use super::schema::{Properties, Schemas};
 use super::shared::TableEntry;
@@ -27,7 +30,7 @@ use crate::shared::placeholder;
 /// Maximum number of values of an inline list.
 pub(super) const MAX_INLINE: usize = 300;
 
-/// `{"file": "a.png", "raw": true}`.
+/// `{"file": "a.png", "raw": true}`, or `{"pixels": [[[r, g, b], …], …]}`.
 impl TableEntry for Image {
     const TABLE: (&'static str, &'static str) = ("images", "image");
 
@@ -46,9 +49,17 @@ impl TableEntry for Image {
 
     fn read_entry(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
-        let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
+        let [file, pixels] = ["file", "pixels"].map(|key| keys.take(key));
         let is_raw = keys.take("raw").map_or(Ok(false), |raw| bool::read(&raw, cx))?;
         keys.finish()?;
+        let file = match (file, pixels) {
+            (Some(file), None) => file,
+            (None, Some(pixels)) => return pixels::read(&pixels, is_raw, cx).map(Arc::new),
+            (None, None) => return Err(node.error("missing \"file\" or \"pixels\"")),
+            (Some(_), Some(pixels)) => {
+                return Err(pixels.error("expected a \"file\" or \"pixels\", found both"));
+            }
+        };
         let path = cx.path(&file)?;
         let place = (path.clone(), is_raw);
         if let Some(known) = cx.files.images.get(&place) {
@@ -68,6 +79,9 @@ impl TableEntry for Image {
     }
 
     fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
+        if cx.is_in_memory() {
+            return Ok(Out::Object(vec![("pixels".to_owned(), pixels::write(self, cx))]));
+        }
         let name = cx.key.clone();
         let options = SaveOptions::default();
         let bytes = encode(self, "image.exr".as_ref(), &options).map_err(|e| e.to_string())?;
@@ -76,9 +90,16 @@ impl TableEntry for Image {
 
     fn schema_of_entry(schemas: &mut Schemas) -> Value {
         schemas.define("Image", |_| {
-            let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
             let raw = json!({"type": "boolean", "default": false});
-            Properties::any_of(&[file.with_schema("raw", raw, false)], false)
+            let one = |key: &str, value: Value| {
+                Properties::default().with_schema(key, value, true).with_schema(
+                    "raw",
+                    raw.clone(),
+                    false,
+                )
+            };
+            let file = one("file", json!({"type": "string"}));
+            Properties::any_of(&[file, one("pixels", pixels::schema())], false)
         })
     }
 }
@@ -117,15 +138,20 @@ impl TableEntry for Grid {
     }
 
     fn write_entry(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
-        if self.values.len() > MAX_INLINE {
+        if !cx.is_in_memory() && self.values.len() > MAX_INLINE {
             let name = cx.key.clone();
             let bytes = vol::write(self)?;
             return Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "vol", bytes))]));
         }
+        let values = if cx.is_in_memory() {
+            cx.array(&shape_of(self.resolution, self.channels), Numbers::Reals(self.values.clone()))
+        } else {
+            numbers(&self.values)?
+        };
         Ok(Out::Object(vec![
             ("resolution".to_owned(), self.resolution.write(cx)?),
             ("channels".to_owned(), self.channels.write(cx)?),
-            ("values".to_owned(), numbers(&self.values)?),
+            ("values".to_owned(), values),
         ]))
     }
 
@@ -143,6 +169,11 @@ impl TableEntry for Grid {
     }
 }
 
+/// Shape of the array of the values of a grid.
+fn shape_of([x, y, z]: [u32; 3], channels: u32) -> [usize; 4] {
+    [z, y, x, channels].map(|count| count as usize)
+}
+
 fn inline_grid(
     node: &JsonNode<'_>,
     resolution: &JsonNode<'_>,
@@ -151,11 +182,19 @@ fn inline_grid(
     cx: &mut JsonReader<'_>,
 ) -> Result<Grid, LoadError> {
     let resolution = <[u32; 3]>::read(resolution, cx)?;
-    let values: Vec<f32> = values
-        .list("a list of numbers")?
-        .iter()
-        .map(|value| ANY.number(value))
-        .collect::<Result<_, _>>()?;
+    let values: Vec<f32> = match values.array() {
+        Some((shape, numbers)) => {
+            let whole = shape_of(resolution, channels);
+            let is_right =
+                shape.len() == 1 || shape == whole || channels == 1 && shape == whole[..3];
+            if !is_right {
+                let expected = format!("(n,) or {whole:?}, by z, y, x and channel");
+                return Err(values.wrong_shape(&shape, &expected));
+            }
+            values.reals(numbers, 1)?
+        }
+        None => Each(ANY).read(values, cx)?,
+    };
     let wanted =
         resolution.iter().try_fold(channels as usize, |all, n| all.checked_mul(*n as usize));
     if !matches!(channels, 1 | 3 | 6) || wanted != Some(values.len()) || values.is_empty() {
@@ -181,6 +220,10 @@ impl TableEntry for IesProfile {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
         keys.finish()?;
+        if let Some(bytes) = file.content() {
+            let parsed = crate::ies::parse(&bytes, Path::new("profile.ies"));
+            return parsed.map(Arc::new).map_err(|error| file.error(error.message()));
+        }
         let path = cx.path(&file)?;
         if let Some(known) = cx.files.profiles.get(&path) {
             return Ok(Arc::clone(known));
@@ -217,6 +260,9 @@ impl TableEntry for Measurements {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("missing \"file\""))?;
         keys.finish()?;
+        if let Some(bytes) = file.content() {
+            return measured::parse(&bytes).map(Arc::new).map_err(|error| file.error(error));
+        }
         match cx.context.measurements(&cx.path(&file)?) {
             Ok(measurements) => Ok(measurements),
             Err(Unusable::Broken(why)) => Err(file.error(why)),

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 use super::super::{obj, ply, serialized, stl};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
+use super::attached::Numbers;
 use super::codec::JsonCodec;
 use super::context::{EntryTables, JsonReader, JsonWriter};
 use super::files::MAX_INLINE;
@@ -76,17 +77,12 @@ impl TableEntry for Mesh {
         if self.name != cx.key {
             out.push(("name".to_owned(), Out::text(&self.name)));
         }
-        let (bytes, key) = (to_bytes(self)?, cx.key.clone());
-        let is_shape = |make: MeshGenerator| {
-            let made = make();
-            made.triangles.len() == self.triangles.len()
-                && to_bytes(&made).is_ok_and(|made| made == bytes)
-        };
-        if let Some((shape, _)) = SHAPES.iter().find(|(_, make)| is_shape(*make)) {
-            out.push(("shape".to_owned(), Out::text(*shape)));
-        } else if count(self) <= MAX_INLINE {
+        if let Some(shape) = shape_of(self) {
+            out.push(("shape".to_owned(), Out::text(shape)));
+        } else if cx.is_in_memory() || count(self) <= MAX_INLINE {
             write_inline(self, &mut out, cx)?;
         } else {
+            let (bytes, key) = (to_bytes(self)?, cx.key.clone());
             out.push(("file".to_owned(), cx.file(&key, arrays::ENDING, bytes)));
         }
         Ok(Out::Object(out))
@@ -126,6 +122,15 @@ impl TableEntry for Mesh {
     fn name(&self) -> &str {
         &self.name
     }
+}
+
+/// Returns the name of the generated mesh that is equal, but for its name.
+fn shape_of(mesh: &Mesh) -> Option<&'static str> {
+    let is_equal = |make: MeshGenerator| {
+        let made = make();
+        made.triangles.len() == mesh.triangles.len() && to_bytes(&made) == to_bytes(mesh)
+    };
+    SHAPES.iter().find(|(_, make)| is_equal(*make)).map(|(shape, _)| *shape)
 }
 
 /// Returns the number of values of a mesh.
@@ -359,18 +364,43 @@ fn attribute<const N: usize>(
 }
 
 pub(super) fn vectors<const N: usize>(node: &JsonNode<'_>) -> Result<Vec<[f32; N]>, LoadError> {
+    if let Some(rows) = node.rows_of_reals() {
+        return rows;
+    }
     let expected = format!("{N} numbers");
     node.list("a list")?.iter().map(|item| vector(item, &ANY, &expected)).collect()
 }
 
-fn indices(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
-    Vec::read(node, cx)
+pub(super) fn indices<const N: usize>(
+    node: &JsonNode<'_>,
+    cx: &mut JsonReader<'_>,
+) -> Result<Vec<[u32; N]>, LoadError> {
+    node.rows_of_wholes().unwrap_or_else(|| Vec::read(node, cx))
+}
+
+/// Writes rows of numbers: an array in memory, otherwise lists.
+pub(super) fn write_vectors<const N: usize>(
+    rows: &[[f32; N]],
+    cx: &mut JsonWriter<'_>,
+) -> Result<Out, String> {
+    if cx.is_in_memory() {
+        return Ok(cx.array(&[rows.len(), N], Numbers::Reals(rows.as_flattened().to_vec())));
+    }
+    rows.iter().map(|row| numbers(row)).collect::<Result<_, _>>().map(Out::List)
+}
+
+/// Writes rows of indices: an array in memory, otherwise lists.
+pub(super) fn write_indices<const N: usize>(
+    rows: &[[u32; N]],
+    cx: &mut JsonWriter<'_>,
+) -> Result<Out, String> {
+    if cx.is_in_memory() {
+        return Ok(cx.array(&[rows.len(), N], Numbers::Wholes(rows.as_flattened().to_vec())));
+    }
+    rows.iter().map(|row| row.write(cx)).collect::<Result<_, _>>().map(Out::List)
 }
 
 fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Result<(), String> {
-    fn values<const N: usize>(values: &[[f32; N]]) -> Result<Out, String> {
-        values.iter().map(|v| numbers(v)).collect::<Result<_, _>>().map(Out::List)
-    }
     fn put<const N: usize>(
         attribute: Option<&Attribute<[f32; N]>>,
         [name, corners]: [&str; 2],
@@ -378,30 +408,30 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut JsonWriter<'_>) -> Resu
         cx: &mut JsonWriter<'_>,
     ) -> Result<(), String> {
         let Some(attribute) = attribute else { return Ok(()) };
-        out.push((name.to_owned(), values(&attribute.values)?));
+        out.push((name.to_owned(), write_vectors(&attribute.values, cx)?));
         if let Some(indices) = &attribute.indices {
-            out.push((corners.to_owned(), indices.write(cx)?));
+            out.push((corners.to_owned(), write_indices(indices, cx)?));
         }
         Ok(())
     }
-    out.push(("positions".to_owned(), values(&mesh.positions)?));
-    out.push(("triangles".to_owned(), mesh.triangles.write(cx)?));
+    out.push(("positions".to_owned(), write_vectors(&mesh.positions, cx)?));
+    out.push(("triangles".to_owned(), write_indices(&mesh.triangles, cx)?));
     put(mesh.normals.as_ref(), ["normals", "normal_indices"], out, cx)?;
     put(mesh.uvs.as_ref(), ["uvs", "uv_indices"], out, cx)?;
     put(mesh.colors.as_ref(), ["colors", "color_indices"], out, cx)?;
     if let Some(colors) = &mesh.face_colors {
-        out.push(("face_colors".to_owned(), values(colors)?));
+        out.push(("face_colors".to_owned(), write_vectors(colors, cx)?));
     }
     let Attributes { vertices, faces } = &mesh.attributes;
     for (key, named) in [("vertex_attributes", vertices), ("face_attributes", faces)] {
-        let entries = named.iter().map(|(name, of)| Ok((name.clone(), values(of)?)));
+        let entries = named.iter().map(|(name, of)| Ok((name.clone(), write_vectors(of, cx)?)));
         let entries = entries.collect::<Result<Entries, String>>()?;
         if !entries.is_empty() {
             out.push((key.to_owned(), Out::Object(entries)));
         }
     }
     if mesh.submeshes != single_part(mesh.triangles.len()) {
-        out.push(("parts".to_owned(), rows_of_parts(mesh).write(cx)?));
+        out.push(("parts".to_owned(), write_indices(&rows_of_parts(mesh), cx)?));
     }
     Ok(())
 }

@@ -7,7 +7,9 @@
 //! the tables of named items. Images, and all but small meshes and grids, are written to files
 //! beside the scene (`mesh.rs`, `files.rs`).
 
+mod array_nodes;
 mod arrays;
+mod attached;
 mod camera;
 mod codec;
 mod context;
@@ -20,6 +22,7 @@ mod mesh;
 mod node;
 mod number;
 mod object;
+mod pixels;
 mod points;
 mod printer;
 mod schema;
@@ -30,6 +33,8 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
+use attached::Attachments;
+pub use attached::{Attachment, Numbers, SceneValues};
 use codec::{JsonCodec, Plain, put};
 use context::{JsonReader, JsonWriter, OutFile, Unique};
 use node::{JsonDocument, JsonNode, ObjectKeys};
@@ -64,6 +69,24 @@ pub(super) fn parse(
     path: &Path,
     context: &Arc<LoadContext>,
 ) -> Result<Scene, LoadError> {
+    parse_with(bytes, Attachments::default(), path, context)
+}
+
+/// Reads a scene from a text and its attachments.
+pub(super) fn parse_values(
+    SceneValues { text, attachments }: SceneValues,
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
+    parse_with(text.as_bytes(), Attachments::new(attachments), path, context)
+}
+
+fn parse_with(
+    bytes: &[u8],
+    attachments: Attachments,
+    path: &Path,
+    context: &Arc<LoadContext>,
+) -> Result<Scene, LoadError> {
     let bytes = &*text::lines(bytes, path)?;
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
@@ -74,7 +97,7 @@ pub(super) fn parse(
         )
     })?;
     let value = node::parse(text, path)?;
-    let document = JsonDocument::new(text, path);
+    let document = JsonDocument::new(text, path, attachments);
     let root = JsonNode::root(&value, &document);
     let mut keys = root.keys()?;
     check_version(&mut keys)?;
@@ -196,10 +219,35 @@ fn numbers_of<T>(entries: &[(String, T)]) -> std::collections::HashMap<String, u
 pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = format!("{stem}_files");
-    let materials = unique(scene.materials.iter().map(|m| m.name.as_str()), "material");
-    let media = unique(scene.media.iter().map(|m| m.name.as_str()), "medium");
+    let (materials, media) = names_of(scene);
     let cx = &mut JsonWriter::new(folder.clone(), &materials, &media);
+    let bytes = write(scene, stem, cx)?.into_bytes();
+    let in_folder = |file: OutFile| (Path::new(&folder).join(file.name), file.bytes);
+    let files = cx.files.drain(..).map(in_folder).collect();
+    Ok(Encoded { bytes, files, notes: Vec::new() })
+}
+
+/// Converts a scene to a text with attachments, in place of files beside it.
+///
+/// # Errors
+/// As [`encode`].
+pub fn values_of(scene: &Scene) -> Result<SceneValues, String> {
+    let (materials, media) = names_of(scene);
+    let cx = &mut JsonWriter::in_memory(&materials, &media);
+    let text = write(scene, String::new(), cx)?;
+    Ok(SceneValues { text, attachments: cx.attachments.take().unwrap_or_default() })
+}
+
+/// Unique names of the materials and media of a scene.
+fn names_of(scene: &Scene) -> (Vec<String>, Vec<String>) {
+    let materials = unique(scene.materials.iter().map(|m| m.name.as_str()), "material");
+    (materials, unique(scene.media.iter().map(|m| m.name.as_str()), "medium"))
+}
+
+/// Writes a scene, whose name is that of the file by default.
+fn write(scene: &Scene, stem: String, cx: &mut JsonWriter<'_>) -> Result<String, String> {
     let defaults = Scene::default();
+    let (materials, media) = (cx.materials, cx.media);
     let mut head = vec![(HEADER.to_owned(), VERSION.write(cx)?)];
     put(&mut head, "name", &Plain, &scene.name, Some(stem), cx)?;
     put(&mut head, "metres_per_unit", &ABOVE_0, &scene.metres_per_unit, Some(1.0), cx)?;
@@ -207,8 +255,8 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     let mut body = Entries::new();
     put(&mut body, "cameras", &Plain, &scene.cameras, Some(Vec::new()), cx)?;
     put(&mut body, "used_camera", &Plain, &scene.used_camera, Some(None), cx)?;
-    write_named("media", &scene.media, &media, &mut body, cx)?;
-    write_named("materials", &scene.materials, &materials, &mut body, cx)?;
+    write_named("media", &scene.media, media, &mut body, cx)?;
+    write_named("materials", &scene.materials, materials, &mut body, cx)?;
     put(&mut body, "lights", &Plain, &scene.lights, Some(Vec::new()), cx)?;
     put(&mut body, "objects", &Plain, &scene.objects, Some(Vec::new()), cx)?;
     for table in TABLES {
@@ -217,9 +265,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
         );
     }
     head.append(&mut body);
-    let in_folder = |file: OutFile| (Path::new(&folder).join(file.name), file.bytes);
-    let files = cx.files.drain(..).map(in_folder).collect();
-    Ok(Encoded { bytes: Out::Object(head).print().into_bytes(), files, notes: Vec::new() })
+    Ok(Out::Object(head).print())
 }
 
 /// Tables of shared items; each refers to previous ones only.

@@ -8,6 +8,7 @@ use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use pt_scene::Span;
 
+use super::attached::Attachments;
 use super::former_names::former_key;
 use crate::LoadError;
 use crate::shared::names::{quote, suggestions};
@@ -51,16 +52,17 @@ pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadErr
     }
 }
 
-/// A text and its file.
+/// A text, its file, and what is attached to it.
 pub(super) struct JsonDocument<'a> {
     text: &'a str,
     file: &'a Path,
     map: SourceMap,
+    pub(super) attachments: Attachments,
 }
 
 impl<'a> JsonDocument<'a> {
-    pub(super) fn new(text: &'a str, file: &'a Path) -> Self {
-        Self { text, file, map: SourceMap::new(text) }
+    pub(super) fn new(text: &'a str, file: &'a Path, attachments: Attachments) -> Self {
+        Self { text, file, map: SourceMap::new(text), attachments }
     }
 
     fn error(&self, range: Range, path: &str, message: String) -> LoadError {
@@ -97,7 +99,8 @@ impl<'a> JsonNode<'a> {
 
     /// Returns an error that describes the value found.
     pub(super) fn unexpected(&self, expected: &str) -> LoadError {
-        self.error(format!("expected {expected}, found {}", described(self.value)))
+        let found = self.described_attachment().unwrap_or_else(|| described(self.value));
+        self.error(format!("expected {expected}, found {found}"))
     }
 
     /// Returns an error about an unknown name.
@@ -108,6 +111,11 @@ impl<'a> JsonNode<'a> {
         known: impl Iterator<Item = &'c str>,
     ) -> LoadError {
         self.error(unknown(what, name, known))
+    }
+
+    /// Returns the text to which the value belongs.
+    pub(super) fn document(&self) -> &'a JsonDocument<'a> {
+        self.document
     }
 
     pub(super) fn value(&self) -> &'a Value<'a> {

@@ -201,7 +201,24 @@ impl<T: Real, const N: usize> FieldCodec<[T; N]> for Each {
 
 impl FieldCodec<Vec<f32>> for Each {
     fn read(&self, node: &JsonNode<'_>, _: &mut JsonReader<'_>) -> Result<Vec<f32>, LoadError> {
-        node.list("a list of numbers")?.iter().map(|item| self.0.number(item)).collect()
+        let Some((shape, numbers)) = node.array() else {
+            return node
+                .list("a list of numbers")?
+                .iter()
+                .map(|item| self.0.number(item))
+                .collect();
+        };
+        if shape.len() != 1 {
+            return Err(node.wrong_shape(&shape, "(n,)"));
+        }
+        let numbers = node.reals(numbers, 1)?;
+        match numbers.iter().position(|x| !self.0.has(f64::from(*x))) {
+            None => Ok(numbers),
+            Some(at) => {
+                let (found, expected) = (numbers[at], self.0.expected);
+                Err(node.error(format!("expected {expected}, found {found} in place {at}")))
+            }
+        }
     }
 
     fn write(&self, value: &Vec<f32>, _: &mut JsonWriter<'_>) -> Result<Out, String> {

@@ -12,8 +12,9 @@ use super::arrays::{self, check_names, corners, decode, encode, missing, points,
 use super::codec::JsonCodec;
 use super::context::{EntryTables, JsonReader, JsonWriter};
 use super::files::MAX_INLINE;
+use super::mesh::{indices, vectors, write_indices, write_vectors};
 use super::node::{JsonNode, ObjectKeys};
-use super::number::{numbers, vector_schema};
+use super::number::vector_schema;
 use super::printer::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::TableEntry;
@@ -53,20 +54,17 @@ impl TableEntry for Points {
             out.push(("name".to_owned(), Out::text(&self.name)));
         }
         let count = self.positions.len() * if self.colors.is_some() { 6 } else { 3 };
-        if count + 2 * self.segments.len() > MAX_INLINE {
+        if !cx.is_in_memory() && count + 2 * self.segments.len() > MAX_INLINE {
             let key = cx.key.clone();
             out.push(("file".to_owned(), cx.file(&key, arrays::ENDING, to_bytes(self)?)));
             return Ok(Out::Object(out));
         }
-        let rows = |rows: &[[f32; 3]]| {
-            rows.iter().map(|row| numbers(row)).collect::<Result<_, _>>().map(Out::List)
-        };
-        out.push(("positions".to_owned(), rows(&self.positions)?));
+        out.push(("positions".to_owned(), write_vectors(&self.positions, cx)?));
         if let Some(colors) = &self.colors {
-            out.push(("colors".to_owned(), rows(colors)?));
+            out.push(("colors".to_owned(), write_vectors(colors, cx)?));
         }
         if !self.segments.is_empty() {
-            out.push(("segments".to_owned(), self.segments.write(cx)?));
+            out.push(("segments".to_owned(), write_indices(&self.segments, cx)?));
         }
         Ok(Out::Object(out))
     }
@@ -128,11 +126,11 @@ fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, 
     let Some(positions) = keys.take("positions") else {
         return Err(keys.node.error("expected \"file\" or \"positions\""));
     };
-    let colors = keys.take("colors").map(|node| super::mesh::vectors(&node)).transpose()?;
-    let segments = keys.take("segments").map(|node| Vec::read(&node, cx)).transpose()?;
+    let colors = keys.take("colors").map(|node| vectors(&node)).transpose()?;
+    let segments = keys.take("segments").map(|node| indices(&node, cx)).transpose()?;
     Ok(Points {
         name: String::new(),
-        positions: super::mesh::vectors(&positions)?,
+        positions: vectors(&positions)?,
         colors,
         segments: segments.unwrap_or_default(),
     })

@@ -9,13 +9,18 @@ use pt_scene::SourceFile;
 
 /// Returns the record of a file with this content.
 pub fn source_file(path: &Path, bytes: &[u8]) -> SourceFile {
+    SourceFile { path: path.to_owned(), hash: hash_of(bytes) }
+}
+
+/// Returns the hash of a content.
+pub(crate) fn hash_of(bytes: &[u8]) -> String {
     let mut hasher = blake3::Hasher::new();
     if bytes.len() < LARGE {
         hasher.update(bytes);
     } else {
         hasher.update_rayon(bytes);
     }
-    SourceFile { path: path.to_owned(), hash: hasher.finalize().to_hex().to_string() }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// Number of bytes from which a file is processed by several threads.

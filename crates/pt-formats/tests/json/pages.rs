@@ -40,9 +40,14 @@ const COMMON: [&str; 17] = [
 ];
 
 /// Definitions of the schema.
-struct Schema(Value);
+pub(super) struct Schema(pub(super) Value);
 
 impl Schema {
+    /// Definition of this name.
+    pub(super) fn definition(&self, name: &str) -> &Value {
+        &self.0["$defs"][name]
+    }
+
     /// Parameters of a type, from the first definition that has it. A type with several variants
     /// has the parameters of all, and requires those that all require.
     fn variant(&self, name: &str) -> Option<Value> {
@@ -62,7 +67,7 @@ impl Schema {
 }
 
 /// Variant with the parameters of both.
-fn merged(mut first: Value, second: &Value) -> Value {
+pub(super) fn merged(mut first: Value, second: &Value) -> Value {
     let required = |variant: &Value| variant["required"].as_array().cloned().unwrap_or_default();
     let mut both = required(&first);
     both.retain(|name| required(second).contains(name));
@@ -184,7 +189,7 @@ fn generated(text: &str, schema: &Schema, path: &Path) -> String {
     page + rest
 }
 
-fn pages(folder: &Path, all: &mut Vec<PathBuf>) {
+pub(super) fn pages(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a readable folder") {
         let path = entry.expect("a readable entry").path();
         if path.is_dir() {

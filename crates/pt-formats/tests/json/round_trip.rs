@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pt_formats::{FORMATS, LoadOptions, load, load_with, save};
+use pt_formats::{FORMATS, LoadOptions, load, load_with, read_values_with, save, values_of};
 use pt_scene::{Geometry, Scene, Span, Submesh};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -60,12 +60,23 @@ fn check(path: &Path) {
 fn check_scene(scene: Scene, path: &Path) {
     let [first, second] = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
     let [a, b] = [&first, &second].map(|folder| folder.path().join("scene.json"));
+    check_values(scene.clone(), path);
     save(&scene, &a, false).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let read = load(&a).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     super::common::check_invariants(&read);
     save(&read, &b, false).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     assert!(bare(read) == bare(scene), "{}", path.display());
     assert!(content(first.path()) == content(second.path()), "{}", path.display());
+}
+
+/// Scenes are converted to values in memory and back.
+fn check_values(scene: Scene, path: &Path) {
+    let values = values_of(&scene).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let read = read_values_with(values.clone(), Path::new(""), &LoadOptions::default()).scene;
+    let read = read.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let again = values_of(&read).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    assert!(bare(read) == bare(scene), "{}", path.display());
+    assert!(again == values, "{}", path.display());
 }
 
 /// Meshes that are too large for the scene file are files of arrays.

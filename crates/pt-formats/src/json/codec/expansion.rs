@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use super::super::attached::Attachments;
 use super::super::context::{JsonReader, JsonWriter};
 use super::super::node::{JsonDocument, JsonNode, parse};
 use super::super::schema;
@@ -202,7 +203,7 @@ mod by_hand {
 fn rewritten<T: JsonCodec>(text: &str) -> String {
     let file = Path::new("scene.json");
     let value = parse(text, file).expect("it is JSON");
-    let document = JsonDocument::new(text, file);
+    let document = JsonDocument::new(text, file, Attachments::default());
     let context = LoadContext::new(file, &LoadOptions::default());
     let mut reader = JsonReader::new(Path::new(""), &context);
     match T::read(&JsonNode::root(&value, &document), &mut reader) {
