@@ -25,7 +25,7 @@ class Settings(Part):
     ----------
     aovs : sequence of {"albedo", "normal", "geometric_normal", "depth", "position", "uv",
     "primitive", "object", "material", "samples", "variance", "refused", "half_a", "half_b",
-    "cryptomatte_object", "cryptomatte_material", "alpha"}, optional
+    "cryptomatte_object", "cryptomatte_material", "alpha", "motion"}, optional
         Names of further channels.
     crop : sequence of numbers, optional
         Column and row of the upper left pixel of the crop window, its width and its height.
@@ -50,7 +50,7 @@ class Settings(Part):
     aovs: (
         Sequence[Literal["albedo", "normal", "geometric_normal", "depth", "position", "uv",
         "primitive", "object", "material", "samples", "variance", "refused", "half_a", "half_b",
-        "cryptomatte_object", "cryptomatte_material", "alpha"]] | None
+        "cryptomatte_object", "cryptomatte_material", "alpha", "motion"]] | None
     ) = None
     crop: Vector | None = None
     filter: Filter | None = None
