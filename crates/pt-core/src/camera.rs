@@ -124,9 +124,9 @@ impl Camera {
         }
     }
 
-    /// Returns the image point, in pixels from the upper left corner, whose ray through the centre of
-    /// the lens passes through `p`; `None` for points that have none, as behind the camera. Longitudes
-    /// of a panorama are within half a turn of `forward`.
+    /// Returns the image point, in pixels from the upper left corner, whose ray through the centre
+    /// of the lens passes through `p`; `None` for points that have none, as behind the camera.
+    /// Longitudes of a panorama are within half a turn of `forward`.
     pub fn project(&self, p: Vec3) -> Option<[f32; 2]> {
         let to = p - self.position;
         let local = [self.right, self.up, self.forward].map(|axis| to.dot(axis));

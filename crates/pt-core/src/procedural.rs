@@ -1,5 +1,5 @@
-//! Evaluation of procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed.,
-//! §10.5–10.6]
+//! Evaluation of procedural patterns. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd
+//! ed., §10.5–10.6]
 
 use pt_math::noise::{NoiseValue, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};

@@ -135,8 +135,8 @@ fn surface(surface: &Surface, cx: &mut Lowering) -> Option<Material> {
             };
             cx.lobe(SimplifiedConductor { eta: (*eta).into(), k: (*k).into(), alpha }, false)
         }
-        // Smooth metals, and all kinds that the program, which no longer changes, does not have, are
-        // as without these policies.
+        // Smooth metals, and all kinds that the program, which no longer changes, does not have,
+        // are as without these policies.
         _ => return None,
     })
 }
