@@ -8,8 +8,6 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::light_groups::{REST, as_layer};
 use pathtracer::{Aov, HALF_B_OFFSET, LightGroup, LightGroups, Limits, MAX_REUSE, MAX_SPLIT};
 
-use crate::sequence_args::Steps;
-
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(n) if n >= least => Ok(n),
@@ -89,6 +87,21 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
             "expected the first number and the one after the last, up to 2147483648, as in 0..256"
                 .into(),
         ),
+    }
+}
+
+/// Numbers from the first to the last, by steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Steps {
+    pub(crate) first: u32,
+    pub(crate) last: u32,
+    pub(crate) step: u32,
+}
+
+impl Steps {
+    /// The numbers.
+    pub(crate) fn numbers(self) -> impl Iterator<Item = u32> {
+        (self.first..=self.last).step_by(self.step as usize)
     }
 }
 

@@ -23,26 +23,11 @@ pub(crate) struct SequenceArgs {
     /// 1..240/2; their numbers replace %04d in the name of --output
     #[arg(long, value_name = "FRAMES", value_parser = parse::steps)]
     #[arg(conflicts_with_all = ["time", "summary_json"])]
-    pub(crate) frames: Option<Steps>,
+    pub(crate) frames: Option<parse::Steps>,
 
     /// Frames per second of --frames [default: 24]
     #[arg(long, value_name = "RATE", value_parser = parse::rate, requires = "frames")]
     pub(crate) fps: Option<f64>,
-}
-
-/// Numbers from the first to the last, by steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Steps {
-    pub(crate) first: u32,
-    pub(crate) last: u32,
-    pub(crate) step: u32,
-}
-
-impl Steps {
-    /// The numbers.
-    pub(crate) fn numbers(self) -> impl Iterator<Item = u32> {
-        (self.first..=self.last).step_by(self.step as usize)
-    }
 }
 
 impl SequenceArgs {
