@@ -1,5 +1,7 @@
 //! Conversion of scenes.
 
+use std::path::Path;
+
 use pathtracer::{Aov, INTEGRATORS};
 
 use crate::common::{Folder, SCENE, TINY};
@@ -106,6 +108,22 @@ fn what_was_defined_stands_in_the_copy() {
     folder.succeed("convert a.xml a.json -D r=7.5");
     let text = String::from_utf8(folder.read("a.json")).expect("a text");
     assert!(text.contains(r#""radius": 7.5"#), "{text}");
+}
+
+/// Scene files may name all integrators and AOVs. `PT_WRITE_GENERATED=1` writes the names anew.
+#[test]
+fn names_in_scene_files_are_those_of_the_program() {
+    let integrators: Vec<_> = INTEGRATORS.iter().map(|integrator| integrator.name).collect();
+    let aovs: Vec<_> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
+    for (file, names) in [("integrators.txt", integrators), ("aovs.txt", aovs)] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pt-formats/src/json");
+        let path = folder.join(file);
+        let text: String = names.iter().map(|name| format!("{name}\n")).collect();
+        if std::env::var_os("PT_WRITE_GENERATED").is_some() {
+            std::fs::write(&path, &text).expect("a writable folder");
+        }
+        assert_eq!(std::fs::read_to_string(&path).expect("a readable file"), text, "{file}");
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Render settings.
 
+use std::sync::LazyLock;
+
 use pt_scene::{Filter, Hidden, RenderHints};
 use serde_json::json;
 
@@ -11,30 +13,12 @@ use super::printer::Out;
 use super::schema::Schemas;
 use crate::LoadError;
 
-/// Names of integrators.
-pub(super) const INTEGRATORS: [&str; 7] =
-    ["path", "reference", "volpath", "direct", "ao", "normals", "cs184"];
-/// Names of AOVs.
-pub(super) const AOVS: [&str; 18] = [
-    "albedo",
-    "normal",
-    "geometric_normal",
-    "depth",
-    "position",
-    "uv",
-    "primitive",
-    "object",
-    "material",
-    "samples",
-    "variance",
-    "refused",
-    "half_a",
-    "half_b",
-    "cryptomatte_object",
-    "cryptomatte_material",
-    "alpha",
-    "motion",
-];
+/// Names of integrators; a test of the program compares them with the registrations.
+static INTEGRATORS: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| include_str!("integrators.txt").lines().collect());
+/// Names of AOVs, compared in the same way.
+static AOVS: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| include_str!("aovs.txt").lines().collect());
 
 json_struct! {
     RenderHints {
