@@ -56,15 +56,18 @@ def workers() -> list[int]:
 
 @pytest.fixture
 def killer() -> Iterator[list[int]]:
-    """Kills a worker every three seconds; the list has those that it has killed."""
+    """Kills a worker every three seconds, later less often; the list has those that are killed."""
     killed: list[int] = []
     stopped = threading.Event()
 
     def kill() -> None:
-        while not stopped.wait(3.0):
+        # On a busy machine, a new worker may take longer than this to begin.
+        pause = 3.0
+        while not stopped.wait(pause):
             for process in workers()[:1]:
                 os.kill(process, signal.SIGKILL)
                 killed.append(process)
+                pause *= 1.1
 
     thread = threading.Thread(target=kill)
     thread.start()
