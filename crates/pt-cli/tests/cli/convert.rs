@@ -118,7 +118,7 @@ fn names_in_scene_files_are_those_of_the_program() {
     for (file, names) in [("integrators.txt", integrators), ("aovs.txt", aovs)] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pt-formats/src/json");
         let path = folder.join(file);
-        let text: String = names.iter().map(|name| format!("{name}\n")).collect();
+        let text = names.join("\n") + "\n";
         if std::env::var_os("PT_WRITE_GENERATED").is_some() {
             std::fs::write(&path, &text).expect("a writable folder");
         }

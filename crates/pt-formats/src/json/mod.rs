@@ -230,7 +230,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
 /// Converts a scene to a text with attachments, in place of files beside it.
 ///
 /// # Errors
-/// As [`encode`].
+/// Returns a message if a number is not finite, or an index is out of range.
 pub fn values_of(scene: &Scene) -> Result<SceneValues, String> {
     let (materials, media) = names_of(scene);
     let cx = &mut JsonWriter::in_memory(&materials, &media);
