@@ -122,11 +122,10 @@ impl Sequence {
             scene
         } else {
             limit.check_files()?;
-            let scene = render::prepare(&input, compile, &limit, mode, self.start)?;
-            render::warn_missing(&scene.scene.missing);
-            scene
+            render::prepare(&input, compile, &limit, mode, self.start)?
         };
         if is_first {
+            render::warn_missing(&scene.scene.missing);
             scene.report_notes(Mode { quiet: self.quiet, ..mode });
         }
         let header = scene.film_header(&input, output.path(), command);
@@ -214,9 +213,7 @@ fn first_camera(cli: &Cli, start: Instant) -> Result<PreparedScene> {
     let limit = Limit::new(job.memory);
     limit.check_files()?;
     let mode = Mode { quiet: true, ..job.mode };
-    let scene = render::prepare(&job.input, job.compile, &limit, mode, start)?;
-    render::warn_missing(&scene.scene.missing);
-    Ok(scene)
+    render::prepare(&job.input, job.compile, &limit, mode, start)
 }
 
 /// Command lines of the images.

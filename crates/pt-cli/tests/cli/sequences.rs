@@ -134,6 +134,24 @@ fn the_same_command_continues_a_sequence() {
     assert!(!run.err.contains("finished before"), "{run:?}");
 }
 
+/// Each frame reads the scene again, but the warning is one.
+#[test]
+fn missing_files_are_listed_once() {
+    let folder = Folder::new();
+    folder.write(
+        "a.xml",
+        r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere">
+            <bsdf type="diffuse"><texture type="bitmap" name="reflectance">
+            <string name="filename" value="lost.png"/></texture></bsdf></shape></scene>"#,
+    );
+    for options in ["--frames 0..2", "--cameras all"] {
+        let run = folder.run(&format!("-r 4 3 -s 1 a.xml {options} -f %d.png"));
+        assert_eq!(run.code, Some(4), "{run:?}");
+        let named = run.err.lines().filter(|line| line.contains("lost.png")).count();
+        assert_eq!(named, 1, "{run:?}");
+    }
+}
+
 #[test]
 fn impossible_sequences_are_refused() {
     let folder = with_balls();
