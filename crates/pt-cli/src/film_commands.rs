@@ -3,9 +3,11 @@
 use std::ffi::OsString;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::slice;
 
 use clap::Parser;
 use pathtracer::cryptomatte::MatteNames;
+use pathtracer::denoise::DenoiseError;
 use pathtracer::provenance::Provenance;
 use pathtracer::{CompileError, Film, LoadError, Observer};
 
@@ -59,8 +61,13 @@ impl From<anyhow::Error> for CommandError {
         if error.chain().any(is_scene) {
             return Self::Scene(message);
         }
-        match error.chain().find_map(|cause| cause.downcast_ref::<io::Error>()) {
+        let io = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
+        let is_library = |cause: &(dyn std::error::Error + 'static)| {
+            cause.downcast_ref().is_some_and(DenoiseError::is_about_library)
+        };
+        match io {
             Some(cause) => Self::File { kind: cause.kind(), message },
+            None if error.chain().any(is_library) => Self::File { kind: ErrorKind::Other, message },
             None => Self::Input(message),
         }
     }
@@ -77,7 +84,8 @@ pub fn resume(
     keywords: &Words,
     observer: &dyn Observer,
 ) -> Result<FilmImage, CommandError> {
-    let Command::Resume(resume) = command(Purpose::Resume, "resume", file, keywords)? else {
+    let command = command(Purpose::Resume, slice::from_ref(&file), None, keywords)?;
+    let Command::Resume(resume) = command else {
         return Err(CommandError::Input("resume is no command".into()));
     };
     let (resumed, warnings) = collected(|| resuming::resumed(&resume, observer));
@@ -96,7 +104,7 @@ pub fn rerender(
     keywords: &Words,
     observer: &dyn Observer,
 ) -> Result<FilmImage, CommandError> {
-    let command = command(Purpose::Rerender, "rerender", file, keywords)?;
+    let command = command(Purpose::Rerender, slice::from_ref(&file), None, keywords)?;
     let Command::Rerender(rerender) = command else {
         return Err(CommandError::Input("rerender is no command".into()));
     };
@@ -122,16 +130,23 @@ pub fn merge(films: &[PathBuf], output: &Path) -> Result<FilmImage, CommandError
     Ok(FilmImage { film: whole.film, names: whole.about.names, notes, provenance })
 }
 
-/// Command for a file with the options of keywords.
-fn command(
+/// Command of a purpose for files, with its output and the options of keywords.
+pub(crate) fn command(
     purpose: Purpose,
-    name: &str,
-    file: &Path,
+    files: &[impl AsRef<Path>],
+    output: Option<&Path>,
     keywords: &Words,
 ) -> Result<Command, CommandError> {
     let options = arguments(purpose, keywords).map_err(CommandError::Input)?;
-    let words = ["pathtracer", name, "--quiet"].into_iter().map(OsString::from);
-    let words = words.chain(options.into_iter().map(OsString::from)).chain([argument(file)]);
+    let name = purpose.name_of_command().unwrap_or_default();
+    let mut words: Vec<_> = ["pathtracer", name, "--quiet"].map(OsString::from).into();
+    words.extend(options.into_iter().map(OsString::from));
+    if let Some(output) = output {
+        let mut word = OsString::from("--output=");
+        word.push(output);
+        words.push(word);
+    }
+    words.extend(files.iter().map(|file| argument(file.as_ref())));
     Command::try_parse_from(words)
         .map_err(|error| CommandError::Input(in_keywords(&message::of_parser(&error))))
 }

@@ -32,6 +32,12 @@ pub enum Purpose {
     Resume,
     /// The second render of an image.
     Rerender,
+    /// The development of image files.
+    Develop,
+    /// The denoising of image files.
+    Denoise,
+    /// The union of images of parts.
+    Join,
 }
 
 impl Purpose {
@@ -49,19 +55,40 @@ impl Purpose {
                 "allow_folder",
             ],
             Self::Rerender => &["output", "force", "threads", "allow_outside", "allow_folder"],
+            Self::Develop => &[
+                "layer",
+                "cell",
+                "resize",
+                "png_bits",
+                "exposure",
+                "tonemap",
+                "exr_type",
+                "exr_compression",
+                "alpha",
+            ],
+            Self::Denoise => &["threads", "png_bits", "exposure", "tonemap"],
+            Self::Join => &["allow_gaps", "png_bits", "exposure", "tonemap"],
             Self::Save => {
                 &["png_bits", "exposure", "tonemap", "exr_type", "exr_compression", "receipt"]
             }
         }
     }
 
+    /// Name of the command with the options; `None` for a render.
+    pub(crate) fn name_of_command(self) -> Option<&'static str> {
+        match self {
+            Self::Render | Self::Save => None,
+            Self::Resume => Some("resume"),
+            Self::Rerender => Some("rerender"),
+            Self::Develop => Some("develop"),
+            Self::Denoise => Some("denoise"),
+            Self::Join => Some("join"),
+        }
+    }
+
     /// Command with the options.
     fn command(self) -> Command {
-        let name = match self {
-            Self::Render | Self::Save => return Cli::command(),
-            Self::Resume => "resume",
-            Self::Rerender => "rerender",
-        };
+        let Some(name) = self.name_of_command() else { return Cli::command() };
         let all = crate::command_args::Command::command();
         all.find_subcommand(name).cloned().unwrap_or_default()
     }
@@ -419,7 +446,15 @@ mod tests {
 
     #[test]
     fn each_listed_option_exists() {
-        for purpose in [Purpose::Render, Purpose::Save, Purpose::Resume, Purpose::Rerender] {
+        for purpose in [
+            Purpose::Render,
+            Purpose::Save,
+            Purpose::Resume,
+            Purpose::Rerender,
+            Purpose::Develop,
+            Purpose::Denoise,
+            Purpose::Join,
+        ] {
             let all = keywords(purpose);
             assert_eq!(all.len(), purpose.options().len());
             assert!(all.iter().all(|keyword| !keyword.help.is_empty()), "{all:#?}");

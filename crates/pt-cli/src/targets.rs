@@ -65,18 +65,42 @@ impl Targets {
         self.0.iter().all(|(_, target)| output::has_ending(target, ending))
     }
 
-    /// Writes all outputs. An error is reported, and does not prevent the others.
-    pub(crate) fn for_each(&self, write: impl Fn(&Path, &Path) -> Result<()>) -> ExitCode {
-        let mut status = ExitCode::SUCCESS;
+    /// Writes the outputs in order, and passes the result of each to `done`, until that returns
+    /// false. An error does not prevent the other outputs.
+    pub(crate) fn for_each(&self, write: impl Fn(&Path, &Path) -> Result<()>, done: Done<'_>) {
         for (input, target) in &self.0 {
-            if let Err(error) = write(input, target) {
+            if !done(target, write(input, target)) {
+                return;
+            }
+        }
+    }
+}
+
+/// Receives each output with its result, and returns true if more are to be written.
+pub(crate) type Done<'a> = &'a mut dyn FnMut(&Path, Result<()>) -> bool;
+
+/// Runs a command that writes several outputs, and reports each.
+///
+/// # Errors
+/// Those of the command; errors of single outputs are reported.
+pub(crate) fn reported(
+    quiet: bool,
+    command: impl FnOnce(Done<'_>) -> Result<()>,
+) -> Result<ExitCode> {
+    let mut status = ExitCode::SUCCESS;
+    command(&mut |target, result| {
+        match result {
+            Ok(()) if quiet => {}
+            Ok(()) => report!("saved {}", target.display()),
+            Err(error) => {
                 message::report_error(&error);
                 hints::report_for(&error);
                 status = ExitCode::from(FAILURE);
             }
         }
-        status
-    }
+        true
+    })?;
+    Ok(status)
 }
 
 /// Returns true for an existing folder and for a path with a separator at its end.

@@ -77,6 +77,13 @@ pub enum DenoiseError {
     },
 }
 
+impl DenoiseError {
+    /// Returns true if the library is missing or unsuitable, whatever the image.
+    pub fn is_about_library(&self) -> bool {
+        !matches!(self, Self::Failed(_) | Self::Shape { .. })
+    }
+}
+
 fn list(tried: &[String]) -> String {
     tried.iter().flat_map(|line| ["\n  ", line]).collect()
 }

@@ -1,5 +1,5 @@
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, SupportsFloat, SupportsIndex, TypedDict, final
 
@@ -137,13 +137,31 @@ class _Development(TypedDict, total=False):
     exposure: SupportsFloat | Literal["auto"] | None
     tonemap: _Tonemap | None
 
-class _SaveOptions(_Development, total=False):
+class _PngOptions(_Development, total=False):
     png_bits: Literal[8, 16] | None
+
+class _SaveOptions(_PngOptions, total=False):
     exr_type: Literal["float", "half"] | None
     exr_compression: (
         Literal["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a"] | None
     )
     metadata: Literal["full", "stable", "none"] | None
+
+class _DevelopOptions(_PngOptions, total=False):
+    layer: str | None
+    crop: _Integers | None
+    resize: _Integers | None
+    exr_type: Literal["float", "half"] | None
+    exr_compression: (
+        Literal["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a"] | None
+    )
+    alpha: bool | Literal["on", "off"] | None
+
+class _DenoiseOptions(_PngOptions, total=False):
+    threads: _Integer | None
+
+class _JoinOptions(_PngOptions, total=False):
+    allow_gaps: bool | None
 
 _Report = Callable[[Progress], object] | bool | None
 
@@ -393,6 +411,16 @@ class PartialRender:
 
 def cluster_command(arguments: Sequence[str]) -> dict[str, Any]: ...
 def default_scene() -> Scene: ...
+def denoise(
+    images: _Path | Iterable[_Path],
+    output: _Path | None = None,
+    **options: Unpack[_DenoiseOptions],
+) -> list[Path]: ...
+def develop(
+    images: _Path | Iterable[_Path],
+    output: _Path | None = None,
+    **options: Unpack[_DevelopOptions],
+) -> list[Path]: ...
 def explain(
     scene: Scene | _Path,
     x: SupportsIndex,
@@ -404,6 +432,9 @@ def explain(
     height: _Integer | None = None,
     **settings: Unpack[_Settings],
 ) -> list[dict[str, Any]]: ...
+def join(
+    parts: _Path | Iterable[_Path], output: _Path, **options: Unpack[_JoinOptions]
+) -> list[Path]: ...
 def lights(scene: Scene) -> list[Light]: ...
 def load(path: _Path, **options: Unpack[_LoadOptions]) -> Scene: ...
 def loads(

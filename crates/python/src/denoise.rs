@@ -74,7 +74,7 @@ pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<usize> {
 }
 
 /// Folder of the package pyoidn, if this interpreter can import it.
-fn package_folder(py: Python<'_>) -> PyResult<Option<PathBuf>> {
+pub(crate) fn package_folder(py: Python<'_>) -> PyResult<Option<PathBuf>> {
     let spec = py.import("importlib.util")?.call_method1("find_spec", ("pyoidn",))?;
     if spec.is_none() {
         return Ok(None);
@@ -84,10 +84,9 @@ fn package_folder(py: Python<'_>) -> PyResult<Option<PathBuf>> {
 }
 
 fn of_library(error: &DenoiseError) -> PyErr {
-    match error {
-        DenoiseError::Failed(_) | DenoiseError::Shape { .. } => {
-            PyRuntimeError::new_err(error.to_string())
-        }
-        _ => PyOSError::new_err(error.to_string()),
+    if error.is_about_library() {
+        PyOSError::new_err(error.to_string())
+    } else {
+        PyRuntimeError::new_err(error.to_string())
     }
 }

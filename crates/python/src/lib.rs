@@ -12,6 +12,7 @@ mod explain;
 mod films;
 mod finding;
 mod image;
+mod image_files;
 mod load;
 mod parts;
 mod places;
@@ -68,6 +69,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(films::resume, module)?)?;
     module.add_function(wrap_pyfunction!(films::merge, module)?)?;
     module.add_function(wrap_pyfunction!(films::rerender, module)?)?;
+    module.add_function(wrap_pyfunction!(image_files::develop, module)?)?;
+    module.add_function(wrap_pyfunction!(image_files::denoise, module)?)?;
+    module.add_function(wrap_pyfunction!(image_files::join, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::cluster_command, module)?)?;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use pathtracer::Aov;
-use pathtracer::denoise::{self, Denoiser, NEEDED};
+use pathtracer::denoise::{self, DenoiseError, Denoiser, NEEDED};
 use pathtracer::image::{self, ImageFile};
 
 use super::develop::{make_finite, provenance_of};
@@ -14,7 +14,7 @@ use crate::denoise::{DENOISER, NOISY, description, is_of, noisy_layer};
 use crate::lock::Lock;
 use crate::output;
 use crate::output::has_ending;
-use crate::targets::Targets;
+use crate::targets::{self, Done, Targets};
 
 /// Denoises images.
 ///
@@ -22,16 +22,24 @@ use crate::targets::Targets;
 /// If the options exclude each other, an output is invalid, or the library is missing. Errors of
 /// single images are reported.
 pub(crate) fn run(args: &Denoise) -> Result<ExitCode> {
+    let open = || Denoiser::open(args.threads.unwrap_or(0));
+    targets::reported(args.quiet, |done| denoised(args, open, done))
+}
+
+/// Denoises images by a library, and passes the result of each to `done`.
+///
+/// # Errors
+/// If the options exclude each other, an output is invalid, or the library is missing.
+pub(crate) fn denoised(
+    args: &Denoise,
+    open: impl FnOnce() -> Result<Denoiser, DenoiseError>,
+    done: Done<'_>,
+) -> Result<()> {
     let targets = Targets::new(&args.images, args.output.as_deref(), denoised_path)?;
     args.png.check(targets.have_ending("png")).map_err(anyhow::Error::msg)?;
-    let denoiser = Denoiser::open(args.threads.unwrap_or(0))?;
-    Ok(targets.for_each(|input, target| {
-        write(args, &denoiser, input, target)?;
-        if !args.quiet {
-            report!("saved {}", target.display());
-        }
-        Ok(())
-    }))
+    let denoiser = open()?;
+    targets.for_each(|input, target| write(args, &denoiser, input, target), done);
+    Ok(())
 }
 
 fn write(args: &Denoise, denoiser: &Denoiser, input: &Path, target: &Path) -> Result<()> {
@@ -49,7 +57,7 @@ fn write(args: &Denoise, denoiser: &Denoiser, input: &Path, target: &Path) -> Re
             input.display()
         );
     }
-    let denoised = denoise::denoised_file(denoiser, &file)
+    let clean = denoise::denoised_file(denoiser, &file)
         .map_err(|error| anyhow!("{}: {error}", input.display()))?;
     let ImageFile { image: noisy, mut options, .. } = file;
     options.png_bits = args.png.bits();
@@ -64,7 +72,7 @@ fn write(args: &Denoise, denoiser: &Denoiser, input: &Path, target: &Path) -> Re
     };
     options.metadata.retain(|(key, _)| key != DENOISER);
     options.metadata.push((DENOISER.into(), description(denoiser, &place)));
-    output::save(&denoised, target, &options)
+    output::save(&clean, target, &options)
 }
 
 /// Replaces the colours of a denoised image by those of its layer with the noisy image.

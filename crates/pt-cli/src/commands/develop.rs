@@ -13,7 +13,7 @@ use crate::crop;
 use crate::denoise::{DENOISER, NOISY};
 use crate::lock::Lock;
 use crate::output;
-use crate::targets::Targets;
+use crate::targets::{self, Done, Targets};
 
 /// Develops images.
 ///
@@ -21,18 +21,21 @@ use crate::targets::Targets;
 /// If the options exclude each other, or an output is invalid. Errors of single images are
 /// reported.
 pub(crate) fn run(develop: &Develop) -> Result<ExitCode> {
+    targets::reported(develop.quiet, |done| developed(develop, done))
+}
+
+/// Develops images, and passes the result of each to `done`.
+///
+/// # Errors
+/// If the options exclude each other, or an output is invalid.
+pub(crate) fn developed(develop: &Develop, done: Done<'_>) -> Result<()> {
     let targets = Targets::new(&develop.images, develop.output.as_deref(), |image| {
         image.with_extension("png")
     })?;
     develop.png.check(targets.have_ending("png")).map_err(anyhow::Error::msg)?;
     develop.exr.check(targets.have_ending("exr")).map_err(anyhow::Error::msg)?;
-    Ok(targets.for_each(|input, target| {
-        write(develop, input, target)?;
-        if !develop.quiet {
-            report!("saved {}", target.display());
-        }
-        Ok(())
-    }))
+    targets.for_each(|input, target| write(develop, input, target), done);
+    Ok(())
 }
 
 fn write(develop: &Develop, input: &Path, target: &Path) -> Result<()> {

@@ -22,6 +22,18 @@ use crate::{crop, output, targets};
 /// If a part cannot be read or does not belong to the same image as the others, if pixels are
 /// missing, or if the output cannot be written.
 pub(crate) fn run(join: &Join) -> Result<ExitCode> {
+    write(join)?;
+    if !join.quiet {
+        report!("saved {}, from {}", join.output.display(), count(join.parts.len(), "image"));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the joined image.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn write(join: &Join) -> Result<()> {
     let path = &join.output;
     targets::check(path, &join.parts)?;
     join.png.check(has_ending(path, "png")).map_err(anyhow::Error::msg)?;
@@ -35,11 +47,7 @@ pub(crate) fn run(join: &Join) -> Result<ExitCode> {
         whole.options.png_bits = join.png.bits();
         whole.options.tone = join.png.tone_of(&whole.image);
     }
-    output::save(&whole.image, path, &whole.options)?;
-    if !join.quiet {
-        report!("saved {}, from {}", path.display(), count(join.parts.len(), "image"));
-    }
-    Ok(ExitCode::SUCCESS)
+    output::save(&whole.image, path, &whole.options)
 }
 
 /// Provenance of a part, which must be a finished OpenEXR image; `None` for images of other
