@@ -61,7 +61,7 @@ pub use commands::explain::{PixelRequest, explain};
 pub use film_commands::{CommandError, FilmImage, merge, rerender, resume};
 pub use image_commands::{ImageFiles, denoise, develop, join};
 pub use origin::SceneOrigin;
-pub use parts::{ClusterCommand, FilmKeeper, cluster_command};
+pub use parts::{ClusterCommand, FilmKeeper, cluster_commands};
 pub use provenance::{denoised, provenance};
 pub use request::{
     Keyword, PreparedRender, Purpose, RenderRequest, SaveRequest, Side, Words, keywords,

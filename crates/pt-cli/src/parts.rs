@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::parser::ValueSource;
-use clap::{CommandFactory, FromArgMatches};
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use pathtracer::checkpoint::{Checkpoint, ExistingFilm, in_lines};
 use pathtracer::{LoadOptions, Placement, image};
 
 use crate::args::Cli;
+use crate::commands::sequence;
 use crate::film_commands::CommandError;
 use crate::lock::Lock;
 use crate::origin::argument;
@@ -88,6 +89,8 @@ pub struct ClusterCommand {
     pub placement: Option<Placement>,
     /// Keywords of [`Purpose::Render`].
     pub keywords: Vec<(String, Vec<String>)>,
+    /// The image, or its film alone.
+    pub output: PathBuf,
     /// The film, beside the image.
     pub film: PathBuf,
     /// Time between two writes of the film.
@@ -101,16 +104,34 @@ pub struct ClusterCommand {
     pub arguments: Vec<String>,
 }
 
-/// Resolves the arguments of a render, without the name of the program.
+/// Resolves the arguments of a render, without the name of the program: the command of one image,
+/// or those of all images of a sequence.
 ///
 /// # Errors
 /// A message if the arguments are invalid, or have no meaning for several machines.
-pub fn cluster_command(arguments: &[OsString]) -> Result<ClusterCommand, String> {
+pub fn cluster_commands(arguments: &[OsString]) -> Result<Vec<ClusterCommand>, String> {
     config::read().map_err(|error| format!("{error:#}"))?;
-    let words: Vec<_> = std::iter::once("pathtracer".into()).chain(arguments.to_vec()).collect();
-    let matches = Cli::command().try_get_matches_from(words);
-    let matches = matches.map_err(|error| message::of_parser(&error))?;
-    let cli = Cli::from_arg_matches(&matches).map_err(|error| message::of_parser(&error))?;
+    let words: Vec<_> = arguments.iter().map(|word| word.to_string_lossy().into_owned()).collect();
+    let (_, cli) = parsed(&words)?;
+    if !cli.sequence.is_requested() {
+        return Ok(vec![command(&words)?]);
+    }
+    let images = sequence::commands(&cli, &words).map_err(|error| message::of_error(&error))?;
+    images.iter().map(|words| command(words)).collect()
+}
+
+fn parsed(words: &[String]) -> Result<(ArgMatches, Cli), String> {
+    let words = std::iter::once("pathtracer").chain(words.iter().map(String::as_str));
+    let parsed = Cli::command().try_get_matches_from(words).and_then(|matches| {
+        let cli = Cli::from_arg_matches(&matches)?;
+        Ok((matches, cli))
+    });
+    parsed.map_err(|error| message::of_parser(&error))
+}
+
+/// Command of an image.
+fn command(words: &[String]) -> Result<ClusterCommand, String> {
+    let (matches, cli) = parsed(words)?;
     let command = Cli::command();
     let given = |id: &str| {
         matches!(matches.value_source(id), Some(ValueSource::CommandLine))
@@ -145,26 +166,30 @@ pub fn cluster_command(arguments: &[OsString]) -> Result<ClusterCommand, String>
             .into());
     };
     let output = job.output.path;
-    let film =
-        if is_film(&output) { output } else { pathtracer::film_file::film_of_image(&output) };
+    let film = if is_film(&output) {
+        output.clone()
+    } else {
+        pathtracer::film_file::film_of_image(&output)
+    };
     let load = std::mem::take(&mut job.input.load);
     Ok(ClusterCommand {
         scene: job.input.scene,
         load,
         placement,
         keywords,
+        output,
         film,
         checkpoint_every,
         restart,
         quiet: job.mode.quiet,
-        arguments: without_time(arguments),
+        arguments: without_time(words),
     })
 }
 
 /// The arguments without a time limit and without a restart.
-fn without_time(arguments: &[OsString]) -> Vec<String> {
+fn without_time(words: &[String]) -> Vec<String> {
     let mut all = Vec::new();
-    let mut words = arguments.iter().map(|word| word.to_string_lossy().into_owned());
+    let mut words = words.iter().cloned();
     while let Some(word) = words.next() {
         if word == "--time-limit" {
             words.next();

@@ -31,9 +31,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "__version__",
-    "cluster_command",
+    "cluster_commands",
     "default_scene",
+    "denoise",
+    "develop",
     "explain",
+    "join",
     "lights",
     "load",
     "loads",
@@ -409,7 +412,7 @@ class PartialRender:
     def progress(self, samples: int, total: int, rays: int, seconds: float) -> Progress: ...
     def image(self, threads: int) -> Image: ...
 
-def cluster_command(arguments: Sequence[str]) -> dict[str, Any]: ...
+def cluster_commands(arguments: Sequence[str]) -> list[dict[str, Any]]: ...
 def default_scene() -> Scene: ...
 def denoise(
     images: _Path | Iterable[_Path],

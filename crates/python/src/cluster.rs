@@ -10,19 +10,26 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::scene::Scene;
 
-/// Resolves the arguments of the program for a render on several machines: a dictionary with the
-/// scene, the options of `load`, the settings of `render`, and what else they say.
+/// Resolves the arguments of the program for renders on several machines: for each image, a
+/// dictionary with the scene, the options of `load`, the settings of `render`, and what else they
+/// say.
 #[pyfunction]
-pub(crate) fn cluster_command(
+pub(crate) fn cluster_commands(
     py: Python<'_>,
     arguments: Vec<OsString>,
-) -> PyResult<Bound<'_, PyDict>> {
-    let command = pt_cli::cluster_command(&arguments).map_err(PyValueError::new_err)?;
+) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let commands = py.detach(|| pt_cli::cluster_commands(&arguments));
+    let commands = commands.map_err(PyValueError::new_err)?;
+    commands.into_iter().map(|command| dictionary(py, command)).collect()
+}
+
+fn dictionary(py: Python<'_>, command: ClusterCommand) -> PyResult<Bound<'_, PyDict>> {
     let ClusterCommand {
         scene,
         load,
         placement,
         keywords,
+        output,
         film,
         checkpoint_every,
         restart,
@@ -41,6 +48,7 @@ pub(crate) fn cluster_command(
     all.set_item("scene", scene)?;
     all.set_item("load", load_options(py, &load, placement)?)?;
     all.set_item("settings", settings)?;
+    all.set_item("output", output)?;
     all.set_item("film", film)?;
     all.set_item("checkpoint_every", checkpoint_every.as_secs_f64())?;
     all.set_item("restart", restart)?;

@@ -74,7 +74,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(image_files::join, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
-    module.add_function(wrap_pyfunction!(cluster::cluster_command, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::cluster_commands, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

@@ -1,5 +1,6 @@
 """Renders on a cluster of Ray, which runs on this machine: the bits are those of one machine."""
 
+import json
 import os
 import signal
 import subprocess
@@ -299,6 +300,32 @@ def test_the_command_line_has_the_options_of_the_program(
     )
     assert done_badly.returncode == 2
     assert done_badly.stderr == "error: --samples is not supported on several machines\n"
+
+
+def test_sequences_of_the_command_line_are_one_job(
+    address: str, scenes: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ours").mkdir()
+    (tmp_path / "theirs").mkdir()
+    turn = [[0, 0, 1, 0], [0, 1, 0, 0.5], [-1, 0, 0, 0], [0, 0, 0, 1]]
+    ahead = [[1, 0, 0, 0], [0, 1, 0, 0.5], [0, 0, 1, 2], [0, 0, 0, 1]]
+    views = {
+        "camera_angle_x": 0.8,
+        "frames": [{"transform_matrix": matrix} for matrix in (turn, ahead)],
+    }
+    Path("transforms.json").write_text(json.dumps(views))
+    options: list[object] = ["-s", 16, "-r", 32, 24, "--metadata", "none"]
+    options += ["--cameras", "transforms.json", scenes / "cornell.dae"]
+    program([*options, "-f", "theirs/%d.exr"])
+    command = [sys.executable, "-m", "pathtracer", "ray", "--ray-address", address]
+    done = subprocess.run(
+        [*command, *map(str, options), "-f", "ours/%d.exr"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[-1] == "saved 2 images, ours/0.exr to ours/1.exr"
+    for name in ["0.exr", "1.exr"]:
+        assert Path("ours", name).read_bytes() == Path("theirs", name).read_bytes()
 
 
 def test_each_film_counts_once(scene: pathtracer.Scene) -> None:

@@ -38,6 +38,15 @@ struct SequenceImage {
     command: Vec<String>,
 }
 
+/// Arguments of the command of each image of a sequence.
+///
+/// # Errors
+/// If a file cannot be read, or a scene or an option is invalid.
+pub(crate) fn commands(cli: &Cli, words: &[String]) -> Result<Vec<Vec<String>>> {
+    let choices = choices(cli, &mut None, Instant::now())?;
+    Ok(images(cli, words, choices)?.into_iter().map(|image| image.command).collect())
+}
+
 /// Renders the images of a command line; those that are finished are kept.
 ///
 /// # Errors

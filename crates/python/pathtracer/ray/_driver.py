@@ -224,8 +224,10 @@ class Driver:
                 self._keep(active)
                 self._plan.statistics.seconds = time.monotonic() - start
                 while active and (active[0].schedule.finished or active[0].is_late):
-                    yield self._end(active[0])
+                    image = self._end(active[0])
+                    # Its film is then free for other processes.
                     active.popleft()
+                    yield image
         except KeyboardInterrupt as error:
             interrupted = Interrupted("the render was interrupted")
             interrupted.partial = self._end(active[0]) if active else None

@@ -40,7 +40,8 @@ class PackedSettings:
     """Settings of a render, with the files that they name, and the identity of the render."""
 
     settings: dict[str, Any]
-    files: dict[str, tuple[str, bytes]]
+    # By setting: the name, with a number of a view, and the contents of its files by name.
+    files: dict[str, tuple[str, dict[str, bytes]]]
     identity: str
 
 
@@ -59,9 +60,20 @@ def pack_settings(settings: Mapping[str, Any], identity: str) -> PackedSettings:
     for name in _FILES:
         path = settings.get(name)
         if path is not None:
-            files[name] = (Path(path).name, Path(path).read_bytes())
+            files[name] = _files_of(Path(path))
     others = {name: value for name, value in settings.items() if name not in files}
     return PackedSettings(others, files, identity)
+
+
+def _files_of(path: Path) -> tuple[str, dict[str, bytes]]:
+    """Name of a file, and its contents with those of the file beside it that it needs."""
+    file, number = path, ""
+    if not path.is_file():
+        name, mark, number = path.name.rpartition("#")
+        file, number = (path.with_name(name), mark + number) if mark else (path, "")
+    needed = [file, file.with_name("cameras.txt")] if file.suffix == ".txt" else [file]
+    contents = {each.name: each.read_bytes() for each in needed if each == file or each.is_file()}
+    return file.name + number, contents
 
 
 def key_of(scene: PackedScene, settings: PackedSettings) -> str:
@@ -83,11 +95,12 @@ def unpack(scene: PackedScene, packed: PackedSettings) -> PartialRender:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         settings = dict(packed.settings)
-        for setting, (name, content) in packed.files.items():
-            path = Path(folder, setting, name)
-            path.parent.mkdir()
-            path.write_bytes(content)
-            settings[setting] = path
+        for setting, (name, contents) in packed.files.items():
+            beside = Path(folder, setting)
+            beside.mkdir()
+            for file, content in contents.items():
+                (beside / file).write_bytes(content)
+            settings[setting] = beside / name
         read = load(Path(folder, "scene", _SCENE), **scene.options)
         render = PartialRender(read, **settings)
     if render.identity != packed.identity:

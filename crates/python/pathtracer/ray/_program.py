@@ -5,16 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pathtracer
 
-from .._native import cluster_command, program
-from . import render
+from .._native import cluster_commands, program
+from . import Job, render_many
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
+    from pathlib import Path
 
 # Exit status of errors, and of renders that Ctrl-C ended, as those of the program.
 _FAILURE = 2
@@ -55,46 +55,61 @@ def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 def main(arguments: Sequence[str]) -> int:
     """Render with these arguments, and return the exit status.
 
-    The samples are taken on the cluster, into the film beside the image. Then the program itself
-    writes the image of this film, so that all of its options about images apply.
+    The samples are taken on the cluster, into the films beside the images. Then the program itself
+    writes the image of each film, so that all of its options about images apply.
     """
     ours, others = _options(arguments)
+    commands: list[dict[str, Any]] = []
+    written: list[int] = []
     try:
-        command = cluster_command(others)
-        film = Path(command["film"])
-        if command["restart"]:
-            for path in (film, film.with_name(film.name + ".old")):
-                path.unlink(missing_ok=True)
-        of_scene = command["scene"]
-        scene = (
-            pathtracer.default_scene()
-            if of_scene is None
-            else pathtracer.load(of_scene, **command["load"])
-        )
-        image = render(
-            scene,
+        commands = cluster_commands(others)
+        first = commands[0]
+        images = render_many(
+            _jobs(commands),
             address=ours.ray_address,
             workers=ours.ray_workers,
             task_seconds=ours.ray_task_seconds,
-            checkpoint=film,
-            checkpoint_every=command["checkpoint_every"],
-            progress=not command["quiet"],
-            **command["settings"],
+            checkpoint_every=first["checkpoint_every"],
+            progress=not first["quiet"],
+            threads=first["settings"].get("threads"),
         )
-        is_complete = image.complete
+        for command, image in zip(commands, images):
+            written.append(_write(command, is_complete=image.complete, is_alone=len(commands) == 1))
     except pathtracer.Interrupted:
-        _write(command["arguments"], is_complete=False)
+        _write(commands[len(written)], is_complete=False, is_alone=len(commands) == 1)
         return _INTERRUPTED
     except (OSError, RuntimeError, TypeError, ValueError) as error:
         sys.stderr.write(f"error: {error}\n")
         return _FAILURE
-    return _write(command["arguments"], is_complete=is_complete)
+    if len(commands) > 1 and not first["quiet"]:
+        last = commands[-1]
+        sys.stderr.write(f"saved {len(commands)} images, {first['output']} to {last['output']}\n")
+    return max(written)
 
 
-def _write(arguments: Sequence[str], *, is_complete: bool) -> int:
+def _jobs(commands: Iterable[dict[str, Any]]) -> Iterator[Job]:
+    """Return the images of commands. Those of one scene share it."""
+    last: tuple[object, pathtracer.Scene] | None = None
+    for command in commands:
+        film: Path = command["film"]
+        if command["restart"]:
+            for path in (film, film.with_name(film.name + ".old")):
+                path.unlink(missing_ok=True)
+        source = (command["scene"], command["load"])
+        if last is None or last[0] != source:
+            last = (source, _scene(*source))
+        yield Job(last[1], command["settings"], film)
+
+
+def _scene(path: Path | None, options: dict[str, Any]) -> pathtracer.Scene:
+    return pathtracer.default_scene() if path is None else pathtracer.load(path, **options)
+
+
+def _write(command: dict[str, Any], *, is_complete: bool, is_alone: bool) -> int:
     """Write the image of the film by the program, which takes no more samples."""
     if sys.prefix != sys.base_prefix:
         # The program finds the library of the package pyoidn.
         os.environ.setdefault("VIRTUAL_ENV", sys.prefix)
     limit = [] if is_complete else ["--time-limit=1e-9"]
-    return program(["pathtracer", *arguments, *limit])
+    quiet = [] if is_alone or command["quiet"] else ["--quiet"]
+    return program(["pathtracer", *command["arguments"], *limit, *quiet])
