@@ -82,7 +82,7 @@ pub(crate) type Done<'a> = &'a mut dyn FnMut(&Path, Result<()>) -> bool;
 /// Runs a command that writes several outputs, and reports each.
 ///
 /// # Errors
-/// Those of the command; errors of single outputs are reported.
+/// As the command; errors of single outputs are reported.
 pub(crate) fn reported(
     quiet: bool,
     command: impl FnOnce(Done<'_>) -> Result<()>,

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use crate::project::{root, succeed, target};
 use crate::venv::{self, Installation};
@@ -67,10 +67,18 @@ pub(crate) fn check(python: &Path) -> Result<()> {
         command.arg("-m").args(arguments).current_dir(&folder.path);
         command
     };
-    succeed(run(&["pytest", "-q", "-p", "no:cacheprovider", "tests", "--scenes"]).arg(scenes))?;
-    succeed(&mut run(&["mypy", "--strict", "tests"]))?;
-    succeed(&mut run(&["mypy.stubtest", "pathtracer"]))?;
-    succeed(run(&["pyright", "--pythonpath"]).arg(&installed).arg("tests"))
+    let mut tests = run(&["pytest", "-q", "-p", "no:cacheprovider", "tests", "--scenes"]);
+    tests.arg(scenes);
+    let mut checks = [
+        run(&["mypy", "--strict", "tests"]),
+        run(&["mypy.stubtest", "pathtracer"]),
+        run(&["pyright", "--pythonpath"]),
+    ];
+    checks[2].arg(&installed).arg("tests");
+    // The tests wait for clusters and signals for most of their time.
+    let checked = std::thread::spawn(move || checks.iter_mut().try_for_each(succeed));
+    succeed(&mut tests)?;
+    checked.join().map_err(|_| anyhow!("the checks of types panicked"))?
 }
 
 /// Builds the wheel with these options and returns its path.
