@@ -17,6 +17,7 @@ use crate::commands::{merge as merging, rerender as rerendering, resume as resum
 use crate::message::{self, WithHints, collected};
 use crate::origin::argument;
 use crate::request::{Purpose, Words, arguments, in_keywords};
+use crate::views;
 
 /// Film of an image, and what is known about it.
 pub struct FilmImage {
@@ -128,6 +129,15 @@ pub fn merge(films: &[PathBuf], output: &Path) -> Result<FilmImage, CommandError
     let whole = whole?;
     let provenance = merging::provenance_of(&whole);
     Ok(FilmImage { film: whole.film, names: whole.about.names, notes, provenance })
+}
+
+/// File of views and numbers of those that a path selects, as `transforms.json#0..99/10` does; all
+/// without a selection.
+///
+/// # Errors
+/// If the file cannot be read, or lacks one of the views.
+pub fn view_numbers(path: &Path) -> Result<(PathBuf, Vec<u32>), CommandError> {
+    views::numbers(path).map_err(CommandError::from)
 }
 
 /// Command of a purpose for files, with its output and the options of keywords.

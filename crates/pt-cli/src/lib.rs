@@ -58,7 +58,7 @@ use std::process::ExitCode;
 
 use command_args::Command;
 pub use commands::explain::{PixelRequest, explain};
-pub use film_commands::{CommandError, FilmImage, merge, rerender, resume};
+pub use film_commands::{CommandError, FilmImage, merge, rerender, resume, view_numbers};
 pub use image_commands::{ImageFiles, denoise, develop, join};
 pub use origin::SceneOrigin;
 pub use parts::{ClusterCommand, FilmKeeper, cluster_commands};

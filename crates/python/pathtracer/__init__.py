@@ -37,6 +37,7 @@ from ._native import (
     resume,
     settings,
 )
+from ._views import render_views
 
 __all__ = [
     "Bsdf",
@@ -65,6 +66,7 @@ __all__ = [
     "render",
     "render_async",
     "render_iter",
+    "render_views",
     "rerender",
     "resume",
     "settings",

@@ -50,6 +50,7 @@ __all__ = [
     "rerender",
     "resume",
     "settings",
+    "view_numbers",
 ]
 
 __version__: str
@@ -167,6 +168,8 @@ class _JoinOptions(_PngOptions, total=False):
     allow_gaps: bool | None
 
 _Report = Callable[[Progress], object] | bool | None
+
+_View = build.Camera | _Values | str | SupportsIndex | ArrayLike
 
 class SceneError(ValueError):
     errors: list[Finding]
@@ -358,6 +361,8 @@ class Image:
     def keys(self) -> list[str]: ...
     @property
     def receipt(self) -> dict[str, Any]: ...
+    @property
+    def camera(self) -> dict[str, Any] | None: ...
     def denoise(self, *, threads: int | None = None) -> Image: ...
     def to_srgb(self, **options: Unpack[_Development]) -> NDArray[np.uint8]: ...
     def save(self, path: _Path, **options: Unpack[_SaveOptions]) -> None: ...
@@ -497,3 +502,4 @@ def resume(
     progress: _Report = None,
 ) -> Image: ...
 def settings() -> dict[str, str]: ...
+def view_numbers(path: _Path) -> tuple[Path, list[int]]: ...

@@ -5,6 +5,7 @@ use numpy::{Element, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rayon::prelude::*;
 
 use crate::errors::in_argument;
 
@@ -99,14 +100,30 @@ impl<'py> Numbers<'py> {
         Ok(array.as_slice()?.to_vec())
     }
 
+    /// Copy of the values in row order, rounded to single precision, by all processors for usual
+    /// arrays.
+    fn rounded(&self) -> PyResult<Vec<f32>> {
+        let flags = self.array.getattr("flags")?;
+        let is_set = |name| flags.getattr(name)?.is_truthy();
+        if is_set("c_contiguous")? && is_set("aligned")? {
+            if let Ok(array) = self.array.extract::<PyReadonlyArrayDyn<'_, f64>>() {
+                return Ok(array.as_slice()?.par_iter().map(|&value| value as f32).collect());
+            }
+            if let Ok(array) = self.array.extract::<PyReadonlyArrayDyn<'_, f32>>() {
+                return Ok(array.as_slice()?.par_iter().copied().collect());
+            }
+        }
+        self.values("float32")
+    }
+
     /// Copy in single precision; the error names the first value that `is_right` rejects.
     pub(crate) fn singles(
         &self,
-        is_right: impl Fn(f32) -> bool,
+        is_right: impl Fn(f32) -> bool + Sync,
         expected: &str,
     ) -> PyResult<Vec<f32>> {
-        let values = self.values("float32")?;
-        match values.iter().position(|value| !is_right(*value)) {
+        let values = self.rounded()?;
+        match values.par_iter().position_first(|value| !is_right(*value)) {
             None => Ok(values),
             Some(at) => {
                 let (name, value) = (self.name, values[at]);

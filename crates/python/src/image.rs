@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyIterator, PyList};
 
 use crate::denoise::{self, Guides};
+use crate::pose::Pose;
 use crate::settings::words;
 
 /// Image of a render, before its samples become arrays.
@@ -24,6 +25,7 @@ pub(crate) struct Rendered {
     notes: Vec<String>,
     receipt: Provenance,
     guides: Option<Guides>,
+    pose: Option<Pose>,
 }
 
 impl Rendered {
@@ -44,7 +46,12 @@ impl Rendered {
             notes: notes.to_vec(),
             receipt,
             guides: Guides::of_film(film),
+            pose: None,
         }
+    }
+
+    pub(crate) fn with_pose(self, pose: Option<Pose>) -> Self {
+        Self { pose, ..self }
     }
 
     /// Returns true if all samples were taken.
@@ -91,6 +98,7 @@ pub(crate) struct Image {
     guides: Option<Guides>,
     /// Version of the library that has denoised the image.
     denoiser: Option<String>,
+    pose: Option<Pose>,
 }
 
 /// Channel of a file.
@@ -111,7 +119,7 @@ const ALPHA: &str = "alpha";
 
 impl Image {
     pub(crate) fn new(py: Python<'_>, rendered: Rendered) -> PyResult<Self> {
-        let Rendered { color, alpha, channels, metadata, notes, receipt, guides } = rendered;
+        let Rendered { color, alpha, channels, metadata, notes, receipt, guides, pose } = rendered;
         let size = [color.height as usize, color.width as usize];
         let arrays = PyDict::new(py);
         arrays.set_item(COLOR, shaped(py, color.pixels.into_flattened(), size, 3)?)?;
@@ -145,6 +153,7 @@ impl Image {
             receipt,
             guides,
             denoiser: None,
+            pose,
         })
     }
 
@@ -301,6 +310,16 @@ impl Image {
         py.import("json")?.call_method1("loads", (self.receipt.to_text(),))
     }
 
+    /// dict or None: Perspective camera of the image, when the shutter opens, with the names of
+    /// transforms.json: `transform_matrix`, camera to world in units of the scene, an array of shape
+    /// (4, 4) whose axes point to the right, up and backwards; focal lengths `fl_x`, `fl_y` and
+    /// centre `cx`, `cy` in pixels from the upper left corner; width `w` and height `h`. None for
+    /// other cameras, and for images that were read from films.
+    #[getter]
+    fn camera<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.pose.as_ref().map(|pose| pose.to_dict(py)).transpose()
+    }
+
     /// Denoises the colours by Open Image Denoise, as `--denoise` of the program does.
     ///
     /// Albedo and normals guide it if the image was rendered with these AOVs. The library is that
@@ -353,6 +372,7 @@ impl Image {
             receipt: pt_cli::denoised(self.receipt.clone()),
             guides: self.guides.clone(),
             denoiser: Some(version),
+            pose: self.pose.clone(),
             ..*self
         })
     }

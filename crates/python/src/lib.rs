@@ -16,6 +16,7 @@ mod image_files;
 mod load;
 mod parts;
 mod places;
+mod pose;
 mod probes;
 mod progress;
 mod queries;
@@ -76,5 +77,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::cluster_commands, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
+    module.add_function(wrap_pyfunction!(films::view_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

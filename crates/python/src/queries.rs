@@ -72,12 +72,12 @@ impl Columns {
     /// Columns of rays that hit nothing.
     fn of_misses(rays: usize) -> Self {
         Self {
-            t: vec![f32::INFINITY; rays],
-            shape: vec![-1; rays],
-            primitive: vec![-1; rays],
-            uv: vec![[0.0; 2]; rays],
-            position: vec![[f32::NAN; 3]; rays],
-            normal: vec![[f32::NAN; 3]; rays],
+            t: repeated(f32::INFINITY, rays),
+            shape: repeated(-1, rays),
+            primitive: repeated(-1, rays),
+            uv: repeated([0.0; 2], rays),
+            position: repeated([f32::NAN; 3], rays),
+            normal: repeated([f32::NAN; 3], rays),
         }
     }
 
@@ -105,6 +105,11 @@ impl Columns {
         );
         columns
     }
+}
+
+/// A value again and again, written by all processors.
+fn repeated<T: Copy + Send + Sync>(value: T, count: usize) -> Vec<T> {
+    rayon::iter::repeat_n(value, count).collect()
 }
 
 /// Nearest hits of rays.
@@ -177,7 +182,7 @@ impl RayArrays {
         let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
         let directions = directions.broadcast(&shape)?;
         let directions = directions.singles(f32::is_finite, "a finite number")?;
-        let zero = directions.as_chunks::<3>().0.iter().position(|d| *d == [0.0; 3]);
+        let zero = directions.as_chunks::<3>().0.par_iter().position_first(|d| *d == [0.0; 3]);
         if let Some(ray) = zero {
             let message = format!("directions: that of ray {ray} is zero, expected any other");
             return Err(PyValueError::new_err(message));

@@ -11,6 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::{Interrupted, of_command};
 use crate::image::{Image, Rendered};
+use crate::pose::Pose;
 use crate::progress::{Callbacks, Watch};
 use crate::scene::Scene;
 use crate::settings::{word, words};
@@ -23,6 +24,7 @@ struct Job {
     tile_size: u32,
     /// Sums of all runs.
     statistics: RenderStatistics,
+    metres_per_unit: f64,
 }
 
 impl Job {
@@ -33,7 +35,13 @@ impl Job {
     ) -> Result<Self, Failure> {
         let (threads, tile_size) = (request.threads(), request.tile_size());
         let prepared = request.prepare(scene, origin).map_err(Failure::Compile)?;
-        Ok(Self { prepared, threads, tile_size, statistics: RenderStatistics::default() })
+        Ok(Self {
+            prepared,
+            threads,
+            tile_size,
+            statistics: RenderStatistics::default(),
+            metres_per_unit: scene.metres_per_unit,
+        })
     }
 
     /// Takes the missing samples until it is stopped; returns the image so far.
@@ -49,7 +57,8 @@ impl Job {
         (header.seconds, header.rays) = (time.as_secs_f64(), *rays);
         header.finished = outcome == Outcome::Finished;
         let receipt = pt_cli::provenance(header, session, self.threads);
-        Ok(Rendered::new(session.film(), session.names(), session.notes(), receipt))
+        let pose = Pose::new(session.scene(), session.film().region(), self.metres_per_unit);
+        Ok(Rendered::new(session.film(), session.names(), session.notes(), receipt).with_pose(pose))
     }
 }
 

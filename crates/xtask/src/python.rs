@@ -61,6 +61,8 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     let tests = folder.path.join("tests");
     copy(&root().join("crates/python/tests"), &tests)?;
     copy(&root().join("crates/python/examples"), &tests.join("examples"))?;
+    let page = "mitsuba-tutorials.md";
+    fs::copy(root().join("docs").join(page), tests.join(page)).context(page)?;
     let scenes = root().join("scenes");
     let run = |arguments: &[&str]| {
         let mut command = Command::new(&installed);
