@@ -52,7 +52,7 @@ pub(crate) fn cluster_command(
 /// Options with which `load` reads the scene as it is saved.
 #[pyfunction]
 pub(crate) fn reading_options<'py>(scene: &Bound<'py, Scene>) -> PyResult<Bound<'py, PyDict>> {
-    let (_, origin) = scene.get().shared();
+    let origin = &scene.get().source.origin;
     let limits = origin.options.limits.clone();
     let of_file = LoadOptions { limits, ..LoadOptions::default() };
     load_options(scene.py(), &of_file, origin.placement)
