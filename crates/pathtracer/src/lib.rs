@@ -59,9 +59,9 @@ pub use pt_cpu::{
 };
 pub use pt_formats::{
     Attachment, FORMATS, Format, Limits, LoadError, LoadOptions, LoadResult, Numbers, SaveError,
-    SceneValues, camera_file, camera_index, is_scene, load, load_with, parse_with,
+    SceneValues, camera_file, camera_index, is_scene, load, load_with, names_of, parse_with,
     read_content_with, read_values_with, read_with, save, source_file, suggestions, values_of,
-    views,
+    values_of_parts, views,
 };
 pub use pt_image as image;
 pub use pt_io::{WriteError, check_target, file, folder_of, write_atomically};
@@ -69,10 +69,10 @@ pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
 pub use pt_scene::image::{Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, DateTime, Daylight, Filter, Fit, GeoLocation, Hint, IesProfile, Light,
-    LightKind, Meter, Placement, Projection, Quantity, RenderHints, Rows, Scene, SkyLayout,
-    SourceFile, Span, TimeRange, Warning,
+    LightKind, Material, Meter, Object, Placement, Projection, Quantity, RenderHints, Rows, Scene,
+    Shared, SkyLayout, SourceFile, Span, TimeRange, Warning,
 };
-pub use session::Session;
+pub use session::{CompiledScene, Session};
 
 /// Returns the scene that is rendered if none is given: a Cornell box with a mirror and a glass
 /// sphere, with a resolution and a number of samples that take seconds.

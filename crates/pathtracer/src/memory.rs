@@ -46,7 +46,8 @@ mod tests {
         let meshes = scene.objects.iter().filter(|o| matches!(o.geometry, Geometry::Mesh(_)));
         assert!(meshes.count() > 1);
         let once = bytes_of_tables(&scene, None);
-        scene.objects.extend(scene.objects.clone());
+        let again = scene.objects.clone();
+        scene.objects.extend(again);
         assert_eq!(bytes_of_tables(&scene, None), 2 * once);
         assert_eq!(bytes_of_tables(&scene, Some(0)), once);
     }

@@ -1,10 +1,12 @@
 //! Ray queries on the surfaces of a scene.
 
 use pt_bvh::Hit;
-use pt_core::{CompileError, CompileOptions, RenderScene, compile};
+use pt_core::{CompileError, CompileOptions, RenderScene, compile, compile_edited};
 use pt_cpu::Tracer;
 use pt_math::{Ray, Vec3};
 use pt_scene::Scene;
+
+use crate::session::CompiledScene;
 
 /// The surfaces of a scene at the beginning of its shutter interval, for ray queries. Surfaces of
 /// any opacity are hit.
@@ -50,6 +52,16 @@ impl SceneQueries {
     pub fn new(scene: &Scene) -> Result<Self, CompileError> {
         let options = CompileOptions { texture_coordinates: true, ..CompileOptions::default() };
         Ok(Self { scene: compile(scene, options)?.scene })
+    }
+
+    /// Compiles a scene as [`Self::new`] does, and takes over from an earlier compilation what has
+    /// not changed.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn edited(earlier: &CompiledScene, scene: &Scene) -> Result<Self, CompileError> {
+        let options = CompileOptions { texture_coordinates: true, ..CompileOptions::default() };
+        Ok(Self { scene: compile_edited(scene, options, earlier.earlier())?.scene })
     }
 
     /// Replaces the contents of `hits` by the nearest hit of each ray, in order. Rays have unit

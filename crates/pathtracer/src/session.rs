@@ -1,13 +1,14 @@
 //! Session: a compiled scene, its settings, and its film.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::{Settings, Target};
 use pt_core::target::Evaluation;
 use pt_core::{
-    CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, compile_camera,
-    develop,
+    CompileError, CompileOptions, Earlier, Film, Kept, Observer, Region, RenderScene, compile,
+    compile_camera, compile_edited, develop,
 };
 use pt_cpu::{Feature, LightGroups, Outcome, RenderError, RenderStatistics, Renderer};
 use pt_scene::image::{Channel, Image};
@@ -17,9 +18,24 @@ use crate::cryptomatte::{self, MatteNames};
 use crate::fingerprint::{self, FingerprintEntry};
 use crate::{light_groups, unlit, view};
 
+/// A compiled scene, from which sessions of this scene and of edited ones are made. Clones share it.
+#[derive(Clone)]
+pub struct CompiledScene {
+    scene: Arc<RenderScene>,
+    kept: Kept,
+}
+
+impl CompiledScene {
+    pub(crate) fn earlier(&self) -> Earlier<'_> {
+        Earlier { scene: &self.scene, kept: &self.kept }
+    }
+}
+
 /// A compiled scene, its settings, and its film.
 pub struct Session {
-    scene: RenderScene,
+    scene: Arc<RenderScene>,
+    /// Record of the compilation.
+    kept: Kept,
     settings: Settings,
     film: Film,
     /// Notes about the scene, other than about its view.
@@ -45,6 +61,44 @@ impl Session {
     /// If the scene is inconsistent, or the region of the settings is outside of the image.
     pub fn new(
         scene: &Scene,
+        options: CompileOptions,
+        settings: Settings,
+    ) -> Result<Self, CompileError> {
+        Self::with(None, scene, options, settings)
+    }
+
+    /// Creates the session that [`Self::new`] creates, bit for bit, and compiles only what differs
+    /// from an earlier scene: meshes, images and other large parts are taken over if they are the
+    /// same ones in memory, as in an edited clone of the earlier [`Scene`].
+    ///
+    /// ```
+    /// use pathtracer::{CompileOptions, Session, Settings};
+    ///
+    /// let scene = pathtracer::default_scene();
+    /// let options = || CompileOptions { resolution: Some([40, 30]), ..Default::default() };
+    /// let session = Session::new(&scene, options(), Settings::default())?;
+    /// let mut edited = scene.clone();
+    /// edited.objects[3].to_world.translation.x += 0.1;
+    /// let earlier = session.compiled();
+    /// let moved = Session::edited(&earlier, &edited, options(), Settings::default())?;
+    /// # let _ = moved;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn edited(
+        earlier: &CompiledScene,
+        scene: &Scene,
+        options: CompileOptions,
+        settings: Settings,
+    ) -> Result<Self, CompileError> {
+        Self::with(Some(earlier), scene, options, settings)
+    }
+
+    fn with(
+        earlier: Option<&CompiledScene>,
+        scene: &Scene,
         mut options: CompileOptions,
         settings: Settings,
     ) -> Result<Self, CompileError> {
@@ -54,7 +108,10 @@ impl Session {
         let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
         let placement = options.placement;
         let names = MatteNames::of(scene, &settings.aovs);
-        let compiled = compile(scene, options)?;
+        let compiled = match earlier {
+            Some(earlier) => compile_edited(scene, options, earlier.earlier())?,
+            None => compile(scene, options)?,
+        };
         let region = Region::full(compiled.scene.camera.resolution);
         let light_groups = settings.light_groups.as_ref();
         let light_groups = light_groups
@@ -63,7 +120,8 @@ impl Session {
             .map_err(CompileError::LightGroups)?;
         let groups = light_groups.as_ref().map_or(&[][..], LightGroups::names);
         let mut session = Self {
-            scene: compiled.scene,
+            scene: Arc::new(compiled.scene),
+            kept: compiled.kept,
             film: settings.film(region).with_light_groups(groups),
             scene_notes: compiled.notes,
             notes: Notes::default(),
@@ -112,7 +170,8 @@ impl Session {
         if !region.is_inside(resolution) {
             return Err(CompileError::Region { region, resolution });
         }
-        let Some(notes) = compile_camera(scene, options, self.shutter, &mut self.scene)? else {
+        let of_camera = Arc::make_mut(&mut self.scene);
+        let Some(notes) = compile_camera(scene, options, self.shutter, of_camera)? else {
             return Ok(false);
         };
         self.entries = fingerprint::with_environment_of(
@@ -269,6 +328,11 @@ impl Session {
     /// The samples so far, to which those of other sessions are added.
     pub fn film_mut(&mut self) -> &mut Film {
         &mut self.film
+    }
+
+    /// The compiled scene, for [`Self::edited`].
+    pub fn compiled(&self) -> CompiledScene {
+        CompiledScene { scene: Arc::clone(&self.scene), kept: self.kept.clone() }
     }
 
     /// The compiled scene.

@@ -226,7 +226,7 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
         scatters_back && !emits && material.opacity == Scalar::Value(1.0)
     });
     let alone = |object: &Object| {
-        let scene = Scene { objects: vec![object.clone()], ..Scene::default() };
+        let scene = Scene { objects: vec![object.clone()].into(), ..Scene::default() };
         framing::surface_extent(&scene, None)
     };
     let Some([low, high]) = alone(object).filter(|_| is_opaque) else { return false };

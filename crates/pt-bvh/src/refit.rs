@@ -22,6 +22,16 @@ pub enum RefitError {
 }
 
 impl Bvh {
+    /// Estimated cost of a query, in arbitrary units: the sum of the areas of the boxes of the tree.
+    /// After [`Self::refit`], the increase since the build shows how far neighbours have moved
+    /// apart.
+    pub fn query_cost(&self) -> f32 {
+        match &self.kernel {
+            Kernel::Wide(wide) => wide.area_of_boxes(),
+            Kernel::List(_) => 0.0,
+        }
+    }
+
     /// Updates the tree to `geometry`, in which the primitives may have moved. Much faster than
     /// [`Self::build`], with the same hits; but the farther neighbours have moved apart, the slower
     /// queries become, and cuts of triangles lose their benefit.

@@ -10,7 +10,7 @@ use clap::{Arg, Command, CommandFactory, FromArgMatches};
 use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{Image, SaveOptions, auto_exposure};
 use pathtracer::provenance::Provenance;
-use pathtracer::{CompileOptions, Scene, Session, suggestions};
+use pathtracer::{CompileOptions, CompiledScene, Scene, Session, suggestions};
 
 use crate::args::Cli;
 use crate::commands::render;
@@ -339,16 +339,27 @@ impl RenderRequest {
         self.job.schedule.time_limit
     }
 
-    /// Compiles a scene with these options.
+    /// Compiles a scene with these options. What has not changed since an earlier compilation is
+    /// taken over.
     ///
     /// # Errors
     /// A message if the scene is invalid or needs more memory than there is, or if a file of the
     /// options cannot be read.
-    pub fn prepare(self, scene: &Scene, origin: &SceneOrigin) -> Result<PreparedRender, String> {
-        self.prepared(scene, origin).map_err(|error| in_keywords(&format!("{error:#}")))
+    pub fn prepare(
+        self,
+        scene: &Scene,
+        origin: &SceneOrigin,
+        earlier: Option<&CompiledScene>,
+    ) -> Result<PreparedRender, String> {
+        self.prepared(scene, origin, earlier).map_err(|error| in_keywords(&format!("{error:#}")))
     }
 
-    fn prepared(self, scene: &Scene, origin: &SceneOrigin) -> anyhow::Result<PreparedRender> {
+    fn prepared(
+        self,
+        scene: &Scene,
+        origin: &SceneOrigin,
+        earlier: Option<&CompiledScene>,
+    ) -> anyhow::Result<PreparedRender> {
         let Self { job, mut arguments, side } = self;
         let RenderJob { mode, mut input, mut compile, memory, .. } = job;
         (input.scene, input.load) = (origin.file.clone(), origin.options.clone());
@@ -365,7 +376,7 @@ impl RenderRequest {
             }
             limit.check_scene(scene)
         };
-        let scene_and_sources = (scene, origin.sources.as_slice());
+        let scene_and_sources = (scene, origin.sources.as_slice(), earlier);
         let (session, sources) =
             render::compile_in_memory(scene_and_sources, &input, compile, mode, complete)?;
         arguments.extend(origin.arguments());
@@ -481,7 +492,7 @@ mod tests {
         ]);
         let request = request.unwrap();
         assert_eq!(request.threads(), 3);
-        let session = request.prepare(&scene, &SceneOrigin::default()).unwrap().session;
+        let session = request.prepare(&scene, &SceneOrigin::default(), None).unwrap().session;
         let settings = session.settings();
         assert_eq!((settings.spp, settings.max_depth, settings.split), (7, 3, 2));
         assert_eq!(session.scene().camera.resolution, [12, 9]);
@@ -493,7 +504,7 @@ mod tests {
         let mut scene = pathtracer::default_scene();
         let prepared = |scene: &Scene, side, pixels| {
             let request = request(&[("spp", &["1"])]).unwrap().with_side(side, pixels).unwrap();
-            request.prepare(scene, &SceneOrigin::default())
+            request.prepare(scene, &SceneOrigin::default(), None)
         };
         for (of_file, side, pixels, expected) in [
             (Some([40, 30]), Side::Width, "20", [20, 15]),

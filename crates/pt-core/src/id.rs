@@ -44,7 +44,7 @@ pub enum SurfaceMarker {}
 pub type SurfaceId = Id<SurfaceMarker>;
 
 /// Records indexed by [`Id`]s of `K`, usually of the records themselves.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Table<T, K = T>(Vec<T>, PhantomData<fn() -> K>);
 
 impl<T, K> Default for Table<T, K> {

@@ -9,6 +9,7 @@ use crate::byte_levels::{LEVELS, SRGB};
 use crate::mipmap;
 
 /// Image in the smallest lossless representation.
+#[derive(Clone)]
 pub struct Texels {
     size: [u32; 2],
     values: TexelValues,
@@ -17,6 +18,7 @@ pub struct Texels {
     coarser: Vec<Texels>,
 }
 
+#[derive(Clone)]
 enum TexelValues {
     /// 8-bit sRGB levels.
     Srgb(Vec<[u8; 3]>),
@@ -34,6 +36,11 @@ impl Texels {
             .or_else(|| LEVELS.coded(pixels).map(TexelValues::Levels))
             .unwrap_or_else(|| TexelValues::Floats(pixels.to_vec()));
         Self { size: [width, height], values, coarser: Vec::new() }
+    }
+
+    /// Returns true if there are coarser mipmap levels, or none are needed.
+    pub(crate) fn has_mipmap(&self) -> bool {
+        !self.coarser.is_empty() || self.size == [1; 2]
     }
 
     /// Computes the coarser mipmap levels, unless they exist. [Williams 1983, "Pyramidal

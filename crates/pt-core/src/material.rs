@@ -127,7 +127,7 @@ pub enum NormalOrBumpRecord {
 }
 
 /// All materials with textures or several lobes.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Materials {
     /// Materials and their parts.
     pub table: Table<Material>,

@@ -5,6 +5,8 @@ mod image_motion;
 mod light_sources;
 mod texture_coordinates;
 
+use std::sync::Arc;
+
 use pt_bvh::{Bvh, Hit};
 use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
@@ -27,7 +29,9 @@ use crate::texture_record::{FloatTexture, TextureRecord};
 use crate::wedge;
 
 /// The compiled scene: all data that a renderer reads. Created by [`crate::compile()`] and
-/// immutable.
+/// immutable;
+/// clones share large tables.
+#[derive(Clone)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "they are options that are independent of each other"
@@ -41,7 +45,7 @@ pub struct RenderScene {
     /// Shapes that are not instanced, in world coordinates.
     pub shapes: ShapeTables,
     /// Instances, which may move; `None` if there are none.
-    pub instances: Option<Box<InstanceTable>>,
+    pub instances: Option<Arc<InstanceTable>>,
     /// True if [`Interaction::normal`] is interpolated without normalisation, so that its length
     /// is below 1 between different vertex normals.
     pub unnormalized_shading_normals: bool,
@@ -68,7 +72,7 @@ pub struct RenderScene {
     /// Lights at infinity that rays hit when they leave the scene.
     pub infinite_lights: Vec<Id<AnyLight>>,
     /// Tables referenced by lights.
-    pub light_tables: LightTables,
+    pub light_tables: Arc<LightTables>,
     /// Participating media.
     pub media: Media,
     /// The camera at the time when the shutter opens.
@@ -78,7 +82,7 @@ pub struct RenderScene {
     /// Motion of the camera, or `None` if it is static.
     pub camera_motion: Option<CameraMotion>,
     /// Ray queries of the shapes that are not instanced.
-    pub bvh: Bvh,
+    pub bvh: Arc<Bvh>,
 }
 
 impl RenderScene {

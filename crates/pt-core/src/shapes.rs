@@ -1,5 +1,8 @@
 //! Tables of triangles and spheres, and the geometry of points on them.
 
+use std::ops::Deref;
+use std::sync::Arc;
+
 use pt_bvh::{Hit, Sphere};
 use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Mat3, Ray, Vec2, Vec3};
@@ -10,9 +13,27 @@ use crate::terminator::Rounded;
 /// Indices that mark a triangle without vertex normals or texture coordinates.
 pub const FLAT: [u32; 3] = [u32::MAX; 3];
 
-/// Triangles and spheres in a common coordinate system.
-#[derive(Debug, Default)]
+/// Triangles and spheres in a common coordinate system, with their surfaces.
+#[derive(Clone, Debug)]
 pub struct ShapeTables {
+    /// Triangles and spheres, which edited scenes may share.
+    pub arrays: Arc<ShapeArrays>,
+    /// Surface of each primitive.
+    pub primitive_surface: Arc<[SurfaceId]>,
+}
+
+impl Deref for ShapeTables {
+    type Target = ShapeArrays;
+
+    #[inline(always)]
+    fn deref(&self) -> &ShapeArrays {
+        &self.arrays
+    }
+}
+
+/// Triangles and spheres in a common coordinate system.
+#[derive(Clone, Debug, Default)]
+pub struct ShapeArrays {
     /// Vertex positions of all meshes.
     pub positions: Vec<Vec3>,
     /// Vertex indices of all triangles.
@@ -30,8 +51,6 @@ pub struct ShapeTables {
     pub spheres: Vec<Sphere>,
     /// Axes of each sphere; trailing spheres with the axes of the world may be missing.
     pub sphere_axes: Vec<Mat3>,
-    /// Surface of each primitive.
-    pub primitive_surface: Vec<SurfaceId>,
 }
 
 /// A point of a shape.
@@ -49,12 +68,22 @@ pub(crate) struct ShapePoint {
     pub(crate) normal: Vec3,
 }
 
-impl ShapeTables {
+impl ShapeArrays {
     /// Returns true if a primitive is a triangle without vertex normals.
     #[inline]
     pub(crate) fn is_flat(&self, primitive: usize) -> bool {
         let corners = self.triangle_normals.get(primitive).copied().unwrap_or(FLAT);
         primitive < self.triangles.len() && corners == FLAT
+    }
+
+    /// Returns true if all triangles and spheres have the same places, bit for bit.
+    pub(crate) fn has_same_places(&self, other: &Self) -> bool {
+        let at = |p: &Vec3| p.to_array().map(f32::to_bits);
+        let of = |sphere: &Sphere| (at(&sphere.center), sphere.radius.to_bits());
+        std::ptr::eq(self, other)
+            || self.triangles == other.triangles
+                && self.positions.iter().map(at).eq(other.positions.iter().map(at))
+                && self.spheres.iter().map(of).eq(other.spheres.iter().map(of))
     }
 
     /// Returns the corners of a triangle.

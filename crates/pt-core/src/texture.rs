@@ -24,7 +24,7 @@ pub struct Textures {
     /// Patterns with another mapping, or procedural ones.
     pub laid: Table<MappedTexture>,
     /// Images of the textures.
-    pub texels: Table<Texels>,
+    pub texels: Table<Arc<Texels>, Texels>,
     /// Grids of the textures.
     pub grids: Vec<WorldGrid>,
     /// Colours and named values of meshes that the textures use.
@@ -344,7 +344,7 @@ impl Textures {
 
     /// Memory of all images and colours of meshes, in bytes.
     pub fn bytes(&self) -> usize {
-        let images: usize = self.texels.as_slice().iter().map(Texels::bytes).sum();
+        let images: usize = self.texels.as_slice().iter().map(|texels| texels.bytes()).sum();
         images + self.mesh_colors.iter().map(MeshColors::bytes).sum::<usize>()
     }
 }
@@ -370,7 +370,7 @@ impl Textures {
         pixels: &[[f32; 3]],
     ) -> (Id<TextureRecord>, Self) {
         let mut textures = Self::default();
-        let texels = textures.texels.push(Texels::new(width, height, pixels));
+        let texels = textures.texels.push(Arc::new(Texels::new(width, height, pixels)));
         textures.of_one(PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear))
     }
 }
@@ -386,7 +386,8 @@ mod tests {
         let triangles = vec![FLAT, [0, 1, 2]];
         let colors = MeshColors { vertices: corners.into(), triangles, ..MeshColors::default() };
         let mut textures = Textures { mesh_colors: vec![colors], ..Textures::default() };
-        let texels = textures.texels.push(Texels::new(2, 2, &[0.3, 1.0, 0.5, 2.0].map(|v| [v; 3])));
+        let texels = Texels::new(2, 2, &[0.3, 1.0, 0.5, 2.0].map(|v| [v; 3]));
+        let texels = textures.texels.push(Arc::new(texels));
         let bitmap = PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear);
         let to_pattern =
             Affine2::from_cols(Vec2::new(0.4, 0.3), Vec2::new(-0.2, 0.5), Vec2::new(0.1, 0.2));

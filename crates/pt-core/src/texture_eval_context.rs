@@ -6,7 +6,7 @@ use pt_bvh::{Hit, Sphere};
 use pt_math::{Mat3, Vec2, Vec3, trig};
 
 use crate::footprint::Footprint;
-use crate::shapes::{FLAT, ShapeTables};
+use crate::shapes::{FLAT, ShapeArrays};
 
 /// Texture coordinates at a point of a surface, with the derivatives of the point by them, and its
 /// footprint.
@@ -66,7 +66,7 @@ pub struct OnTriangle {
     pub uv_edges: [Vec2; 2],
 }
 
-impl ShapeTables {
+impl ShapeArrays {
     pub(crate) fn on_triangle(&self, i: usize, hit: &Hit) -> TextureEvalContext {
         let barycentric = Vec2::new(hit.b1, hit.b2);
         let on_triangle = |uv_edges| Some(OnTriangle { triangle: i as u32, barycentric, uv_edges });

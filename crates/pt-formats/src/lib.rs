@@ -32,7 +32,9 @@ use std::time::Duration;
 
 pub use encoded::Encoded;
 pub use error::LoadError;
-pub use json::{Attachment, Numbers, SceneValues, schema as json_schema, values_of};
+pub use json::{
+    Attachment, Numbers, SceneValues, names_of, schema as json_schema, values_of, values_of_parts,
+};
 use pt_io::guarded;
 use pt_scene::{Geometry, Hint, Scene, SourceFile, Warning};
 pub use save::{SaveError, save};

@@ -261,7 +261,8 @@ mod tests {
         ];
         let triangles = vec![[0, 1, 2], [0, 1, 4], [0, 1, 5]];
         let mesh = Geometry::Mesh(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
-        let scene = Scene { objects: vec![object(mesh, DAffine3::IDENTITY)], ..Scene::default() };
+        let scene =
+            Scene { objects: vec![object(mesh, DAffine3::IDENTITY)].into(), ..Scene::default() };
         let expected = [DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0)];
         assert_eq!(surface_extent(&scene, None), Some(expected));
         assert_eq!(surface_extent(&Scene::default(), None), None);
@@ -271,7 +272,7 @@ mod tests {
     fn the_box_around_an_ellipsoid_has_its_axes() {
         let stretched = DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
         let sphere = object(Geometry::Sphere { radius: 2.0 }, stretched);
-        let scene = Scene { objects: vec![sphere], ..Scene::default() };
+        let scene = Scene { objects: vec![sphere].into(), ..Scene::default() };
         let reach = DVec3::new(2.0, 4.0, 6.0);
         assert_eq!(surface_extent(&scene, None), Some([-reach, reach]));
     }

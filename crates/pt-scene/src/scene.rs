@@ -6,10 +6,10 @@ use pt_math::DAffine3;
 
 use crate::geometry::Geometry;
 use crate::{
-    Camera, Light, Material, Medium, Motion, Placement, RenderHints, Sides, Span, Warning,
+    Camera, Light, Material, Medium, Motion, Placement, RenderHints, Shared, Sides, Span, Warning,
 };
 
-/// A scene as written by its author.
+/// A scene as written by its author. Clones share what they have in common.
 ///
 /// The world is right-handed with +y up; lengths are in the author's unit (see
 /// [`Scene::metres_per_unit`]).
@@ -24,13 +24,13 @@ pub struct Scene {
     /// Active camera, as an index into `cameras`; `None` is the last one.
     pub used_camera: Option<u32>,
     /// Materials; objects refer to them by index.
-    pub materials: Vec<Material>,
+    pub materials: Shared<Material>,
     /// Media; objects and cameras refer to them by index.
-    pub media: Vec<Medium>,
+    pub media: Shared<Medium>,
     /// Objects placed in the world.
-    pub objects: Vec<Object>,
+    pub objects: Shared<Object>,
     /// Lights other than emissive materials.
-    pub lights: Vec<Light>,
+    pub lights: Shared<Light>,
     /// Settings of the file; the command line overrides them.
     pub settings: RenderHints,
     /// True if the settings are those of the active camera, and other cameras have others.
@@ -70,10 +70,10 @@ impl Default for Scene {
             metres_per_unit: 1.0,
             cameras: Vec::new(),
             used_camera: None,
-            materials: Vec::new(),
-            media: Vec::new(),
-            objects: Vec::new(),
-            lights: Vec::new(),
+            materials: Shared::default(),
+            media: Shared::default(),
+            objects: Shared::default(),
+            lights: Shared::default(),
             settings: RenderHints::default(),
             settings_of_camera: false,
             warnings: Vec::new(),

@@ -68,6 +68,8 @@ class _LoadOptions(_ReadingOptions, total=False):
     camera: str | int | None
 
 _Values = Mapping[str, Any]
+_Transform = build.Step | Sequence[build.Step] | ArrayLike
+_Camera = build.PerspectiveCamera | build.OrthographicCamera | build.PanoramaCamera
 
 class _SceneParts(_ReadingOptions, total=False):
     camera: build.Camera | None
@@ -88,6 +90,31 @@ class _SceneParts(_ReadingOptions, total=False):
     motions: Mapping[str, Sequence[build.MotionKey | _Values]] | None
     name: str | None
     metres_per_unit: float | None
+
+class _Edits(TypedDict, total=False):
+    camera: build.Camera | None
+    materials: Mapping[str, build.Material] | None
+    transforms: Mapping[str, _Transform] | Mapping[int, _Transform] | Mapping[str | int, _Transform] | None
+    lights: (
+        Sequence[build.Light]
+        | Mapping[str, build.Light]
+        | Mapping[int, build.Light]
+        | Mapping[str | int, build.Light]
+        | None
+    )
+    settings: build.Settings | _Values | None
+    textures: Mapping[str, build.Texture] | None
+    images: Mapping[str, build.Image | _Values] | None
+    meshes: Mapping[str, build.Mesh | _Values] | None
+    points: Mapping[str, build.Points | _Values] | None
+    grids: Mapping[str, build.Grid | _Values] | None
+    profiles: Mapping[str, build.IesProfile | _Values] | None
+    measurements: Mapping[str, build.Measurements | _Values] | None
+    motions: Mapping[str, Sequence[build.MotionKey | _Values]] | None
+    allow_outside: bool | None
+    allow_folders: Sequence[_Path] | None
+    limits: Mapping[str, int] | None
+    strict: bool | None
 
 class _Settings(TypedDict, total=False):
     resolution: _Integers | None
@@ -200,6 +227,21 @@ class Scene:
         scene: dict[str, Any], folder: _Path = ..., **options: Unpack[_LoadOptions]
     ) -> Scene: ...
     def to_dict(self) -> dict[str, Any]: ...
+    def replace(self, *, folder: _Path = ..., **changes: Unpack[_Edits]) -> Scene: ...
+    @property
+    def camera(self) -> _Camera | None: ...
+    @property
+    def cameras(self) -> list[_Camera]: ...
+    @property
+    def materials(self) -> list[str]: ...
+    def material(self, name: str) -> Any: ...
+    @property
+    def lights(self) -> list[str]: ...
+    def light(self, light: str | int) -> Any: ...
+    @property
+    def objects(self) -> list[str]: ...
+    @property
+    def transforms(self) -> dict[str | int, NDArray[np.float64]]: ...
     @property
     def name(self) -> str: ...
     @property

@@ -60,7 +60,7 @@ fn dictionary(py: Python<'_>, command: ClusterCommand) -> PyResult<Bound<'_, PyD
 /// Options with which `load` reads the scene as it is saved.
 #[pyfunction]
 pub(crate) fn reading_options<'py>(scene: &Bound<'py, Scene>) -> PyResult<Bound<'py, PyDict>> {
-    let (_, origin) = scene.get().shared();
+    let origin = &scene.get().source.origin;
     let limits = origin.options.limits.clone();
     let of_file = LoadOptions { limits, ..LoadOptions::default() };
     load_options(scene.py(), &of_file, origin.placement)

@@ -83,17 +83,17 @@ pub(crate) fn explain<'py>(
     if of.sample.is_some() && top.is_some() {
         return Err(PyValueError::new_err("sample and top are mutually exclusive"));
     }
-    let (scene, origin) = match scene.cast::<Scene>() {
-        Ok(scene) => scene.get().shared(),
-        Err(_) => Scene::new(Reading::default().file(py, path(scene)?)?).shared(),
+    let source = match scene.cast::<Scene>() {
+        Ok(scene) => scene.get().source.clone(),
+        Err(_) => Scene::new(Reading::default().file(py, path(scene)?)?).source,
     };
     let request = request(py, [width, height], None, settings)?;
     let stopped = Arc::new(AtomicBool::new(false));
     let of_worker = Arc::clone(&stopped);
     let work = move || {
-        let PreparedRender { session, .. } = request.prepare(&scene, &origin)?;
+        let PreparedRender { session, .. } = source.prepare(request)?;
         let proceed = || !of_worker.load(Ordering::Relaxed);
-        Ok(pt_cli::explain(&scene, &session, of, proceed).map(|rows| rows.to_string()))
+        Ok(pt_cli::explain(&source.scene, &session, of, proceed).map(|rows| rows.to_string()))
     };
     let stop = || {
         stopped.store(true, Ordering::Relaxed);

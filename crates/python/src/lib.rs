@@ -7,6 +7,7 @@ mod arrays;
 mod bvh;
 mod cluster;
 mod denoise;
+mod editing;
 mod errors;
 mod explain;
 mod films;
@@ -25,6 +26,7 @@ mod render;
 mod sampler;
 mod scene;
 mod settings;
+mod source;
 mod values;
 mod worker;
 

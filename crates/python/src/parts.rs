@@ -114,8 +114,8 @@ impl PartialRender {
         let py = scene.py();
         let request = request(py, [width, height], aovs, settings)?;
         let (time_limit, tile_size) = (request.time_limit(), request.tile_size());
-        let (scene, origin) = scene.get().shared();
-        let prepare = move || request.prepare(&scene, &origin).map_err(Failure::Compile);
+        let scene = scene.get().source.clone();
+        let prepare = move || scene.prepare(request).map_err(Failure::Compile);
         // A compilation cannot be stopped; it ends on its own.
         match worker::run(py, prepare, |_| Ok(()), || Duration::ZERO)? {
             End::Done(Ok(render)) => Ok(Self {

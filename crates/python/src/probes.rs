@@ -212,7 +212,7 @@ impl Bsdf {
         // Slightly inside of the edges, which rays may miss.
         let [x, y] = [uv.0, uv.1].map(|c| (2.0 * c - 1.0) * (1.0 - 1e-6));
         let ray = Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z);
-        let probe = py.detach(|| MaterialProbe::new(&scene.scene, &ray));
+        let probe = py.detach(|| MaterialProbe::new(&scene.source.scene, &ray));
         let probe = probe.map_err(|error| invalid(py, &error))?;
         let probe = probe.ok_or_else(|| PyValueError::new_err("material: found no surface"))?;
         Ok(Self { probe: Arc::new(probe), choice: choice.min(1.0_f32.next_down()) })
@@ -466,7 +466,7 @@ impl Light {
 ///     If the scene is invalid.
 #[pyfunction]
 pub(crate) fn lights(py: Python<'_>, scene: &Scene) -> PyResult<Vec<Light>> {
-    let (scene, _) = scene.shared();
+    let scene = Arc::clone(&scene.source.scene);
     let probe = py.detach(|| LightProbe::new(&scene)).map_err(|error| invalid(py, &error))?;
     let probe = Arc::new(probe);
     let kinds = probe.kinds().into_iter().enumerate();
@@ -502,7 +502,7 @@ impl PhaseFunction {
     fn new(phase: &Bound<'_, PyAny>, parts: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = phase.py();
         let scene = of_part(py, "of_phase", phase, parts)?;
-        let phase = py.detach(|| phase_function(&scene.scene, Vec3::splat(0.5)));
+        let phase = py.detach(|| phase_function(&scene.source.scene, Vec3::splat(0.5)));
         let phase = phase.map_err(|error| invalid(py, &error))?;
         let phase = phase.ok_or_else(|| PyValueError::new_err("phase: found no medium"))?;
         Ok(Self { phase: Arc::new(phase) })

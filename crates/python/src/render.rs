@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use pathtracer::{Outcome, RenderStatistics};
-use pt_cli::{CommandError, PreparedRender, Purpose, RenderRequest, SceneOrigin, Side};
+use pt_cli::{CommandError, PreparedRender, Purpose, RenderRequest, Side};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -15,6 +15,7 @@ use crate::pose::Pose;
 use crate::progress::{Callbacks, Watch};
 use crate::scene::Scene;
 use crate::settings::{word, words};
+use crate::source::SceneSource;
 use crate::worker::{self, End};
 
 /// A render under way.
@@ -28,20 +29,12 @@ struct Job {
 }
 
 impl Job {
-    fn new(
-        scene: &pathtracer::Scene,
-        origin: &SceneOrigin,
-        request: RenderRequest,
-    ) -> Result<Self, Failure> {
+    fn new(scene: &SceneSource, request: RenderRequest) -> Result<Self, Failure> {
         let (threads, tile_size) = (request.threads(), request.tile_size());
-        let prepared = request.prepare(scene, origin).map_err(Failure::Compile)?;
-        Ok(Self {
-            prepared,
-            threads,
-            tile_size,
-            statistics: RenderStatistics::default(),
-            metres_per_unit: scene.metres_per_unit,
-        })
+        let metres_per_unit = scene.scene.metres_per_unit;
+        let prepared = scene.prepare(request).map_err(Failure::Compile)?;
+        let statistics = RenderStatistics::default();
+        Ok(Self { prepared, threads, tile_size, statistics, metres_per_unit })
     }
 
     /// Takes the missing samples until it is stopped; returns the image so far.
@@ -173,8 +166,8 @@ fn rendered(
     let py = scene.py();
     let request = request(py, size, aovs, settings)?;
     let watch = Watch::new(deadline(request.time_limit()), None);
-    let (scene, origin) = scene.get().shared();
-    image_of(py, watch, callbacks, move |watch| Job::new(&scene, &origin, request)?.run(watch))
+    let scene = scene.get().source.clone();
+    image_of(py, watch, callbacks, move |watch| Job::new(&scene, request)?.run(watch))
 }
 
 /// Renders an image on a thread of its own.
@@ -239,8 +232,8 @@ pub(crate) fn render_iter(
     })?;
     let request = request(py, [width, height], aovs, settings)?;
     let deadline = deadline(request.time_limit());
-    let (scene, origin) = scene.get().shared();
-    let begin = move || Job::new(&scene, &origin, request);
+    let scene = scene.get().source.clone();
+    let begin = move || Job::new(&scene, request);
     match worker::run(py, begin, |_| Ok(()), || Duration::ZERO)? {
         End::Done(Ok(job)) => Ok(Images { job: Mutex::new(Some(job)), interval, deadline }),
         End::Done(Err(failure)) => Err(failure.into_error(py)),

@@ -10,13 +10,15 @@ use pt_cli::SceneOrigin;
 use pt_math::Ray;
 use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 
+use crate::editing;
 use crate::errors::of_render;
 use crate::finding::Finding;
 use crate::places::Places;
 use crate::queries::{self, Found, Hits, RayArrays, Target};
 use crate::reading::{OPTIONS, Reading};
+use crate::source::SceneSource;
 use crate::values;
 use crate::worker::{self, End};
 
@@ -60,10 +62,8 @@ use crate::worker::{self, End};
 ///     If a value has no counterpart in a scene file, or a keyword is unknown; the message names
 ///     it.
 #[pyclass(frozen, module = "pathtracer")]
-#[expect(clippy::struct_field_names, reason = "a scene of Python has one of the library")]
 pub(crate) struct Scene {
-    pub(crate) scene: Arc<pathtracer::Scene>,
-    origin: Arc<SceneOrigin>,
+    pub(crate) source: SceneSource,
     /// Surfaces, once a ray was asked for.
     surfaces: OnceLock<Arc<Surfaces>>,
 }
@@ -200,25 +200,162 @@ impl Scene {
     /// ValueError
     ///     If a number of the scene is not finite.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        values::to_python(py, &self.scene)
+        values::to_python(py, &self.source.scene)
+    }
+
+    /// Returns a scene with other parts. All else is shared with this scene, which does not change:
+    /// meshes, images, and what a render has compiled.
+    ///
+    /// Renders of the new scene are equal, bit for bit, to those of a scene that is made of all its
+    /// parts anew.
+    ///
+    /// Parameters
+    /// ----------
+    /// camera : Camera, optional
+    ///     Camera in place of the active one.
+    /// materials : dict of str to Material, optional
+    ///     Materials in place of those of these names; see :attr:`materials`.
+    /// transforms : dict of str or int to array_like, optional
+    ///     Transforms from objects to the world, by the name of the object or its number: matrices
+    ///     of shape (4, 4) or (3, 4), computed with in double precision, or steps as elsewhere.
+    /// lights : sequence of Light, or dict of str or int to Light, optional
+    ///     All lights, or lights in place of those of these names or numbers.
+    /// settings : Settings, optional
+    ///     Settings of renders.
+    /// textures, images, meshes, points, grids, profiles, measurements, motions : dict, optional
+    ///     Further parts to which the new parts refer by name.
+    /// folder : str or os.PathLike, optional
+    ///     Folder of the files to which the new parts refer; by default the current one.
+    /// allow_outside, allow_folders, limits, strict : optional
+    ///     As for :func:`load`.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     If a part is invalid; `errors` names the arguments.
+    /// IndexError
+    ///     If there is no object or light of this number.
+    /// TypeError, ValueError
+    ///     If a name is unknown or that of several items, a keyword is unknown, a matrix has a wrong
+    ///     shape, or a value has no counterpart in a scene file; the message names it.
+    #[pyo3(signature = (*, folder = PathBuf::new(), **changes))]
+    fn replace(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        changes: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let none = PyDict::new(py);
+        editing::replaced(&self.source, &folder, changes.unwrap_or(&none)).map(Self::of)
+    }
+
+    /// Camera or None: Copy of the active camera; its transform is an array of shape (4, 4).
+    #[getter]
+    fn camera<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let camera = self.source.scene.camera().cloned();
+        let cameras = editing::cameras(py, &self.source.scene, camera.into_iter().collect())?;
+        Ok(cameras.into_iter().next())
+    }
+
+    /// list of Camera: Copies of all cameras.
+    #[getter]
+    fn cameras<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        editing::cameras(py, &self.source.scene, self.source.scene.cameras.clone())
+    }
+
+    /// list of str: Names of the materials, as in a scene file.
+    #[getter]
+    fn materials(&self) -> Vec<String> {
+        pathtracer::names_of(&self.source.scene).0
+    }
+
+    /// Returns a copy of a material.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     One of :attr:`materials`.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///     Textures are dictionaries, with images as arrays.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If there is no material of this name.
+    fn material<'py>(
+        &self,
+        py: Python<'py>,
+        name: &Bound<'py, PyString>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        editing::material(py, &self.source.scene, name)
+    }
+
+    /// list of str: Names of the lights, which may be empty or the same ones.
+    #[getter]
+    fn lights(&self) -> Vec<String> {
+        editing::names(&self.source.scene.lights, |light| &light.name)
+    }
+
+    /// Returns a copy of a light.
+    ///
+    /// Parameters
+    /// ----------
+    /// light : str or int
+    ///     Name or number of the light.
+    ///
+    /// Returns
+    /// -------
+    /// Light
+    ///     Its transform is an array of shape (4, 4); images are arrays.
+    ///
+    /// Raises
+    /// ------
+    /// IndexError, ValueError
+    ///     If there is no such light, or several have the name.
+    fn light<'py>(
+        &self,
+        py: Python<'py>,
+        light: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        editing::light(py, &self.source.scene, light)
+    }
+
+    /// list of str: Names of the objects, which may be empty or the same ones.
+    #[getter]
+    fn objects(&self) -> Vec<String> {
+        editing::names(&self.source.scene.objects, |object| &object.name)
+    }
+
+    /// dict of str or int to numpy.ndarray: Transforms from objects to the world, of shape (4, 4)
+    /// and type float64, by the name of the object, or by its number if it has no name of its own.
+    #[getter]
+    fn transforms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        editing::transforms(py, &self.source.scene)
     }
 
     /// str: Name of the scene: the one of the file, or the name of the file.
     #[getter]
     fn name(&self) -> &str {
-        &self.scene.name
+        &self.source.scene.name
     }
 
     /// list of Finding: Missing files, which placeholders replace.
     #[getter]
     fn missing(&self) -> Vec<Finding> {
-        self.scene.missing.iter().map(|file| Finding::of_warning("missing", file)).collect()
+        self.source.scene.missing.iter().map(|file| Finding::of_warning("missing", file)).collect()
     }
 
     /// list of Finding: Notes of the reader, as about approximated features.
     #[getter]
     fn notes(&self) -> Vec<Finding> {
-        self.scene.warnings.iter().map(|note| Finding::of_warning("note", note)).collect()
+        self.source.scene.warnings.iter().map(|note| Finding::of_warning("note", note)).collect()
     }
 
     /// Checks the scene as a render would, without rendering it.
@@ -228,7 +365,7 @@ impl Scene {
     /// list of Finding
     ///     Errors, missing files and notes, in this order.
     fn check(&self, py: Python<'_>) -> Vec<Finding> {
-        let scene = &self.scene;
+        let scene = &self.source.scene;
         let (errors, notes) = py.detach(|| match scene_stats::compiled(scene) {
             Ok(session) => (None, session.notes().to_vec()),
             Err(error) => (Some(error.to_string()), Vec::new()),
@@ -263,7 +400,7 @@ impl Scene {
     #[pyo3(signature = (path, *, overwrite = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<Vec<String>> {
         use pathtracer::SaveError;
-        let scene = &self.scene;
+        let scene = &self.source.scene;
         py.detach(|| pathtracer::save(scene, &path, overwrite)).map_err(|error| {
             let message = error.to_string();
             match error {
@@ -342,7 +479,7 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        let pathtracer::Scene { name, objects, lights, cameras, .. } = &*self.scene;
+        let pathtracer::Scene { name, objects, lights, cameras, .. } = &*self.source.scene;
         let [objects, lights, cameras] = [objects.len(), lights.len(), cameras.len()];
         format!("<Scene {name:?}: {objects} objects, {lights} lights, {cameras} cameras>")
     }
@@ -350,8 +487,11 @@ impl Scene {
 
 impl Scene {
     pub(crate) fn new((scene, origin): (pathtracer::Scene, SceneOrigin)) -> Self {
-        let (scene, origin) = (Arc::new(scene), Arc::new(origin));
-        Self { scene, origin, surfaces: OnceLock::new() }
+        Self::of(SceneSource::new(scene, origin))
+    }
+
+    fn of(source: SceneSource) -> Self {
+        Self { source, surfaces: OnceLock::new() }
     }
 
     /// A scene made of values; `places` has the names of its parts for messages.
@@ -366,18 +506,13 @@ impl Scene {
         reading.values(values.py(), of_scene, folder, places).map(Self::new)
     }
 
-    /// The scene and its origin, for other threads.
-    pub(crate) fn shared(&self) -> (Arc<pathtracer::Scene>, Arc<SceneOrigin>) {
-        (Arc::clone(&self.scene), Arc::clone(&self.origin))
-    }
-
     /// Surfaces, compiled by the first call.
     fn surfaces(&self, py: Python<'_>) -> PyResult<Arc<Surfaces>> {
         if let Some(surfaces) = self.surfaces.get() {
             return Ok(Arc::clone(surfaces));
         }
-        let scene = Arc::clone(&self.scene);
-        let compile = move || SceneQueries::new(&scene);
+        let source = self.source.clone();
+        let compile = move || source.queries();
         // A compilation cannot be stopped; it ends on its own.
         match worker::run(py, compile, |_| Ok(()), || Duration::ZERO)? {
             End::Done(Ok(queries)) => {

@@ -272,7 +272,24 @@ pub(crate) fn to_python<'py>(
     py: Python<'py>,
     scene: &pathtracer::Scene,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let values = py.detach(|| pathtracer::values_of(scene)).map_err(PyValueError::new_err)?;
+    python_of(py, py.detach(|| pathtracer::values_of(scene)))
+}
+
+/// Values of some parts of a scene, without tables of shared items; `names` are those of the
+/// materials among the parts, and of all media.
+///
+/// # Errors
+/// As [`to_python`].
+pub(crate) fn parts_to_python<'py>(
+    py: Python<'py>,
+    parts: &pathtracer::Scene,
+    [materials, media]: [&[String]; 2],
+) -> PyResult<Bound<'py, PyDict>> {
+    python_of(py, py.detach(|| pathtracer::values_of_parts(parts, materials, media)))
+}
+
+fn python_of(py: Python<'_>, values: Result<SceneValues, String>) -> PyResult<Bound<'_, PyDict>> {
+    let values = values.map_err(PyValueError::new_err)?;
     let SceneValues { text, attachments } = values;
     let attachments = attachments.into_iter().map(|attached| object(py, attached));
     let attachments = PyList::new(py, attachments.collect::<PyResult<Vec<_>>>()?)?;

@@ -112,7 +112,8 @@ mod tests {
         for (material, name) in scene.materials.iter_mut().zip(["default", "", "x 2", "x"]) {
             material.name = name.into();
         }
-        scene.materials.push(scene.materials[3].clone());
+        let again = scene.materials[3].clone();
+        scene.materials.push(again);
         let wanted = ["default", "default 2", "material 1", "x 2", "x", "x 3"];
         assert_eq!(of(&scene, materials), wanted);
         assert!(MatteNames::of(&scene, &[Aov::Object, Aov::Material]).is_empty());

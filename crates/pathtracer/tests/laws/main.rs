@@ -25,6 +25,7 @@ mod clamp;
 mod course;
 mod denoised;
 mod distances;
+mod editing;
 mod emission;
 mod estimators;
 mod eta;

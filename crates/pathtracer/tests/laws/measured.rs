@@ -84,7 +84,7 @@ fn file_of(measurements: Measurements) -> Vec<u8> {
         hidden_emission: false,
         opacity: Scalar::Value(1.0),
     };
-    let scene = Scene { materials: vec![material], ..Scene::default() };
+    let scene = Scene { materials: vec![material].into(), ..Scene::default() };
     let folder = tempfile::tempdir().expect("a folder");
     save(&scene, &folder.path().join("scene.json"), true).expect("it is written");
     let files = folder.path().join("scene_files");

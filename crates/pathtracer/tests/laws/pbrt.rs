@@ -307,7 +307,7 @@ fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
     let kind = LightKind::Environment { image, scale: 2.0, rows: Rows::PixelCenters, portal: None };
     let light =
         Light { name: String::new(), to_world: DAffine3::IDENTITY, kind, at: Span::default() };
-    let twin = Scene { lights: vec![light], ..scene.clone() };
+    let twin = Scene { lights: vec![light].into(), ..scene.clone() };
     let [a, b] = [&scene, &twin].map(|scene| render(scene, 64, [64; 2], 3));
     for (i, (a, b)) in blocks(&a).into_iter().zip(blocks(&b)).enumerate() {
         assert!((a / b - 1.0).abs() < 0.02, "{} in block {i}", a / b);

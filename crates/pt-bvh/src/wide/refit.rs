@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use wide::f32x8;
 
 use super::collapse::{relative_bounds, sphere_block, triangle_block};
-use super::{BLOCK, ChildRef, NO_PRIMITIVE, WIDTH, WideBvh};
+use super::{BLOCK, ChildRef, NO_PRIMITIVE, WIDTH, WideBvh, WideNode};
 use crate::geometry::Geometry;
 use crate::ray::SceneExtent;
 
@@ -42,6 +42,12 @@ impl WideBvh {
         scene
     }
 
+    /// Sum of the areas of all boxes.
+    pub(crate) fn area_of_boxes(&self) -> f32 {
+        let all: f64 = self.nodes.iter().map(|node| f64::from(area_of_children(node))).sum();
+        all as f32
+    }
+
     /// Computes boxes from the leaves up: children come after their parents.
     fn refit_nodes(&mut self, triangles: &[Bounds3], spheres: &[Bounds3]) {
         let mut all = vec![Bounds3::EMPTY; self.nodes.len()];
@@ -67,6 +73,17 @@ impl WideBvh {
             node.planes = planes.map(|rows| rows.map(f32x8::new));
         }
     }
+}
+
+/// Sum of the areas of the boxes of the children of a node.
+fn area_of_children(node: &WideNode) -> f32 {
+    let edges = node.planes.map(|[low, high]| (high - low).to_array());
+    let is_child = |slot: &usize| node.children[*slot] != ChildRef::VACANT;
+    let area = |slot: usize| {
+        let [x, y, z] = edges.map(|edge| edge[slot]);
+        2.0 * (x * y + y * z + z * x)
+    };
+    (0..WIDTH).filter(is_child).map(area).sum()
 }
 
 /// Rebuilds each block from those of its primitives that are usable, and returns their boxes.

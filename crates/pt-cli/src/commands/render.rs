@@ -9,8 +9,8 @@ use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::provenance::Provenance;
 use pathtracer::{
-    CompileOptions, EnvironmentMap, Hint, INTEGRATORS, Observer, Outcome, Region, Registration,
-    RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
+    CompileOptions, CompiledScene, EnvironmentMap, Hint, INTEGRATORS, Observer, Outcome, Region,
+    Registration, RenderHints, Scene, Session, Settings, SourceFile, Warning, camera_file,
 };
 
 use crate::checkpointing::Checkpointer;
@@ -297,7 +297,8 @@ pub(crate) fn prepare(
     let options = CompileOptions { environment, ..options };
     let options = with_camera_file(input, &scene, options, mode, &mut sources)?;
     let name = name_of(input);
-    let session = compile(&name, &scene, CompileJob { options, crop, settings }, mode)?;
+    let job = CompileJob { options, crop, settings };
+    let session = compile(&name, (&scene, None), job, mode)?;
     let camera_sources = sources.split_off(files);
     Ok(PreparedScene { scene, session, sources, camera_sources, leaves_channels_out, hints, load })
 }
@@ -345,12 +346,13 @@ pub(crate) fn with_camera(
 }
 
 /// Compiles a scene that was read from some sources, with the environment and the camera files of
-/// `input`, once `complete` has completed the options; also returns the files that were read.
+/// `input`, once `complete` has completed the options; also returns the files that were read. What
+/// has not changed since an earlier compilation is taken over.
 ///
 /// # Errors
 /// If a file cannot be read, or the scene is invalid.
 pub(crate) fn compile_in_memory(
-    (scene, of_scene): (&Scene, &[SourceFile]),
+    (scene, of_scene, earlier): (&Scene, &[SourceFile], Option<&CompiledScene>),
     input: &InputFiles,
     CompileJob { options, crop, settings }: CompileJob,
     mode: Mode,
@@ -362,21 +364,25 @@ pub(crate) fn compile_in_memory(
     let options = CompileOptions { environment, ..options };
     let mut options = with_camera_file(input, scene, options, mode, &mut sources)?;
     complete(&mut options)?;
-    let session = compile("the scene", scene, CompileJob { options, crop, settings }, mode)?;
+    let job = CompileJob { options, crop, settings };
+    let session = compile("the scene", (scene, earlier), job, mode)?;
     Ok((session, sources))
 }
 
-/// Compiles a scene with this name in messages.
+/// Compiles a scene with this name in messages, after an earlier one if there is one.
 fn compile(
     name: &str,
-    scene: &Scene,
+    (scene, earlier): (&Scene, Option<&CompiledScene>),
     CompileJob { options, crop, settings }: CompileJob,
     mode: Mode,
 ) -> Result<Session> {
     let settings = settings.for_scene(scene);
     check_estimator(&settings).map_err(anyhow::Error::msg)?;
-    let mut session = Session::new(scene, options, settings)
-        .with_context(|| format!("{name} cannot be rendered"))?;
+    let compiled = match earlier {
+        Some(earlier) => Session::edited(earlier, scene, options, settings),
+        None => Session::new(scene, options, settings),
+    };
+    let mut session = compiled.with_context(|| format!("{name} cannot be rendered"))?;
     restrict(&mut session, crop, scene, mode)?;
     if mode.policies.counts_tests {
         session.count_tests();

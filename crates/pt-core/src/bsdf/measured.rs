@@ -7,7 +7,7 @@ mod tests;
 
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 use std::fmt;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 pub use gonioreflectometer::{Gonioreflectometer, TabulatedLobe};
 use planes::{TableWeights, UnitSquareTables, Warp};
@@ -279,7 +279,9 @@ impl LobeTables {
     pub fn examples() -> &'static Self {
         static EXAMPLES: LazyLock<LobeTables> = LazyLock::new(|| {
             let examples = gonioreflectometer::examples();
-            LobeTables { measured: examples.iter().map(MeasuredTables::new).collect() }
+            LobeTables {
+                measured: examples.iter().map(MeasuredTables::new).map(Arc::new).collect(),
+            }
         });
         &EXAMPLES
     }

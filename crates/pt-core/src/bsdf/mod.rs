@@ -41,6 +41,8 @@ pub(crate) use coated_conductor::Layers;
 pub use measured::{Gonioreflectometer, MeasuredTables, TabulatedLobe};
 pub use metallic_roughness::emitted_through;
 pub use orientation::Orientation;
+use std::sync::Arc;
+
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 pub use shadowing::Shadowing;
 pub use world::Bsdf;
@@ -92,10 +94,10 @@ fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
 }
 
 /// Tables to which lobes refer.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LobeTables {
     /// Tables of measured materials.
-    pub measured: Vec<MeasuredTables>,
+    pub measured: Vec<Arc<MeasuredTables>>,
 }
 
 /// Data, beside the parameters of a lobe, on which its scattering depends.

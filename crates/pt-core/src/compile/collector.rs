@@ -131,21 +131,36 @@ impl Collector<'_> {
         mesh: &Mesh,
         to_world: DAffine3,
     ) -> Result<(), CompileError> {
-        check_indices(object, "vertex", &mesh.triangles, mesh.positions.len())?;
         let mirrored = to_world.matrix3.determinant() < 0.0 && self.policies.exact_transforms;
-        let first = self.shapes.triangles.len();
-        let base = self.shapes.positions.len() as u32;
-        self.shapes.positions.extend(mesh.positions.iter().map(|&p| world_point(to_world, p)));
-        self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
-        self.add_normals(object, mesh, to_world, base, mirrored)?;
-        self.add_coordinates(object, mesh, mirrored)?;
+        if !self.shapes.are_kept {
+            self.add_triangles(object, mesh, to_world, mirrored)?;
+        }
         self.add_values(object, mesh, mirrored)?;
-        self.add_parts(object, mesh, first);
+        self.add_parts(object, mesh);
         Ok(())
     }
 
-    /// Sets the surfaces of the triangles of a mesh, of which the first has the index `first`.
-    fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
+    /// Adds the triangles of a mesh, without their surfaces.
+    fn add_triangles(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        to_world: DAffine3,
+        mirrored: bool,
+    ) -> Result<(), CompileError> {
+        check_indices(object, "vertex", &mesh.triangles, mesh.positions.len())?;
+        let arrays = self.shapes.arrays_mut();
+        let base = arrays.positions.len() as u32;
+        arrays.positions.extend(mesh.positions.iter().map(|&p| world_point(to_world, p)));
+        arrays.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
+        self.add_normals(object, mesh, to_world, base, mirrored)?;
+        self.add_coordinates(object, mesh, mirrored)
+    }
+
+    /// Adds the surfaces of the triangles of a mesh.
+    fn add_parts(&mut self, object: &Object, mesh: &Mesh) {
+        let first = self.shapes.triangle_surface.len();
+        let count = first + mesh.triangles.len();
         let whole = [Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
         let parts = if mesh.submeshes.is_empty() { &whole[..] } else { &mesh.submeshes };
         let mut by_slot = HashMap::new();
@@ -153,14 +168,14 @@ impl Collector<'_> {
             let (surface, emission) =
                 *by_slot.entry(part.slot).or_insert_with(|| self.surface(object, part.slot));
             let start = self.shapes.triangle_surface.len();
-            let end = (first + part.triangles.end as usize).min(self.shapes.triangles.len());
+            let end = (first + part.triangles.end as usize).min(count);
             self.shapes.triangle_surface.resize(end.max(start), surface);
             if let Some(emission) = emission {
                 self.shapes.add_emitter(surface, emission, start..end.max(start));
             }
         }
         let fallback = self.surface(object, u32::MAX).0;
-        self.shapes.triangle_surface.resize(self.shapes.triangles.len(), fallback);
+        self.shapes.triangle_surface.resize(count, fallback);
     }
 
     fn add_normals(
@@ -171,7 +186,7 @@ impl Collector<'_> {
         base: u32,
         mirrored: bool,
     ) -> Result<(), CompileError> {
-        let shapes = &mut self.shapes;
+        let shapes = self.shapes.arrays_mut();
         let first = shapes.triangles.len() - mesh.triangles.len();
         let normal_base = shapes.normals.len() as u32;
         if let Some(vertex_normals) = self.policies.vertex_normals {
@@ -211,7 +226,7 @@ impl Collector<'_> {
     ) -> Result<(), CompileError> {
         let Some(uvs) = mesh.uvs.as_ref().filter(|_| self.uses_coordinates) else { return Ok(()) };
         check_attribute(object, "texture coordinate", mesh, uvs)?;
-        let shapes = &mut self.shapes;
+        let shapes = self.shapes.arrays_mut();
         let base = shapes.uvs.len() as u32;
         shapes.uvs.extend(uvs.values.iter().map(|&uv| Vec2::from(uv)));
         pad(&mut shapes.triangle_uvs, shapes.triangles.len() - mesh.triangles.len());
@@ -233,8 +248,7 @@ impl Collector<'_> {
         mesh: &Mesh,
         mirrored: bool,
     ) -> Result<(), CompileError> {
-        let first =
-            self.shapes.first_colored[0] + self.shapes.triangles.len() - mesh.triangles.len();
+        let first = self.shapes.first_colored[0] + self.shapes.triangle_surface.len();
         self.mesh_colors.resize_with(self.mesh_values.len(), MeshColors::default);
         for shown in self.shown_values(object) {
             let pattern = &self.mesh_values[shown as usize];
@@ -308,10 +322,13 @@ impl Collector<'_> {
             });
         }
         let (surface, emission) = self.surface(object, 0);
-        let index = self.shapes.spheres.len();
-        self.shapes.sphere_axes.resize(index, Mat3::IDENTITY);
-        self.shapes.spheres.push(sphere);
-        self.shapes.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
+        let index = self.shapes.sphere_surface.len();
+        if !self.shapes.are_kept {
+            let arrays = self.shapes.arrays_mut();
+            arrays.sphere_axes.resize(index, Mat3::IDENTITY);
+            arrays.spheres.push(sphere);
+            arrays.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
+        }
         self.shapes.sphere_surface.push(surface);
         if let Some(emission) = emission {
             let primitives = ShapePrimitives::Sphere(index);

@@ -10,6 +10,7 @@ use pt_scene::Notes;
 use pt_scene::Object;
 
 use super::collector::Collector;
+use super::reuse::Earlier;
 use super::shapes::{Emitter, Shapes};
 use super::{CompileError, build_bvh};
 use crate::compile::instance_choice::{InstanceKey, instance_key};
@@ -29,13 +30,12 @@ impl InstancedShapes {
     pub(super) fn collect(
         collector: &mut Collector,
         tracks: Tracks,
-        options: BuildOptions,
+        options: (BuildOptions, Option<Earlier<'_>>),
         notes: &mut Notes,
     ) -> Result<Self, CompileError> {
         let mut instances = Self::default();
         let mut known: HashMap<InstanceKey, u32> = HashMap::new();
-        let Shapes { triangles, spheres, .. } = &collector.shapes;
-        let (mut before, mut first_colored) = (0u64, [triangles.len(), spheres.len()]);
+        let (mut before, mut first_colored) = (0u64, collector.shapes.counts());
         for (number, knots) in tracks {
             let object = &collector.scene.objects[number];
             let key = instance_key(object);
@@ -47,6 +47,7 @@ impl InstancedShapes {
                 first_colored[0] += made.shapes.triangles.len();
                 first_colored[1] += made.shapes.spheres.len();
                 instances.objects.push(made);
+                instances.numbers.push(number);
                 let index = instances.objects.len() as u32 - 1;
                 key.map(|key| known.insert(key, index));
                 index
@@ -75,18 +76,26 @@ impl InstancedShapes {
         collector: &mut Collector,
         object: &Object,
         first_colored: [usize; 2],
-        options: BuildOptions,
+        (options, earlier): (BuildOptions, Option<Earlier<'_>>),
         notes: &mut Notes,
     ) -> Result<ObjectShapes, CompileError> {
         let mut own = Shapes { first_colored, ..Shapes::default() };
+        let uses_coordinates = collector.uses_coordinates;
+        let known = earlier.and_then(|e| e.placed(object, options, uses_coordinates));
+        if let Some((arrays, _)) = known {
+            (own.arrays, own.are_kept) = (Arc::clone(arrays), true);
+        }
         collector.shapes.exchange(&mut own);
         let added = collector.add(object, DAffine3::IDENTITY, notes);
         collector.shapes.exchange(&mut own);
         added?;
-        let bvh = build_bvh(&own, options)?;
+        let bvh = match known {
+            Some((_, bvh)) => Arc::clone(bvh),
+            None => Arc::new(build_bvh(&own, options)?),
+        };
         self.skipped += bvh.skipped();
         self.out_of_range += if bvh.skipped() > 0 { own.out_of_range() } else { 0 };
-        Ok(ObjectShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
+        Ok(ObjectShapes { shapes: own, bvh, lights: Vec::new() })
     }
 
     /// Returns the number of animated instances.
@@ -128,7 +137,7 @@ impl InstancedShapes {
 
     /// Builds the table for queries, whose primitives follow the `first` others; `None` without
     /// instances.
-    pub(super) fn finish(self, first: usize) -> Result<Option<Box<InstanceTable>>, CompileError> {
+    pub(super) fn finish(self, first: usize) -> Result<Option<Arc<InstanceTable>>, CompileError> {
         if self.instances.is_empty() {
             return Ok(None);
         }
@@ -140,6 +149,6 @@ impl InstancedShapes {
         };
         let objects = self.objects.into_iter().map(object).collect();
         let instances = InstanceTable::new(objects, self.instances, self.lights, bvh, first as u32);
-        Ok(Some(Box::new(instances)))
+        Ok(Some(Arc::new(instances)))
     }
 }

@@ -136,7 +136,7 @@ impl Lights {
                 lights.map(|(triangle, number)| (tree_light(triangle), number)).collect()
             }
             &ShapePrimitives::Sphere(s) => {
-                let number = (shapes.triangles.len() + s) as u32;
+                let number = (shapes.counts()[0] + s) as u32;
                 vec![(TreeLight::Other(light), Some(number))]
             }
         }

@@ -11,6 +11,7 @@ use super::collector::is_similarity;
 use super::emitters::{area_square, sphere_light};
 use super::instances::MAX_MOVING_LIGHTS;
 use super::policies::LightConversion;
+use super::reuse::Earlier;
 use super::shapes::{Emitter, ShapePrimitives, Shapes, SurfaceEmission};
 use super::{CompileError, emission};
 use crate::compile::emitters::emitter_triangles;
@@ -20,6 +21,7 @@ use crate::light::{
     InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, PointLight, Portal,
     PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
+use crate::texture::Textures;
 use crate::texture_record::TextureRecord;
 
 /// All lights during compilation.
@@ -33,9 +35,17 @@ pub(super) struct Lights {
     pub(super) origins: LightSourceIds,
     /// Number of lights that are means of daylight over days.
     pub(super) means: usize,
+    /// True if environment maps are compensated.
+    compensated: bool,
 }
 
 impl Lights {
+    /// No lights yet. Environment maps may be compensated; see [`CompileOptions::compensated`].
+    pub(super) fn new(textures: &Arc<Textures>, compensated: bool) -> Self {
+        let tables = LightTables { textures: Arc::clone(textures), ..LightTables::default() };
+        Self { tables, compensated, ..Self::default() }
+    }
+
     pub(super) fn add_sky(&mut self, light: impl Into<AnyLight>) {
         let id = self.table.push(light.into());
         self.infinite.push(id);
@@ -62,7 +72,7 @@ impl Lights {
     /// Adds the light nodes of the scene.
     pub(super) fn add_nodes(
         &mut self,
-        scene: &Scene,
+        (scene, earlier): (&Scene, Option<Earlier<'_>>),
         shapes: &mut Shapes,
         metres: f64,
         convert: Option<LightConversion>,
@@ -85,13 +95,14 @@ impl Lights {
                     node.name
                 ));
             } else {
-                self.add_node(node, number, (to_world, metres), shapes, notes)?;
+                self.add_node(node, number, (to_world, metres, earlier), shapes, notes)?;
                 if matches!(node.kind, LightKind::Area { .. }) {
                     self.origins.squares.push(number as u32);
                 }
             }
             self.origins.lights.resize(self.table.as_slice().len(), Some(number as u32));
         }
+        shapes.remove_old_squares();
         Ok(())
     }
 
@@ -99,7 +110,7 @@ impl Lights {
         &mut self,
         node: &Node,
         number: usize,
-        (to_world, metres): (DAffine3, f64),
+        (to_world, metres, earlier): (DAffine3, f64, Option<Earlier<'_>>),
         shapes: &mut Shapes,
         notes: &mut Notes,
     ) -> Result<(), CompileError> {
@@ -108,14 +119,24 @@ impl Lights {
         let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
         match node.kind {
             LightKind::Environment { ref image, scale, rows, portal } => {
-                let image = &sky_of(image, &node.at, notes);
-                image.check_radiance().map_err(|e| error(format!("environment image: {e}")))?;
+                doubt_sky(image, &node.at, notes);
+                let kept = earlier.and_then(|e| e.environment(image, rows, self.compensated));
+                let image = &match kept {
+                    Some(_) => Arc::clone(image),
+                    None => sky_of(image, &node.at, notes),
+                };
+                if kept.is_none() {
+                    image.check_radiance().map_err(|e| error(format!("environment image: {e}")))?;
+                }
                 let turn = orthogonal(to_world.matrix3, "an environment light").map_err(error)?;
                 let known = self.tables.environments.iter().position(|m| m.is_of(image, rows));
-                let index = known.map_or_else(
-                    || self.push_map(EnvironmentMap::of_image(Arc::clone(image), rows)),
-                    |index| index as u32,
-                );
+                let index = match (known, kept) {
+                    (Some(index), _) => index as u32,
+                    (None, Some(map)) => self.push_prepared(Arc::clone(map)),
+                    (None, None) => {
+                        self.push_map(EnvironmentMap::of_image(Arc::clone(image), rows))
+                    }
+                };
                 let map = Some(PlacedMap { index, to_world: turn });
                 let sky = Environment { radiance: Spectrum::splat(scale), map };
                 self.add_sky_behind(portal, metres, sky).map_err(error)?;
@@ -323,7 +344,15 @@ impl Lights {
     }
 
     /// Adds a map to the tables, and returns its index.
-    fn push_map(&mut self, map: EnvironmentMap) -> u32 {
+    fn push_map(&mut self, mut map: EnvironmentMap) -> u32 {
+        if self.compensated {
+            map.compensate();
+        }
+        self.push_prepared(Arc::new(map))
+    }
+
+    fn push_prepared(&mut self, map: Arc<EnvironmentMap>) -> u32 {
+        self.tables.compensated = self.compensated;
         self.tables.environments.push(map);
         self.tables.environments.len() as u32 - 1
     }
@@ -331,12 +360,6 @@ impl Lights {
     pub(super) fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
         let index = self.push_map(map);
         self.add_sky(Environment { radiance, map: Some(PlacedMap { index, to_world }) });
-    }
-
-    /// Prepares environment maps for light samples that are combined with BSDF samples.
-    pub(super) fn compensate(&mut self) {
-        self.tables.environments.iter_mut().for_each(EnvironmentMap::compensate);
-        self.tables.compensated = !self.tables.environments.is_empty();
     }
 
     /// Returns true if the scene has no light.
@@ -395,13 +418,17 @@ fn represents_emissive_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -
         })
 }
 
+/// Notes a sky that is probably in another layout.
+fn doubt_sky(image: &Image, at: &Span, notes: &mut Notes) {
+    if let Some(doubt) = image.doubt_as_sky() {
+        notes.push(format!("{at}: environment image: {doubt}"));
+        notes.suggest(Hint::SetSkyLayout);
+    }
+}
+
 /// Image of a sky in which invalid radiance is replaced, with notes on it.
 fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Notes) -> Arc<Image> {
     let line = |message: String| format!("{at}: environment image: {message}");
-    if let Some(doubt) = image.doubt_as_sky() {
-        notes.push(line(doubt));
-        notes.suggest(Hint::SetSkyLayout);
-    }
     if image.check_radiance().is_ok() {
         return Arc::clone(image);
     }
@@ -419,7 +446,7 @@ mod tests {
 
     fn compile(kind: LightKind, to_world: DAffine3) -> Result<Vec<AnyLight>, String> {
         let (name, at) = (String::new(), pt_scene::Span::default());
-        let lights = vec![Node { name, to_world, kind, at }];
+        let lights = vec![Node { name, to_world, kind, at }].into();
         let scene = Scene { lights, metres_per_unit: 0.5, ..Scene::default() };
         let compiled = crate::compile(&scene, crate::CompileOptions::default());
         compiled.map(|c| c.scene.lights.as_slice().to_vec()).map_err(|e| e.to_string())

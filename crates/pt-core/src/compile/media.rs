@@ -1,5 +1,7 @@
 //! Converts the author's media to those that renderers read, in metres.
 
+use std::sync::Arc;
+
 use pt_math::{DAffine3, DVec3, Spectrum};
 use pt_scene::medium::{
     BlackBody, Cloud as WrittenCloud, Grid, Heterogeneous, MediumEmission as WrittenEmission,
@@ -114,13 +116,13 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
             let scale = (f64::from(*scale) / metres) as f32;
             let emission = self::emission(emission, metres).map_err(refuse)?;
             let extinction = Density::Field(field(extinction, metres));
-            MediumProperties::Grid(Box::new(GridMedium::new(extinction, scale, albedo, emission)))
+            MediumProperties::Grid(Arc::new(GridMedium::new(extinction, scale, albedo, emission)))
         }
         Written::Cloud(written) => {
             check_albedo(&written.albedo).map_err(refuse)?;
             let (cloud, scale) = cloud(written, area, metres).map_err(refuse)?;
             let albedo = Albedo::Constant(written.albedo.into());
-            MediumProperties::Grid(Box::new(GridMedium::new(
+            MediumProperties::Grid(Arc::new(GridMedium::new(
                 Density::Cloud(cloud),
                 scale,
                 albedo,
@@ -146,7 +148,7 @@ fn phase_record(of: &Phase, is_even: bool, metres: f64) -> Result<PhaseRecord, S
         );
     }
     let flakes = Flakes::new(field(matrices, metres)).ok_or_else(indefinite)?;
-    Ok(PhaseRecord::Flakes(Box::new(flakes)))
+    Ok(PhaseRecord::Flakes(Arc::new(flakes)))
 }
 
 /// Homogeneous phase function.

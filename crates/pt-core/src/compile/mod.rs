@@ -21,6 +21,7 @@ mod meter;
 mod motion;
 mod points;
 pub mod policies;
+mod reuse;
 mod shapes;
 mod studio;
 mod surface;
@@ -34,8 +35,10 @@ pub use camera::resolution;
 pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_scene::{Hint, Notes, Scene, Span};
+pub use reuse::{Earlier, Kept};
 
 use self::policies::Policies;
+use self::reuse::KeptShapes;
 use crate::camera_motion::CameraMotion;
 use crate::id::Id;
 use crate::light::EnvironmentMap;
@@ -106,6 +109,9 @@ impl CompileOptions {
     }
 }
 
+/// Largest cost of queries of a refitted hierarchy, relative to the one when it was built.
+const MAX_REFIT_COST: f32 = 1.25;
+
 /// Default of [`CompileOptions::most_single_lights`].
 const MAX_SINGLE_LIGHTS: usize = 8;
 
@@ -129,6 +135,8 @@ pub struct Compiled {
     pub geometry_time: Duration,
     /// Wall-clock time of building the top-level hierarchy.
     pub bvh_time: Duration,
+    /// Record for the compilation of an edited scene.
+    pub kept: Kept,
 }
 
 /// Error that prevents a scene from being compiled.
@@ -178,7 +186,36 @@ pub enum CompileError {
 ///
 /// # Errors
 /// If the scene refers to something that it does not contain, has invalid values, or is too large.
-pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, CompileError> {
+pub fn compile(scene: &Scene, options: CompileOptions) -> Result<Compiled, CompileError> {
+    compile_with(scene, options, None)
+}
+
+/// Compiles a scene as [`compile`] does, bit for bit, and takes over from an earlier compilation
+/// what has not changed: nothing but the camera is compiled if only it is another one.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_edited(
+    scene: &Scene,
+    options: CompileOptions,
+    earlier: Earlier<'_>,
+) -> Result<Compiled, CompileError> {
+    let Earlier { scene: before, kept } = earlier;
+    if kept.differs_by_view(scene, &options) {
+        let mut view = before.clone();
+        if let Some(notes) = compile_camera(scene, &options, kept.shutter(), &mut view)? {
+            return Ok(kept.with_view((scene, &options), view, notes));
+        }
+    }
+    let earlier = earlier.for_shapes(scene, &options);
+    compile_with(scene, options, earlier)
+}
+
+fn compile_with(
+    scene: &Scene,
+    mut options: CompileOptions,
+    earlier: Option<Earlier<'_>>,
+) -> Result<Compiled, CompileError> {
     let start = Instant::now();
     let mut notes = Notes::default();
     let policies = options.policies;
@@ -186,11 +223,11 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     emission::check(scene, &mut notes)?;
     let mut camera_notes = Notes::default();
     let shutter = motion::shutter(scene, &options, &mut camera_notes)?;
-    let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
+    let mut shapes = geometry::collect(scene, metres, shutter, (&options, earlier), &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);
-    let mut lights = lights::Lights::default();
-    lights.tables.textures = Arc::clone(&shapes.materials.textures);
-    lights.add_nodes(scene, &mut shapes, metres, policies.lights.node, &mut notes)?;
+    let mut lights = lights::Lights::new(&shapes.materials.textures, options.compensated);
+    let known = (scene, earlier);
+    lights.add_nodes(known, &mut shapes, metres, policies.lights.node, &mut notes)?;
     if policies.lights.samples_shapes {
         lights.add_emissive(&mut shapes);
     }
@@ -198,7 +235,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
         lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MAX_SINGLE_LIGHTS));
     }
     lights.add_moving(&mut shapes, &mut notes);
-    lights.add_environment(options.environment.take());
+    let environment = options.environment.take();
+    let has_environment = environment.is_some();
+    lights.add_environment(environment);
     if lights.are_out(&shapes) {
         lights.add_environment(options.studio.then(studio::environment));
         notes.push(if options.studio { STUDIO_LIGHT } else { DARK });
@@ -207,32 +246,32 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
             notes.suggest(Hint::ShowNormals);
         }
     }
-    if options.compensated {
-        lights.compensate();
-    }
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let view = View::new(scene, (metres, shutter), &media, &options, &mut camera_notes)?;
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
-    let bvh = build_bvh(&shapes, options.bvh)?;
+    let (bvh, tree_cost) = tree(&shapes, options.bvh, earlier)?;
     let left_out = bvh.skipped() + shapes.placed.skipped;
     if left_out > 0 {
         left_out::note(left_out, shapes.out_of_range() + shapes.placed.out_of_range, &mut notes);
     }
     let bvh_time = start.elapsed();
-    let first = shapes.triangles.len() + shapes.spheres.len();
+    let first = shapes.counts().iter().sum();
+    let of_shapes = KeptShapes { tree_cost, ..std::mem::take(&mut shapes.kept) };
     let placed = std::mem::take(&mut shapes.placed).finish(first)?;
-    let sides_by_shading_normal = scene.settings.sides_by_shading_normal;
+    let source = scene;
     let mut scene = assemble(shapes, lights, media, view, bvh);
     scene.instances = placed;
     scene.unnormalized_shading_normals = policies.shapes.vertex_normals.is_some();
-    scene.sides_by_shading_normal = sides_by_shading_normal;
+    scene.sides_by_shading_normal = source.settings.sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {
         notes.push("smooth shadows have no effect in a scene with media");
     }
-    Ok(Compiled { scene, notes, camera_notes, shutter, geometry_time, bvh_time })
+    let of_scene = (shutter, &notes);
+    let kept = Kept::new(source, &options, has_environment, of_scene, of_shapes);
+    Ok(Compiled { scene, notes, camera_notes, shutter, geometry_time, bvh_time, kept })
 }
 
 /// Camera of a compiled scene, and what depends on it.
@@ -293,8 +332,39 @@ fn tell_what_moves(placed: &shapes::InstancedShapes, [open, close]: [f64; 2], no
     }
 }
 
+/// The hierarchy over the shapes that are not instanced, and its cost when it was built: the one of
+/// an earlier compilation, that one with the shapes where they are, or a new one.
+fn tree(
+    shapes: &shapes::Shapes,
+    options: BuildOptions,
+    earlier: Option<Earlier<'_>>,
+) -> Result<(Arc<Bvh>, f32), CompileError> {
+    let known = earlier.and_then(|earlier| Some((earlier, earlier.tree(options)?)));
+    if let Some((earlier, (bvh, cost))) = known {
+        let before = &earlier.scene.shapes;
+        if before.has_same_places(&shapes.arrays) {
+            return Ok((Arc::clone(bvh), cost));
+        }
+        if [before.triangles.len(), before.spheres.len()] == shapes.counts() {
+            let mut moved = Bvh::clone(bvh);
+            let is_refitted = with_geometry(shapes, |geometry| moved.refit(geometry)).is_ok();
+            if is_refitted && moved.query_cost() <= cost * MAX_REFIT_COST {
+                return Ok((Arc::new(moved), cost));
+            }
+        }
+    }
+    let bvh = build_bvh(shapes, options)?;
+    let cost = bvh.query_cost();
+    Ok((Arc::new(bvh), cost))
+}
+
 /// Builds the hierarchy over all triangles and spheres.
 fn build_bvh(shapes: &shapes::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
+    with_geometry(shapes, |geometry| Bvh::build(geometry, &options))
+}
+
+/// Calls `ask` with the triangles and spheres.
+fn with_geometry<T>(shapes: &shapes::Shapes, ask: impl FnOnce(Geometry<'_>) -> T) -> T {
     // Spheres that face inwards have a negative radius; without them, no copy is made.
     let mut spheres = Cow::from(&shapes.spheres);
     if spheres.iter().any(|s| s.radius < 0.0) {
@@ -302,7 +372,7 @@ fn build_bvh(shapes: &shapes::Shapes, options: BuildOptions) -> Result<Bvh, Buil
     }
     let geometry =
         Geometry { positions: &shapes.positions, triangles: &shapes.triangles, spheres: &spheres };
-    Bvh::build(geometry, &options)
+    ask(geometry)
 }
 
 fn assemble(
@@ -310,7 +380,7 @@ fn assemble(
     lights: lights::Lights,
     media: Media,
     view: View,
-    bvh: Bvh,
+    bvh: Arc<Bvh>,
 ) -> RenderScene {
     use std::mem::take;
     let mut surfaces = shapes.surfaces.as_slice().iter();
@@ -332,7 +402,7 @@ fn assemble(
         lights: lights.table,
         light_origins: lights.origins,
         infinite_lights: lights.infinite,
-        light_tables: lights.tables,
+        light_tables: Arc::new(lights.tables),
         media: Media { camera: view.medium, ..media },
         camera: view.camera,
         camera_motion: view.motion,

@@ -54,7 +54,7 @@ impl Collector<'_> {
         self.add_spheres(object, points, radius, to_world);
         for shown in shown {
             self.mesh_colors.resize_with(self.mesh_values.len(), MeshColors::default);
-            let first = self.shapes.first_colored[1] + self.shapes.spheres.len() - count;
+            let first = self.shapes.first_colored[1] + self.shapes.sphere_surface.len() - count;
             self.mesh_colors[shown as usize].points.push((first as u32, Arc::clone(points)));
         }
         if points.segments.is_empty() {
@@ -77,9 +77,14 @@ impl Collector<'_> {
             let center = to_world.transform_point3(Vec3::from_array(*p).as_dvec3()).as_vec3();
             Sphere { center, radius }
         };
-        self.shapes.spheres.reserve_exact(points.positions.len());
-        self.shapes.spheres.extend(points.positions.iter().map(sphere));
-        self.shapes.sphere_surface.resize(self.shapes.spheres.len(), surface);
+        let count = points.positions.len();
+        if !self.shapes.are_kept {
+            let spheres = &mut self.shapes.arrays_mut().spheres;
+            spheres.reserve_exact(count);
+            spheres.extend(points.positions.iter().map(sphere));
+        }
+        let surfaces = &mut self.shapes.sphere_surface;
+        surfaces.resize(surfaces.len() + count, surface);
     }
 
     /// Default radius of points in their own coordinates, which the transform scales by `scale`.

@@ -1,34 +1,30 @@
 //! Shapes, emitters and surfaces of a scene during compilation.
 
 use std::mem::swap;
+use std::ops::Deref;
 use std::sync::Arc;
 
-use pt_bvh::{AnimatedInstance, Bvh, Sphere};
-use pt_math::{Mat3, Spectrum, Vec2, Vec3};
+use pt_bvh::{AnimatedInstance, Bvh};
+use pt_math::{Spectrum, Vec3};
 use pt_scene::{Sides, Span};
 
+use super::reuse::KeptShapes;
 use crate::bsdf::{Diffuse, LobeRecord, LobeTables};
 use crate::id::{Id, SurfaceId, SurfaceMarker, Table};
 use crate::instances::Instance;
 use crate::light::{AnimatedLight, AnyLight};
 use crate::material::Materials;
-use crate::shapes::{FLAT, ShapeTables};
+use crate::shapes::{FLAT, ShapeArrays, ShapeTables};
 use crate::surface::{EmissiveSides, SurfaceRecord};
 use crate::texture_record::TextureRecord;
 
-/// All shapes in world space.
+/// Shapes in a common coordinate system.
 #[derive(Default)]
 pub(super) struct Shapes {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) normals: Vec<Vec3>,
-    /// Indices of the corner normals of each triangle; empty if there are none.
-    pub(super) triangle_normals: Vec<[u32; 3]>,
-    pub(super) uvs: Vec<Vec2>,
-    /// Indices of the corner coordinates of each triangle; may be shorter than the triangles.
-    pub(super) triangle_uvs: Vec<[u32; 3]>,
-    pub(super) spheres: Vec<Sphere>,
-    pub(super) sphere_axes: Vec<Mat3>,
+    /// The shapes. Those without a surface yet are from an earlier compilation.
+    pub(super) arrays: Arc<ShapeArrays>,
+    /// True if the arrays are those of an earlier compilation, to which nothing is added.
+    pub(super) are_kept: bool,
     pub(super) triangle_surface: Vec<SurfaceId>,
     pub(super) sphere_surface: Vec<SurfaceId>,
     /// See [`crate::RenderScene::object_ends`].
@@ -47,6 +43,8 @@ pub(super) struct Shapes {
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
     /// Instanced objects, whose shapes are not in these tables.
     pub(super) placed: InstancedShapes,
+    /// Record for the next compilation.
+    pub(super) kept: KeptShapes,
     /// Indices of the first triangle and the first sphere among the primitives with vertex colours.
     pub(super) first_colored: [usize; 2],
 }
@@ -79,14 +77,8 @@ pub(super) enum ShapePrimitives {
 impl Shapes {
     /// Swaps the shapes and emitters with those of another collection.
     pub(super) fn exchange(&mut self, other: &mut Self) {
-        swap(&mut self.positions, &mut other.positions);
-        swap(&mut self.triangles, &mut other.triangles);
-        swap(&mut self.normals, &mut other.normals);
-        swap(&mut self.triangle_normals, &mut other.triangle_normals);
-        swap(&mut self.uvs, &mut other.uvs);
-        swap(&mut self.triangle_uvs, &mut other.triangle_uvs);
-        swap(&mut self.spheres, &mut other.spheres);
-        swap(&mut self.sphere_axes, &mut other.sphere_axes);
+        swap(&mut self.arrays, &mut other.arrays);
+        swap(&mut self.are_kept, &mut other.are_kept);
         swap(&mut self.triangle_surface, &mut other.triangle_surface);
         swap(&mut self.sphere_surface, &mut other.sphere_surface);
         swap(&mut self.emitters, &mut other.emitters);
@@ -97,17 +89,7 @@ impl Shapes {
     pub(super) fn into_tables(self) -> ShapeTables {
         let mut primitive_surface = self.triangle_surface;
         primitive_surface.extend(self.sphere_surface);
-        ShapeTables {
-            positions: self.positions,
-            triangles: self.triangles,
-            normals: self.normals,
-            triangle_normals: self.triangle_normals,
-            uvs: self.uvs,
-            triangle_uvs: self.triangle_uvs,
-            spheres: self.spheres,
-            sphere_axes: self.sphere_axes,
-            primitive_surface,
-        }
+        ShapeTables { arrays: self.arrays, primitive_surface: primitive_surface.into() }
     }
 
     /// Unit normal of the front side of a triangle, oriented by its shading normals as in
@@ -161,18 +143,65 @@ impl Shapes {
             light: None,
         };
         let surface = self.add_surface(record, None);
-        let first = self.triangles.len();
-        let base = self.positions.len() as u32;
-        self.positions.extend([origin, origin + e1, origin + e1 + e2, origin + e2]);
-        self.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+        let first = self.triangle_surface.len();
+        self.place_square(first, [origin, origin + e1, origin + e1 + e2, origin + e2]);
         self.triangle_surface.extend([surface; 2]);
-        if !self.triangle_normals.is_empty() {
-            self.triangle_normals.extend([FLAT; 2]);
-        }
         let primitives = ShapePrimitives::Triangles(std::iter::once(first..first + 2).collect());
         let emission =
             SurfaceEmission { radiance: emission, texture: None, is_invisible: false, coat: 0.0 };
         self.emitters.push(Emitter { surface, emission, primitives });
+    }
+
+    /// Places the next square, whose first triangle has the number `first`. An equal one of an
+    /// earlier compilation is kept.
+    fn place_square(&mut self, first: usize, corners: [Vec3; 4]) {
+        let bits = |corners: &[Vec3]| -> Vec<_> {
+            corners.iter().map(|p| p.to_array().map(f32::to_bits)).collect()
+        };
+        let known = self.arrays.triangles.get(first).map(|t| t[0] as usize);
+        let Some(base) = known else {
+            let arrays = self.arrays_mut();
+            let base = arrays.positions.len() as u32;
+            arrays.positions.extend(corners);
+            arrays.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+            if !arrays.triangle_normals.is_empty() {
+                arrays.triangle_normals.extend([FLAT; 2]);
+            }
+            return;
+        };
+        if bits(&self.arrays.positions[base..base + 4]) != bits(&corners) {
+            self.arrays_mut().positions[base..base + 4].copy_from_slice(&corners);
+        }
+    }
+
+    /// Numbers of triangles and spheres so far.
+    pub(super) fn counts(&self) -> [usize; 2] {
+        [self.triangle_surface.len(), self.sphere_surface.len()]
+    }
+
+    /// Removes squares of an earlier compilation that have not been placed again.
+    pub(super) fn remove_old_squares(&mut self) {
+        let left = self.arrays.triangles.len() - self.triangle_surface.len();
+        if left > 0 {
+            let count = self.triangle_surface.len();
+            let arrays = self.arrays_mut();
+            arrays.triangles.truncate(count);
+            arrays.triangle_normals.truncate(count);
+            arrays.positions.truncate(arrays.positions.len() - 2 * left);
+        }
+    }
+
+    /// The arrays, to be changed; those that an earlier compilation shares are copied first.
+    pub(super) fn arrays_mut(&mut self) -> &mut ShapeArrays {
+        Arc::make_mut(&mut self.arrays)
+    }
+}
+
+impl Deref for Shapes {
+    type Target = ShapeArrays;
+
+    fn deref(&self) -> &ShapeArrays {
+        &self.arrays
     }
 }
 
@@ -213,4 +242,6 @@ pub(super) struct InstancedShapes {
     pub(super) skipped: u32,
     /// Number of skipped shapes that are out of the range of coordinates.
     pub(super) out_of_range: u32,
+    /// Number of an object of the scene for each object.
+    pub(super) numbers: Vec<usize>,
 }

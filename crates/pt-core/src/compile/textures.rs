@@ -12,6 +12,7 @@ use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Pattern, Procedural, Scalar, Texture, TextureMapping,
 };
 
+use super::reuse::Earlier;
 use crate::bsdf::{self, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::image_texture::Texels;
@@ -33,14 +34,16 @@ const MAX_ALPHA: f32 = 10.0;
 pub(super) type ShownValues = BTreeSet<u32>;
 
 /// Conversion of a material in place of the physical one; `None` where they are equal.
-pub(super) type SurfaceConversion = fn(&Surface, &mut Lowering) -> Option<Material>;
+pub(super) type SurfaceConversion = fn(&Surface, &mut Lowering<'_>) -> Option<Material>;
 
 /// Lobes, materials and textures compiled so far, and the state of the current material.
-pub(super) struct Lowering {
+pub(super) struct Lowering<'a> {
     /// Conversion of materials that differ from the physical one.
     pub(super) conversion: SurfaceConversion,
     /// Metres per unit of the scene.
     pub(super) metres: f32,
+    /// Earlier compilation, from which images and tables are taken over.
+    earlier: Option<Earlier<'a>>,
     pub(super) lobes: Table<LobeRecord>,
     pub(super) lobe_tables: LobeTables,
     /// Materials; their textures are in `textures`.
@@ -64,11 +67,16 @@ pub(super) struct Lowering {
     coat: Option<CoatRecord>,
 }
 
-impl Lowering {
-    pub(super) fn new(conversion: SurfaceConversion, metres: f32) -> Self {
+impl<'a> Lowering<'a> {
+    pub(super) fn new(
+        conversion: SurfaceConversion,
+        metres: f32,
+        earlier: Option<Earlier<'a>>,
+    ) -> Self {
         Self {
             conversion,
             metres,
+            earlier,
             lobes: Table::default(),
             lobe_tables: LobeTables::default(),
             measured: HashMap::new(),
@@ -100,6 +108,18 @@ impl Lowering {
         (self.lobes, self.lobe_tables, Materials { textures, ..self.materials })
     }
 
+    /// Images and tables for the next compilation, by the addresses of their originals.
+    pub(super) fn kept(
+        &self,
+    ) -> (HashMap<usize, Arc<Texels>>, HashMap<usize, Arc<MeasuredTables>>) {
+        let texels = &self.textures.texels;
+        let images = self.images.iter().map(|(of, id)| (of.addr(), Arc::clone(&texels[*id])));
+        let tables = &self.lobe_tables.measured;
+        let table = |number: u32| Arc::clone(&tables[number as usize]);
+        let measured = self.measured.iter().map(|(of, number)| (of.addr(), table(*number)));
+        (images.collect(), measured.collect())
+    }
+
     /// Returns true if any texture or material uses texture coordinates.
     pub(super) fn uses_coordinates(&self) -> bool {
         let materials = self.materials.table.as_slice();
@@ -117,7 +137,8 @@ impl Lowering {
     pub(super) fn measured(&mut self, of: &Arc<Measurements>, two_sided: bool) -> Material {
         let tables = &mut self.lobe_tables.measured;
         let number = *self.measured.entry(Arc::as_ptr(of)).or_insert_with(|| {
-            tables.push(MeasuredTables::new(of));
+            let known = self.earlier.and_then(|earlier| earlier.measured(of)).cloned();
+            tables.push(known.unwrap_or_else(|| Arc::new(MeasuredTables::new(of))));
             tables.len() as u32 - 1
         });
         let lobe = bsdf::Measured::new(number, &tables[number as usize]);
@@ -379,10 +400,14 @@ impl Lowering {
     fn image(&mut self, image: &Arc<Image>, filter: Filter) -> Id<Texels> {
         let Image { width, height, pixels } = &**image;
         let texels = &mut self.textures.texels;
-        let make = || texels.push(Texels::new(*width, *height, pixels));
-        let id = *self.images.entry(Arc::as_ptr(image)).or_insert_with(make);
+        let known = self.earlier.and_then(|earlier| earlier.image(image)).cloned();
+        let make = || known.unwrap_or_else(|| Arc::new(Texels::new(*width, *height, pixels)));
+        let id = *self.images.entry(Arc::as_ptr(image)).or_insert_with(|| texels.push(make()));
         if filter == Filter::Trilinear {
-            self.textures.texels[id].build_mipmap(pixels);
+            if !texels[id].has_mipmap() {
+                // Another scene may share them.
+                Arc::make_mut(&mut texels[id]).build_mipmap(pixels);
+            }
             self.textures.uses_footprints = true;
         }
         id

@@ -293,7 +293,8 @@ impl Light for Environment {
         let maps = [(Mat3::IDENTITY, Rows::PixelCenters), (turned, Rows::EndpointsAtPoles)];
         let of_map = |(to_world, rows)| {
             let mut tables = LightTables::default();
-            tables.environments.push(EnvironmentMap::of_image(Arc::clone(&image), rows));
+            let map = EnvironmentMap::of_image(Arc::clone(&image), rows);
+            tables.environments.push(Arc::new(map));
             let map = Some(PlacedMap { index: 0, to_world });
             (Self { radiance: Spectrum::ONE, map }, tables)
         };

@@ -163,7 +163,7 @@ pub struct LightTables {
     /// Intensity profiles of luminaires.
     pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
-    pub environments: Vec<EnvironmentMap>,
+    pub environments: Vec<Arc<EnvironmentMap>>,
     /// True if environment maps leave directions to BSDF sampling; see
     /// [`EnvironmentMap::compensate`].
     pub compensated: bool,

@@ -235,7 +235,7 @@ impl Light for PortalSky {
         };
         vec![
             of(even, ceiling, Vec::new()),
-            of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::PixelCenters)]),
+            of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::PixelCenters).into()]),
         ]
     }
 }

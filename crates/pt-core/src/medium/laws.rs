@@ -45,7 +45,7 @@ fn of_grid(grid: Grid, scale: f32, albedo: f32) -> MediumRecord {
 fn of_density(density: Density, scale: f32, albedo: f32) -> MediumRecord {
     let albedo = Albedo::Constant(Spectrum::splat(albedo));
     let emission = Some(MediumEmission::Constant(GLOW.into()));
-    record(MediumProperties::Grid(Box::new(GridMedium::new(density, scale, albedo, emission))))
+    record(MediumProperties::Grid(Arc::new(GridMedium::new(density, scale, albedo, emission))))
 }
 
 /// A cloud around the ray, as a medium and by itself.
@@ -182,7 +182,7 @@ fn turning() -> Phase {
     let grid = Arc::new(Grid { resolution: [2, 1, 1], channels: 6, values });
     let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
     let field = WorldGrid { grid, corner, to_unit, filter: GridFilter::Trilinear };
-    Phase::Flakes(Box::new(Flakes::new(field).expect("flakes")))
+    Phase::Flakes(Arc::new(Flakes::new(field).expect("flakes")))
 }
 
 /// Projected area √(ωᵀ S ω) along the ray.
@@ -256,7 +256,7 @@ fn grids_may_emit_in_places() {
             ..density.clone()
         });
         let albedo = Albedo::Constant(Spectrum::ZERO);
-        record(MediumProperties::Grid(Box::new(GridMedium::new(
+        record(MediumProperties::Grid(Arc::new(GridMedium::new(
             density,
             1.5,
             albedo,

@@ -13,6 +13,7 @@ mod laws;
 mod majorant;
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 pub use cloud::Cloud;
 pub use emission::{BlackbodyEmission, MediumEmission};
@@ -41,7 +42,7 @@ pub enum Phase {
     /// The same phase function everywhere.
     Same(AnyPhase),
     /// Microflakes that vary in space; the medium is a grid then.
-    Flakes(Box<Flakes>),
+    Flakes(Arc<Flakes>),
 }
 
 /// Extinction, albedo and emission of a medium.
@@ -50,7 +51,7 @@ pub enum MediumProperties {
     /// Homogeneous medium.
     Homogeneous(Homogeneous),
     /// Heterogeneous medium, by a grid or by noise.
-    Grid(Box<GridMedium>),
+    Grid(Arc<GridMedium>),
 }
 
 /// Result of sampling a medium along a ray. Weights are factors of the path's throughput.
@@ -158,7 +159,7 @@ pub struct Boundary {
 }
 
 /// All media, and the boundaries between them.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Media {
     /// The media.
     pub table: Table<MediumRecord>,

@@ -20,7 +20,7 @@ impl RenderScene {
     pub fn light_source_ids(&self) -> Vec<Vec<LightSourceId>> {
         let LightSourceIds { lights, points, .. } = &self.light_origins;
         let mut first_primitives = vec![None; self.lights.as_slice().len()];
-        for (primitive, surface) in (0..).zip(&self.shapes.primitive_surface) {
+        for (primitive, surface) in (0..).zip(&*self.shapes.primitive_surface) {
             if let Some(light) = self.surfaces[*surface].light {
                 first_primitives[light.index()].get_or_insert(primitive);
             }

@@ -141,6 +141,8 @@ pub(super) struct JsonWriter<'a> {
     /// Names of table entries, by address.
     pub(super) names: HashMap<(&'static str, usize), String>,
     pub(super) taken: HashMap<&'static str, Unique>,
+    /// True if entries of tables are written in place of their names.
+    pub(super) is_inline: bool,
 }
 
 impl<'a> JsonWriter<'a> {

@@ -167,8 +167,8 @@ fn scene(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Scene, Lo
         used_camera,
         materials: materials.into_iter().map(|(_, material)| material).collect(),
         media: media.into_iter().map(|(_, medium)| medium).collect(),
-        objects: list("objects", keys, cx)?,
-        lights: list("lights", keys, cx)?,
+        objects: list("objects", keys, cx)?.into(),
+        lights: list("lights", keys, cx)?.into(),
         settings,
         ..defaults
     })
@@ -238,8 +238,24 @@ pub fn values_of(scene: &Scene) -> Result<SceneValues, String> {
     Ok(SceneValues { text, attachments: cx.attachments.take().unwrap_or_default() })
 }
 
-/// Unique names of the materials and media of a scene.
-fn names_of(scene: &Scene) -> (Vec<String>, Vec<String>) {
+/// Converts parts of a scene to a text with attachments. Textures, images and other items of tables
+/// are in place of their names; `materials` and `media` are the names of those of the scene.
+///
+/// # Errors
+/// As [`values_of`].
+pub fn values_of_parts(
+    parts: &Scene,
+    materials: &[String],
+    media: &[String],
+) -> Result<SceneValues, String> {
+    let cx = &mut JsonWriter::in_memory(materials, media);
+    cx.is_inline = true;
+    let text = write(parts, String::new(), cx)?;
+    Ok(SceneValues { text, attachments: cx.attachments.take().unwrap_or_default() })
+}
+
+/// Returns the unique names of the materials and of the media of a scene in scene files.
+pub fn names_of(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let materials = unique(scene.materials.iter().map(|m| m.name.as_str()), "material");
     (materials, unique(scene.media.iter().map(|m| m.name.as_str()), "medium"))
 }
@@ -257,8 +273,8 @@ fn write(scene: &Scene, stem: String, cx: &mut JsonWriter<'_>) -> Result<String,
     put(&mut body, "used_camera", &Plain, &scene.used_camera, Some(None), cx)?;
     write_named("media", &scene.media, media, &mut body, cx)?;
     write_named("materials", &scene.materials, materials, &mut body, cx)?;
-    put(&mut body, "lights", &Plain, &scene.lights, Some(Vec::new()), cx)?;
-    put(&mut body, "objects", &Plain, &scene.objects, Some(Vec::new()), cx)?;
+    put(&mut body, "lights", &Plain, &*scene.lights, Some(Vec::new()), cx)?;
+    put(&mut body, "objects", &Plain, &*scene.objects, Some(Vec::new()), cx)?;
     for table in TABLES {
         head.extend(
             cx.tables.remove(table).map(|entries| (table.to_owned(), Out::Object(entries))),

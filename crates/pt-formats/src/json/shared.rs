@@ -47,6 +47,9 @@ impl<T: TableEntry> JsonCodec for Arc<T> {
     }
 
     fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
+        if cx.is_inline {
+            return self.write_entry(cx);
+        }
         let (table, _) = T::TABLE;
         let place = (table, Arc::as_ptr(self) as usize);
         if let Some(name) = cx.names.get(&place) {

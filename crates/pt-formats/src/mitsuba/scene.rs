@@ -83,7 +83,7 @@ pub(super) fn build(tree: &ObjectTree) -> Result<Scene, LoadError> {
     settings.sides_by_shading_normal = true;
     tree.context.ok_or_report(integrator::integrator(tree, outermost, settings, warnings))?;
     let MitsubaMediumCache { made, warnings, .. } = builder.media;
-    builder.scene.media = made;
+    builder.scene.media = made.into();
     builder.scene.warnings.extend(warnings);
     integrator::fill_holes(&mut builder.scene);
     Ok(builder.scene)

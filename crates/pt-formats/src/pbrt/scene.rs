@@ -230,7 +230,7 @@ impl PbrtWorld {
         if is_volumetric && self.media.made.is_empty() {
             settings.integrator = None;
         }
-        self.scene.media = self.media.made;
+        self.scene.media = self.media.made.into();
         self.scene.settings = settings;
         // Errors of the film were reported above.
         let white =

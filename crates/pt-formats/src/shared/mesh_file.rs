@@ -51,7 +51,12 @@ impl MeshFile {
             media: None,
             at: place(path, 0),
         };
-        Scene { objects: vec![object], materials, warnings, ..Scene::default() }
+        Scene {
+            objects: vec![object].into(),
+            materials: materials.into(),
+            warnings,
+            ..Scene::default()
+        }
     }
 }
 

@@ -301,9 +301,9 @@ fn a_light_on_an_emissive_surface_is_not_written_beside_it() {
         at: Span::default(),
     };
     let scene = |lights: Vec<Light>| Scene {
-        materials: vec![lamp.clone()],
-        objects: vec![object(rectangle.clone(), DAffine3::IDENTITY, 0)],
-        lights,
+        materials: vec![lamp.clone()].into(),
+        objects: vec![object(rectangle.clone(), DAffine3::IDENTITY, 0)].into(),
+        lights: lights.into(),
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene(vec![square(0.001)]));
@@ -350,13 +350,14 @@ fn features_that_gltf_lacks_are_noted_once() {
     };
     let sphere = || object(Geometry::Sphere { radius: 2.0 }, DAffine3::IDENTITY, 0);
     let scene = Scene {
-        materials: vec![material("paint", matte)],
-        objects: vec![sphere(), sphere()],
+        materials: vec![material("paint", matte)].into(),
+        objects: vec![sphere(), sphere()].into(),
         lights: vec![
             light(LightKind::Constant { radiance: [1.0; 3], portal: None }),
             light(LightKind::Constant { radiance: [2.0; 3], portal: None }),
             light(LightKind::Point { intensity: [3.0, 2.0, 0.7] }),
-        ],
+        ]
+        .into(),
         settings: pt_scene::RenderHints { spp: Some(4), ..Default::default() },
         ..Scene::default()
     };
@@ -388,8 +389,9 @@ fn lengths_become_metres() {
     let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
     let scene = Scene {
         metres_per_unit: 0.01,
-        materials: vec![material("glass", glass)],
-        objects: vec![object(cube, DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)), 0)],
+        materials: vec![material("glass", glass)].into(),
+        objects: vec![object(cube, DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)), 0)]
+            .into(),
         ..Scene::default()
     };
     let (read, ..) = written(&scene);
@@ -407,8 +409,8 @@ fn what_is_sheared_keeps_its_shape() {
     let matte = Diffuse { reflectance: [0.5; 3].into(), two_sided: true };
     let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
     let scene = Scene {
-        materials: vec![material("paint", matte)],
-        objects: vec![object(cube, sheared, 0)],
+        materials: vec![material("paint", matte)].into(),
+        objects: vec![object(cube, sheared, 0)].into(),
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene);
@@ -473,8 +475,8 @@ fn textures_are_read_as_they_were() {
     };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
     let scene = Scene {
-        materials: vec![material],
-        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)],
+        materials: vec![material].into(),
+        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)].into(),
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene);
@@ -491,8 +493,8 @@ fn computed_textures_become_their_mean() {
     let matte = Diffuse { reflectance, two_sided: true };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
     let scene = Scene {
-        materials: vec![material("paint", matte)],
-        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)],
+        materials: vec![material("paint", matte)].into(),
+        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)].into(),
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene);

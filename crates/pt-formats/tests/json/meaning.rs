@@ -140,7 +140,7 @@ fn names_that_are_not_unique_are_kept() {
         hidden_emission: false,
         opacity: 1.0.into(),
     };
-    let materials = ["", "a", "a", "a_2", ""].map(material).to_vec();
+    let materials = ["", "a", "a", "a_2", ""].map(material).to_vec().into();
     let scene = Scene { materials, name: "same".to_owned(), ..Scene::default() };
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("names.json");

@@ -253,7 +253,7 @@ fn scene_of(points: Points, radius: Option<f64>) -> Scene {
         at: pt_scene::Span::default(),
     };
     Scene {
-        objects: vec![object.clone(), Object { name: "again".into(), ..object }],
+        objects: vec![object.clone(), Object { name: "again".into(), ..object }].into(),
         ..Scene::default()
     }
 }

@@ -86,7 +86,7 @@ fn maps_of_all_kinds_light_as_quadrature_says() {
     let map = |w: u32, h: u32, context: &dyn Fn(u32, u32) -> f32| {
         let texels = (0..w * h).map(|i| [context(i % w, i / w); 3]).collect();
         let mut tables = LightTables::default();
-        tables.environments.push(EnvironmentMap::new(w, h, texels));
+        tables.environments.push(EnvironmentMap::new(w, h, texels).into());
         let map = Some(PlacedMap { index: 0, to_world: Mat3::IDENTITY });
         let light = super::super::Environment { radiance: Spectrum::ONE, map };
         (AnyLight::from(light), tables)

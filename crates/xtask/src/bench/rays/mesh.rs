@@ -147,7 +147,8 @@ mod tests {
         let mut scene = scene.unwrap();
         let twice = pt_math::DAffine3::from_scale(DVec3::splat(2.0));
         scene.objects[0].to_world = twice * scene.objects[0].to_world;
-        scene.objects.push(scene.objects[0].clone());
+        let again = scene.objects[0].clone();
+        scene.objects.push(again);
         let mesh = in_world(&scene);
         assert_eq!(mesh.triangles.len(), 2);
         assert_eq!(mesh.corners(1)[0], Vec3::new(2.0, 4.0, 6.0));
