@@ -137,7 +137,12 @@ pub fn merge(films: &[PathBuf], output: &Path) -> Result<FilmImage, CommandError
 /// # Errors
 /// If the file cannot be read, or lacks one of the views.
 pub fn view_numbers(path: &Path) -> Result<(PathBuf, Vec<u32>), CommandError> {
-    views::numbers(path).map_err(CommandError::from)
+    views::numbers(path).map_err(|error| match error.downcast_ref() {
+        Some(LoadError::Io { source, .. }) => {
+            CommandError::File { kind: source.kind(), message: message::of_error(&error) }
+        }
+        _ => error.into(),
+    })
 }
 
 /// Command of a purpose for files, with its output and the options of keywords.

@@ -81,8 +81,18 @@ def key_of(scene: PackedScene, settings: PackedSettings) -> str:
     return hashlib.sha256(pickle.dumps((scene, settings))).hexdigest()
 
 
-def unpack(scene: PackedScene, packed: PackedSettings) -> PartialRender:
-    """Read and compile a scene.
+def unpack_scene(packed: PackedScene) -> Scene:
+    """Read a scene."""
+    with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
+        for name, content in packed.files.items():
+            path = Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        return load(Path(folder, _SCENE), **packed.options)
+
+
+def unpack(scene: Scene, packed: PackedSettings) -> PartialRender:
+    """Compile a scene; of the one that was compiled last for it, what is the same is kept.
 
     Raises
     ------
@@ -90,10 +100,6 @@ def unpack(scene: PackedScene, packed: PackedSettings) -> PartialRender:
         If this machine has another version of pathtracer than the one that packed it.
     """
     with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
-        for name, content in scene.files.items():
-            path = Path(folder, "scene", name)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
         settings = dict(packed.settings)
         for setting, (name, contents) in packed.files.items():
             beside = Path(folder, setting)
@@ -101,8 +107,7 @@ def unpack(scene: PackedScene, packed: PackedSettings) -> PartialRender:
             for file, content in contents.items():
                 (beside / file).write_bytes(content)
             settings[setting] = beside / name
-        read = load(Path(folder, "scene", _SCENE), **scene.options)
-        render = PartialRender(read, **settings)
+        render = PartialRender(scene, **settings)
     if render.identity != packed.identity:
         message = (
             "the worker would render another image: found "

@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING, Any
 import ray
 
 from .._native import PartialRender, merge_parts
-from ._packing import unpack
+from ._packing import unpack, unpack_scene
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from .._native import Scene
 
 # Compiled scenes that a process keeps: those of the two images on which a cluster works at a time.
 _KEPT = 2
 
 _renders: OrderedDict[str, PartialRender] = OrderedDict()
+# Scenes by the objects that have them, with their compiled parts.
+_scenes: OrderedDict[str, Scene] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -56,13 +60,15 @@ def take(
     items: Sequence[Item],
     threads: int,
 ) -> Done:
-    """Take the samples of items. The scene is fetched and compiled once for each process."""
+    """Take the samples of items. The scene is fetched and compiled once for each process; for other
+    settings, it is compiled as far as they differ."""
     start = time.perf_counter()
     render = _renders.get(key)
     if render is None:
         while len(_renders) >= _KEPT:
             _renders.popitem(last=False)
-        render = unpack(*ray.get(list(packed)))
+        scene, settings = packed
+        render = unpack(_scene(scene), ray.get(settings))
         _renders[key] = render
     _renders.move_to_end(key)
     compilation = time.perf_counter() - start
@@ -74,6 +80,18 @@ def take(
             taken = render.continue_part(item.film, item.end, threads)
         films.append(Taken(*taken))
     return Done(films, time.perf_counter() - start, compilation)
+
+
+def _scene(packed: ray.ObjectRef[Any]) -> Scene:
+    """Read a scene, unless this process has it."""
+    name = packed.hex()
+    scene = _scenes.get(name)
+    if scene is None:
+        while len(_scenes) >= _KEPT:
+            _scenes.popitem(last=False)
+        scene = _scenes[name] = unpack_scene(ray.get(packed))
+    _scenes.move_to_end(name)
+    return scene
 
 
 def merge(*parts: Done) -> Done:
