@@ -34,7 +34,7 @@ def test_each_view_is_the_render_with_its_camera(scene: pathtracer.Scene) -> Non
     orthographic = build.OrthographicCamera(
         half_height=280, to_world=build.Translate(translate=[278, 273, -100])
     )
-    cameras = [turned(scene, 0.1), orthographic, {"type": "panorama"}, 0, scene.camera]
+    cameras: list[Any] = [turned(scene, 0.1), orthographic, {"type": "panorama"}, 0, scene.camera]
     images = list(pathtracer.render_views(scene, (each for each in cameras), seed=3, **SIZE))
     assert len(images) == len(cameras)
     moved: Any = scene.camera
