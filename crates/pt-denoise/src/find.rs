@@ -23,11 +23,17 @@ const NAME: &str = if cfg!(windows) {
 /// package pyoidn, and a folder of packages.
 const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
 
+/// True if the C library of the program cannot open others.
+const IS_STATIC: bool = cfg!(all(target_env = "musl", target_feature = "crt-static"));
+
 /// Opens the library, which is searched for in further folders first, and also returns its path.
 ///
 /// # Errors
-/// If it is not found.
+/// If it is not found, or the program is static.
 pub(crate) fn open(further: &[PathBuf]) -> Result<(OidnFunctions, PathBuf), DenoiseError> {
+    if IS_STATIC {
+        return Err(DenoiseError::Static);
+    }
     match env::var_os(VARIABLE).filter(|place| !place.is_empty()) {
         Some(place) => open_given(place.into()),
         None => open_usual(further),

@@ -25,6 +25,13 @@ pub enum DenoiseError {
         /// Files that were found but could not be opened, with the reasons.
         tried: Vec<String>,
     },
+    /// The program is statically linked, so that its C library opens no others.
+    #[error(
+        "a static program cannot open Open Image Denoise; expected a program for the GNU C library: that of the Python \
+         package (pip install pathtracer-*.whl), or one built from source. Both also denoise images that are rendered \
+         (pathtracer denoise IMAGE)"
+    )]
+    Static,
     /// The library is not at the location given by [`VARIABLE`].
     #[error(
         "{VARIABLE} is {}, where Open Image Denoise cannot be opened; expected the library, or a folder with it or with \
@@ -115,7 +122,7 @@ impl Denoiser {
     /// The device computes with `threads` threads.
     ///
     /// # Errors
-    /// If the library is not found, is too old, or creates no device.
+    /// If the program is static, or the library is not found, is too old, or creates no device.
     pub fn open(threads: usize) -> Result<Self, DenoiseError> {
         Self::open_in(&[], threads)
     }

@@ -57,6 +57,15 @@ pub fn sin_cos_tau(u: f32) -> (f32, f32) {
     turn(sin_cos_eighth(r), rounded.to_bits())
 }
 
+/// √(x² + y²), rounded as f64 and then as f32: squares of f32 are exact in f64, and none overflows.
+///
+/// `f32::hypot` is a function of the C library, whose roundings differ between libraries.
+#[inline]
+pub fn hypot(x: f32, y: f32) -> f32 {
+    let [x, y] = [x, y].map(f64::from);
+    (x * x + y * y).sqrt() as f32
+}
+
 /// (sin x, cos x), with absolute errors below 1.2·10⁻⁷.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
@@ -253,6 +262,16 @@ mod tests {
             assert!(worst(x(), |x| sin_cos(x).0, libm::sin, unit) < 1.2e-7);
             assert!(worst(x(), |x| sin_cos(x).1, libm::cos, unit) < 1.2e-7);
         }
+    }
+
+    #[test]
+    fn hypotenuses_are_exact_where_they_are_numbers_and_do_not_overflow() {
+        for scale in [f32::MIN_POSITIVE, 1.0, 1e38] {
+            assert_eq!(hypot(-2.0 * scale, 0.0), 2.0 * scale);
+            assert_eq!(hypot(0.75 * scale, -scale), 1.25 * scale);
+        }
+        let exact = |x: f64| (x * x + 1.0).sqrt();
+        assert!(worst(line(0.0, 9.0, 1 << 18), |x| hypot(x, 1.0), exact, exact) < 6e-8);
     }
 
     #[test]

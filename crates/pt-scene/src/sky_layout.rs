@@ -28,7 +28,7 @@ impl SkyLayout {
         let DVec3 { x, y, z } = direction.normalize_or_zero();
         let [u, v] = match self {
             Self::Angular => {
-                let across = x.hypot(y);
+                let across = libm::hypot(x, y);
                 let r = if across > 0.0 { libm::acos(-z) * FRAC_1_PI / across } else { 0.0 };
                 [x * r, -y * r]
             }

@@ -5,6 +5,7 @@
 
 mod bench;
 mod blender;
+mod dist;
 mod figures;
 mod guide;
 mod imports;
@@ -46,6 +47,9 @@ enum Chore {
     /// Long campaigns against the guarantees: renders that are killed a thousand times, files that
     /// cause failures
     Soak(soak::Args),
+    /// Build the distribution into target/dist (static programs, wheels, bill of materials,
+    /// checksums), and check it
+    Dist(dist::Args),
     /// Measure speed and memory
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -63,6 +67,7 @@ fn main() -> ExitCode {
         Chore::Pbrt(args) => pbrt::run(&args),
         Chore::Figures(args) => figures::run(&args),
         Chore::Soak(args) => soak::run(&args),
+        Chore::Dist(args) => dist::run(&args),
         Chore::Bench(bench) => bench::run(&bench),
     };
     match done {

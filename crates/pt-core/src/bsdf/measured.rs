@@ -120,7 +120,7 @@ struct Viewed {
 
 /// Polar angle and azimuth of a direction.
 fn angles(w: Vec3) -> [f32; 2] {
-    [trig::atan2(w.x.hypot(w.y), w.z), trig::atan2(w.y, w.x)]
+    [trig::atan2(trig::hypot(w.x, w.y), w.z), trig::atan2(w.y, w.x)]
 }
 
 /// Coordinate of a polar angle in the unit square.
@@ -187,7 +187,7 @@ impl<'t> Measured<'t> {
         let (point, seen) = self.tables.vndf.invert(blend, normal);
         let context = self.tables.luminance.pdf(blend, point);
         // Mirrored directions are 4 (ωo · m) times as far apart as the normals m.
-        let pdf = seen * context / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
+        let pdf = seen * context / (stretch(normal.x, trig::hypot(m.x, m.y)) * 4.0 * wo.dot(m));
         if !pdf.is_finite() || pdf < MIN_DENSITY {
             return None;
         }

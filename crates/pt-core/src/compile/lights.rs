@@ -230,7 +230,8 @@ impl Lights {
             LightKind::Projector { intensity, x_fov, y_fov, .. } => {
                 let tangents = [x_fov, y_fov].map(|fov| libm::tan(0.5 * fov.to_radians()));
                 // Beyond the corners, by more than rounding errors.
-                let cutoff = libm::atan(tangents[0].hypot(tangents[1]) * (1.0 + 1e-5)) as f32;
+                let cutoff =
+                    libm::atan(libm::hypot(tangents[0], tangents[1]) * (1.0 + 1e-5)) as f32;
                 let falloff = Falloff::Flat { cutoff };
                 let spot = Spot { position, axis, intensity: intensity.into(), falloff };
                 let axes = projection(to_world.matrix3, cutoff)?;

@@ -119,7 +119,7 @@ fn realistic(
     warnings: &mut Vec<Warning>,
 ) -> Result<Lens, LoadError> {
     let [width, height] = around.resolution.map(f64::from);
-    let film = [width, height].map(|side| around.diagonal * side / width.hypot(height));
+    let film = [width, height].map(|side| around.diagonal * side / libm::hypot(width, height));
     let lens = lens::lens(entity, film, around.folder)?;
     let mut warn = |message| warnings.push(Warning { at: entity.at.span(""), message });
     warn(format!(

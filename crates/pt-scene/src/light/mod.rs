@@ -312,7 +312,7 @@ impl LightKind {
                 );
                 // The cone that encloses the picture.
                 let tangent = |fov: f64| libm::tan(0.5 * fov.to_radians());
-                let angle = libm::atan(tangent(x_fov).hypot(tangent(y_fov))).to_degrees();
+                let angle = libm::atan(libm::hypot(tangent(x_fov), tangent(y_fov))).to_degrees();
                 SimpleLight::Spot { intensity, inner_angle: angle, outer_angle: angle }
             }
             Self::Area { radiance } => SimpleLight::Area { radiance },

@@ -89,7 +89,7 @@ impl Gonioreflectometer {
         for wo in &views {
             let visible = |p: Vec2| {
                 let m = direction(p);
-                distribution(m) * m.dot(*wo).max(0.0) * stretch(p.x, m.x.hypot(m.y))
+                distribution(m) * m.dot(*wo).max(0.0) * stretch(p.x, trig::hypot(m.x, m.y))
             };
             vndf.values.extend(points(self.visible).map(visible));
         }
@@ -125,7 +125,7 @@ impl Gonioreflectometer {
                 let f =
                     if wi.z > 0.0 { (specimen.eval)(*wo, wi.normalize()) } else { Spectrum::ZERO };
                 let seen = warp.pdf(&blend, normal);
-                let apart = stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m);
+                let apart = stretch(normal.x, trig::hypot(m.x, m.y)) * 4.0 * wo.dot(m);
                 luminance.push(if seen > 0.0 {
                     (f.luminance() * apart / seen).max(0.0)
                 } else {
@@ -160,7 +160,7 @@ fn projected(distribution: &dyn Fn(Vec3) -> f32, w: Vec3) -> f32 {
     let seen = |i: u16, j: u16| {
         let p = Vec2::new(middle(i), middle(j));
         let m = direction(p);
-        f64::from(distribution(m) * m.dot(w).max(0.0) * stretch(p.x, m.x.hypot(m.y)))
+        f64::from(distribution(m) * m.dot(w).max(0.0) * stretch(p.x, trig::hypot(m.x, m.y)))
     };
     let sum: f64 = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| seen(i, j))).sum();
     (sum / f64::from(SIDE).powi(2)) as f32
