@@ -123,26 +123,25 @@ impl Staging {
         Ok(Self { path })
     }
 
-    /// Moves the files into the distribution, where they replace those of earlier builds, and
-    /// writes the checksums; returns names and sizes.
+    /// Writes the checksums, and moves all files into the distribution, where they replace those of
+    /// the same names; returns names and sizes.
     fn publish(&self, out: &Path) -> Result<Vec<(String, u64)>> {
         checksums::write(&self.path)?;
+        fs::create_dir_all(out).with_context(|| out.display().to_string())?;
         let mut files = Vec::new();
         for path in names::files(&self.path)? {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let published = out.join(&name);
             files.push((name, fs::metadata(&path)?.len()));
+            fs::rename(&path, &published).with_context(|| published.display().to_string())?;
         }
-        if out.exists() {
-            fs::remove_dir_all(out).with_context(|| out.display().to_string())?;
-        }
-        fs::rename(&self.path, out).with_context(|| out.display().to_string())?;
         Ok(files)
     }
 }
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        // After publication there is nothing to remove.
+        // What remains is without use.
         let _ = fs::remove_dir_all(&self.path);
     }
 }
