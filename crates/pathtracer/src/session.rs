@@ -18,7 +18,8 @@ use crate::cryptomatte::{self, MatteNames};
 use crate::fingerprint::{self, FingerprintEntry};
 use crate::{light_groups, unlit, view};
 
-/// A compiled scene, from which sessions of this scene and of edited ones are made. Clones share it.
+/// A compiled scene, from which sessions of this scene and of edited ones are made. Clones share
+/// it.
 #[derive(Clone)]
 pub struct CompiledScene(pub(crate) Earlier);
 
@@ -30,7 +31,7 @@ impl CompiledScene {
     }
 }
 
-/// A compiled scene, its settings, and its film.
+/// A compiled scene, its settings, and its film. Keeps the lists of the [`Scene`] in memory, too.
 pub struct Session {
     scene: Arc<RenderScene>,
     /// Record of the compilation.
@@ -68,8 +69,8 @@ impl Session {
 
     /// Creates the session that [`Self::new`] creates, bit for bit, and compiles only what differs
     /// from an earlier scene: meshes, images and other large parts are taken over if they are the
-    /// same ones in memory, as in an edited clone of the earlier [`Scene`]. Shapes are moved in place
-    /// if nothing else uses the earlier compilation.
+    /// same ones in memory, as in an edited clone of the earlier [`Scene`]. Shapes are moved in
+    /// place if nothing else uses the earlier compilation.
     ///
     /// ```
     /// use pathtracer::{CompileOptions, Session, Settings};

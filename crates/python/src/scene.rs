@@ -238,8 +238,8 @@ impl Scene {
     /// SceneError
     ///     If a part is invalid; `errors` names the arguments.
     /// TypeError, ValueError
-    ///     If a name or number is unknown or that of several items, a keyword is unknown, a matrix has a wrong
-    ///     shape, or a value has no counterpart in a scene file; the message names it.
+    ///     If a name or number is unknown or that of several items, a keyword is unknown, a matrix
+    ///     has a wrong shape, or a value has no counterpart in a scene file; the message names it.
     #[pyo3(signature = (*, folder = PathBuf::new(), **changes))]
     fn replace(
         &self,

@@ -136,8 +136,8 @@ fn load(name: &str) -> Scene {
     pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
 }
 
-/// Asserts it for each edit after the ones before, and for all of them undone. Of each second one, the
-/// earlier compilation is used up; the others leave it as it was.
+/// Asserts it for each edit after the ones before, and for all of them undone. Each second one uses
+/// up the earlier compilation; the others leave it as it was.
 fn assert_edits(scene: &Scene, options: &dyn Fn() -> CompileOptions, name: &str) {
     let new = |scene: &Scene| {
         let session = Session::new(scene, options(), settings(scene));

@@ -1,8 +1,8 @@
-//! What a compilation takes over from an earlier one, of another version of the scene.
+//! Reuse of an earlier compilation, of another version of the scene.
 //!
 //! Large data are identified by their place in memory, which the earlier scene keeps occupied, and
-//! never by name. What is taken over has the bits of a compilation from scratch: hits do not depend
-//! on the topology of a hierarchy.
+//! never by name. All that is taken over has the bits of a compilation from scratch: hits do not
+//! depend on the topology of a hierarchy.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub(super) struct KeptShapes {
 pub struct Earlier {
     /// The compiled scene.
     pub scene: Arc<RenderScene>,
-    /// Its record.
+    /// Record of the compilation.
     pub kept: Kept,
 }
 
