@@ -59,9 +59,9 @@ impl SceneQueries {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn edited(earlier: &CompiledScene, scene: &Scene) -> Result<Self, CompileError> {
+    pub fn edited(earlier: CompiledScene, scene: &Scene) -> Result<Self, CompileError> {
         let options = CompileOptions { texture_coordinates: true, ..CompileOptions::default() };
-        Ok(Self { scene: compile_edited(scene, options, earlier.earlier())?.scene })
+        Ok(Self { scene: compile_edited(scene, options, earlier.0)?.scene })
     }
 
     /// Replaces the contents of `hits` by the nearest hit of each ray, in order. Rays have unit

@@ -18,20 +18,20 @@ use crate::cryptomatte::{self, MatteNames};
 use crate::fingerprint::{self, FingerprintEntry};
 use crate::{light_groups, unlit, view};
 
-/// A compiled scene, from which sessions of this scene and of edited ones are made. Clones share it.
+/// A compiled scene, from which sessions of this scene and of edited ones are made. Clones share
+/// it.
 #[derive(Clone)]
-pub struct CompiledScene {
-    scene: Arc<RenderScene>,
-    kept: Kept,
-}
+pub struct CompiledScene(pub(crate) Earlier);
 
 impl CompiledScene {
-    pub(crate) fn earlier(&self) -> Earlier<'_> {
-        Earlier { scene: &self.scene, kept: &self.kept }
+    /// Returns true if a scene has the objects that were compiled, at the same places in memory:
+    /// then [`Session::edited`] moves no shapes.
+    pub fn has_objects_of(&self, scene: &Scene) -> bool {
+        self.0.kept.has_objects_of(scene)
     }
 }
 
-/// A compiled scene, its settings, and its film.
+/// A compiled scene, its settings, and its film. Keeps the lists of the [`Scene`] in memory, too.
 pub struct Session {
     scene: Arc<RenderScene>,
     /// Record of the compilation.
@@ -69,7 +69,8 @@ impl Session {
 
     /// Creates the session that [`Self::new`] creates, bit for bit, and compiles only what differs
     /// from an earlier scene: meshes, images and other large parts are taken over if they are the
-    /// same ones in memory, as in an edited clone of the earlier [`Scene`].
+    /// same ones in memory, as in an edited clone of the earlier [`Scene`]. Shapes are moved in
+    /// place if nothing else uses the earlier compilation.
     ///
     /// ```
     /// use pathtracer::{CompileOptions, Session, Settings};
@@ -80,7 +81,7 @@ impl Session {
     /// let mut edited = scene.clone();
     /// edited.objects[3].to_world.translation.x += 0.1;
     /// let earlier = session.compiled();
-    /// let moved = Session::edited(&earlier, &edited, options(), Settings::default())?;
+    /// let moved = Session::edited(earlier, &edited, options(), Settings::default())?;
     /// # let _ = moved;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -88,7 +89,7 @@ impl Session {
     /// # Errors
     /// As [`Self::new`].
     pub fn edited(
-        earlier: &CompiledScene,
+        earlier: CompiledScene,
         scene: &Scene,
         options: CompileOptions,
         settings: Settings,
@@ -97,7 +98,7 @@ impl Session {
     }
 
     fn with(
-        earlier: Option<&CompiledScene>,
+        earlier: Option<CompiledScene>,
         scene: &Scene,
         mut options: CompileOptions,
         settings: Settings,
@@ -109,7 +110,7 @@ impl Session {
         let placement = options.placement;
         let names = MatteNames::of(scene, &settings.aovs);
         let compiled = match earlier {
-            Some(earlier) => compile_edited(scene, options, earlier.earlier())?,
+            Some(CompiledScene(earlier)) => compile_edited(scene, options, earlier)?,
             None => compile(scene, options)?,
         };
         let region = Region::full(compiled.scene.camera.resolution);
@@ -332,7 +333,7 @@ impl Session {
 
     /// The compiled scene, for [`Self::edited`].
     pub fn compiled(&self) -> CompiledScene {
-        CompiledScene { scene: Arc::clone(&self.scene), kept: self.kept.clone() }
+        CompiledScene(Earlier { scene: Arc::clone(&self.scene), kept: self.kept.clone() })
     }
 
     /// The compiled scene.

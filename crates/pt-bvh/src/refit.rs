@@ -22,9 +22,9 @@ pub enum RefitError {
 }
 
 impl Bvh {
-    /// Estimated cost of a query, in arbitrary units: the sum of the areas of the boxes of the tree.
-    /// After [`Self::refit`], the increase since the build shows how far neighbours have moved
-    /// apart.
+    /// Estimated cost of a query, in arbitrary units: the sum of the areas of the boxes of the
+    /// tree. After [`Self::refit`], the increase since the build shows how far neighbours have
+    /// moved apart.
     pub fn query_cost(&self) -> f32 {
         match &self.kernel {
             Kernel::Wide(wide) => wide.area_of_boxes(),

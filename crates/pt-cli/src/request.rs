@@ -349,7 +349,7 @@ impl RenderRequest {
         self,
         scene: &Scene,
         origin: &SceneOrigin,
-        earlier: Option<&CompiledScene>,
+        earlier: Option<CompiledScene>,
     ) -> Result<PreparedRender, String> {
         self.prepared(scene, origin, earlier).map_err(|error| in_keywords(&format!("{error:#}")))
     }
@@ -358,7 +358,7 @@ impl RenderRequest {
         self,
         scene: &Scene,
         origin: &SceneOrigin,
-        earlier: Option<&CompiledScene>,
+        earlier: Option<CompiledScene>,
     ) -> anyhow::Result<PreparedRender> {
         let Self { job, mut arguments, side } = self;
         let RenderJob { mode, mut input, mut compile, memory, .. } = job;

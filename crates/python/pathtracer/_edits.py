@@ -66,9 +66,10 @@ def parts(table: str, values: dict[str, Any], transforms: Sequence[Any]) -> list
 
 
 def _part(table: str, values: Mapping[str, Any]) -> Part:
-    kinds = [kind for name, kind in vars(build).items() if name.endswith(_ENDINGS[table])]
-    classes = {kind.type: kind for kind in kinds if isinstance(kind, type)}
-    kind = classes[values["type"]]
+    ending = _ENDINGS[table]
+    kinds = [kind for name, kind in vars(build).items() if name.endswith(ending)]
+    classes = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Part)]
+    kind: Any = next(kind for kind in classes if kind.type == values["type"])
     names = {field.name.rstrip("_"): field.name for field in dataclasses.fields(kind)}
     fields = {names[key]: value for key, value in values.items() if key != "type"}
     part: Part = kind(**fields)

@@ -94,14 +94,8 @@ class _SceneParts(_ReadingOptions, total=False):
 class _Edits(TypedDict, total=False):
     camera: build.Camera | None
     materials: Mapping[str, build.Material] | None
-    transforms: Mapping[str, _Transform] | Mapping[int, _Transform] | Mapping[str | int, _Transform] | None
-    lights: (
-        Sequence[build.Light]
-        | Mapping[str, build.Light]
-        | Mapping[int, build.Light]
-        | Mapping[str | int, build.Light]
-        | None
-    )
+    transforms: Mapping[Any, _Transform] | None
+    lights: Sequence[build.Light] | Mapping[Any, build.Light] | None
     settings: build.Settings | _Values | None
     textures: Mapping[str, build.Texture] | None
     images: Mapping[str, build.Image | _Values] | None

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use pathtracer::{LoadOptions, Scene as Written, SourceFile, suggestions};
 use pt_cli::SceneOrigin;
 use pt_math::DAffine3;
-use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -204,7 +204,7 @@ pub(crate) fn number(table: &str, key: &Bound<'_, PyAny>, names: &[String]) -> P
         let index = number.extract::<usize>().ok().filter(|index| *index < count);
         return index.ok_or_else(|| {
             let message = format!("{table}: found {number}, expected a number below {count}");
-            PyIndexError::new_err(message)
+            PyValueError::new_err(message)
         });
     };
     let name = name.to_str()?;

@@ -237,11 +237,9 @@ impl Scene {
     /// ------
     /// SceneError
     ///     If a part is invalid; `errors` names the arguments.
-    /// IndexError
-    ///     If there is no object or light of this number.
     /// TypeError, ValueError
-    ///     If a name is unknown or that of several items, a keyword is unknown, a matrix has a wrong
-    ///     shape, or a value has no counterpart in a scene file; the message names it.
+    ///     If a name or number is unknown or that of several items, a keyword is unknown, a matrix
+    ///     has a wrong shape, or a value has no counterpart in a scene file; the message names it.
     #[pyo3(signature = (*, folder = PathBuf::new(), **changes))]
     fn replace(
         &self,
@@ -317,7 +315,7 @@ impl Scene {
     ///
     /// Raises
     /// ------
-    /// IndexError, ValueError
+    /// TypeError, ValueError
     ///     If there is no such light, or several have the name.
     fn light<'py>(
         &self,

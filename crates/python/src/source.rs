@@ -1,6 +1,6 @@
 //! A scene with its origin and its compilation, for other threads.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pathtracer::CompiledScene;
 use pathtracer::queries::SceneQueries;
@@ -31,9 +31,9 @@ impl SceneSource {
     /// # Errors
     /// As [`RenderRequest::prepare`].
     pub(crate) fn prepare(&self, request: RenderRequest) -> Result<PreparedRender, String> {
-        let earlier = self.compiled();
-        let prepared = request.prepare(&self.scene, &self.origin, earlier.as_ref())?;
-        self.keep(prepared.session.compiled());
+        let earlier = self.taken();
+        let prepared = request.prepare(&self.scene, &self.origin, earlier)?;
+        *self.lock() = Some(prepared.session.compiled());
         Ok(prepared)
     }
 
@@ -43,17 +43,27 @@ impl SceneSource {
     /// If the scene is inconsistent.
     pub(crate) fn queries(&self) -> Result<SceneQueries, pathtracer::CompileError> {
         match self.compiled() {
-            Some(earlier) => SceneQueries::edited(&earlier, &self.scene),
+            Some(earlier) => SceneQueries::edited(earlier, &self.scene),
             None => SceneQueries::new(&self.scene),
         }
     }
 
     fn compiled(&self) -> Option<CompiledScene> {
-        self.compiled.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.lock().clone()
     }
 
-    fn keep(&self, compiled: CompiledScene) {
-        let old = self.compiled.lock().unwrap_or_else(PoisonError::into_inner).replace(compiled);
-        drop(old);
+    /// The last compilation, which is given up if other objects were compiled, so that these may be
+    /// moved in place.
+    fn taken(&self) -> Option<CompiledScene> {
+        let mut compiled = self.lock();
+        if compiled.as_ref().is_some_and(|compiled| compiled.has_objects_of(&self.scene)) {
+            compiled.clone()
+        } else {
+            compiled.take()
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<CompiledScene>> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

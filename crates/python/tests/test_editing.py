@@ -22,6 +22,11 @@ def room() -> pathtracer.Scene:
     levels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3) * 5
     image = build.BitmapTexture(image=build.Image(pixels=levels))
     fog = build.HomogeneousMedium(name="fog", extinction=0.05, albedo=0.5)
+    lying: list[build.Step] = [
+        build.Rotate(rotate=-90, axis=[1, 0, 0]),
+        build.Scale(scale=3),
+        build.Translate(translate=[0, -1, 0]),
+    ]
     return pathtracer.Scene(
         camera=build.PerspectiveCamera(
             name="eye",
@@ -42,15 +47,7 @@ def room() -> pathtracer.Scene:
         },
         objects=[
             build.Sphere(name="ball", material="gold"),
-            build.Rectangle(
-                name="floor",
-                material="tile",
-                to_world=[
-                    build.Rotate(rotate=-90, axis=[1, 0, 0]),
-                    build.Scale(scale=3),
-                    build.Translate(translate=[0, -1, 0]),
-                ],
-            ),
+            build.Rectangle(name="floor", material="tile", to_world=lying),
             build.Cube(material="chess", to_world=build.Translate(translate=[2.2, 0, -1])),
             build.Cube(material="chess", to_world=build.Translate(translate=[-2.2, 0, -1])),
         ],
@@ -81,8 +78,8 @@ def shifted(x: float) -> Any:
 def test_a_camera_is_replaced() -> None:
     scene = room()
     before = pixels(scene)
+    assert isinstance(scene.camera, build.PerspectiveCamera)
     camera: Any = scene.camera
-    assert isinstance(camera, build.PerspectiveCamera)
     assert camera.name == "eye"
     assert camera.medium == "fog"
     assert camera.to_world.shape == (4, 4)
@@ -96,6 +93,12 @@ def test_a_camera_is_replaced() -> None:
     for name, array in pixels(back).items():
         np.testing.assert_array_equal(array, before[name])
     assert len(edited.cameras) == 1
+    haze = build.HomogeneousMedium(name="haze", extinction=0.3, albedo=0.9)
+    values["media"]["haze"] = {"type": "homogeneous", "extinction": 0.3, "albedo": 0.9}
+    values["cameras"][0]["medium"] = "haze"
+    camera = edited.camera
+    camera.medium = haze
+    assert_same(edited.replace(camera=camera), values)
     assert pathtracer.Scene(objects=[]).camera is None
 
 
@@ -130,7 +133,7 @@ def test_objects_are_transformed() -> None:
     values["objects"][3]["to_world"] = {"matrix": moved[3].tolist()}
     assert_same(edited, values)
     np.testing.assert_array_equal(edited.transforms["ball"], moved["ball"])
-    steps = [build.Scale(scale=0.5), build.Translate(translate=[0, 1, 0])]
+    steps: list[build.Step] = [build.Scale(scale=0.5), build.Translate(translate=[0, 1, 0])]
     values["objects"][0]["to_world"] = [{"scale": 0.5}, {"translate": [0, 1, 0]}]
     assert_same(edited.replace(transforms={"ball": steps}), values)
     assert pathtracer.Scene.from_dict(values).objects == scene.objects
@@ -226,8 +229,8 @@ Wrong = Callable[[pathtracer.Scene], object]
         (lambda s: s.replace(transforms=3), TypeError, "transforms: found a value of type int"),
         (lambda s: s.replace(transforms={"bal": np.eye(4)}), ValueError, 'mean "ball"'),
         (lambda s: s.replace(transforms={"": np.eye(4)}), ValueError, "expected a number"),
-        (lambda s: s.replace(transforms={4: np.eye(4)}), IndexError, "a number below 4"),
-        (lambda s: s.replace(transforms={-1: np.eye(4)}), IndexError, "a number below 4"),
+        (lambda s: s.replace(transforms={4: np.eye(4)}), ValueError, "a number below 4"),
+        (lambda s: s.replace(transforms={-1: np.eye(4)}), ValueError, "a number below 4"),
         (lambda s: s.replace(transforms={2.5: np.eye(4)}), TypeError, "expected str or int"),
         (
             lambda s: s.replace(transforms={"ball": np.eye(3)}),
@@ -237,7 +240,7 @@ Wrong = Callable[[pathtracer.Scene], object]
         (
             lambda s: s.replace(transforms={"ball": np.full((4, 4), np.nan)}),
             ValueError,
-            r'transforms\["ball"\]\[0\]\[0\]: found nan',
+            r'transforms\["ball"\]\[0\]\[0\]: found NaN',
         ),
         (
             lambda s: s.replace(transforms={"ball": np.diag([1.0, 1, 0, 1])}),
@@ -257,7 +260,7 @@ Wrong = Callable[[pathtracer.Scene], object]
             r'lights\["lamp"\].intensity',
         ),
         (lambda s: s.material("gould"), ValueError, 'did you mean "gold"'),
-        (lambda s: s.light(7), IndexError, "a number below 2"),
+        (lambda s: s.light(7), ValueError, "a number below 2"),
     ],
 )
 def test_wrong_edits_are_refused(edit: Wrong, error: type[Exception], message: str) -> None:
@@ -276,8 +279,8 @@ def resident() -> int:
 def test_memory_does_not_grow_with_edits() -> None:
     if not Path("/proc/self/statm").exists():
         pytest.skip("the size of the process is unknown")
-    positions = np.random.default_rng(1).random((60_000, 3))
-    triangles = np.arange(60_000).reshape(-1, 3)
+    positions = np.random.default_rng(1).random((12_000, 3)) * 0.01
+    triangles = np.arange(12_000).reshape(-1, 3)
     mesh = build.MeshObject(name="cloud", mesh=build.Mesh(positions=positions, triangles=triangles))
     scene = pathtracer.Scene(objects=[mesh], lights=[build.ConstantLight(radiance=1)])
 
@@ -287,14 +290,14 @@ def test_memory_does_not_grow_with_edits() -> None:
             scene = scene.replace(
                 transforms={"cloud": shifted(0.001 * i)}, lights=[build.ConstantLight(radiance=i)]
             )
-            pathtracer.render(scene, width=4, height=3, spp=1, threads=1)
+            pathtracer.render(scene, width=4, height=3, spp=1)
 
-    edit(20)
+    edit(40)
     gc.collect()
     before = resident()
-    edit(180)
+    edit(160)
     gc.collect()
-    assert resident() - before < 40 << 20
+    assert resident() - before < 24 << 20
 
 
 def test_threads_edit_and_render_one_scene() -> None:

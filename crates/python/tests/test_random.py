@@ -133,6 +133,18 @@ def test_values_of_scenes(value: Any) -> None:
         result(lambda: pathtracer.Scene(**{key: value}))
 
 
+@settings(max_examples=40, deadline=None)
+@given(any_value(), st.sampled_from(["camera", "materials", "lights", "transforms", "settings"]))
+def test_edits(value: Any, key: str) -> None:
+    lamp = build.PointLight(name="lamp", intensity=1)
+    scene = pathtracer.Scene(objects=[build.Sphere(name="ball")], lights=[lamp])
+    for name in ["ball", "lamp", 0]:
+        changes: dict[str, Any] = {key: {name: value}}
+        result(lambda: scene.replace(**changes))
+    changes = {key: value}
+    result(lambda: scene.replace(**changes))
+
+
 LOBE = pathtracer.Bsdf("diffuse")
 PHASE = pathtracer.PhaseFunction("rayleigh")
 (LIGHT,) = pathtracer.lights(pathtracer.Scene(lights=[build.ConstantLight(radiance=1)]))

@@ -4,11 +4,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use pathtracer::{Aov, CompileOptions, EnvironmentMap, Scene, Session, Settings, Silent};
+use pathtracer::compat::cs184;
+use pathtracer::{
+    Aov, CompileError, CompileOptions, CompiledScene, DirectLight, EnvironmentMap, Scene, Session,
+    Settings, Silent,
+};
 use pt_math::{DAffine3, DQuat, DVec3};
-use pt_scene::{Color, Geometry, Light, LightKind, Span, shapes};
+use pt_scene::medium::Phase;
+use pt_scene::{Attribute, Color, Geometry, Key, Light, LightKind, Mesh, Motion, Span, shapes};
 
-use crate::scenes::{Builder, camera, facing, matte, metal, size};
+use crate::scenes::{Builder, camera, facing, gloss, matte, metal, size};
 
 const SIZE: [u32; 2] = [12, 9];
 
@@ -31,7 +36,7 @@ const FILES: [&str; 12] = [
 /// Name of an edit, and what it does.
 type Edit = (&'static str, fn(&mut Scene));
 
-const EDITS: [Edit; 14] = [
+const EDITS: [Edit; 15] = [
     ("nothing", |_| ()),
     ("a camera", |scene| {
         scene.cameras.iter_mut().for_each(|camera| camera.to_world.translation.x += 0.1);
@@ -68,6 +73,9 @@ const EDITS: [Edit; 14] = [
     ("all objects", |scene| {
         scene.objects.iter_mut().for_each(|object| object.to_world.translation.z -= 0.05);
     }),
+    ("the media", |scene| {
+        scene.media.iter_mut().for_each(|medium| medium.phase = Phase::HenyeyGreenstein { g: 0.5 });
+    }),
     ("a square light", |scene| {
         scene.lights.push(square(DVec3::new(0.2, 1.4, 0.3), 2.0));
     }),
@@ -96,12 +104,12 @@ fn settings(scene: &Scene) -> Settings {
 
 /// Asserts that the session of an edited scene is that of a new compilation, and returns it.
 fn edited(
-    earlier: &Session,
+    earlier: CompiledScene,
     scene: &Scene,
     options: &dyn Fn() -> CompileOptions,
     name: &str,
 ) -> Option<Session> {
-    let edited = Session::edited(&earlier.compiled(), scene, options(), settings(scene));
+    let edited = Session::edited(earlier, scene, options(), settings(scene));
     let new = Session::new(scene, options(), settings(scene));
     let (mut edited, mut new) = match (edited, new) {
         (Ok(edited), Ok(new)) => (edited, new),
@@ -128,18 +136,28 @@ fn load(name: &str) -> Scene {
     pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
 }
 
-/// Asserts it for each edit after the ones before, and for all of them undone.
+/// Asserts it for each edit after the ones before, and for all of them undone. Each second one uses
+/// up the earlier compilation; the others leave it as it was.
 fn assert_edits(scene: &Scene, options: &dyn Fn() -> CompileOptions, name: &str) {
-    let first = Session::new(scene, options(), settings(scene)).expect("the scene makes sense");
-    let (mut last, mut current) = (first, scene.clone());
-    for (edit, change) in EDITS {
+    let new = |scene: &Scene| {
+        let session = Session::new(scene, options(), settings(scene));
+        session.expect("the scene makes sense").compiled()
+    };
+    let (mut last, mut current) = (new(scene), scene.clone());
+    for (number, (edit, change)) in EDITS.into_iter().enumerate() {
         let mut next = current.clone();
         change(&mut next);
-        if let Some(session) = edited(&last, &next, options, &format!("{name}: {edit}")) {
-            (last, current) = (session, next);
+        let kept = (number % 2 == 0).then(|| last.clone());
+        let session = edited(last, &next, options, &format!("{name}: {edit}"));
+        if let Some(kept) = kept {
+            assert!(edited(kept, &current, options, &format!("{name}: before {edit}")).is_some());
         }
+        if session.is_some() {
+            current = next;
+        }
+        last = session.map_or_else(|| new(&current), |session| session.compiled());
     }
-    assert!(edited(&last, scene, options, &format!("{name}: undone")).is_some());
+    assert!(edited(last, scene, options, &format!("{name}: undone")).is_some());
 }
 
 #[test]
@@ -168,35 +186,74 @@ fn environments_are_those_of_new_compilations() {
     let scene = load("mitsuba/envmap.xml");
     let plain = || size(SIZE);
     let session = Session::new(&scene, with_sky(), settings(&scene)).expect("it makes sense");
-    assert!(edited(&session, &scene, &plain, "without the second map").is_some());
+    assert!(edited(session.compiled(), &scene, &plain, "without the second map").is_some());
 }
 
 /// Options and settings may differ, too.
 #[test]
 fn other_options_are_those_of_new_compilations() {
-    let scene = load("gltf/textures.gltf");
-    let session = Session::new(&scene, size(SIZE), settings(&scene)).expect("it makes sense");
-    let light_only = Settings {
-        direct: pathtracer::DirectLight::Light,
-        aovs: vec![Aov::Uv],
-        ..settings(&scene)
-    };
-    let of = |settings: &Settings, earlier: Option<&Session>| {
-        let mut session = match earlier {
-            Some(earlier) => {
-                Session::edited(&earlier.compiled(), &scene, size(SIZE), settings.clone())
-            }
-            None => Session::new(&scene, size(SIZE), settings.clone()),
-        }
-        .expect("it makes sense");
+    let textured = load("gltf/textures.gltf");
+    let under_a_map = load("mitsuba/envmap.xml");
+    let Builder(pair) = Builder::default()
+        .mesh(bent_rectangle(), facing(DVec3::ZERO, DVec3::Z, 1.0), gloss())
+        .sky(1.0);
+    let mut pair = Builder(pair).seen_by(camera(DVec3::Z * 3.0, DVec3::ZERO, [40.0, 30.0]));
+    let mut other = pair.objects[0].clone();
+    other.to_world.translation.x += 0.5;
+    pair.objects.push(other);
+    let film = |session: Result<Session, CompileError>| {
+        let mut session = session.expect("it makes sense");
         session.render(2, 8, &Silent).expect("it is rendered");
         session.into_film()
     };
-    assert!(of(&light_only, Some(&session)) == of(&light_only, None));
-    let smooth = || CompileOptions { smooth_shadows: true, studio: true, ..size(SIZE) };
-    assert!(edited(&session, &scene, &smooth, "smooth shadows").is_some());
-    let course = || CompileOptions { policies: pathtracer::compat::cs184::POLICIES, ..size(SIZE) };
-    assert!(edited(&session, &scene, &course, "other policies").is_some());
+    for (scene, most_copied_triangles) in
+        [(&textured, None), (&under_a_map, None), (&pair, None), (&pair, Some(0))]
+    {
+        let plain = || CompileOptions { most_copied_triangles, ..size(SIZE) };
+        let session = Session::new(scene, plain(), settings(scene)).expect("it makes sense");
+        let plain_settings = settings(scene);
+        for other in [
+            Settings { direct: DirectLight::Light, ..plain_settings.clone() },
+            Settings { aovs: vec![Aov::Uv], ..plain_settings.clone() },
+            Settings { seed: 3, max_depth: 2, ..plain_settings.clone() },
+        ] {
+            let edited = Session::edited(session.compiled(), scene, plain(), other.clone());
+            assert!(film(edited) == film(Session::new(scene, plain(), other)));
+        }
+        let smooth = || CompileOptions { smooth_shadows: true, ..plain() };
+        assert!(edited(session.compiled(), scene, &smooth, "smooth shadows").is_some());
+        let studio = || CompileOptions { studio: true, ..plain() };
+        assert!(edited(session.compiled(), scene, &studio, "studio").is_some());
+        let course = || CompileOptions { policies: cs184::POLICIES, ..plain() };
+        assert!(edited(session.compiled(), scene, &course, "other policies").is_some());
+    }
+}
+
+/// A rectangle with texture coordinates and normals that lean outwards.
+fn bent_rectangle() -> Mesh {
+    let rectangle = shapes::rectangle();
+    let lean = |p: &[f32; 3]| [0.4 * p[0], 0.4 * p[1], 1.0];
+    let uv = |p: &[f32; 3]| [0.5 * p[0], 0.3 * p[1]];
+    let (normals, uvs) = (&rectangle.positions, &rectangle.positions);
+    Mesh {
+        normals: Some(Attribute { values: normals.iter().map(lean).collect(), indices: None }),
+        uvs: Some(Attribute { values: uvs.iter().map(uv).collect(), indices: None }),
+        ..rectangle
+    }
+}
+
+/// Objects that stand still while the shutter is open are elsewhere at other times.
+#[test]
+fn other_times_are_those_of_new_compilations() {
+    let view = camera(DVec3::new(0.4, 2.2, 4.0), DVec3::ZERO, [50.0, 44.0]);
+    let builder = Builder::default().mesh(shapes::cube(), DAffine3::IDENTITY, metal()).sky(1.0);
+    let mut scene = builder.seen_by(view);
+    let key = |time, x| Key { time, to_world: DAffine3::from_translation(DVec3::X * x) };
+    let motion = Motion::new(vec![key(0.0, 0.0), key(2.0, 1.0)]).expect("the keys make sense");
+    scene.objects[0].motion = Some(Arc::new(motion));
+    let first = Session::new(&scene, size(SIZE), settings(&scene)).expect("it makes sense");
+    scene.cameras[0].shutter = [1.0; 2];
+    assert!(edited(first.compiled(), &scene, &|| size(SIZE), "later").is_some());
 }
 
 /// Hierarchies and arrays that do not change are those of the earlier scene.
@@ -211,7 +268,7 @@ fn what_does_not_change_is_shared() {
     other.cameras.push(camera(DVec3::splat(3.0), DVec3::ZERO, [30.0, 30.0]));
     other.materials[0].surface = metal();
     other.lights.clear();
-    let after = Session::edited(&first.compiled(), &other, size(SIZE), Settings::default());
+    let after = Session::edited(first.compiled(), &other, size(SIZE), Settings::default());
     let after = after.expect("the scene makes sense");
     let [first, after] = [&first, &after].map(Session::scene);
     assert!(Arc::ptr_eq(&first.shapes.arrays, &after.shapes.arrays));
@@ -230,7 +287,7 @@ fn moved_instances_keep_their_hierarchies() {
     let first = Session::new(&scene, options(), Settings::default()).expect("it makes sense");
     let mut other = scene.clone();
     other.objects.iter_mut().for_each(|object| object.to_world.translation.y += 0.2);
-    let after = Session::edited(&first.compiled(), &other, options(), Settings::default());
+    let after = Session::edited(first.compiled(), &other, options(), Settings::default());
     let after = after.expect("the scene makes sense");
     let of = |session: &Session| {
         let instances = session.scene().instances.clone().expect("instances");
@@ -256,13 +313,13 @@ fn ties_are_decided_by_numbers_of_primitives() {
     for (number, object) in (0_u32..).zip(&mut other.objects) {
         object.to_world.translation.x = f64::from(number * 7 % 10) * 0.4 - 1.8;
     }
-    assert!(edited(&first, &other, &|| size(SIZE), "ties").is_some());
+    assert!(edited(first.compiled(), &other, &|| size(SIZE), "ties").is_some());
 }
 
 /// A mesh at the place of another one in memory is not taken for it.
 #[test]
 fn meshes_are_told_apart() {
-    let of = |mesh: pt_scene::Mesh| {
+    let of = |mesh: Mesh| {
         let view = camera(DVec3::new(0.4, 2.2, 4.0), DVec3::ZERO, [50.0, 44.0]);
         let builder = Builder::default().mesh(mesh, DAffine3::IDENTITY, metal()).sky(1.0);
         builder.seen_by(view)
@@ -273,6 +330,7 @@ fn meshes_are_told_apart() {
         let mut mesh = shapes::cube();
         mesh.positions.iter_mut().for_each(|p| *p = p.map(|x| x * radius));
         scene.objects[0].geometry = Geometry::Mesh(Arc::new(mesh));
-        session = edited(&session, &scene, &|| size(SIZE), "meshes").expect("it makes sense");
+        session =
+            edited(session.compiled(), &scene, &|| size(SIZE), "meshes").expect("it makes sense");
     }
 }

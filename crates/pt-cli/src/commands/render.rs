@@ -352,7 +352,7 @@ pub(crate) fn with_camera(
 /// # Errors
 /// If a file cannot be read, or the scene is invalid.
 pub(crate) fn compile_in_memory(
-    (scene, of_scene, earlier): (&Scene, &[SourceFile], Option<&CompiledScene>),
+    (scene, of_scene, earlier): (&Scene, &[SourceFile], Option<CompiledScene>),
     input: &InputFiles,
     CompileJob { options, crop, settings }: CompileJob,
     mode: Mode,
@@ -372,7 +372,7 @@ pub(crate) fn compile_in_memory(
 /// Compiles a scene with this name in messages, after an earlier one if there is one.
 fn compile(
     name: &str,
-    (scene, earlier): (&Scene, Option<&CompiledScene>),
+    (scene, earlier): (&Scene, Option<CompiledScene>),
     CompileJob { options, crop, settings }: CompileJob,
     mode: Mode,
 ) -> Result<Session> {

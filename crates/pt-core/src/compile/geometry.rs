@@ -19,7 +19,7 @@ pub(super) fn collect(
     scene: &Scene,
     metres: f64,
     shutter: [f64; 2],
-    (options, earlier): (&CompileOptions, Option<Earlier<'_>>),
+    (options, earlier): (&CompileOptions, Option<&Earlier>),
     notes: &mut Notes,
 ) -> Result<Shapes, CompileError> {
     let mut lowering = Lowering::new(options.policies.surface, metres as f32, earlier);

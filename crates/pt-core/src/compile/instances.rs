@@ -30,7 +30,7 @@ impl InstancedShapes {
     pub(super) fn collect(
         collector: &mut Collector,
         tracks: Tracks,
-        options: (BuildOptions, Option<Earlier<'_>>),
+        options: (BuildOptions, Option<&Earlier>),
         notes: &mut Notes,
     ) -> Result<Self, CompileError> {
         let mut instances = Self::default();
@@ -76,7 +76,7 @@ impl InstancedShapes {
         collector: &mut Collector,
         object: &Object,
         first_colored: [usize; 2],
-        (options, earlier): (BuildOptions, Option<Earlier<'_>>),
+        (options, earlier): (BuildOptions, Option<&Earlier>),
         notes: &mut Notes,
     ) -> Result<ObjectShapes, CompileError> {
         let mut own = Shapes { first_colored, ..Shapes::default() };

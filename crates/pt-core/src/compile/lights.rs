@@ -72,7 +72,7 @@ impl Lights {
     /// Adds the light nodes of the scene.
     pub(super) fn add_nodes(
         &mut self,
-        (scene, earlier): (&Scene, Option<Earlier<'_>>),
+        (scene, earlier): (&Scene, Option<&Earlier>),
         shapes: &mut Shapes,
         metres: f64,
         convert: Option<LightConversion>,
@@ -110,7 +110,7 @@ impl Lights {
         &mut self,
         node: &Node,
         number: usize,
-        (to_world, metres, earlier): (DAffine3, f64, Option<Earlier<'_>>),
+        (to_world, metres, earlier): (DAffine3, f64, Option<&Earlier>),
         shapes: &mut Shapes,
         notes: &mut Notes,
     ) -> Result<(), CompileError> {

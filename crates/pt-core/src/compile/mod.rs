@@ -191,30 +191,32 @@ pub fn compile(scene: &Scene, options: CompileOptions) -> Result<Compiled, Compi
 }
 
 /// Compiles a scene as [`compile`] does, bit for bit, and takes over from an earlier compilation
-/// what has not changed: nothing but the camera is compiled if only it is another one.
+/// what has not changed: nothing but the camera is compiled if only it is another one. What nothing
+/// else uses of the earlier compilation is changed in place.
 ///
 /// # Errors
 /// As [`compile`].
 pub fn compile_edited(
     scene: &Scene,
     options: CompileOptions,
-    earlier: Earlier<'_>,
+    mut earlier: Earlier,
 ) -> Result<Compiled, CompileError> {
-    let Earlier { scene: before, kept } = earlier;
+    let Earlier { scene: before, kept } = &mut earlier;
     if kept.differs_by_view(scene, &options) {
-        let mut view = before.clone();
-        if let Some(notes) = compile_camera(scene, &options, kept.shutter(), &mut view)? {
-            return Ok(kept.with_view((scene, &options), view, notes));
+        let view = Arc::make_mut(before);
+        if let Some(notes) = compile_camera(scene, &options, kept.shutter(), view)? {
+            let view = Arc::unwrap_or_clone(earlier.scene);
+            return Ok(earlier.kept.with_view((scene, &options), view, notes));
         }
     }
-    let earlier = earlier.for_shapes(scene, &options);
-    compile_with(scene, options, earlier)
+    let is_usable = earlier.kept.has_same_units(scene, &options);
+    compile_with(scene, options, is_usable.then_some(earlier))
 }
 
 fn compile_with(
     scene: &Scene,
     mut options: CompileOptions,
-    earlier: Option<Earlier<'_>>,
+    earlier: Option<Earlier>,
 ) -> Result<Compiled, CompileError> {
     let start = Instant::now();
     let mut notes = Notes::default();
@@ -223,10 +225,11 @@ fn compile_with(
     emission::check(scene, &mut notes)?;
     let mut camera_notes = Notes::default();
     let shutter = motion::shutter(scene, &options, &mut camera_notes)?;
-    let mut shapes = geometry::collect(scene, metres, shutter, (&options, earlier), &mut notes)?;
+    let mut shapes =
+        geometry::collect(scene, metres, shutter, (&options, earlier.as_ref()), &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);
     let mut lights = lights::Lights::new(&shapes.materials.textures, options.compensated);
-    let known = (scene, earlier);
+    let known = (scene, earlier.as_ref());
     lights.add_nodes(known, &mut shapes, metres, policies.lights.node, &mut notes)?;
     if policies.lights.samples_shapes {
         lights.add_emissive(&mut shapes);
@@ -337,16 +340,16 @@ fn tell_what_moves(placed: &shapes::InstancedShapes, [open, close]: [f64; 2], no
 fn tree(
     shapes: &shapes::Shapes,
     options: BuildOptions,
-    earlier: Option<Earlier<'_>>,
+    earlier: Option<Earlier>,
 ) -> Result<(Arc<Bvh>, f32), CompileError> {
-    let known = earlier.and_then(|earlier| Some((earlier, earlier.tree(options)?)));
-    if let Some((earlier, (bvh, cost))) = known {
-        let before = &earlier.scene.shapes;
+    if let Some((before, bvh, cost)) = earlier.and_then(|earlier| earlier.into_tree(options)) {
         if before.has_same_places(&shapes.arrays) {
-            return Ok((Arc::clone(bvh), cost));
+            return Ok((bvh, cost));
         }
-        if [before.triangles.len(), before.spheres.len()] == shapes.counts() {
-            let mut moved = Bvh::clone(bvh);
+        let counts = [before.triangles.len(), before.spheres.len()];
+        drop(before);
+        if counts == shapes.counts() {
+            let mut moved = Arc::unwrap_or_clone(bvh);
             let is_refitted = with_geometry(shapes, |geometry| moved.refit(geometry)).is_ok();
             if is_refitted && moved.query_cost() <= cost * MAX_REFIT_COST {
                 return Ok((Arc::new(moved), cost));

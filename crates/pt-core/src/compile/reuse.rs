@@ -1,8 +1,8 @@
-//! What a compilation takes over from an earlier one, of another version of the scene.
+//! Reuse of an earlier compilation, of another version of the scene.
 //!
 //! Large data are identified by their place in memory, which the earlier scene keeps occupied, and
-//! never by name. What is taken over has the bits of a compilation from scratch: hits do not depend
-//! on the topology of a hierarchy.
+//! never by name. All that is taken over has the bits of a compilation from scratch: hits do not
+//! depend on the topology of a hierarchy.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::bsdf::MeasuredTables;
 use crate::image_texture::Texels;
 use crate::light::EnvironmentMap;
 use crate::scene::RenderScene;
-use crate::shapes::ShapeArrays;
+use crate::shapes::{ShapeArrays, ShapeTables};
 
 /// Record of a compilation, by which the next one finds what has not changed.
 #[derive(Clone)]
@@ -50,12 +50,12 @@ pub(super) struct KeptShapes {
 }
 
 /// An earlier compilation.
-#[derive(Clone, Copy)]
-pub struct Earlier<'a> {
+#[derive(Clone)]
+pub struct Earlier {
     /// The compiled scene.
-    pub scene: &'a RenderScene,
-    /// Its record.
-    pub kept: &'a Kept,
+    pub scene: Arc<RenderScene>,
+    /// Record of the compilation.
+    pub kept: Kept,
 }
 
 impl Kept {
@@ -75,6 +75,11 @@ impl Kept {
             notes: notes.clone(),
             shapes: Arc::new(shapes),
         }
+    }
+
+    /// Returns true if the scene has the objects of the record.
+    pub fn has_objects_of(&self, scene: &Scene) -> bool {
+        self.scene.objects.is_one_with(&scene.objects)
     }
 
     pub(super) fn shutter(&self) -> [f64; 2] {
@@ -121,28 +126,23 @@ impl Kept {
     }
 
     /// Returns true if both scenes are compiled by physics and in one unit.
-    fn has_same_units(&self, scene: &Scene, options: &CompileOptions) -> bool {
+    pub(super) fn has_same_units(&self, scene: &Scene, options: &CompileOptions) -> bool {
         self.options.policies.is_physical()
             && options.policies.is_physical()
             && self.scene.metres_per_unit.to_bits() == scene.metres_per_unit.to_bits()
     }
 }
 
-impl<'a> Earlier<'a> {
-    /// Returns the earlier compilation if shapes of the scene may be taken over from it.
-    pub(super) fn for_shapes(self, scene: &Scene, options: &CompileOptions) -> Option<Self> {
-        self.kept.has_same_units(scene, options).then_some(self)
-    }
-
+impl Earlier {
     /// Arrays of the shapes that are not instanced, if these are the same ones.
     pub(super) fn flattened(
-        self,
+        &self,
         scene: &Scene,
         shutter: [f64; 2],
         flattened: &[bool],
         uses_coordinates: bool,
-    ) -> Option<&'a Arc<ShapeArrays>> {
-        let Kept { scene: own, shapes, .. } = self.kept;
+    ) -> Option<&Arc<ShapeArrays>> {
+        let Kept { scene: own, shapes, .. } = &self.kept;
         let is_same_time = self.kept.shutter == shutter;
         let is_same = |(number, new): (usize, &Object)| {
             let old = &own.objects[number];
@@ -158,12 +158,12 @@ impl<'a> Earlier<'a> {
 
     /// Arrays and hierarchy of an instanced object.
     pub(super) fn placed(
-        self,
+        &self,
         object: &Object,
         options: pt_bvh::BuildOptions,
         uses_coordinates: bool,
-    ) -> Option<(&'a Arc<ShapeArrays>, &'a Arc<Bvh>)> {
-        let Kept { scene, shapes, .. } = self.kept;
+    ) -> Option<(&Arc<ShapeArrays>, &Arc<Bvh>)> {
+        let Kept { scene, shapes, .. } = &self.kept;
         if shapes.uses_coordinates != uses_coordinates || self.kept.options.bvh != options {
             return None;
         }
@@ -173,27 +173,32 @@ impl<'a> Earlier<'a> {
         Some((&known.shapes.arrays, &known.bvh))
     }
 
-    /// The hierarchy over the shapes that are not instanced, and its cost when it was built.
-    pub(super) fn tree(self, options: pt_bvh::BuildOptions) -> Option<(&'a Arc<Bvh>, f32)> {
+    /// The shapes that are not instanced, the hierarchy over them, and its cost when it was built.
+    pub(super) fn into_tree(
+        self,
+        options: pt_bvh::BuildOptions,
+    ) -> Option<(ShapeTables, Arc<Bvh>, f32)> {
         let cost = self.kept.shapes.tree_cost;
-        (self.kept.options.bvh == options).then_some((&self.scene.bvh, cost))
+        let is_usable = self.kept.options.bvh == options;
+        let RenderScene { shapes, bvh, .. } = Arc::unwrap_or_clone(self.scene);
+        is_usable.then_some((shapes, bvh, cost))
     }
 
-    pub(super) fn image(self, image: &Arc<Image>) -> Option<&'a Arc<Texels>> {
+    pub(super) fn image(&self, image: &Arc<Image>) -> Option<&Arc<Texels>> {
         self.kept.shapes.images.get(&Arc::as_ptr(image).addr())
     }
 
-    pub(super) fn measured(self, of: &Arc<Measurements>) -> Option<&'a Arc<MeasuredTables>> {
+    pub(super) fn measured(&self, of: &Arc<Measurements>) -> Option<&Arc<MeasuredTables>> {
         self.kept.shapes.measured.get(&Arc::as_ptr(of).addr())
     }
 
     /// Map of an image without invalid radiance, compensated or not.
     pub(super) fn environment(
-        self,
+        &self,
         image: &Arc<Image>,
         rows: Rows,
         compensated: bool,
-    ) -> Option<&'a Arc<EnvironmentMap>> {
+    ) -> Option<&Arc<EnvironmentMap>> {
         let tables = &self.scene.light_tables;
         let maps = &tables.environments;
         let found = maps.iter().find(|map| map.is_of(image, rows));

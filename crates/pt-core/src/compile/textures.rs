@@ -43,7 +43,7 @@ pub(super) struct Lowering<'a> {
     /// Metres per unit of the scene.
     pub(super) metres: f32,
     /// Earlier compilation, from which images and tables are taken over.
-    earlier: Option<Earlier<'a>>,
+    earlier: Option<&'a Earlier>,
     pub(super) lobes: Table<LobeRecord>,
     pub(super) lobe_tables: LobeTables,
     /// Materials; their textures are in `textures`.
@@ -71,7 +71,7 @@ impl<'a> Lowering<'a> {
     pub(super) fn new(
         conversion: SurfaceConversion,
         metres: f32,
-        earlier: Option<Earlier<'a>>,
+        earlier: Option<&'a Earlier>,
     ) -> Self {
         Self {
             conversion,
