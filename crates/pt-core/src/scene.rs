@@ -29,8 +29,7 @@ use crate::texture_record::{FloatTexture, TextureRecord};
 use crate::wedge;
 
 /// The compiled scene: all data that a renderer reads. Created by [`crate::compile()`] and
-/// immutable;
-/// clones share large tables.
+/// immutable; clones share large tables.
 #[derive(Clone)]
 #[expect(
     clippy::struct_excessive_bools,

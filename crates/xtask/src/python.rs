@@ -83,6 +83,26 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     checked.join().map_err(|_| anyhow!("the checks of types panicked"))?
 }
 
+/// Installs packages and the wheel of a release into an environment of the target folder, and
+/// returns its Python. The packages are there if `probe` runs.
+///
+/// # Errors
+/// If something cannot be built or installed.
+pub(crate) fn with_release(name: &str, packages: &[&str], probe: &str) -> Result<PathBuf> {
+    let (maturin, environment) = (prepare()?, venv::prepare(name, packages, probe)?);
+    let (Installation::Python(maturin), Installation::Python(python)) = (&maturin, &environment)
+    else {
+        let reasons = [&maturin, &environment].map(Installation::missing);
+        let reasons: Vec<_> = reasons.into_iter().flatten().cloned().collect();
+        bail!("packages cannot be installed: {}", reasons.join("; "));
+    };
+    let wheel = build(maturin, &["--release"])?;
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]).arg(wheel);
+    succeed(&mut pip)?;
+    Ok(python.clone())
+}
+
 /// Builds the wheel with these options and returns its path.
 ///
 /// # Errors

@@ -5,6 +5,7 @@ mod measure;
 mod mesh;
 mod peers;
 mod ply;
+mod python;
 mod ray;
 mod rays;
 mod render;
@@ -19,6 +20,8 @@ pub(crate) enum Bench {
     Seed(seed::Args),
     /// Samples and rays per second, and memory, against the course's program
     Render(render::Args),
+    /// The Python module against trimesh, Open3D, Mitsuba 3, bpy, and the program
+    Python(python::Args),
     /// Renders on a Ray cluster on this machine: scaling, memory of the head, costs of tasks
     Ray(ray::Args),
     /// Ray queries, tree builds and memory against Embree 4, on the same rays in the same process
@@ -37,6 +40,7 @@ pub(crate) fn run(bench: &Bench) -> Result<()> {
     match bench {
         Bench::Seed(args) => seed::run(args),
         Bench::Render(args) => render::run(args),
+        Bench::Python(args) => python::run(args),
         Bench::Ray(args) => ray::run(args),
         Bench::Rays(args) => rays::run(args),
         Bench::Load(args) => load::run(args),

@@ -4,11 +4,10 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
 use crate::project::{output_folder, root, succeed};
 use crate::python;
-use crate::venv::{self, Installation};
 
 /// Options of the measurement.
 #[derive(clap::Args)]
@@ -26,20 +25,9 @@ pub(crate) struct Args {
 /// # Errors
 /// If something cannot be installed, or a render fails.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let maturin = python::prepare()?;
     let requirements = python::requirements().display().to_string();
     let packages = ["-r", &requirements, "numpy"];
-    let environment = venv::prepare("bench-ray", &packages, "import ray, numpy")?;
-    let (Installation::Python(maturin), Installation::Python(python)) = (&maturin, &environment)
-    else {
-        let reasons = [&maturin, &environment].map(Installation::missing);
-        let reasons: Vec<_> = reasons.into_iter().flatten().cloned().collect();
-        bail!("maturin or ray cannot be installed: {}", reasons.join("; "));
-    };
-    let wheel = python::build(maturin, &["--release"])?;
-    let mut pip = Command::new(python);
-    pip.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]).arg(wheel);
-    succeed(&mut pip)?;
+    let python = python::with_release("bench-ray", &packages, "import ray, numpy")?;
     let default = || output_folder("bench-ray-out").map(|folder| folder.join("ray_head.svg"));
     let figure = args.figure.clone().map_or_else(default, Ok)?;
     let mut script = Command::new(python);
