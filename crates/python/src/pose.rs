@@ -3,6 +3,7 @@
 use numpy::PyArray2;
 use pt_core::camera::Projection;
 use pt_core::{Region, RenderScene};
+use pt_math::Vec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -27,7 +28,7 @@ impl Pose {
             return None;
         }
         let position = camera.position.as_dvec3() / metres_per_unit;
-        let [x, y, z] = [camera.right, camera.up, -camera.forward].map(|axis| axis.as_dvec3());
+        let [x, y, z] = [camera.right, camera.up, -camera.forward].map(Vec3::as_dvec3);
         let row = |i: usize| [x[i], y[i], z[i], position[i]];
         let focal_length = [0, 1].map(|axis| {
             0.5 * f64::from(camera.resolution[axis]) / f64::from(camera.half_extent[axis])
