@@ -91,15 +91,17 @@ def _steps(value: Any, place: str) -> Any:
     if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray):
         value = np.from_dlpack(value)
     try:
-        matrix = np.asarray(value, dtype=np.float64)
+        matrix = np.asarray(value)
     except (TypeError, ValueError) as error:
-        found = type(value).__name__
-        message = f"{place}: found a value of type {found}, expected a matrix of numbers"
-        raise TypeError(message) from error
+        raise TypeError(f"{place}: expected a matrix of numbers, {error}") from error
+    if matrix.dtype.kind not in "iuf":
+        found = type(value).__name__ if matrix.dtype.kind == "O" else f"array of {matrix.dtype}"
+        message = f"{place}: found a value of type {found}, expected a matrix of real numbers"
+        raise TypeError(message)
     if matrix.shape not in ((3, 4), (4, 4)):
         message = f"{place}: found shape {matrix.shape}, expected (3, 4) or (4, 4)"
         raise ValueError(message)
-    return {"matrix": matrix.tolist()}
+    return {"matrix": matrix.astype(np.float64).tolist()}
 
 
 def _are_steps(values: Sequence[Any]) -> bool:

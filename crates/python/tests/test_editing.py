@@ -252,6 +252,11 @@ Wrong = Callable[[pathtracer.Scene], object]
             TypeError,
             r'transforms\["ball"\]: found a value of type object',
         ),
+        (
+            lambda s: s.replace(transforms={"ball": 1j * np.eye(4)}),
+            TypeError,
+            "found a value of type array of complex128, expected a matrix of real numbers",
+        ),
         (lambda s: s.replace(lights=3), TypeError, "lights: found a value of type int"),
         (lambda s: s.replace(lights={"lam": {}}), ValueError, 'mean "lamp"'),
         (
