@@ -311,10 +311,10 @@ impl Image {
     }
 
     /// dict or None: Perspective camera of the image, when the shutter opens, with the names of
-    /// transforms.json: `transform_matrix`, camera to world in units of the scene, an array of shape
-    /// (4, 4) whose axes point to the right, up and backwards; focal lengths `fl_x`, `fl_y` and
-    /// centre `cx`, `cy` in pixels from the upper left corner; width `w` and height `h`. None for
-    /// other cameras, and for images that were read from films.
+    /// transforms.json: `transform_matrix`, camera to world in units of the scene, an array of
+    /// shape (4, 4) whose axes point to the right, up and backwards; focal lengths `fl_x`, `fl_y`
+    /// and centre `cx`, `cy` in pixels from the upper left corner; width `w` and height `h`. None
+    /// for other cameras, and for images that were read from films.
     #[getter]
     fn camera<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.pose.as_ref().map(|pose| pose.to_dict(py)).transpose()
