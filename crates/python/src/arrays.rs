@@ -123,7 +123,7 @@ impl<'py> Numbers<'py> {
         expected: &str,
     ) -> PyResult<Vec<f32>> {
         let values = self.rounded()?;
-        match values.par_iter().position_first(|value| !is_right(*value)) {
+        match first_of(&values, |value| !is_right(*value)) {
             None => Ok(values),
             Some(at) => {
                 let (name, value) = (self.name, values[at]);
@@ -138,4 +138,14 @@ impl<'py> Numbers<'py> {
     pub(crate) fn integers(&self) -> PyResult<Vec<i64>> {
         self.values("int64")
     }
+}
+
+/// Position of the first value for which `is_wanted` is true; all processors search.
+pub(crate) fn first_of<T: Sync>(
+    values: &[T],
+    is_wanted: impl Fn(&T) -> bool + Sync,
+) -> Option<usize> {
+    const CHUNK: usize = 1 << 14;
+    let found = values.par_chunks(CHUNK).any(|chunk| chunk.iter().any(&is_wanted));
+    found.then(|| values.iter().position(&is_wanted)).flatten()
 }

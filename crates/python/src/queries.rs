@@ -10,7 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::Numbers;
+use crate::arrays::{Numbers, first_of};
 use crate::worker::{self, End};
 
 /// Number of rays that a thread takes at a time: full batches, and Ctrl-C in milliseconds.
@@ -182,7 +182,7 @@ impl RayArrays {
         let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
         let directions = directions.broadcast(&shape)?;
         let directions = directions.singles(f32::is_finite, "a finite number")?;
-        let zero = directions.as_chunks::<3>().0.par_iter().position_first(|d| *d == [0.0; 3]);
+        let zero = first_of(directions.as_chunks::<3>().0, |d| *d == [0.0; 3]);
         if let Some(ray) = zero {
             let message = format!("directions: that of ray {ray} is zero, expected any other");
             return Err(PyValueError::new_err(message));
