@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import threading
 from functools import partial
@@ -47,6 +46,9 @@ async def render_async(
     SceneError, TypeError, ValueError
         As :func:`render`.
     """
+    # Its import takes as long as that of the package without it.
+    import asyncio
+
     loop = asyncio.get_running_loop()
     image: asyncio.Future[Image] = loop.create_future()
     stopped = threading.Event()
