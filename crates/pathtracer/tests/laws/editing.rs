@@ -56,7 +56,7 @@ const EDITS: [Edit; 15] = [
             scene.materials[lit].emission = [0.0; 3].into();
         }
     }),
-    ("a surface that glows", |scene| {
+    ("an emissive surface", |scene| {
         scene.materials.iter_mut().take(1).for_each(|m| m.emission = [0.5, 0.3, 0.1].into());
     }),
     ("a turned object", |scene| {
