@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._native import Image, Scene, render, view_numbers
+from ._native import Image, Scene, camera_of, render, view_numbers
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -118,7 +118,7 @@ def _views(
 def _camera(scene: Scene, number: int, view: _View) -> Any:
     """The camera of a view."""
     if isinstance(view, str) or hasattr(view, "__index__") and not np.ndim(view):  # type: ignore[arg-type]
-        return _named(scene, number, view)
+        return camera_of(scene, view)
     if isinstance(view, Mapping) or hasattr(view, "to_world"):
         return view
     matrix = np.asarray(view)
@@ -131,20 +131,6 @@ def _camera(scene: Scene, number: int, view: _View) -> Any:
         raise ValueError(f"cameras[{number}]: the scene has no camera that a matrix could move")
     camera.to_world = matrix
     return camera
-
-
-def _named(scene: Scene, number: int, view: Any) -> Any:
-    cameras: list[Any] = scene.cameras
-    if isinstance(view, str):
-        found = [camera for camera in cameras if camera.name == view]
-        if len(found) == 1:
-            return found[0]
-        names = ", ".join(camera.name or "" for camera in cameras)
-        raise ValueError(f"cameras[{number}]: found {view!r}, expected one of: {names}")
-    if not 0 <= int(view) < len(cameras):
-        expected = f"a number below {len(cameras)}, the cameras of the scene"
-        raise ValueError(f"cameras[{number}]: found {view}, expected {expected}")
-    return cameras[int(view)]
 
 
 def _pattern(path: Path) -> str:

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use crate::errors::internal;
+use crate::errors::{internal, unknown_keyword};
 use crate::places::Places;
 use crate::queries::array;
 use crate::reading::Reading;
@@ -82,11 +82,7 @@ fn sorted<'py>(changes: &Bound<'py, PyDict>) -> PyResult<(Bound<'py, PyDict>, Bo
         let name: String = name.extract()?;
         let is_option = OPTIONS.contains(&name.as_str());
         if !is_option && !KEYS.contains(&name.as_str()) {
-            let known = KEYS.into_iter().chain(OPTIONS);
-            return Err(PyTypeError::new_err(match suggestions(&name, known).first() {
-                Some(near) => format!("unknown keyword {name:?}; did you mean {near:?}?"),
-                None => format!("unknown keyword {name:?}; known: {}", KEYS.join(", ")),
-            }));
+            return Err(unknown_keyword(&name, &KEYS, &OPTIONS));
         }
         if !value.is_none() {
             (if is_option { &options } else { &parts }).set_item(name, value)?;
@@ -288,7 +284,7 @@ pub(crate) fn light<'py>(
     only(parts(py, "lights", &items, [&[], &[]], &transforms)?)
 }
 
-fn only(parts: Vec<Bound<'_, PyAny>>) -> PyResult<Bound<'_, PyAny>> {
+pub(crate) fn only(parts: Vec<Bound<'_, PyAny>>) -> PyResult<Bound<'_, PyAny>> {
     parts.into_iter().next().ok_or_else(internal)
 }
 

@@ -2,7 +2,7 @@
 
 use std::io::ErrorKind;
 
-use pathtracer::LoadError;
+use pathtracer::{LoadError, suggestions};
 use pt_cli::CommandError;
 use pyo3::exceptions::{
     PyBlockingIOError, PyFileNotFoundError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
@@ -104,4 +104,13 @@ pub(crate) fn in_argument(value: &Bound<'_, PyAny>, name: &str, error: &PyErr) -
     } else {
         PyValueError::new_err(message)
     }
+}
+
+/// TypeError of a keyword that is none of the parts and options of a function.
+pub(crate) fn unknown_keyword(name: &str, parts: &[&str], options: &[&str]) -> PyErr {
+    let known = parts.iter().chain(options).copied();
+    PyTypeError::new_err(match suggestions(name, known).first() {
+        Some(near) => format!("unknown keyword {name:?}; did you mean {near:?}?"),
+        None => format!("unknown keyword {name:?}; known: {}", parts.join(", ")),
+    })
 }

@@ -7,7 +7,6 @@ use pt_cli::{FilmImage, Purpose};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::of_command;
 use crate::image::{Image, Rendered};
 use crate::progress::{Callbacks, Watch};
 use crate::render::{Failure, image_of};
@@ -168,12 +167,6 @@ pub(crate) fn merge(py: Python<'_>, paths: Vec<PathBuf>, output: PathBuf) -> PyR
         End::Done(Err(failure)) => Err(failure.into_error(py)),
         End::Stopped(error, _) => Err(error),
     }
-}
-
-/// File of views and numbers of those that a path selects, all without a selection.
-#[pyfunction]
-pub(crate) fn view_numbers(py: Python<'_>, path: PathBuf) -> PyResult<(PathBuf, Vec<u32>)> {
-    py.detach(|| pt_cli::view_numbers(&path)).map_err(|error| of_command(py, error))
 }
 
 /// Keywords of a command, of which the folders are seen from the current one.

@@ -28,6 +28,7 @@ mod scene;
 mod settings;
 mod source;
 mod values;
+mod views;
 mod worker;
 
 use std::ffi::OsString;
@@ -79,6 +80,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::cluster_commands, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
-    module.add_function(wrap_pyfunction!(films::view_numbers, module)?)?;
+    module.add_function(wrap_pyfunction!(views::view_numbers, module)?)?;
+    module.add_function(wrap_pyfunction!(views::camera_of, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

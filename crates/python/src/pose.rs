@@ -1,17 +1,18 @@
 //! Cameras of rendered images, as datasets have them.
 
-use numpy::PyArray2;
 use pt_core::camera::Projection;
 use pt_core::{Region, RenderScene};
-use pt_math::Vec3;
+use pt_math::{DAffine3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::editing::matrix;
 
 /// Perspective camera of an image.
 #[derive(Clone)]
 pub(crate) struct Pose {
-    /// Camera to world, row by row; the axes point to the right, up and backwards.
-    to_world: [[f64; 4]; 4],
+    /// Camera to world; the axes point to the right, up and backwards.
+    to_world: DAffine3,
     /// Focal lengths in pixels.
     focal_length: [f64; 2],
     /// Image point on the viewing axis, in pixels from the upper left corner.
@@ -29,14 +30,14 @@ impl Pose {
         }
         let position = camera.position.as_dvec3() / metres_per_unit;
         let [x, y, z] = [camera.right, camera.up, -camera.forward].map(Vec3::as_dvec3);
-        let row = |i: usize| [x[i], y[i], z[i], position[i]];
+        let to_world = DAffine3::from_cols(x, y, z, position);
         let focal_length = [0, 1].map(|axis| {
             0.5 * f64::from(camera.resolution[axis]) / f64::from(camera.half_extent[axis])
         });
         let [left, top] = [region.x, region.y].map(f64::from);
         let [cx, cy] = camera.principal_point.map(f64::from);
         Some(Self {
-            to_world: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
+            to_world,
             focal_length,
             center: [cx - left, cy - top],
             size: [region.width, region.height],
@@ -44,9 +45,8 @@ impl Pose {
     }
 
     pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let rows: Vec<_> = self.to_world.iter().map(|row| row.to_vec()).collect();
         let all = PyDict::new(py);
-        all.set_item("transform_matrix", PyArray2::from_vec2(py, &rows)?)?;
+        all.set_item("transform_matrix", matrix(py, &self.to_world)?)?;
         for (name, value) in [
             ("fl_x", self.focal_length[0]),
             ("fl_y", self.focal_length[1]),

@@ -5,15 +5,15 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use pathtracer::queries::{SceneQueries, SurfaceHit};
-use pathtracer::{scene_stats, suggestions};
+use pathtracer::scene_stats;
 use pt_cli::SceneOrigin;
 use pt_math::Ray;
-use pyo3::exceptions::{PyFileExistsError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyFileExistsError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::editing;
-use crate::errors::of_render;
+use crate::errors::{of_render, unknown_keyword};
 use crate::finding::Finding;
 use crate::places::Places;
 use crate::queries::{self, Found, Hits, RayArrays, Target};
@@ -137,11 +137,7 @@ impl Scene {
             let name: String = name.extract()?;
             let of_scene = KEYS.contains(&name.as_str());
             if !of_scene && !OPTIONS.contains(&name.as_str()) {
-                let known = KEYS.into_iter().chain(OPTIONS);
-                return Err(PyTypeError::new_err(match suggestions(&name, known).first() {
-                    Some(near) => format!("unknown keyword {name:?}; did you mean {near:?}?"),
-                    None => format!("unknown keyword {name:?}; known: {}", KEYS.join(", ")),
-                }));
+                return Err(unknown_keyword(&name, &KEYS, &OPTIONS));
             }
             (if of_scene { &parts } else { &options }).set_item(name, value)?;
         }

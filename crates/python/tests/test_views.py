@@ -104,8 +104,8 @@ def test_the_camera_of_an_image_projects_its_positions(scene: pathtracer.Scene) 
 @pytest.mark.parametrize(
     ("cameras", "options", "message"),
     [
-        (["front"], {}, r"cameras\[0\]: found 'front', expected one of"),
-        ([7], {}, r"cameras\[0\]: found 7, expected a number below"),
+        (["camra"], {}, 'cameras: unknown camera "camra"; did you mean "camera"'),
+        ([7], {}, "cameras: found 7, expected a number below 1"),
         ([np.eye(3)], {}, r"cameras\[0\]: found .* shape \(3, 3\), expected a camera or a matrix"),
         ([0], {"output": "view.png"}, "output: found view.png, expected a place for a number"),
         ([0], {"output": "view%d.gif"}, "unknown extension"),

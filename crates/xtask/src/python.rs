@@ -78,9 +78,12 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     ];
     checks[2].arg(&installed).arg("tests");
     // The tests wait for clusters and signals for most of their time.
-    let checked = std::thread::spawn(move || checks.iter_mut().try_for_each(succeed));
-    succeed(&mut tests)?;
-    checked.join().map_err(|_| anyhow!("the checks of types panicked"))?
+    std::thread::scope(|scope| {
+        let checked = scope.spawn(|| checks.iter_mut().try_for_each(succeed));
+        let tested = succeed(&mut tests);
+        let checked = checked.join().map_err(|_| anyhow!("the checks of types panicked"))?;
+        tested.and(checked)
+    })
 }
 
 /// Installs packages and the wheel of a release into an environment of the target folder, and

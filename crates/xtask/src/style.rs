@@ -15,42 +15,60 @@ struct StyleRule {
     is_broken: fn(&str) -> bool,
     /// Parts of the paths of files to which the rule does not apply.
     except: &'static [&'static str],
+    /// True if the rule also applies to unit tests.
+    in_tests: bool,
 }
 
 /// Files that may name options: the program, the chores, tests, and what runs other programs.
 const WITH_OPTIONS: &[&str] =
     &["crates/pt-cli/", "crates/xtask/", "/tests/", "/examples/", "pt-denoise/src/find.rs"];
 
-const RULES: [StyleRule; 5] = [
+/// Files whose numbers reach no film: tests, chores, and estimates of the remaining time.
+const WITHOUT_FILMS: &[&str] =
+    &["/tests/", "/tests.rs", "/laws", "pt-testing/", "xtask/", "/eta.rs"];
+
+const RULES: [StyleRule; 6] = [
     StyleRule {
         name: "comment lines over 100 columns",
         limit: 0,
         is_broken: is_wide_comment,
         except: &[],
+        in_tests: true,
     },
     StyleRule {
         name: "comment lines that begin with What, How, Whether, Where, Who, Those or Likewise",
         limit: 0,
         is_broken: begins_with_clause,
         except: &[],
+        in_tests: true,
     },
     StyleRule {
         name: "doc comments of one or two words",
         limit: 0,
         is_broken: says_nothing,
         except: &[],
+        in_tests: true,
     },
     StyleRule {
         name: "comment lines with told, tells, hears, glow or glows",
         limit: 0,
         is_broken: has_banned_word,
         except: &[],
+        in_tests: true,
     },
     StyleRule {
         name: "texts of libraries with options of the command line",
         limit: 1, // an option of pbrt
         is_broken: names_option,
         except: WITH_OPTIONS,
+        in_tests: true,
+    },
+    StyleRule {
+        name: "calls of the C library's mathematics, whose roundings differ between libraries",
+        limit: 1, // the digits of a note
+        is_broken: calls_c_library,
+        except: WITHOUT_FILMS,
+        in_tests: false,
     },
 ];
 
@@ -77,9 +95,12 @@ pub(crate) fn check() -> Result<()> {
     for path in &sources {
         let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
         let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
+        let mut is_test = false;
         for (number, line) in (1..).zip(text.lines()) {
+            is_test |= line == "#[cfg(test)]";
             for (rule, places) in RULES.iter().zip(&mut places) {
-                let applies = !rule.except.iter().any(|part| name.contains(part));
+                let is_excepted = rule.except.iter().any(|part| name.contains(part));
+                let applies = !is_excepted && (rule.in_tests || !is_test);
                 if applies && (rule.is_broken)(line) {
                     places.push(format!("{name}:{number}: {}", line.trim()));
                 }
@@ -156,6 +177,19 @@ fn names_option(line: &str) -> bool {
     comment(line).is_none() && [" --", "\"--", "(--"].into_iter().any(has)
 }
 
+/// Functions of the standard library that are those of the C library; `libm` and
+/// `pt_math::trig` have portable ones.
+const C_FUNCTIONS: [&str; 24] = [
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "exp",
+    "exp2", "exp_m1", "hypot", "ln", "ln_1p", "log", "log10", "log2", "powf", "sin", "sin_cos",
+    "tan", "tanh",
+];
+
+fn calls_c_library(line: &str) -> bool {
+    let mut calls = line.split('.').skip(1).filter_map(|rest| rest.split_once('('));
+    comment(line).is_none() && calls.any(|(name, _)| C_FUNCTIONS.contains(&name))
+}
+
 /// Checks that the files in the last column of the glossary's tables exist.
 fn glossary(root: &Path) -> Result<()> {
     let path = root.join("docs/glossary.md");
@@ -187,6 +221,8 @@ mod tests {
         assert!(!says_nothing("/// It is a number of pixels."));
         assert!(names_option("    \"give --force\"") && names_option("f(\"--limit: {0}\")"));
         assert!(!names_option("    // --force") && !names_option("    a - -b -- 3"));
+        assert!(calls_c_library("let x = y.abs().hypot(z);") && calls_c_library("a.ln() * b"));
+        assert!(!calls_c_library("trig::hypot(x, y)") && !calls_c_library("// x.sin()"));
         assert!(has_banned_word("// what is told") && !has_banned_word("let told = 1;"));
     }
 }

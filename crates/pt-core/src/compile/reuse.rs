@@ -107,22 +107,15 @@ impl Kept {
 
     /// Returns true if scene and options differ from those of the record only by the camera.
     pub(super) fn differs_by_view(&self, scene: &Scene, options: &CompileOptions) -> bool {
-        let (own, with) = (&self.scene, &self.options);
+        let own = &self.scene;
         self.has_same_units(scene, options)
             && !self.has_environment
-            && options.environment.is_none()
+            && has_options_of_shapes(&self.options, options)
             && own.objects.is_one_with(&scene.objects)
             && own.materials.is_one_with(&scene.materials)
             && own.lights.is_one_with(&scene.lights)
             && own.media.is_one_with(&scene.media)
             && own.settings.sides_by_shading_normal == scene.settings.sides_by_shading_normal
-            && with.bvh == options.bvh
-            && with.most_single_lights == options.most_single_lights
-            && with.most_copied_triangles == options.most_copied_triangles
-            && with.studio == options.studio
-            && with.compensated == options.compensated
-            && with.texture_coordinates == options.texture_coordinates
-            && with.smooth_shadows == options.smooth_shadows
     }
 
     /// Returns true if both scenes are compiled by physics and in one unit.
@@ -204,6 +197,38 @@ impl Earlier {
         let found = maps.iter().find(|map| map.is_of(image, rows));
         found.filter(|_| tables.compensated == compensated)
     }
+}
+
+/// Returns true if there is no environment, and two sets of options differ only by the camera. The
+/// policies are those of physics.
+fn has_options_of_shapes(before: &CompileOptions, now: &CompileOptions) -> bool {
+    // Each field has to be named: a new option concerns shapes, materials and lights, or the camera.
+    let CompileOptions {
+        bvh,
+        most_single_lights,
+        most_copied_triangles,
+        environment,
+        studio,
+        compensated,
+        texture_coordinates,
+        smooth_shadows,
+        policies: _,
+        resolution: _,
+        camera: _,
+        placement: _,
+        lens_radius: _,
+        aperture: _,
+        focal_distance: _,
+        panorama: _,
+    } = now;
+    environment.is_none()
+        && before.bvh == *bvh
+        && before.most_single_lights == *most_single_lights
+        && before.most_copied_triangles == *most_copied_triangles
+        && before.studio == *studio
+        && before.compensated == *compensated
+        && before.texture_coordinates == *texture_coordinates
+        && before.smooth_shadows == *smooth_shadows
 }
 
 /// Returns true if two objects have one shape in memory.

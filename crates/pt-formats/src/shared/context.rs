@@ -123,6 +123,7 @@ impl LoadContext {
     /// Reads the scene file, of `length` bytes, by `read`, which does not hold all of it in memory;
     /// `None` if `read` fails, or the limits do not allow it: [`Self::scene_file`] then reports the
     /// reason.
+    #[cfg(all(unix, target_pointer_width = "64"))]
     pub(crate) fn scene_in_pieces<T>(
         &self,
         length: usize,

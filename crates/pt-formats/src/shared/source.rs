@@ -27,7 +27,7 @@ pub(crate) fn hash_of(bytes: &[u8]) -> String {
 const LARGE: usize = 1 << 22;
 
 /// Maximum number of bytes of a file for which memory is allocated at once.
-#[cfg(target_pointer_width = "64")]
+#[cfg(all(unix, target_pointer_width = "64"))]
 const MAX: usize = 1 << 32;
 
 /// Number of bytes that a thread reads and hashes at a time, so that they stay in its cache in

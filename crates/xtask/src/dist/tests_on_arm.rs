@@ -7,8 +7,8 @@ use super::names::Arch;
 use super::tools::empty_libraries;
 use crate::project::{cargo, succeed};
 
-/// Packages whose tests run. Those of pt-bvh and pt-core trace so many rays that they take hours
-/// under emulation; the films cover both.
+/// Packages whose tests run. Those of pt-bvh and pt-core trace too many rays for an emulator: the
+/// former had not ended after ten minutes. The films cover both.
 const PACKAGES: [&str; 5] = ["pt-math", "pt-memory", "pt-io", "pt-image", "pt-cpu"];
 
 /// Runs the unit tests.
