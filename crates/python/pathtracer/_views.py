@@ -115,9 +115,9 @@ def _views(
     return ((scene.replace(camera=_camera(scene, i, each)), {}) for i, each in enumerate(cameras))
 
 
-def _camera(scene: Scene, number: int, view: _View) -> Any:
+def _camera(scene: Scene, number: int, view: Any) -> Any:
     """The camera of a view."""
-    if isinstance(view, str) or hasattr(view, "__index__") and not np.ndim(view):  # type: ignore[arg-type]
+    if isinstance(view, str) or hasattr(view, "__index__") and not np.ndim(view):
         return camera_of(scene, view)
     if isinstance(view, Mapping) or hasattr(view, "to_world"):
         return view

@@ -202,7 +202,7 @@ impl Earlier {
 /// Returns true if there is no environment, and two sets of options differ only by the camera. The
 /// policies are those of physics.
 fn has_options_of_shapes(before: &CompileOptions, now: &CompileOptions) -> bool {
-    // Each field has to be named: a new option concerns shapes, materials and lights, or the camera.
+    // All fields are named, so that a new option is assigned to one of the two.
     let CompileOptions {
         bvh,
         most_single_lights,
