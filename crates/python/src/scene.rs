@@ -334,6 +334,14 @@ impl Scene {
         editing::transforms(py, &self.source.scene)
     }
 
+    /// bool: True if a render compiles only what differs from an earlier one: of this scene, of
+    /// the one from which it was edited, or of another one that was edited from it and has its
+    /// objects.
+    #[getter]
+    fn compiled(&self) -> bool {
+        self.source.is_compiled()
+    }
+
     /// str: Name of the scene: the one of the file, or the name of the file.
     #[getter]
     fn name(&self) -> &str {

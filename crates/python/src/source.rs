@@ -6,24 +6,37 @@ use pathtracer::CompiledScene;
 use pathtracer::queries::SceneQueries;
 use pt_cli::{PreparedRender, RenderRequest, SceneOrigin};
 
+/// Place of a compilation.
+type Cell = Arc<Mutex<Option<CompiledScene>>>;
+
 /// A scene, its origin and its last compilation. Clones share all of it.
 #[derive(Clone)]
 pub(crate) struct SceneSource {
     pub(crate) scene: Arc<pathtracer::Scene>,
     pub(crate) origin: Arc<SceneOrigin>,
     /// Last compilation of the scene, or of the one from which it was edited.
-    compiled: Arc<Mutex<Option<CompiledScene>>>,
+    compiled: Cell,
+    /// Last compilation of all scenes with these objects that were edited from each other.
+    of_family: Cell,
 }
 
 impl SceneSource {
     pub(crate) fn new(scene: pathtracer::Scene, origin: SceneOrigin) -> Self {
-        Self { scene: Arc::new(scene), origin: Arc::new(origin), compiled: Arc::default() }
+        let (compiled, of_family) = Default::default();
+        Self { scene: Arc::new(scene), origin: Arc::new(origin), compiled, of_family }
     }
 
     /// Another version of the scene, which takes over what is compiled.
     pub(crate) fn edited(&self, scene: pathtracer::Scene, origin: SceneOrigin) -> Self {
+        let has_objects = scene.objects.is_one_with(&self.scene.objects);
+        let of_family = if has_objects { Arc::clone(&self.of_family) } else { Cell::default() };
         let compiled = Arc::new(Mutex::new(self.compiled()));
-        Self { compiled, ..Self::new(scene, origin) }
+        Self { compiled, of_family, ..Self::new(scene, origin) }
+    }
+
+    /// Returns true if a compilation takes over parts of an earlier one.
+    pub(crate) fn is_compiled(&self) -> bool {
+        self.compiled().is_some()
     }
 
     /// Compiles the scene for a request, and keeps the compilation.
@@ -33,7 +46,9 @@ impl SceneSource {
     pub(crate) fn prepare(&self, request: RenderRequest) -> Result<PreparedRender, String> {
         let earlier = self.taken();
         let prepared = request.prepare(&self.scene, &self.origin, earlier)?;
-        *self.lock() = Some(prepared.session.compiled());
+        let compiled = prepared.session.compiled();
+        *locked(&self.of_family) = Some(compiled.clone());
+        *locked(&self.compiled) = Some(compiled);
         Ok(prepared)
     }
 
@@ -49,21 +64,21 @@ impl SceneSource {
     }
 
     fn compiled(&self) -> Option<CompiledScene> {
-        self.lock().clone()
+        let own = locked(&self.compiled).clone();
+        own.or_else(|| locked(&self.of_family).clone())
     }
 
     /// The last compilation, which is given up if other objects were compiled, so that these may be
     /// moved in place.
     fn taken(&self) -> Option<CompiledScene> {
-        let mut compiled = self.lock();
-        if compiled.as_ref().is_some_and(|compiled| compiled.has_objects_of(&self.scene)) {
-            compiled.clone()
-        } else {
-            compiled.take()
-        }
+        let mut compiled = locked(&self.compiled);
+        let is_other = compiled.as_ref().is_some_and(|own| !own.has_objects_of(&self.scene));
+        let own = if is_other { compiled.take() } else { compiled.clone() };
+        drop(compiled);
+        own.or_else(|| locked(&self.of_family).clone())
     }
+}
 
-    fn lock(&self) -> MutexGuard<'_, Option<CompiledScene>> {
-        self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+fn locked(cell: &Cell) -> MutexGuard<'_, Option<CompiledScene>> {
+    cell.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -49,6 +49,20 @@ def test_each_view_is_the_render_with_its_camera(scene: pathtracer.Scene) -> Non
     assert len(list(pathtracer.render_views(scene, **SIZE))) == len(scene.cameras)
 
 
+def test_the_scene_is_compiled_once(scene: pathtracer.Scene) -> None:
+    assert not scene.compiled
+    views = pathtracer.render_views(scene, [turned(scene, 0.1), turned(scene, 0.2)], **SIZE)
+    next(views)
+    assert scene.compiled
+    assert scene.replace(lights=[]).compiled
+    moved = scene.replace(transforms={0: np.eye(4)})
+    assert moved.compiled
+    # A scene with other objects keeps its compilation to itself.
+    first = pathtracer.loads("<scene version='3.0.0'><shape type='sphere'/></scene>", "mitsuba")
+    pathtracer.render(first.replace(transforms={0: np.eye(4)}), width=4, spp=1)
+    assert not first.compiled
+
+
 def test_datasets_have_their_cameras(
     scene: pathtracer.Scene, tmp_path: Path, program: Program, scenes: Path
 ) -> None:
