@@ -1,9 +1,10 @@
 //! Ray queries on the surfaces of a scene.
 
 use pt_bvh::Hit;
+use pt_core::scene::HitPoint;
 use pt_core::{CompileError, CompileOptions, RenderScene, compile, compile_edited};
 use pt_cpu::Tracer;
-use pt_math::{Ray, Vec3};
+use pt_math::{Bounds3, Ray, Vec3};
 use pt_scene::Scene;
 
 use crate::session::CompiledScene;
@@ -79,16 +80,21 @@ impl SceneQueries {
         Tracer::new(&self.scene, false).occluded(rays, |_| 0.0, occluded);
     }
 
+    /// Box around all surfaces.
+    pub fn bounds(&self) -> Bounds3 {
+        self.scene.bounds()
+    }
+
     fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
-        let at = self.scene.interaction(ray, hit, 0.0);
+        let HitPoint { p, normal, uv } = self.scene.hit_point(ray, hit, 0.0);
         let element = self.scene.locate_primitive(hit.primitive);
         SurfaceHit {
             t: hit.t,
             object: element.object,
             primitive: element.index,
-            uv: self.scene.texture_eval_context(&at, hit, 0.0).uv.to_array(),
-            position: at.point.p,
-            normal: at.point.normal,
+            uv: uv.to_array(),
+            position: p,
+            normal,
         }
     }
 }

@@ -73,6 +73,7 @@ mod laws;
 mod node;
 mod options;
 mod ray;
+mod ray_order;
 mod refit;
 mod serial;
 mod sphere;
@@ -90,6 +91,7 @@ pub use instance::{
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 use pt_math::{Bounds3, Ray, Rays};
+pub use ray_order::coherent_order;
 pub use refit::RefitError;
 use thiserror::Error;
 use traverse::List;

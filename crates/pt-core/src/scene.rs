@@ -1,9 +1,11 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
 mod footprint;
+mod hits;
 mod image_motion;
 mod light_sources;
-mod texture_coordinates;
+
+pub use hits::HitPoint;
 
 use std::sync::Arc;
 

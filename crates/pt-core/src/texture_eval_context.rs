@@ -66,7 +66,23 @@ pub struct OnTriangle {
     pub uv_edges: [Vec2; 2],
 }
 
+/// Texture coordinates at a hit of a triangle with these at its corners.
+#[inline]
+fn interpolated([c0, c1, c2]: [Vec2; 3], hit: &Hit) -> Vec2 {
+    c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2
+}
+
 impl ShapeArrays {
+    /// Returns the coordinates of [`Self::on_triangle`] alone.
+    #[inline]
+    pub(crate) fn triangle_uv(&self, i: usize, hit: &Hit) -> Vec2 {
+        let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
+        if corners == FLAT {
+            return Vec2::new(hit.b1, hit.b2);
+        }
+        interpolated(corners.map(|v| self.uvs[v as usize]), hit)
+    }
+
     pub(crate) fn on_triangle(&self, i: usize, hit: &Hit) -> TextureEvalContext {
         let barycentric = Vec2::new(hit.b1, hit.b2);
         let on_triangle = |uv_edges| Some(OnTriangle { triangle: i as u32, barycentric, uv_edges });
@@ -76,7 +92,7 @@ impl ShapeArrays {
             return TextureEvalContext { on_triangle, ..TextureEvalContext::of(barycentric) };
         }
         let [c0, c1, c2] = corners.map(|v| self.uvs[v as usize]);
-        let uv = c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2;
+        let uv = interpolated([c0, c1, c2], hit);
         let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
         let (e1, e2, d1, d2) = (p1 - p0, p2 - p0, c1 - c0, c2 - c0);
         let determinant = d1.perp_dot(d2);

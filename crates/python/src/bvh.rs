@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use pathtracer::{BuildOptions, Quality};
 use pt_bvh::Geometry;
-use pt_math::{Ray, Vec3};
+use pt_math::{Bounds3, Ray, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -40,10 +40,14 @@ struct Mesh {
 }
 
 impl Target for Mesh {
-    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>> {
+    fn bounds(&self) -> Bounds3 {
+        self.bvh.bounds()
+    }
+
+    fn nearest(&self, rays: &[Ray], found: &mut Vec<Found>) {
         let mut hits = Vec::new();
         self.bvh.intersect_batch(rays, &mut hits);
-        hits.iter().map(|hit| hit.as_ref().map(|hit| self.found(hit))).collect()
+        found.extend(hits.iter().map(|hit| hit.as_ref().map_or(Found::NOTHING, |h| self.found(h))));
     }
 
     fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
@@ -60,7 +64,7 @@ impl Mesh {
         Found {
             t: hit.t,
             shape: 0,
-            primitive: hit.primitive,
+            primitive: hit.primitive as i32,
             uv: [hit.b1, hit.b2],
             position: p0 * (1.0 - hit.b1 - hit.b2) + p1 * hit.b1 + p2 * hit.b2,
             normal: e1.cross(e2).normalize().as_vec3(),

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods};
-use pt_math::{Ray, Vec3};
+use pt_bvh::coherent_order;
+use pt_math::{Bounds3, Ray, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -13,26 +14,42 @@ use rayon::prelude::*;
 use crate::arrays::{Numbers, first_of};
 use crate::worker::{self, End};
 
-/// Number of rays that a thread takes at a time: full batches, and Ctrl-C in milliseconds.
-const CHUNK: usize = 4096;
+/// Number of rays of a query: full batches, and Ctrl-C in milliseconds.
+const BATCH: usize = 4096;
 
 /// Shapes that rays hit.
 pub(crate) trait Target: Send + Sync + 'static {
-    /// Nearest hit of each ray, in order.
-    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>>;
+    /// Box around all shapes.
+    fn bounds(&self) -> Bounds3;
+
+    /// Appends the nearest hit of each ray, in order; [`Found::NOTHING`] for rays without any.
+    fn nearest(&self, rays: &[Ray], found: &mut Vec<Found>);
 
     /// Replaces the contents of `occluded` by true for each ray that hits anything, in order.
     fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>);
 }
 
-/// Nearest hit of a ray.
+/// Nearest hit of a ray, as [`Hits`] has it; one line of the caches.
+#[repr(align(64))]
 pub(crate) struct Found {
     pub(crate) t: f32,
-    pub(crate) shape: u32,
-    pub(crate) primitive: u32,
+    pub(crate) shape: i32,
+    pub(crate) primitive: i32,
     pub(crate) uv: [f32; 2],
     pub(crate) position: Vec3,
     pub(crate) normal: Vec3,
+}
+
+impl Found {
+    /// Of a ray that hits nothing.
+    pub(crate) const NOTHING: Self = Self {
+        t: f32::INFINITY,
+        shape: -1,
+        primitive: -1,
+        uv: [0.0; 2],
+        position: Vec3::NAN,
+        normal: Vec3::NAN,
+    };
 }
 
 /// Nearest hits of rays. The arrays have the shape of the rays, and one more dimension for vectors.
@@ -69,37 +86,41 @@ struct Columns {
 }
 
 impl Columns {
-    /// Columns of rays that hit nothing.
-    fn of_misses(rays: usize) -> Self {
+    fn zeros(rays: usize) -> Self {
         Self {
-            t: repeated(f32::INFINITY, rays),
-            shape: repeated(-1, rays),
-            primitive: repeated(-1, rays),
-            uv: repeated([0.0; 2], rays),
-            position: repeated([f32::NAN; 3], rays),
-            normal: repeated([f32::NAN; 3], rays),
+            t: vec![0.0; rays],
+            shape: vec![0; rays],
+            primitive: vec![0; rays],
+            uv: vec![[0.0; 2]; rays],
+            position: vec![[0.0; 3]; rays],
+            normal: vec![[0.0; 3]; rays],
         }
     }
 
     /// Intersects all rays, unless it is stopped before.
     fn of(target: &impl Target, rays: &RayArrays, stopped: &AtomicBool) -> Self {
-        let mut columns = Self::of_misses(rays.len());
+        let mut columns = Self::zeros(rays.len());
         let Self { t, shape, primitive, uv, position, normal } = &mut columns;
-        let chunks = t.par_chunks_mut(CHUNK).zip(shape.par_chunks_mut(CHUNK));
-        let chunks = chunks.zip(primitive.par_chunks_mut(CHUNK)).zip(uv.par_chunks_mut(CHUNK));
-        let chunks = chunks.zip(position.par_chunks_mut(CHUNK)).zip(normal.par_chunks_mut(CHUNK));
-        chunks.enumerate().for_each(
-            |(chunk, (((((t, shape), primitive), uv), position), normal))| {
-                if stopped.load(Ordering::Relaxed) {
+        let size = rays.window();
+        let windows = t.par_chunks_mut(size).zip(shape.par_chunks_mut(size));
+        let windows = windows.zip(primitive.par_chunks_mut(size)).zip(uv.par_chunks_mut(size));
+        let windows = windows.zip(position.par_chunks_mut(size)).zip(normal.par_chunks_mut(size));
+        windows.enumerate().for_each(
+            |(window, (((((t, shape), primitive), uv), position), normal))| {
+                let mut found = Vec::with_capacity(t.len());
+                let rays = rays.slice(window * size, t.len());
+                let places = in_batches(target, &rays, stopped, |rays| {
+                    target.nearest(rays, &mut found);
+                });
+                if found.len() < rays.len() {
                     return;
                 }
-                let hits = target.nearest(&rays.chunk(chunk * CHUNK));
-                for (i, found) in hits.into_iter().enumerate() {
-                    let Some(found) = found else { continue };
-                    (t[i], uv[i]) = (found.t, found.uv);
-                    (shape[i], primitive[i]) = (found.shape as i32, found.primitive as i32);
-                    position[i] = found.position.to_array();
-                    normal[i] = found.normal.to_array();
+                for (ray, place) in places.into_iter().enumerate() {
+                    let hit = &found[place as usize];
+                    (t[ray], shape[ray], primitive[ray]) = (hit.t, hit.shape, hit.primitive);
+                    uv[ray] = hit.uv;
+                    position[ray] = hit.position.to_array();
+                    normal[ray] = hit.normal.to_array();
                 }
             },
         );
@@ -107,9 +128,29 @@ impl Columns {
     }
 }
 
-/// A value again and again, written by all processors.
-fn repeated<T: Copy + Send + Sync>(value: T, count: usize) -> Vec<T> {
-    rayon::iter::repeat_n(value, count).collect()
+/// Calls `trace` with batches of the rays in a coherent order, until it is stopped. Returns the
+/// place of each ray in that order.
+fn in_batches(
+    target: &impl Target,
+    rays: &[Ray],
+    stopped: &AtomicBool,
+    mut trace: impl FnMut(&[Ray]),
+) -> Vec<u32> {
+    let order = coherent_order(rays, &target.bounds());
+    let mut batch = Vec::with_capacity(BATCH);
+    for rays_of_batch in order.chunks(BATCH) {
+        if stopped.load(Ordering::Relaxed) {
+            break;
+        }
+        batch.clear();
+        batch.extend(rays_of_batch.iter().map(|&ray| rays[ray as usize]));
+        trace(&batch);
+    }
+    let mut places = vec![0; order.len()];
+    for (place, ray) in (0..).zip(order) {
+        places[ray as usize] = place;
+    }
+    places
 }
 
 /// Nearest hits of rays.
@@ -143,11 +184,18 @@ pub(crate) fn occluded<T: Target>(
     let target = Arc::clone(target);
     let occluded = stoppable(py, move |stopped| {
         let mut occluded = vec![false; rays.len()];
-        let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
-        chunks.for_each_init(Vec::new, |results, (chunk, occluded)| {
-            if !stopped.load(Ordering::Relaxed) {
-                target.occluded(&rays.chunk(chunk * CHUNK), results);
-                occluded.copy_from_slice(results);
+        let size = rays.window();
+        occluded.par_chunks_mut(size).enumerate().for_each(|(window, occluded)| {
+            let (mut found, mut of_batch) = (Vec::with_capacity(occluded.len()), Vec::new());
+            let rays = rays.slice(window * size, occluded.len());
+            let places = in_batches(&*target, &rays, stopped, |rays| {
+                target.occluded(rays, &mut of_batch);
+                found.extend_from_slice(&of_batch);
+            });
+            if found.len() == rays.len() {
+                for (is_occluded, place) in occluded.iter_mut().zip(places) {
+                    *is_occluded = found[place as usize];
+                }
             }
         });
         occluded
@@ -197,22 +245,27 @@ impl RayArrays {
         self.origins.len() / 3
     }
 
+    /// Number of rays that a thread takes at a time. Many are more coherent in order, and two for
+    /// each thread keep all of them busy.
+    fn window(&self) -> usize {
+        let parts = 2 * rayon::current_num_threads();
+        self.len().div_ceil(parts).clamp(4 * BATCH, 64 * BATCH)
+    }
+
     /// Rays from one number on.
-    fn chunk(&self, first: usize) -> Vec<Ray> {
-        let vectors = |values: &[f32]| -> Vec<Vec3> {
-            let all = values.as_chunks::<3>().0;
-            let end = all.len().min(first + CHUNK);
-            all[first..end].iter().map(|&v| Vec3::from_array(v)).collect()
-        };
+    fn slice(&self, first: usize, count: usize) -> Vec<Ray> {
+        let [origins, directions] =
+            [&self.origins, &self.directions].map(|values| values.as_chunks::<3>().0);
         let of = |values: &[f32], ray: usize| values.get(ray).or(values.first()).copied();
-        let rays = vectors(&self.origins).into_iter().zip(vectors(&self.directions));
-        rays.zip(first..)
-            .map(|((origin, direction), ray)| Ray {
+        let ray = |ray: usize| {
+            let [origin, direction] = [origins[ray], directions[ray]].map(Vec3::from_array);
+            Ray {
                 t_min: of(&self.starts, ray).unwrap_or(0.0),
                 t_max: of(&self.ends, ray).unwrap_or(f32::INFINITY),
                 ..Ray::new(origin, direction)
-            })
-            .collect()
+            }
+        };
+        (first..first + count).map(ray).collect()
     }
 }
 

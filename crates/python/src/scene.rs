@@ -7,7 +7,7 @@ use std::time::Duration;
 use pathtracer::queries::{SceneQueries, SurfaceHit};
 use pathtracer::scene_stats;
 use pt_cli::SceneOrigin;
-use pt_math::Ray;
+use pt_math::{Bounds3, Ray};
 use pyo3::exceptions::{PyFileExistsError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -94,16 +94,21 @@ const KEYS: [&str; 18] = [
 struct Surfaces(SceneQueries);
 
 impl Target for Surfaces {
-    fn nearest(&self, rays: &[Ray]) -> Vec<Option<Found>> {
+    fn bounds(&self) -> Bounds3 {
+        self.0.bounds()
+    }
+
+    fn nearest(&self, rays: &[Ray], found: &mut Vec<Found>) {
         let (rays, lengths) = with_unit_directions(rays);
         let mut hits = Vec::new();
         self.0.intersect(&rays, &mut hits);
-        let found = |(hit, length): (Option<SurfaceHit>, f64)| {
-            let SurfaceHit { t, object, primitive, uv, position, normal } = hit?;
+        found.extend(hits.into_iter().zip(lengths).map(|(hit, length)| {
+            let Some(hit) = hit else { return Found::NOTHING };
+            let SurfaceHit { t, object, primitive, uv, position, normal } = hit;
             let t = (f64::from(t) / length) as f32;
-            Some(Found { t, shape: object, primitive, uv, position, normal })
-        };
-        hits.into_iter().zip(lengths).map(found).collect()
+            let [shape, primitive] = [object, primitive].map(|index| index as i32);
+            Found { t, shape, primitive, uv, position, normal }
+        }));
     }
 
     fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
