@@ -15,6 +15,12 @@ pub(crate) struct Numbers<'py> {
     array: Bound<'py, PyAny>,
 }
 
+/// Real numbers in row order.
+pub(crate) enum Floats<'py> {
+    Single(PyReadonlyArrayDyn<'py, f32>),
+    Double(PyReadonlyArrayDyn<'py, f64>),
+}
+
 impl<'py> Numbers<'py> {
     /// Converts a sequence, or an array of any library. `kinds` are the kinds of types of NumPy
     /// that are accepted, and `expected` describes them.
@@ -93,27 +99,37 @@ impl<'py> Numbers<'py> {
 
     /// Copy of the values in row order.
     fn values<T: Element + Copy>(&self, dtype: &str) -> PyResult<Vec<T>> {
-        let numpy = self.array.py().import("numpy")?;
-        let layout = ["C_CONTIGUOUS", "ALIGNED"];
-        let array = numpy.call_method1("require", (&self.array, dtype, layout))?;
-        let array: PyReadonlyArrayDyn<'_, T> = array.extract()?;
+        let array: PyReadonlyArrayDyn<'_, T> = self.required(dtype)?.extract()?;
         Ok(array.as_slice()?.to_vec())
     }
 
-    /// Copy of the values in row order, rounded to single precision, by all processors for usual
-    /// arrays.
-    fn rounded(&self) -> PyResult<Vec<f32>> {
+    /// Array of this type in row order, which is the array itself if it has that form.
+    fn required(&self, dtype: &str) -> PyResult<Bound<'py, PyAny>> {
+        let numpy = self.array.py().import("numpy")?;
+        numpy.call_method1("require", (&self.array, dtype, ["C_CONTIGUOUS", "ALIGNED"]))
+    }
+
+    /// The values in row order, without a copy for usual arrays.
+    pub(crate) fn floats(&self) -> PyResult<Floats<'py>> {
         let flags = self.array.getattr("flags")?;
         let is_set = |name| flags.getattr(name)?.is_truthy();
         if is_set("c_contiguous")? && is_set("aligned")? {
-            if let Ok(array) = self.array.extract::<PyReadonlyArrayDyn<'_, f64>>() {
-                return Ok(array.as_slice()?.par_iter().map(|&value| value as f32).collect());
+            if let Ok(array) = self.array.extract() {
+                return Ok(Floats::Double(array));
             }
-            if let Ok(array) = self.array.extract::<PyReadonlyArrayDyn<'_, f32>>() {
-                return Ok(array.as_slice()?.par_iter().copied().collect());
+            if let Ok(array) = self.array.extract() {
+                return Ok(Floats::Single(array));
             }
         }
-        self.values("float32")
+        Ok(Floats::Single(self.required("float32")?.extract()?))
+    }
+
+    /// Copy of the values in row order, rounded to single precision, by all processors.
+    fn rounded(&self) -> PyResult<Vec<f32>> {
+        Ok(match self.floats()? {
+            Floats::Single(array) => array.as_slice()?.par_iter().copied().collect(),
+            Floats::Double(array) => array.as_slice()?.par_iter().map(|&x| x as f32).collect(),
+        })
     }
 
     /// Copy in single precision; the error names the first value that `is_right` rejects.

@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{Numbers, first_of};
+use crate::arrays::{Floats, Numbers, first_of};
 use crate::worker::{self, End};
 
 /// Number of rays of a query: full batches, and Ctrl-C in milliseconds.
@@ -99,7 +99,7 @@ impl Columns {
 
     /// Intersects all rays, unless it is stopped before.
     fn of(target: &impl Target, rays: &RayArrays, stopped: &AtomicBool) -> Self {
-        let mut columns = Self::zeros(rays.len());
+        let mut columns = Self::zeros(rays.rays.len());
         let Self { t, shape, primitive, uv, position, normal } = &mut columns;
         let size = rays.window();
         let windows = t.par_chunks_mut(size).zip(shape.par_chunks_mut(size));
@@ -108,8 +108,8 @@ impl Columns {
         windows.enumerate().for_each(
             |(window, (((((t, shape), primitive), uv), position), normal))| {
                 let mut found = Vec::with_capacity(t.len());
-                let rays = rays.slice(window * size, t.len());
-                let places = in_batches(target, &rays, stopped, |rays| {
+                let rays = &rays.rays[window * size..][..t.len()];
+                let places = in_batches(target, rays, stopped, |rays| {
                     target.nearest(rays, &mut found);
                 });
                 if found.len() < rays.len() {
@@ -183,12 +183,12 @@ pub(crate) fn occluded<T: Target>(
     let shape = rays.shape.clone();
     let target = Arc::clone(target);
     let occluded = stoppable(py, move |stopped| {
-        let mut occluded = vec![false; rays.len()];
+        let mut occluded = vec![false; rays.rays.len()];
         let size = rays.window();
         occluded.par_chunks_mut(size).enumerate().for_each(|(window, occluded)| {
             let (mut found, mut of_batch) = (Vec::with_capacity(occluded.len()), Vec::new());
-            let rays = rays.slice(window * size, occluded.len());
-            let places = in_batches(&*target, &rays, stopped, |rays| {
+            let rays = &rays.rays[window * size..][..occluded.len()];
+            let places = in_batches(&*target, rays, stopped, |rays| {
                 target.occluded(rays, &mut of_batch);
                 found.extend_from_slice(&of_batch);
             });
@@ -207,11 +207,7 @@ pub(crate) fn occluded<T: Target>(
 pub(crate) struct RayArrays {
     /// Shape without the dimension of vectors.
     shape: Vec<usize>,
-    origins: Vec<f32>,
-    directions: Vec<f32>,
-    /// Starts and ends of the rays, or one for all.
-    starts: Vec<f32>,
-    ends: Vec<f32>,
+    rays: Vec<Ray>,
 }
 
 impl RayArrays {
@@ -227,46 +223,57 @@ impl RayArrays {
             vectors.expect(is_vectors, "(..., 3)")?;
         }
         let shape = origins.common_shape(&directions)?;
-        let origins = origins.broadcast(&shape)?.singles(f32::is_finite, "a finite number")?;
-        let directions = directions.broadcast(&shape)?;
-        let directions = directions.singles(f32::is_finite, "a finite number")?;
-        let zero = first_of(directions.as_chunks::<3>().0, |d| *d == [0.0; 3]);
-        if let Some(ray) = zero {
-            let message = format!("directions: that of ray {ray} is zero, expected any other");
-            return Err(PyValueError::new_err(message));
-        }
+        let vectors = [origins.broadcast(&shape)?, directions.broadcast(&shape)?];
         let shape = shape[..shape.len() - 1].to_vec();
         let starts = bound("tmin", tmin, 0.0, &shape)?;
         let ends = bound("tmax", tmax, f32::INFINITY, &shape)?;
-        Ok(Self { shape, origins, directions, starts, ends })
-    }
-
-    fn len(&self) -> usize {
-        self.origins.len() / 3
+        let bounds = [&starts[..], &ends];
+        let [origins, directions] = vectors.each_ref().map(Numbers::floats);
+        let rays = match (origins?, directions?) {
+            (Floats::Single(o), Floats::Single(d)) => rays(o.as_slice()?, d.as_slice()?, bounds),
+            (Floats::Single(o), Floats::Double(d)) => rays(o.as_slice()?, d.as_slice()?, bounds),
+            (Floats::Double(o), Floats::Single(d)) => rays(o.as_slice()?, d.as_slice()?, bounds),
+            (Floats::Double(o), Floats::Double(d)) => rays(o.as_slice()?, d.as_slice()?, bounds),
+        };
+        let is_zero = |ray: &Ray| ray.direction == Vec3::ZERO;
+        let is_wrong =
+            |ray: &Ray| !ray.origin.is_finite() || !ray.direction.is_finite() || is_zero(ray);
+        if let Some(first) = first_of(&rays, is_wrong) {
+            for numbers in vectors {
+                numbers.singles(f32::is_finite, "a finite number")?;
+            }
+            let ray = rays[first..].iter().position(is_zero).map_or(first, |more| first + more);
+            let message = format!("directions: that of ray {ray} is zero, expected any other");
+            return Err(PyValueError::new_err(message));
+        }
+        Ok(Self { shape, rays })
     }
 
     /// Number of rays that a thread takes at a time. Many are more coherent in order, and two for
     /// each thread keep all of them busy.
     fn window(&self) -> usize {
         let parts = 2 * rayon::current_num_threads();
-        self.len().div_ceil(parts).clamp(4 * BATCH, 64 * BATCH)
+        self.rays.len().div_ceil(parts).clamp(4 * BATCH, 64 * BATCH)
     }
+}
 
-    /// Rays from one number on.
-    fn slice(&self, first: usize, count: usize) -> Vec<Ray> {
-        let [origins, directions] =
-            [&self.origins, &self.directions].map(|values| values.as_chunks::<3>().0);
-        let of = |values: &[f32], ray: usize| values.get(ray).or(values.first()).copied();
-        let ray = |ray: usize| {
-            let [origin, direction] = [origins[ray], directions[ray]].map(Vec3::from_array);
-            Ray {
-                t_min: of(&self.starts, ray).unwrap_or(0.0),
-                t_max: of(&self.ends, ray).unwrap_or(f32::INFINITY),
-                ..Ray::new(origin, direction)
-            }
-        };
-        (first..first + count).map(ray).collect()
-    }
+/// Rays with these origins and directions, and with these starts and ends, one for all or one for
+/// each.
+fn rays<A, B>(origins: &[A], directions: &[B], bounds: [&[f32]; 2]) -> Vec<Ray>
+where
+    A: Copy + Into<f64> + Sync,
+    B: Copy + Into<f64> + Sync,
+{
+    let of = |values: &[f32], ray: usize| *values.get(ray).unwrap_or(&values[0]);
+    let origins = origins.as_chunks::<3>().0.par_iter();
+    let rays = origins.zip(directions.as_chunks::<3>().0).enumerate();
+    rays.map(|(ray, (origin, direction))| Ray {
+        origin: Vec3::from_array(origin.map(|x| x.into() as f32)),
+        direction: Vec3::from_array(direction.map(|x| x.into() as f32)),
+        t_min: of(bounds[0], ray),
+        t_max: of(bounds[1], ray),
+    })
+    .collect()
 }
 
 /// Bounds of rays by an argument, one for all or one for each.
