@@ -94,6 +94,7 @@ class _SceneParts(_ReadingOptions, total=False):
 
 class _Edits(TypedDict, total=False):
     camera: build.Camera | None
+    used_camera: str | int | None
     materials: Mapping[str, build.Material] | None
     transforms: Mapping[Any, _Transform] | None
     lights: Sequence[build.Light] | Mapping[Any, build.Light] | None

@@ -18,7 +18,7 @@ use crate::source::SceneSource;
 use crate::values;
 
 /// Keywords of an edit; the tables are for names in the other parts.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "camera",
     "grids",
     "images",
@@ -32,6 +32,7 @@ const KEYS: [&str; 13] = [
     "settings",
     "textures",
     "transforms",
+    "used_camera",
 ];
 
 /// Options of reading the parts of an edit.
@@ -43,6 +44,8 @@ struct Replaced {
     /// `None` if the list replaces all lights.
     lights: Option<Vec<usize>>,
     transforms: Vec<usize>,
+    /// Active camera, if the edit names one.
+    used_camera: Option<usize>,
 }
 
 /// Returns the scene with other parts, which refer to files of a folder.
@@ -54,6 +57,10 @@ pub(crate) fn replaced(
     let py = changes.py();
     let (parts, options) = sorted(changes)?;
     let scene = &*source.scene;
+    let used_camera = taken(&parts, "used_camera")?;
+    let used_camera = used_camera
+        .map(|key| number("used_camera", &key, &names(&scene.cameras, |camera| &camera.name)));
+    let used_camera = used_camera.transpose()?;
     let stub = Written {
         settings: scene.settings.clone(),
         metres_per_unit: scene.metres_per_unit,
@@ -64,14 +71,16 @@ pub(crate) fn replaced(
     let made = py.import("pathtracer._edits")?.call_method1("values", arguments)?;
     let (of_edit, places, keys): (Bound<'_, PyDict>, Vec<(String, String)>, Bound<'_, PyDict>) =
         made.extract()?;
-    let replaced = Replaced::find(scene, &keys)?;
+    let replaced = Replaced { used_camera, ..Replaced::find(scene, &keys)? };
     let places = Places::new(places);
     let reading = Reading::new(Some(&options))?;
     let text = values::of_python(&of_edit, &places)?;
     let hash = pathtracer::source_file(Path::new(""), text.text.as_bytes()).hash;
     let (read, of_files) = reading.values(py, text, folder, &places)?;
     let edited = replaced.apply(scene, read, changes)?;
-    let origin = origin(&source.origin, of_files, &hash, is_given(changes, "camera")?);
+    let hash = used_camera.map_or_else(|| hash.clone(), |used| format!("{hash}, camera {used}"));
+    let has_camera = used_camera.is_some() || is_given(changes, "camera")?;
+    let origin = origin(&source.origin, of_files, &hash, has_camera);
     Ok(source.edited(edited, origin))
 }
 
@@ -91,6 +100,15 @@ fn sorted<'py>(changes: &Bound<'py, PyDict>) -> PyResult<(Bound<'py, PyDict>, Bo
     Ok((parts, options))
 }
 
+/// Removes an argument, and returns it.
+fn taken<'py>(parts: &Bound<'py, PyDict>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let value = parts.get_item(name)?;
+    if value.is_some() {
+        parts.del_item(name)?;
+    }
+    Ok(value)
+}
+
 impl Replaced {
     fn find(scene: &Written, keys: &Bound<'_, PyDict>) -> PyResult<Self> {
         let of = |table: &'static str, names: &[String]| -> PyResult<Vec<usize>> {
@@ -106,6 +124,7 @@ impl Replaced {
             materials: of("materials", &pathtracer::names_of(scene).0)?,
             lights,
             transforms: of("transforms", &names(&scene.objects, |object| &object.name))?,
+            used_camera: None,
         })
     }
 
@@ -117,9 +136,12 @@ impl Replaced {
         changes: &Bound<'_, PyDict>,
     ) -> PyResult<Written> {
         let mut edited = scene.clone();
+        if let Some(used) = self.used_camera {
+            edited.used_camera = Some(used as u32);
+        }
         if let Some(camera) = read.cameras.into_iter().next() {
             let used =
-                scene.used_camera.map_or(scene.cameras.len().saturating_sub(1), |i| i as usize);
+                edited.used_camera.map_or(scene.cameras.len().saturating_sub(1), |i| i as usize);
             match edited.cameras.get_mut(used) {
                 Some(place) => *place = camera,
                 None => edited.cameras.push(camera),

@@ -214,6 +214,8 @@ impl Scene {
     /// ----------
     /// camera : Camera, optional
     ///     Camera in place of the active one.
+    /// used_camera : str or int, optional
+    ///     Name or number of the active camera.
     /// materials : dict of str to Material, optional
     ///     Materials in place of those of these names; see :attr:`materials`.
     /// transforms : dict of str or int to array_like, optional

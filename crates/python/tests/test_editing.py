@@ -3,6 +3,7 @@
 import concurrent.futures
 import dataclasses
 import gc
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -100,6 +101,33 @@ def test_a_camera_is_replaced() -> None:
     camera.medium = haze
     assert_same(edited.replace(camera=camera), values)
     assert pathtracer.Scene(objects=[]).camera is None
+
+
+def test_another_camera_is_used() -> None:
+    values = room().to_dict()
+    other = values["cameras"][0] | {"name": "near", "y_fov": 20}
+    values["cameras"].append(other)
+    scene = pathtracer.Scene.from_dict(values)
+    before = pixels(scene)
+    for key, number in [("eye", 0), ("near", 1), (0, 0)]:
+        edited = scene.replace(used_camera=key)
+        assert edited.camera is not None
+        assert edited.camera.name == ["eye", "near"][number]
+        assert_same(edited, values | {"used_camera": number})
+    back = scene.replace(used_camera="eye").replace(used_camera="near")
+    for name, array in pixels(back).items():
+        np.testing.assert_array_equal(array, before[name])
+    wide = dataclasses.replace(scene.cameras[0], y_fov=60)
+    edited = scene.replace(used_camera="eye", camera=wide)
+    assert [camera.y_fov for camera in edited.cameras] == pytest.approx([60, 20])
+    for key, message in [
+        ("far", 'used_camera: unknown used_camera "far"'),
+        (2, "used_camera: found 2, expected a number below 2"),
+    ]:
+        with pytest.raises(ValueError, match=re.escape(message)):
+            scene.replace(used_camera=key)
+    with pytest.raises(TypeError, match="used_camera: found a key of type float"):
+        scene.replace(used_camera=1.5)  # type: ignore[arg-type]
 
 
 def test_materials_are_replaced() -> None:

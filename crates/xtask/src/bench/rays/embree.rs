@@ -264,7 +264,9 @@ impl Embree {
 
     fn empty_scene(&self, geometry: &Geometry<'_>, threads: usize) -> Result<EmbreeScene> {
         let f = &*self.functions;
-        let configuration = format!("threads={threads},start_threads=1,set_affinity=0");
+        // At the level simd256, trees are eight wide.
+        let threads = format!("threads={threads},start_threads=1,set_affinity=0");
+        let configuration = format!("{threads},frequency_level=simd256");
         let configuration = CString::new(configuration)?;
         // SAFETY: the string ends with a 0.
         let device = unsafe { (f.new_device)(configuration.as_ptr()) };

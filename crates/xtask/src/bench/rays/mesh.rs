@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use pt_bvh::Geometry;
 use pt_math::{Bounds3, DVec3, Vec3, trig};
 
-use super::shapes;
+use super::{shapes, structures};
 use crate::bench::rays::input::{PinholeCamera, TriangleMesh};
 use crate::project::course_scene;
 
@@ -38,6 +38,11 @@ pub(super) const SOURCES: &[MeshSource] = &[
     made("blob_2m", || shapes::blob(500)),
     made("hall", || shapes::hall(0)),
     made("hall_ropes", || shapes::hall(260)),
+    made("terrain", || structures::terrain(700)),
+    made("boxes", || structures::boxes(20_000)),
+    made("rods", || structures::rods(20_000)),
+    made("playground", structures::playground),
+    made("office", structures::office),
 ];
 
 const fn file(name: &'static str, path: &'static str, view: Option<PinholeCamera>) -> MeshSource {

@@ -13,6 +13,7 @@ mod referee;
 mod report;
 mod sets;
 mod shapes;
+mod structures;
 
 use anyhow::Result;
 

@@ -27,25 +27,29 @@ pub(super) enum Who {
     /// Embree's default (medium quality, no flags), ray by ray.
     Single,
     Robust,
-    /// Embree's best tree, with spatial splits: for comparison only, without a requirement.
-    High,
     Eight,
     EightRobust,
     Sixteen,
     SixteenRobust,
+    /// Embree's best tree, with spatial splits, ray by ray.
+    High,
+    HighEight,
+    HighSixteen,
     Ours,
     OursBatch,
 }
 
 /// All competitors, with the headings of their columns.
-pub(super) const COMPETITORS: [(Who, &str); 9] = [
+pub(super) const COMPETITORS: [(Who, &str); 11] = [
     (Who::Single, "single"),
     (Who::Robust, "robust"),
-    (Who::High, "high"),
     (Who::Eight, "pack8"),
     (Who::EightRobust, "robust"),
     (Who::Sixteen, "pack16"),
     (Who::SixteenRobust, "robust"),
+    (Who::High, "high"),
+    (Who::HighEight, "high8"),
+    (Who::HighSixteen, "high16"),
     (Who::Ours, "ours"),
     (Who::OursBatch, "batch"),
 ];
@@ -153,6 +157,8 @@ impl<'a> PreparedRays<'a> {
             Who::EightRobust => eight(robust),
             Who::Sixteen => sixteen(default),
             Who::SixteenRobust => sixteen(robust),
+            Who::HighEight => eight(high),
+            Who::HighSixteen => sixteen(high),
             Who::Ours => self.ours(ours, query),
             Who::OursBatch => self.batch(ours, query),
         }

@@ -8,9 +8,19 @@ use pt_math::{Vec3, trig, warp};
 use super::input::{PinholeCamera, TriangleMesh};
 use super::random::random as numbers;
 
-/// A sphere with lobes and bumps, from an octahedron with `n` segments along each edge: 8n²
-/// triangles, closed, without a preferred direction.
+/// A sphere with lobes and bumps: 8n² triangles, closed, without a preferred direction.
 pub(super) fn blob(n: i32) -> TriangleMesh {
+    subdivided(n, displaced)
+}
+
+/// The unit sphere as 8n² triangles.
+pub(super) fn sphere(n: i32) -> TriangleMesh {
+    subdivided(n, |p| p)
+}
+
+/// A sphere from an octahedron with `n` segments along each edge, with vertices at `place` of
+/// points of the unit sphere.
+fn subdivided(n: i32, place: impl Fn(Vec3) -> Vec3) -> TriangleMesh {
     // On the octahedron |x| + |y| + |z| = n, vertices are the points with integer coordinates.
     let (mut numbers, mut mesh) = (HashMap::new(), TriangleMesh::default());
     for octant in 0..8 {
@@ -18,7 +28,7 @@ pub(super) fn blob(n: i32) -> TriangleMesh {
         let mut at = |i: i32, j: i32| {
             let p = [sign[0] * i, sign[1] * j, sign[2] * (n - i - j)];
             *numbers.entry(p).or_insert_with(|| {
-                mesh.positions.push(displaced(Vec3::from_array(p.map(|c| c as f32)).normalize()));
+                mesh.positions.push(place(Vec3::from_array(p.map(|c| c as f32)).normalize()));
                 mesh.positions.len() as u32 - 1
             })
         };
@@ -193,7 +203,11 @@ fn sin(x: f32) -> f32 {
 
 impl TriangleMesh {
     /// Adds triangles with their own vertices.
-    fn add(&mut self, triangles: &[[u32; 3]], positions: impl IntoIterator<Item = Vec3>) {
+    pub(super) fn add(
+        &mut self,
+        triangles: &[[u32; 3]],
+        positions: impl IntoIterator<Item = Vec3>,
+    ) {
         let base = self.positions.len() as u32;
         self.positions.extend(positions);
         self.triangles.extend(triangles.iter().map(|t| t.map(|i| base + i)));
@@ -201,7 +215,7 @@ impl TriangleMesh {
 
     /// Adds a sheet of `n` × `m` squares, each of two triangles, with vertices at `point(u, v)` for
     /// u and v in [0, 1].
-    fn sheet(&mut self, [n, m]: [u32; 2], point: impl Fn(f32, f32) -> Vec3) {
+    pub(super) fn sheet(&mut self, [n, m]: [u32; 2], point: impl Fn(f32, f32) -> Vec3) {
         let base = self.positions.len() as u32;
         for i in 0..=n {
             let row = (0..=m).map(|j| point(i as f32 / n as f32, j as f32 / m as f32));
@@ -216,10 +230,11 @@ impl TriangleMesh {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn check(mesh: &TriangleMesh, triangles: usize) {
+    /// Asserts the number of triangles, and that they are valid.
+    pub(in super::super) fn check(mesh: &TriangleMesh, triangles: usize) {
         assert_eq!(mesh.triangles.len(), triangles);
         assert!(mesh.positions.iter().all(|p| p.is_finite()));
         let last = mesh.positions.len() as u32 - 1;
