@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from ._native import Image, Scene, camera_of, render, view_numbers
 
@@ -117,6 +116,8 @@ def _views(
 
 def _camera(scene: Scene, number: int, view: Any) -> Any:
     """The camera of a view."""
+    import numpy as np  # When it is needed: it takes most of the time of an import.
+
     if isinstance(view, str) or hasattr(view, "__index__") and not np.ndim(view):
         return camera_of(scene, view)
     if isinstance(view, Mapping) or hasattr(view, "to_world"):
@@ -164,7 +165,7 @@ def _write(path: Path, frames: list[dict[str, Any]]) -> None:
         if len(values) == 1:
             whole[key] = values.pop()
     if "fl_x" in whole and "w" in whole:
-        whole["camera_angle_x"] = 2 * float(np.arctan(whole["w"] / (2 * whole["fl_x"])))
+        whole["camera_angle_x"] = 2 * math.atan(whole["w"] / (2 * whole["fl_x"]))
     whole["frames"] = [{k: v for k, v in frame.items() if k not in whole} for frame in frames]
     partial = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:

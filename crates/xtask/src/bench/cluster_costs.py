@@ -13,7 +13,7 @@ import ray
 import pathtracer
 import pathtracer.ray
 from pathtracer._native import PartialRender
-from pathtracer.ray._packing import key_of, pack_scene, pack_settings, unpack
+from pathtracer.ray._packing import key_of, pack_scene, pack_settings, unpack, unpack_scene
 
 SIZE = {"width": 320, "height": 240}
 # A render of more than 1,000 tasks, for the memory of the head.
@@ -117,7 +117,7 @@ def constants(scenes: Path) -> None:
         settings = pack_settings({"spp": 1, **SIZE}, PartialRender(scene, spp=1, **SIZE).identity)
         key_of(packed, settings)
         then = time.perf_counter()
-        unpack(packed, settings)
+        unpack(unpack_scene(packed), settings)
         print(
             f"scene {file}: {packed.nbytes / 1e6:.2f} MB, packed in {middle - start:.3f} s, read "
             f"and compiled by each worker in {time.perf_counter() - then:.3f} s"
