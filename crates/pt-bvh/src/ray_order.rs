@@ -6,31 +6,37 @@ use pt_math::{Bounds3, Ray, Vec3};
 const BITS: u32 = 5;
 /// Number of cells of the grid.
 const CELLS: usize = 1 << (3 * BITS);
+/// Fewer rays remain in their order: hardly any two of them would be near each other.
+const MIN_RAYS: usize = 4096;
 
 /// Returns the indices of the rays in an order for batches of queries. `bounds` are those of the
 /// primitives.
 ///
 /// Rays are ordered by the cell of a regular grid of the box at which they enter the box, or begin,
 /// along a Z-order curve: neighbours visit the same nodes, which are in the caches then. Rays whose
-/// neighbours begin near them already remain in their order. [after Moon et al. 2010,
+/// neighbours begin near them already, and few rays, remain in their order. [after Moon et al. 2010,
 /// "Cache-Oblivious Ray Reordering", where they are ordered by their hits]
 pub fn coherent_order(rays: &[Ray], bounds: &Bounds3) -> Vec<u32> {
+    let in_order = || (0..rays.len() as u32).collect();
+    if rays.len() < MIN_RAYS {
+        return in_order();
+    }
     let cells: Vec<u16> = rays.iter().map(|ray| cell(entry(ray, bounds), bounds)).collect();
     // Eight cells are a cube.
     let near = cells.windows(2).filter(|pair| pair[0] >> 3 == pair[1] >> 3).count();
     if 2 * near >= rays.len() {
-        return (0..rays.len() as u32).collect();
+        return in_order();
     }
-    let mut ends = vec![0_u32; CELLS + 1];
+    let mut starts = vec![0_u32; CELLS + 1];
     for &cell in &cells {
-        ends[usize::from(cell) + 1] += 1;
+        starts[usize::from(cell) + 1] += 1;
     }
     for cell in 0..CELLS {
-        ends[cell + 1] += ends[cell];
+        starts[cell + 1] += starts[cell];
     }
     let mut order = vec![0; rays.len()];
     for (ray, &cell) in cells.iter().enumerate() {
-        let place = &mut ends[usize::from(cell)];
+        let place = &mut starts[usize::from(cell)];
         order[*place as usize] = ray as u32;
         *place += 1;
     }
@@ -109,13 +115,15 @@ mod tests {
     #[test]
     fn every_ray_has_a_cell() {
         let flat = Bounds3 { max: BOX.max.with_y(BOX.min.y), ..BOX };
-        let mut rays = random_rays(100);
+        let mut rays = random_rays(MIN_RAYS as u32);
         rays.push(Ray::new(BOX.min, Vec3::X));
         rays.push(Ray::new(Vec3::ZERO, Vec3::ZERO));
         rays.push(Ray::new(Vec3::splat(f32::MAX), Vec3::Z));
         for bounds in [flat, Bounds3::EMPTY, Bounds3::point(Vec3::ZERO)] {
             assert_eq!(coherent_order(&rays, &bounds).len(), rays.len());
         }
-        assert!(coherent_order(&[], &BOX).is_empty());
+        for count in [0, 1, MIN_RAYS - 1] {
+            assert!(coherent_order(&rays[..count], &BOX).into_iter().eq(0..count as u32));
+        }
     }
 }
