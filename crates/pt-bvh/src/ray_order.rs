@@ -14,8 +14,8 @@ const MIN_RAYS: usize = 4096;
 ///
 /// Rays are ordered by the cell of a regular grid of the box at which they enter the box, or begin,
 /// along a Z-order curve: neighbours visit the same nodes, which are in the caches then. Rays whose
-/// neighbours begin near them already, and few rays, remain in their order. [after Moon et al. 2010,
-/// "Cache-Oblivious Ray Reordering", where they are ordered by their hits]
+/// neighbours begin near them already, and few rays, remain in their order. [after Moon et al.
+/// 2010, "Cache-Oblivious Ray Reordering", where they are ordered by their hits]
 pub fn coherent_order(rays: &[Ray], bounds: &Bounds3) -> Vec<u32> {
     let in_order = || (0..rays.len() as u32).collect();
     if rays.len() < MIN_RAYS {
