@@ -49,7 +49,7 @@ def test_hits_are_those_of_a_loop_over_all_triangles(quality: Any) -> None:
     bvh = pathtracer.Bvh(vertices, faces, quality=quality)
     assert len(bvh) == 300
     random = np.random.default_rng(2)
-    # More than one chunk, and not a whole number of them.
+    # More than one batch, and not a whole number of them.
     origins = random.random((5000, 3)).astype(np.float32)
     directions = random.standard_normal((5000, 3)).astype(np.float32)
     found = bvh.intersect(origins, directions)
@@ -73,6 +73,28 @@ def test_hits_are_those_of_a_loop_over_all_triangles(quality: Any) -> None:
     assert np.isnan(found.normal[~hit]).all()
     assert (found.primitive[~hit] == -1).all()
     np.testing.assert_array_equal(found.shape, np.where(hit, 0, -1))
+
+
+@pytest.mark.parametrize("dtypes", [("f4", "f4"), ("f4", "f8"), ("f8", "f4"), ("f8", "f8")])
+def test_results_do_not_depend_on_the_order_of_rays(dtypes: tuple[str, str]) -> None:
+    vertices, faces = triangles(200, seed=3)
+    bvh = pathtracer.Bvh(vertices, faces)
+    random = np.random.default_rng(4)
+    # More than a thread takes at a time.
+    count = 40_001
+    origins = random.random((count, 3)).astype("f4").astype(dtypes[0])
+    directions = random.standard_normal((count, 3)).astype("f4").astype(dtypes[1])
+    ends = random.random(count)
+    all_at_once = bvh.intersect(origins, directions, ends)
+    assert 0.05 < (all_at_once.primitive >= 0).mean() < 0.9
+    occluded = bvh.occluded(origins, directions, ends)
+    np.testing.assert_array_equal(occluded, all_at_once.primitive >= 0)
+    order = random.permutation(count)
+    for part in np.array_split(order, 27):
+        few = bvh.intersect(origins[part], directions[part], ends[part])
+        for name in ["t", "shape", "primitive", "uv", "position", "normal"]:
+            of_all = getattr(all_at_once, name)[part]
+            np.testing.assert_array_equal(getattr(few, name), of_all, err_msg=name)
 
 
 def test_shapes_are_those_of_the_rays() -> None:
