@@ -109,7 +109,8 @@ def test_another_camera_is_used() -> None:
     values["cameras"].append(other)
     scene = pathtracer.Scene.from_dict(values)
     before = pixels(scene)
-    for key, number in [("eye", 0), ("near", 1), (0, 0)]:
+    keys: list[tuple[str | int, int]] = [("eye", 0), ("near", 1), (0, 0)]
+    for key, number in keys:
         edited = scene.replace(used_camera=key)
         assert edited.camera is not None
         assert edited.camera.name == ["eye", "near"][number]
@@ -117,13 +118,15 @@ def test_another_camera_is_used() -> None:
     back = scene.replace(used_camera="eye").replace(used_camera="near")
     for name, array in pixels(back).items():
         np.testing.assert_array_equal(array, before[name])
-    wide = dataclasses.replace(scene.cameras[0], y_fov=60)
-    edited = scene.replace(used_camera="eye", camera=wide)
-    assert [camera.y_fov for camera in edited.cameras] == pytest.approx([60, 20])
-    for key, message in [
+    wide: Any = scene.cameras[0]
+    wide.y_fov = 60
+    cameras: list[Any] = scene.replace(used_camera="eye", camera=wide).cameras
+    assert [camera.y_fov for camera in cameras] == pytest.approx([60, 20])
+    wrong: list[tuple[str | int, str]] = [
         ("far", 'used_camera: unknown used_camera "far"'),
         (2, "used_camera: found 2, expected a number below 2"),
-    ]:
+    ]
+    for key, message in wrong:
         with pytest.raises(ValueError, match=re.escape(message)):
             scene.replace(used_camera=key)
     with pytest.raises(TypeError, match="used_camera: found a key of type float"):
