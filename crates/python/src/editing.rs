@@ -209,7 +209,7 @@ pub(crate) fn names<T>(items: &[T], name: impl Fn(&T) -> &str) -> Vec<String> {
 /// # Errors
 /// If there is none, or several have the name.
 pub(crate) fn number(table: &str, key: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
-    let what = table.trim_end_matches('s');
+    let what = table.trim_start_matches("used_").trim_end_matches('s');
     let count = names.len();
     let Ok(name) = key.cast::<PyString>() else {
         let wrong = || {

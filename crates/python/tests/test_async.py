@@ -141,3 +141,9 @@ def test_bars_end_at_100_percent_on_terminals(missing: list[str]) -> None:
     assert "100%" in last
     has_tqdm = not missing and importlib.util.find_spec("tqdm") is not None
     assert ("sample/s" in last) == has_tqdm
+
+
+def test_large_modules_are_imported_when_they_are_needed() -> None:
+    code = "import sys, pathtracer; print({'asyncio', 'numpy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

@@ -123,7 +123,7 @@ def test_another_camera_is_used() -> None:
     cameras: list[Any] = scene.replace(used_camera="eye", camera=wide).cameras
     assert [camera.y_fov for camera in cameras] == pytest.approx([60, 20])
     wrong: list[tuple[str | int, str]] = [
-        ("far", 'used_camera: unknown used_camera "far"'),
+        ("far", 'used_camera: unknown camera "far"'),
         (2, "used_camera: found 2, expected a number below 2"),
     ]
     for key, message in wrong:
