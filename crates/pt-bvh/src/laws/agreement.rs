@@ -361,6 +361,31 @@ fn kernels_agree_on_rays_side_by_side() {
     }
 }
 
+/// Neighbouring rays hit distant triangles of a dense mesh: packets would test all between them.
+#[test]
+fn packets_are_given_up_before_they_take_more_work_than_single_rays() {
+    const SIZE: [usize; 2] = [32, 24];
+    let soup = bumpy_ball(8);
+    let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
+    let tile = |i: usize| [8 * (i / 64 % 4) + i % 8, 8 * (i / 256) + i / 8 % 8];
+    let ray = |i: usize| {
+        let [x, y] = [0, 1].map(|k| (tile(i)[k] as f32 + 0.5) / SIZE[k] as f32 - 0.5);
+        Ray::new(Vec3::new(0.3, 0.2, 3.0), Vec3::new(0.8 * x, 0.6 * y, -1.0))
+    };
+    let pixels = SIZE[0] * SIZE[1];
+    let rays: Vec<_> = (0..5 * pixels).map(|i| ray(i % pixels)).collect();
+    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+    let [mut single, mut closest, mut any] = [0; 3];
+    bvh.intersect_batch_counted(&rays, &mut hits, &mut closest);
+    bvh.occluded_batch_counted(&rays, &mut occluded, &mut any);
+    for ((ray, hit), is_hit) in rays.iter().zip(&hits).zip(&occluded) {
+        assert_eq!(bits(*hit), bits(bvh.intersect_counted(ray, &mut single)));
+        assert_eq!(*is_hit, hit.is_some());
+    }
+    assert!(hits.iter().flatten().count() > 2000);
+    assert!(closest < 3 * single && any < 3 * single, "{closest} and {any}, {single} one by one");
+}
+
 /// Triangles seen edge-on, within rounding: their intersections are ill-conditioned, and the order
 /// of hits depends on the last bits.
 #[test]

@@ -35,7 +35,7 @@ use self::candidates::{BLOCKS, Candidates};
 use self::group::{GROUP, GroupColumn, RayGroup, bits};
 use self::lane_permute::{LANES, members, sort_descending};
 use self::occlusion_order_stats::OcclusionOrders;
-use self::packet::{MAX, PACKET, PAUSE, PacketBounds};
+use self::packet::{LONE, MAX, PACKET, PAUSE, PacketBounds};
 use self::ray_slots::{RaySlotChunks, SECTION, SECTIONS};
 use super::{ChildRef, SizeClass, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
@@ -158,7 +158,10 @@ struct Scratch {
     candidates: Box<Candidates>,
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
+    /// Number of small packets until rays of a whole section are traced as a packet again.
     pause: u32,
+    /// Number of small packets until one is traced as such again.
+    lone: u32,
     orders: OcclusionOrders,
 }
 
@@ -167,6 +170,7 @@ struct StartBuffers<'a> {
     group: &'a mut RayGroup,
     stacks: &'a mut Stacks,
     pause: &'a mut u32,
+    lone: &'a mut u32,
     orders: &'a mut OcclusionOrders,
     queues: &'a mut Queues,
 }
@@ -178,6 +182,7 @@ thread_local! {
         queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
         pause: 0,
+        lone: 0,
         orders: OcclusionOrders::default(),
     });
 }
@@ -224,7 +229,8 @@ impl WideBvh {
         counter: &mut impl Counter,
         mut done: impl FnMut(&RayGroup, usize, Range<usize>),
     ) {
-        SCRATCH.with_borrow_mut(|Scratch { group, candidates, queues, stacks, pause, orders }| {
+        SCRATCH.with_borrow_mut(|scratch| {
+            let Scratch { group, candidates, queues, stacks, pause, lone, orders } = scratch;
             stacks.set_size(self.stack_size);
             let [now, next] = &mut **queues;
             let (mut now, mut next) = (now, next);
@@ -235,7 +241,8 @@ impl WideBvh {
                     while let Some(finished) = sections.finished(section) {
                         done(group, section * SECTION, finished);
                         sections.refill(section);
-                        let parts = StartBuffers { group, stacks, pause, orders, queues: now };
+                        let parts =
+                            StartBuffers { group, stacks, pause, lone, orders, queues: now };
                         let active = self.start::<ANY>(parts, &sections, section, counter);
                         sections.set_active(section, active);
                     }
@@ -270,7 +277,7 @@ impl WideBvh {
         section: usize,
         counter: &mut impl Counter,
     ) -> usize {
-        let StartBuffers { group, stacks, pause, orders, queues } = parts;
+        let StartBuffers { group, stacks, pause, lone, orders, queues } = parts;
         let rays = sections.rays(section);
         let place = section * SECTION;
         let mut usable = 0u64;
@@ -284,19 +291,25 @@ impl WideBvh {
         if self.nodes.is_empty() {
             return 0;
         }
+        let mut is_given_up = false;
         if *pause == 0
             && usable == u64::MAX
             && let Some(beam) = PacketBounds::new::<SECTION>(group, place, &self.scene)
         {
             let work = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
             *pause = if work.tests > MAX { PAUSE } else { 0 };
-            return 0;
+            if !work.exceeds_single_rays(SECTION) {
+                return 0;
+            }
+            is_given_up = true;
         }
         let mut active = 0;
         for first in (0..rays.len()).step_by(PACKET) {
-            let usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
+            let mut usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
             let at = place + first;
-            if usable.count_ones() as usize == PACKET
+            *lone = lone.saturating_sub(1);
+            if *lone == 0
+                && usable.count_ones() as usize == PACKET
                 && let Some(mut beam) = PacketBounds::new::<PACKET>(group, at, &self.scene)
             {
                 beam.near_first = ANY && orders.near_first();
@@ -305,7 +318,15 @@ impl WideBvh {
                     orders.learn(beam.near_first, work);
                 }
                 *pause = pause.saturating_sub(1);
-                continue;
+                if !work.exceeds_single_rays(PACKET) {
+                    continue;
+                }
+                *lone = LONE;
+                is_given_up = true;
+            }
+            if ANY && is_given_up {
+                let is_open = |i: &usize| !group.has_hit(at + i);
+                usable &= (0..PACKET).filter(is_open).fold(0, |open, i| open | 1 << i);
             }
             for eight in (first..first + PACKET).step_by(WIDTH) {
                 if !has_slabs[eight / WIDTH] {

@@ -31,6 +31,9 @@ pub(super) const PACKET: usize = 16;
 pub(super) const MAX: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
 
+/// If a small packet is given up, so are most likely the next ones: this many are not begun.
+pub(super) const LONE: u32 = 32;
+
 /// Maximum difference of slopes; beyond it, single rays are faster.
 const WIDEST: f32 = 0.25;
 
@@ -164,7 +167,9 @@ impl PacketBounds {
 }
 
 impl WideBvh {
-    /// Traces the `N` rays from position `first` on from the root to their hits.
+    /// Traces the `N` rays from position `first` on from the root to their hits, unless the work
+    /// exceeds that of single rays. Then the rays have those of their hits that were found, and the
+    /// state with which they begin at the root.
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
@@ -238,6 +243,9 @@ impl WideBvh {
                 }
             } else if tested {
                 limit = greatest::<N>(&group.limit, first);
+            }
+            if work.exceeds_single_rays(N) {
+                break;
             }
             child = stacks.pop::<ANY>(&mut top, limit);
         }
