@@ -26,7 +26,7 @@ pub fn denoised(denoiser: &Denoiser, film: &Film) -> Result<Image, DenoiseError>
     let (width, height) = (film.region().width, film.region().height);
     let planes =
         DenoiserInput { width, color: &color, albedo: Some(&albedo), normal: Some(&normal) };
-    Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
+    Ok(Image { width, height, pixels: denoiser.denoise(planes)?.into() })
 }
 
 /// Returns the denoised image of a file. The network receives its layers `albedo` and `normal`, if
@@ -45,5 +45,5 @@ pub fn denoised_file(denoiser: &Denoiser, file: &ImageFile) -> Result<Image, Den
         albedo: albedo.as_deref(),
         normal: normal.as_deref(),
     };
-    Ok(Image { width, height, pixels: denoiser.denoise(planes)? })
+    Ok(Image { width, height, pixels: denoiser.denoise(planes)?.into() })
 }

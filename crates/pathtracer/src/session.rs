@@ -385,7 +385,7 @@ impl Session {
     /// The image so far: mean radiance, linear Rec. 709.
     pub fn image(&self) -> Image {
         let Region { width, height, .. } = self.film.region();
-        Image { width, height, pixels: develop::radiance(&self.film) }
+        Image { width, height, pixels: develop::radiance(&self.film).into() }
     }
 
     /// The image so far with alpha, by which colours are premultiplied; alpha is 1 if the settings

@@ -216,7 +216,7 @@ pub(crate) fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<
 /// Image of a film without denoising.
 fn rendered(film: &Film) -> Image {
     let Region { width, height, .. } = film.region();
-    Image { width, height, pixels: pathtracer::radiance(film) }
+    Image { width, height, pixels: pathtracer::radiance(film).into() }
 }
 
 /// Message about an image that is nearly all black or white.

@@ -561,7 +561,7 @@ mod tests {
 
     #[test]
     fn save_options_are_those_of_the_command_line() {
-        let image = Image { width: 1, height: 1, pixels: vec![[4.0; 3]] };
+        let image = Image { width: 1, height: 1, pixels: vec![[4.0; 3]].into() };
         let exposure = |file: &str, value: &str| {
             let words = [("exposure".to_owned(), vec![value.to_owned()])];
             let request = SaveRequest::new(Path::new(file), &words);

@@ -202,7 +202,8 @@ mod tests {
 
     #[test]
     fn packets_are_those_of_the_protocol() {
-        let picture = Image { width: 2, height: 1, pixels: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]] };
+        let picture =
+            Image { width: 2, height: 1, pixels: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]].into() };
         let created = creation("a.exr", &picture);
         let wanted =
             [b"\x1e\0\0\0\x04\x01a.exr\0\x02\0\0\0\x01\0\0\0\x03\0\0\0".as_slice(), b"R\0G\0B\0"];
@@ -218,7 +219,7 @@ mod tests {
     /// One of 130 rows changes, which are sent in three packets.
     #[test]
     fn only_rows_that_change_are_sent_again() {
-        let mut picture = Image { width: 1, height: 130, pixels: vec![[f32::NAN; 3]; 130] };
+        let mut picture = Image { width: 1, height: 130, pixels: vec![[f32::NAN; 3]; 130].into() };
         let sent = |shown: Option<&Image>, picture: &Image| {
             let mut bytes = Vec::new();
             send(&mut bytes, "x", shown, picture).expect("memory takes everything");

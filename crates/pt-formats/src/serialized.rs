@@ -131,8 +131,8 @@ impl Stream<'_> {
         let (normals, uvs) = (normals.map(at_vertices), uvs.map(at_vertices));
         Ok(Mesh {
             name,
-            positions,
-            triangles,
+            positions: positions.into(),
+            triangles: triangles.into(),
             normals,
             uvs,
             colors: None,
@@ -231,7 +231,7 @@ impl Stream<'_> {
 
 /// Creates an attribute with one value per vertex.
 fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
-    Attribute { values, indices: None }
+    Attribute { values: values.into(), indices: None }
 }
 
 /// Rejects empty meshes, and counts that this number of compressed bytes cannot hold.

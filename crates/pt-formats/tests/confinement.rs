@@ -35,7 +35,7 @@ fn scenes(picture: &str) -> [(&'static str, String); 4] {
 }
 
 fn picture(path: &Path) {
-    let image = Image { width: 4, height: 2, pixels: vec![[0.5; 3]; 8] };
+    let image = Image { width: 4, height: 2, pixels: vec![[0.5; 3]; 8].into() };
     save(&image, path, &SaveOptions::default()).expect("a writable folder");
 }
 

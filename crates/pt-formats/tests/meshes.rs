@@ -218,7 +218,7 @@ fn large_meshes_come_back_as_they_were_written() {
     for (text, name) in [(obj, "grid.obj"), (ply, "grid.ply")] {
         let mesh = mesh(text.as_bytes(), Path::new(name));
         assert_eq!(mesh.name, "grid");
-        assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
+        assert!(mesh.positions == positions && mesh.triangles == triangles);
         assert!(mesh.normals.is_none() && mesh.uvs.is_none());
     }
 }
@@ -282,7 +282,7 @@ fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_thread
         pool.install(|| mesh(bytes, Path::new("grid.ply")))
     };
     let text = read(1, &colored_grid(130, None, |_, _| {}));
-    assert_eq!((&text.positions, &text.triangles), (&positions, &triangles));
+    assert!(text.positions == positions && text.triangles == triangles);
     let uvs = &text.uvs.as_ref().expect("texture coordinates").values;
     assert_eq!((uvs[7], uvs[9999]), ([-43.0, 7.0], [49.0, positions[9999][0]]));
     let colors = &text.colors.as_ref().expect("colours").values;
@@ -361,7 +361,7 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
         let scene = pool.install(|| parse(text.as_bytes(), Path::new("grid.obj")));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
-        assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
+        assert!(mesh.positions == positions && mesh.triangles == triangles);
         assert!(mesh.normals.is_none());
         let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
         assert_eq!(
@@ -435,7 +435,7 @@ fn colours_of_vertices_are_numbers_or_shares() {
         mesh.colors.as_ref().map(|colors| colors.values.clone())
     };
     let (long, short) = (["red", "green", "blue"], ["r", "g", "b"]);
-    let expected = Some(vec![[1.0, 0.0, 0.0], [0.0, 0.2, 0.0], [0.4, 0.6, 1.0]]);
+    let expected = Some(vec![[1.0, 0.0, 0.0], [0.0, 0.2, 0.0], [0.4, 0.6, 1.0]].into());
     assert_eq!(colors(&of("float", short), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
     assert_eq!(colors(&of("double", long), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
     // Integers are sRGB levels.
@@ -475,7 +475,7 @@ fn colours_of_faces_are_those_of_their_triangles() {
         mesh.face_colors.clone()
     };
     let (first, second) = ([0.5, 0.25, 1.0], [1.0, 0.0, 0.5]);
-    let expected = Some(vec![first, first, second]);
+    let expected = Some(vec![first, first, second].into());
     assert_eq!(colors(&format!("end_header\n{corners}{faces}")), expected);
     let strip = "element tristrips 1\nproperty list uchar int vertex_indices\nend_header\n";
     assert_eq!(colors(&format!("{strip}{corners}{faces}3 0 1 2\n")), None);
@@ -498,7 +498,7 @@ fn meshes_by_themselves_are_seen_in_their_colours() {
     let obj = "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n";
     assert_eq!(pattern(obj, "a.obj"), Some(Pattern::VertexColors));
     assert_eq!(mesh(obj.as_bytes(), Path::new("a.obj")).colors.clone().map(|c| c.values), {
-        Some(vec![[1.0, linear_from_srgb(0.5), 0.0], [0.0; 3], [1.0; 3]])
+        Some(vec![[1.0, linear_from_srgb(0.5), 0.0], [0.0; 3], [1.0; 3]].into())
     });
     // A weight is no colour, and one vertex with a colour does not make the mesh coloured.
     for plain in

@@ -57,7 +57,7 @@ fn good(name: &str) -> Scene {
 fn material(content: &str) -> Material {
     let mut scene = read(&format!("<shape type=\"sphere\">{content}</shape>"));
     assert_eq!(scene.objects[0].materials, [Some(0)]);
-    scene.materials.swap_remove(0)
+    scene.materials.to_mut().swap_remove(0)
 }
 
 /// Returns the constant emission of a material.

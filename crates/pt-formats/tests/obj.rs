@@ -330,7 +330,7 @@ fn damaged_files_of_materials_do_no_harm() {
     let temporary = tempfile::tempdir().expect("a folder");
     let maps = temporary.path().join("maps");
     std::fs::create_dir(&maps).expect("a folder");
-    let grey = Image { width: 1, height: 1, pixels: vec![[0.5; 3]] };
+    let grey = Image { width: 1, height: 1, pixels: vec![[0.5; 3]].into() };
     for name in ["squares.png", "holes.png", "slopes.png", "heights.png"] {
         save(&grey, &maps.join(name), &SaveOptions::default()).expect("a picture");
     }
@@ -407,7 +407,7 @@ fn corners_are_smooth_within_their_group() {
 #[test]
 fn only_what_is_there_emits() {
     let folder = tempfile::tempdir().expect("a folder");
-    let image = Image { width: 2, height: 1, pixels: vec![[0.0; 3], [1.0; 3]] };
+    let image = Image { width: 2, height: 1, pixels: vec![[0.0; 3], [1.0; 3]].into() };
     save(&image, &folder.path().join("cut.png"), &SaveOptions::default()).expect("it is written");
     let file = folder.path().join("a.obj");
     std::fs::write(
@@ -418,7 +418,12 @@ fn only_what_is_there_emits() {
     let emission = |more: &str| {
         let text = format!("newmtl a\nKd 0 0 0\nKe 0 4 2\n{more}\n");
         std::fs::write(folder.path().join("a.mtl"), text).expect("it is written");
-        load(&file).unwrap_or_else(|error| panic!("{error}")).materials.swap_remove(0).emission
+        load(&file)
+            .unwrap_or_else(|error| panic!("{error}"))
+            .materials
+            .to_mut()
+            .swap_remove(0)
+            .emission
     };
     for (more, expected) in [
         ("", [0.0, 4.0, 2.0]),

@@ -50,7 +50,7 @@ pub(super) fn read(
     }
     Image::check_size(width as u32, height as u32, pixels.len())?;
     Ok(Decoded {
-        image: Image { width: width as u32, height: height as u32, pixels },
+        image: Image { width: width as u32, height: height as u32, pixels: pixels.into() },
         alpha: None,
         frame: None,
     })

@@ -46,7 +46,8 @@ impl ImageFile {
         let _grant = ImageMemory::OF_PROCESS.ask(window.area().checked_mul(bytes as u64))?;
         let size = [self.image.width, self.image.height];
         let [width, height] = window.size;
-        self.image = Image { width, height, pixels: window.content(&self.image.pixels, size) };
+        self.image =
+            Image { width, height, pixels: window.content(&self.image.pixels, size).into() };
         self.options.alpha = self.options.alpha.map(|alpha| window.content(&alpha, size));
         for channel in &mut self.options.channels {
             channel.samples = window.samples(&channel.samples, size);

@@ -38,7 +38,7 @@ pub(super) fn read(
         pixels.map(|p| p.map(|v| table[usize::from(v)])).collect()
     };
     Image::check_size(width, height, pixels.len())?;
-    Ok(Decoded { image: Image { width, height, pixels }, alpha: None, frame: None })
+    Ok(Decoded { image: Image { width, height, pixels: pixels.into() }, alpha: None, frame: None })
 }
 
 /// Rejects images whose scans visit their blocks of 64 samples more often than those of any

@@ -55,7 +55,7 @@ impl ImageFile {
         let pixels = of_colors().or_else(only).or_else(|| self.channel(name).map(grey))?;
         let Image { width, height, .. } = self.image;
         Some(Decoded {
-            image: Image { width, height, pixels },
+            image: Image { width, height, pixels: pixels.into() },
             alpha: self.channel(&format!("{name}.A")),
             frame: self.frame,
         })
@@ -85,7 +85,7 @@ mod tests {
         };
         let channels = channels.iter().map(channel).collect();
         ImageFile {
-            image: Image { width: 1, height: 1, pixels: vec![[9.0; 3]] },
+            image: Image { width: 1, height: 1, pixels: vec![[9.0; 3]].into() },
             options: SaveOptions { channels, ..SaveOptions::default() },
             frame: None,
         }

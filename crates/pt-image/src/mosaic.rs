@@ -70,7 +70,7 @@ impl Mosaic {
             metadata: part.options.metadata.clone(),
             ..part.options
         };
-        let image = Image { width, height, pixels: vec![[0.0; 3]; count] };
+        let image = Image { width, height, pixels: vec![[0.0; 3]; count].into() };
         let covered = vec![false; count];
         Ok(Self { file: ImageFile { image, options, frame: None }, covered })
     }
@@ -234,7 +234,8 @@ mod tests {
         ];
         let options =
             SaveOptions { channels, alpha: Some(vec![1.0; count]), ..SaveOptions::default() };
-        let image = Image { width: size[0], height: size[1], pixels: vec![[value; 3]; count] };
+        let image =
+            Image { width: size[0], height: size[1], pixels: vec![[value; 3]; count].into() };
         ImageFile { image, options, frame: None }
     }
 

@@ -154,7 +154,7 @@ pub(super) fn read(
     let pixels = decode(&data, frame.color_type, frame.bit_depth, curve)?;
     Image::check_size(width, height, pixels.len())?;
     let alpha = alpha(&data, frame.color_type, frame.bit_depth);
-    Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
+    Ok(Decoded { image: Image { width, height, pixels: pixels.into() }, alpha, frame: None })
 }
 
 /// See [`super::MetadataReader`]. Reads the chunks `tEXt` and `iTXt` before the pixels.

@@ -66,7 +66,7 @@ fn read(
         && (!matches!(format, ImageFormat::Tga | ImageFormat::Bmp)
             || alpha.iter().any(|opacity| *opacity > 0.0));
     Ok(Decoded {
-        image: Image { width, height, pixels },
+        image: Image { width, height, pixels: pixels.into() },
         alpha: is_meant.then_some(alpha),
         frame: None,
     })

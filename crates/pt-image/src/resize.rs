@@ -39,7 +39,7 @@ impl Decoded {
             }
         }
         let alpha = self.alpha.is_some().then(|| above.pixels().map(|p| p.0[3]).collect());
-        Ok(Self { image: Image { width, height, pixels }, alpha, frame: None })
+        Ok(Self { image: Image { width, height, pixels: pixels.into() }, alpha, frame: None })
     }
 
     /// Returns the positive part of the scaled image at another size. The library clamps values to

@@ -297,7 +297,7 @@ fn decoded(
     let alpha = is_clear.then(|| pixels.iter().map(|[.., a]| *a).collect());
     let pixels: Vec<_> = pixels.iter().map(|pixel| color(*pixel)).collect();
     Image::check_size(width, height, pixels.len())?;
-    Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
+    Ok(Decoded { image: Image { width, height, pixels: pixels.into() }, alpha, frame: None })
 }
 
 /// Returns the z of a unit normal from its x and y, all encoded from 0 to 1.

@@ -70,7 +70,7 @@ impl Decoded {
         let size = [self.image.width, self.image.height];
         let [width, height] = window.size;
         Ok(Self {
-            image: Image { width, height, pixels: window.content(&self.image.pixels, size) },
+            image: Image { width, height, pixels: window.content(&self.image.pixels, size).into() },
             alpha: self.alpha.map(|alpha| window.content(&alpha, size)),
             frame: None,
         })

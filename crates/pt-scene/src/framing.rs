@@ -260,7 +260,11 @@ mod tests {
             [f32::NAN, 0.0, 0.0],
         ];
         let triangles = vec![[0, 1, 2], [0, 1, 4], [0, 1, 5]];
-        let mesh = Geometry::Mesh(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
+        let mesh = Geometry::Mesh(Arc::new(Mesh {
+            positions: positions.into(),
+            triangles: triangles.into(),
+            ..Mesh::default()
+        }));
         let scene =
             Scene { objects: vec![object(mesh, DAffine3::IDENTITY)].into(), ..Scene::default() };
         let expected = [DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0)];

@@ -1,5 +1,7 @@
 //! Images in memory, in linear light.
 
+use crate::Shared;
+
 /// An image in linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -8,7 +10,7 @@ pub struct Image {
     /// Number of rows.
     pub height: u32,
     /// Red, green and blue of each pixel, row by row from the top, from left to right.
-    pub pixels: Vec<[f32; 3]>,
+    pub pixels: Shared<[f32; 3]>,
 }
 
 impl Image {
@@ -32,7 +34,7 @@ impl Image {
         let finite = self.pixels.as_flattened().iter().filter(|v| v.is_finite());
         let greatest = finite.fold(0.0_f32, |most, v| most.max(v.abs()));
         let mut count = 0_usize;
-        for pixel in self.pixels[first..].iter_mut().filter(|p| is_bad(p)) {
+        for pixel in self.pixels.to_mut()[first..].iter_mut().filter(|p| is_bad(p)) {
             count += 1;
             *pixel = pixel.map(|v| {
                 let v = if v.is_nan() { 0.0 } else { v.clamp(-greatest, greatest) };

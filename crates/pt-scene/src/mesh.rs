@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use crate::Shared;
+
 /// A triangle mesh in its own coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Name in the file.
     pub name: String,
     /// Vertex positions.
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Shared<[f32; 3]>,
     /// Corners of each triangle, as indices into `positions`, counter-clockwise as seen from the
     /// front.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Shared<[u32; 3]>,
     /// Normals at corners, of any length; `None` for flat shading.
     pub normals: Option<Attribute<[f32; 3]>>,
     /// Texture coordinates at corners, v upwards. Those of Mitsuba scenes keep the convention of
@@ -21,7 +23,7 @@ pub struct Mesh {
     /// Colours at corners, linear Rec. 709.
     pub colors: Option<Attribute<[f32; 3]>>,
     /// Colour of each triangle, linear Rec. 709.
-    pub face_colors: Option<Vec<[f32; 3]>>,
+    pub face_colors: Option<Shared<[f32; 3]>>,
     /// Named attributes.
     pub attributes: Attributes,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
@@ -52,14 +54,14 @@ impl Mesh {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
     /// One value per position, interpolated linearly over the triangles.
-    pub vertices: BTreeMap<String, Vec<[f32; 3]>>,
+    pub vertices: BTreeMap<String, Shared<[f32; 3]>>,
     /// One value per triangle.
-    pub faces: BTreeMap<String, Vec<[f32; 3]>>,
+    pub faces: BTreeMap<String, Shared<[f32; 3]>>,
 }
 
 impl Attributes {
     /// Iterates over the attributes of positions, then over those of triangles.
-    pub fn all(&self) -> impl Iterator<Item = (&String, &Vec<[f32; 3]>)> {
+    pub fn all(&self) -> impl Iterator<Item = (&String, &Shared<[f32; 3]>)> {
         self.vertices.iter().chain(&self.faces)
     }
 }
@@ -68,9 +70,9 @@ impl Attributes {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute<T> {
     /// Distinct values.
-    pub values: Vec<T>,
+    pub values: Shared<T>,
     /// Three indices into `values` per triangle; `None` if they equal those of the positions.
-    pub indices: Option<Vec<[u32; 3]>>,
+    pub indices: Option<Shared<[u32; 3]>>,
 }
 
 impl<T: Copy> Attribute<T> {

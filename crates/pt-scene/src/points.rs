@@ -139,8 +139,8 @@ impl Points {
                 colors.extend(std::iter::repeat_n(ends, sides as usize).flatten());
             }
         }
-        mesh.normals = Some(Attribute { values: normals, indices: None });
-        mesh.colors = colors.map(|values| Attribute { values, indices: None });
+        mesh.normals = Some(Attribute { values: normals.into(), indices: None });
+        mesh.colors = colors.map(|values| Attribute { values: values.into(), indices: None });
         mesh.submeshes = single_part(mesh.triangles.len());
         mesh
     }

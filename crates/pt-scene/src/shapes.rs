@@ -21,8 +21,8 @@ pub fn rectangle() -> Mesh {
     let parts = single_part(triangles.len());
     Mesh {
         name: "rectangle".to_owned(),
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         normals: None,
         uvs,
         colors: None,
@@ -58,12 +58,12 @@ pub fn cube() -> Mesh {
             }
         }
     }
-    let uvs = Some(Attribute { values: uv_values, indices: Some(uv_indices) });
+    let uvs = Some(Attribute { values: uv_values, indices: Some(uv_indices.into()) });
     let parts = single_part(triangles.len());
     Mesh {
         name: "cube".to_owned(),
         positions,
-        triangles,
+        triangles: triangles.into(),
         normals: None,
         uvs,
         colors: None,
@@ -118,8 +118,8 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
     let name = "bumpy sphere".to_owned();
     Mesh {
         name,
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         normals: None,
         uvs: None,
         colors: None,
@@ -186,7 +186,7 @@ pub fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     }
     fn add<T: Copy>(to: Option<&mut Attribute<T>>, more: Option<&Attribute<T>>) {
         if let (Some(to), Some(more)) = (to, more) {
-            to.values.extend_from_slice(&more.values);
+            to.values.extend(more.values.iter().copied());
         }
     }
     let is_colored = |m: &Mesh| {
@@ -200,7 +200,7 @@ pub fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
     if u32::try_from(to.positions.len() + mesh.positions.len()).is_err() {
         return false;
     }
-    to.positions.extend_from_slice(&mesh.positions);
+    to.positions.extend(mesh.positions.iter().copied());
     to.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|i| first + i)));
     add(to.normals.as_mut(), mesh.normals.as_ref());
     add(to.uvs.as_mut(), mesh.uvs.as_ref());
@@ -255,8 +255,9 @@ pub fn smooth_normals(mesh: &Mesh) -> Attribute<[f32; 3]> {
         None => (mesh.positions.len(), None),
     };
     let mut sums = vec![DVec3::ZERO; count];
+    let positions: &[_] = &mesh.positions;
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
-        let position = |i: u32| pt_math::Vec3::from_array(mesh.positions[i as usize]).as_dvec3();
+        let position = |i: u32| pt_math::Vec3::from_array(positions[i as usize]).as_dvec3();
         let p = corners.map(position);
         let Some(normal) = (p[1] - p[0]).cross(p[2] - p[0]).try_normalize() else { continue };
         let vertices = indices.as_ref().map_or(*corners, |indices| indices[triangle]);
@@ -266,7 +267,7 @@ pub fn smooth_normals(mesh: &Mesh) -> Attribute<[f32; 3]> {
         }
     }
     let values = sums.iter().map(|s| s.try_normalize().unwrap_or(DVec3::Z).as_vec3().to_array());
-    Attribute { values: values.collect(), indices }
+    Attribute { values: values.collect(), indices: indices.map(Into::into) }
 }
 
 /// Numbers the distinct pairs of two indices per corner in order of appearance.

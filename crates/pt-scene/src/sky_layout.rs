@@ -103,7 +103,7 @@ fn by_directions(square: &Image, square_of: impl Fn(DVec3) -> [f64; 2]) -> Image
             pixels.push(sum.map(|s| (s / weight) as f32));
         }
     }
-    Image { width, height, pixels }
+    Image { width, height, pixels: pixels.into() }
 }
 
 fn nearest(image: &Image, uv: [f64; 2]) -> [f32; 3] {
@@ -161,7 +161,7 @@ mod tests {
                 "{layout:?} {direction}"
             );
         }
-        let oblong = Image { width: 2, height: 1, pixels: vec![[0.0; 3]; 2] };
+        let oblong = Image { width: 2, height: 1, pixels: vec![[0.0; 3]; 2].into() };
         assert!(Angular.in_latitude_and_longitude(&oblong).is_err());
     }
 

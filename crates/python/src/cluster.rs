@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use pathtracer::{LoadOptions, Placement};
+use pathtracer::{LoadOptions, Placement, camera_index};
 use pt_cli::ClusterCommand;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -64,6 +64,24 @@ pub(crate) fn reading_options<'py>(scene: &Bound<'py, Scene>) -> PyResult<Bound<
     let limits = origin.options.limits.clone();
     let of_file = LoadOptions { limits, ..LoadOptions::default() };
     load_options(scene.py(), &of_file, origin.placement)
+}
+
+/// The scene as it is read with another camera, by its name or number. It shares the compilation.
+/// `None` if it has to be read anew, because its cameras have settings of their own.
+#[pyfunction]
+pub(crate) fn with_camera(scene: &Bound<'_, Scene>, camera: &str) -> PyResult<Option<Scene>> {
+    let source = &scene.get().source;
+    if source.scene.settings_of_camera {
+        return Ok(None);
+    }
+    let mut edited = (*source.scene).clone();
+    let names: Vec<_> = edited.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let index = camera_index(camera, &names)
+        .map_err(|message| PyValueError::new_err(format!("camera: {message}")))?;
+    edited.used_camera = (edited.cameras.len() > 1).then_some(index as u32);
+    let mut origin = (*source.origin).clone();
+    origin.options.camera = Some(camera.to_owned());
+    Ok(Some(Scene::of(source.edited(edited, origin))))
 }
 
 /// Options of `load`.

@@ -39,7 +39,7 @@ impl Rendered {
         let mattes = cryptomatte::channels(film, names);
         let channels = aov::channels(film).into_iter().chain(mattes);
         Self {
-            color: image::Image { width, height, pixels: pathtracer::radiance(film) },
+            color: image::Image { width, height, pixels: pathtracer::radiance(film).into() },
             alpha: film.alpha(),
             channels: channels.chain(groups::channels(film)).collect(),
             metadata: cryptomatte::metadata(film, names),
@@ -122,7 +122,7 @@ impl Image {
         let Rendered { color, alpha, channels, metadata, notes, receipt, guides, pose } = rendered;
         let size = [color.height as usize, color.width as usize];
         let arrays = PyDict::new(py);
-        arrays.set_item(COLOR, shaped(py, color.pixels.into_flattened(), size, 3)?)?;
+        arrays.set_item(COLOR, shaped(py, color.pixels.into_vec().into_flattened(), size, 3)?)?;
         if let Some(alpha) = alpha {
             arrays.set_item(ALPHA, shaped(py, alpha, size, 1)?)?;
         }
@@ -174,7 +174,7 @@ impl Image {
             }));
         }
         let options = SaveOptions { alpha, channels, ..SaveOptions::default() };
-        Ok((image::Image { width, height, pixels }, options))
+        Ok((image::Image { width, height, pixels: pixels.into() }, options))
     }
 
     /// Samples of the channels of an array.

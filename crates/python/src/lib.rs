@@ -14,6 +14,7 @@ mod films;
 mod finding;
 mod image;
 mod image_files;
+mod lent;
 mod load;
 mod parts;
 mod places;
@@ -80,6 +81,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parts::merge_parts, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::cluster_commands, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::with_camera, module)?)?;
     module.add_function(wrap_pyfunction!(views::view_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(views::camera_of, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)

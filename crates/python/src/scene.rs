@@ -499,7 +499,7 @@ impl Scene {
         Self::of(SceneSource::new(scene, origin))
     }
 
-    fn of(source: SceneSource) -> Self {
+    pub(crate) fn of(source: SceneSource) -> Self {
         Self { source, surfaces: OnceLock::new() }
     }
 

@@ -10,6 +10,7 @@ use pyo3::types::{
     PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyMemoryView, PyString, PyTuple,
 };
 
+use crate::lent;
 use crate::places::Places;
 
 /// Maximum nesting, above that of scene files.
@@ -203,14 +204,18 @@ impl Writer<'_> {
     }
 }
 
-/// Copies an array, so that no other thread changes it while the scene is in use.
+/// The numbers of an array. They are copied if another thread may change them while the scene is in
+/// use.
 fn numbers(array: &Bound<'_, PyAny>, kind: char) -> PyResult<Numbers> {
+    if let Some(numbers) = lent::numbers(array)? {
+        return Ok(numbers);
+    }
     let width: usize = array.getattr("dtype")?.getattr("itemsize")?.extract()?;
     Ok(match (kind, width) {
-        ('f', 4) => Numbers::Reals(each(array, "float32", |x: f32| x)?),
-        ('f', _) => Numbers::Reals(each(array, "float64", |x: f64| x as f32)?),
+        ('f', 4) => Numbers::Reals(each(array, "float32", |x: f32| x)?.into()),
+        ('f', _) => Numbers::Reals(each(array, "float64", |x: f64| x as f32)?.into()),
         ('u', 1) => Numbers::Levels(each(array, "uint8", |x: u8| x)?),
-        ('u', 4) => Numbers::Wholes(each(array, "uint32", |x: u32| x)?),
+        ('u', 4) => Numbers::Wholes(each(array, "uint32", |x: u32| x)?.into()),
         // Larger ones are no valid indices, either.
         ('u', 8) => wholes_of(array, "uint64", |x: u64| i64::try_from(x).unwrap_or(i64::MAX))?,
         ('i', 4) => wholes_of(array, "int32", |x: i32| i64::from(x))?,
@@ -232,7 +237,7 @@ fn wholes_of<T: Element + Copy>(
         })
     })?;
     Ok(if are_whole {
-        Numbers::Wholes(wholes)
+        Numbers::Wholes(wholes.into())
     } else {
         Numbers::Integers(each(array, dtype, convert)?)
     })
@@ -302,8 +307,8 @@ fn object(py: Python<'_>, attached: Attachment) -> PyResult<Bound<'_, PyAny>> {
     Ok(match attached {
         Attachment::Content(bytes) => PyBytes::new(py, &bytes).into_any(),
         Attachment::Array { shape, numbers } => match numbers {
-            Numbers::Reals(numbers) => array(py, numbers, &shape, None)?,
-            Numbers::Wholes(numbers) => array(py, numbers, &shape, None)?,
+            Numbers::Reals(numbers) => array(py, numbers.into_vec(), &shape, None)?,
+            Numbers::Wholes(numbers) => array(py, numbers.into_vec(), &shape, None)?,
             Numbers::Integers(numbers) => array(py, numbers, &shape, None)?,
             Numbers::Levels(numbers) => array(py, numbers, &shape, None)?,
         }

@@ -328,6 +328,48 @@ def test_sequences_of_the_command_line_are_one_job(
         assert Path("ours", name).read_bytes() == Path("theirs", name).read_bytes()
 
 
+def test_cameras_of_a_scene_share_its_copy(
+    address: str, scenes: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = pathtracer.load(scenes / "cornell.dae")
+    values = scene.to_dict()
+    (camera,) = values["cameras"]
+    turned = {**camera, "name": "turned", "y_fov": 30.0}
+    values["cameras"] = [camera, turned]
+    scene = pathtracer.Scene.from_dict(values)
+    settings = {"spp": 8, "width": 32, "height": 24}
+    costs = cluster.Statistics()
+    jobs = [cluster.Job(scene, settings, camera=each) for each in (None, "0", "turned", "1")]
+    images = list(cluster.render_many(jobs, address=address, statistics=costs))
+    single = cluster.Statistics()
+    for job, image in zip(jobs, images):
+        used = int(job.camera) if job.camera in ("0", "1") else job.camera
+        alone = scene if used is None else scene.replace(used_camera=used)
+        wanted = pathtracer.render(alone, spp=8, width=32, height=24)
+        np.testing.assert_array_equal(image["color"], wanted["color"])
+    list(cluster.render_many(jobs[:1], address=address, statistics=single))
+    assert costs.scene_bytes == single.scene_bytes > 0
+    with pytest.raises(ValueError, match="camera: "):
+        list(cluster.render_many([cluster.Job(scene, settings, camera="up")], address=address))
+    # From the command line.
+    scene.save(tmp_path / "views.json")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ours").mkdir()
+    (tmp_path / "theirs").mkdir()
+    options: list[object] = ["-s", 8, "-r", 32, 24, "--metadata", "none", "--cameras", "all"]
+    program([*options, "-f", "theirs/%d.exr", "views.json"])
+    command = [sys.executable, "-m", "pathtracer", "ray", "--ray-address", address]
+    done = subprocess.run(
+        [*command, *map(str, options), "-f", "ours/%d.exr", "views.json"],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    for name in ["0.exr", "1.exr"]:
+        assert Path("ours", name).read_bytes() == Path("theirs", name).read_bytes()
+
+
 def test_each_film_counts_once(scene: pathtracer.Scene) -> None:
     head = PartialRender(scene, spp=8, width=16, height=16)
     whole = (0, 0, 16, 16)

@@ -1,6 +1,8 @@
 """Scenes as dictionaries with arrays, and back."""
 
 import array
+import contextlib
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -107,6 +109,88 @@ def test_arrays_of_any_type_and_layout_are_the_same(
         given = [np.reshape(memoryview(each), (-1, 3)) for each in given]
     scene = pathtracer.Scene.from_dict(of_mesh(*given))
     np.testing.assert_array_equal(pixels(scene), pixels(wanted))
+
+
+def frozen(values: Any) -> Any:
+    """Return a read-only copy."""
+    values = values.copy()
+    values.flags.writeable = False
+    return values
+
+
+def test_scenes_use_the_memory_of_arrays_that_nobody_changes() -> None:
+    positions, triangles = grid(20)
+    wanted = pixels(pathtracer.Scene.from_dict(of_mesh(positions, triangles)))
+    for dtype in (np.uint32, np.int32):
+        given = [frozen(positions.astype(np.float32)), frozen(triangles.astype(dtype))]
+        before = [sys.getrefcount(each) for each in given]
+        scene = pathtracer.Scene.from_dict(of_mesh(*given))
+        assert all(sys.getrefcount(each) > count for each, count in zip(given, before))
+        np.testing.assert_array_equal(pixels(scene), wanted)
+        # A copy of a part of the scene has its own memory.
+        scene.to_dict()["meshes"]["mesh"]["positions"][:] = 0
+        np.testing.assert_array_equal(pixels(scene), wanted)
+        del scene
+        assert [sys.getrefcount(each) for each in given] == before
+    # The scene keeps the memory.
+    scene = pathtracer.Scene.from_dict(
+        of_mesh(
+            np.frombuffer(positions.astype(np.float32).tobytes(), np.float32).reshape(-1, 3),
+            memoryview(triangles.astype(np.uint32).tobytes()).cast("I", triangles.shape),
+        )
+    )
+    np.testing.assert_array_equal(pixels(scene), wanted)
+    image = frozen(np.random.default_rng(1).random((8, 8, 3), np.float32))
+    before = [sys.getrefcount(image)]
+    values = of_mesh(POSITIONS, TRIANGLES)
+    values["images"] = {"noise": {"pixels": image}}
+    values["lights"] = [{"type": "environment", "image": "noise"}]
+    scene = pathtracer.Scene.from_dict(values)
+    assert sys.getrefcount(image) > before[0]
+    np.testing.assert_array_equal(scene.to_dict()["images"]["image"]["pixels"], image)
+
+
+@pytest.mark.parametrize(
+    "convert",
+    [
+        lambda a: a,
+        lambda a: np.lib.stride_tricks.as_strided(a, writeable=False),
+        lambda a: memoryview(a).toreadonly(),
+        lambda a: memoryview(bytearray(a.tobytes())).toreadonly().cast(a.dtype.char, a.shape),
+        lambda a: frozen(a)[::-1],
+        lambda a: frozen(a.astype(a.dtype.newbyteorder())),
+        lambda a: frozen(a.astype(np.float64 if a.dtype.kind == "f" else np.int64)),
+    ],
+)
+def test_arrays_that_somebody_may_change_are_copied(convert: Callable[[Any], Any]) -> None:
+    positions, triangles = grid(20)
+    originals = [positions.astype(np.float32), triangles.astype(np.uint32)]
+    given = [convert(each) for each in originals]
+    wanted = pathtracer.Scene.from_dict(of_mesh(given[0].tolist(), given[1].tolist()))
+    before = [sys.getrefcount(each) for each in given]
+    scene = pathtracer.Scene.from_dict(of_mesh(*given))
+    assert [sys.getrefcount(each) for each in given] == before
+    for each in originals:
+        each[:] = 0
+    np.testing.assert_array_equal(pixels(scene), pixels(wanted))
+
+
+def test_a_promise_that_is_broken_does_no_harm() -> None:
+    """Memory that was read-only is changed all the same, while scenes with it are compiled."""
+    positions, triangles = grid(60)
+    given = [frozen(positions.astype(np.float32)), frozen(triangles.astype(np.uint32))]
+    for value in [np.nan, 0xFFFFFFFF, np.inf, 12345678, 0]:
+        scene = pathtracer.Scene.from_dict(of_mesh(*given))
+        for each in given:
+            each.flags.writeable = True
+        given[0][::7] = value if not isinstance(value, int) else 0
+        given[1][::5] = value if isinstance(value, int) else 0
+        with contextlib.suppress(ValueError, RuntimeError, pathtracer.SceneError):
+            pixels(scene)
+        given[0][:], given[1][:] = positions, triangles
+        for each in given:
+            each.flags.writeable = False
+    assert pixels(pathtracer.Scene.from_dict(of_mesh(*given))).max() > 0
 
 
 class Tensor:

@@ -116,7 +116,7 @@ impl RenderedImage {
         };
         let luminance = |i: usize| estimate(images.iter().map(|m| luminance(m.pixels[i]).into()));
         Self {
-            image: Image { width, height, pixels: rgb(0) },
+            image: Image { width, height, pixels: rgb(0).into() },
             variance: rgb(1),
             variance_of_luminance: pixels.clone().map(|i| luminance(i)[1] as f32).collect(),
         }
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     fn plain(rgb: [f32; 3]) -> Image {
-        Image { width: 64, height: 32, pixels: vec![rgb; 64 * 32] }
+        Image { width: 64, height: 32, pixels: vec![rgb; 64 * 32].into() }
     }
 
     fn is_good(theirs: &Image, ours: [[f32; 3]; 2]) -> bool {

@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(of(&scene, objects), [own, vec!["lights".into()]].concat());
         let named: Vec<_> = scene.materials.iter().map(|material| material.name.clone()).collect();
         assert_eq!(of(&scene, materials), [vec!["default".into()], named].concat());
-        scene.objects.truncate(4);
+        scene.objects.to_mut().truncate(4);
         for (object, (name, line)) in
             scene.objects.iter_mut().zip([("a", 7), ("lights", 8), ("a", 7), ("", 0)])
         {
@@ -108,7 +108,7 @@ mod tests {
         }
         let wanted = ["a room.xml:7", "lights", "a room.xml:7 2", "3", "lights 2"];
         assert_eq!(of(&scene, objects), wanted);
-        scene.materials.truncate(4);
+        scene.materials.to_mut().truncate(4);
         for (material, name) in scene.materials.iter_mut().zip(["default", "", "x 2", "x"]) {
             material.name = name.into();
         }

@@ -80,11 +80,11 @@ const EDITS: [Edit; 15] = [
         scene.lights.push(square(DVec3::new(0.2, 1.4, 0.3), 2.0));
     }),
     ("a moved square light", |scene| {
-        scene.lights.pop();
+        scene.lights.to_mut().pop();
         scene.lights.push(square(DVec3::new(0.1, 1.3, 0.3), 3.0));
     }),
-    ("the last light", |scene| drop(scene.lights.pop())),
-    ("the last object", |scene| drop(scene.objects.pop())),
+    ("the last light", |scene| drop(scene.lights.to_mut().pop())),
+    ("the last object", |scene| drop(scene.objects.to_mut().pop())),
     ("the unit", |scene| scene.metres_per_unit *= 0.5),
 ];
 
@@ -267,7 +267,7 @@ fn what_does_not_change_is_shared() {
     let mut other = scene.clone();
     other.cameras.push(camera(DVec3::splat(3.0), DVec3::ZERO, [30.0, 30.0]));
     other.materials[0].surface = metal();
-    other.lights.clear();
+    other.lights.to_mut().clear();
     let after = Session::edited(first.compiled(), &other, size(SIZE), Settings::default());
     let after = after.expect("the scene makes sense");
     let [first, after] = [&first, &after].map(Session::scene);

@@ -16,7 +16,7 @@ use crate::scenes::{Builder, camera, facing, looking, matte, size};
 /// Image without interpolation between its texels.
 fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
     let height = pixels.len() as u32 / width;
-    let image = Arc::new(Image { width, height, pixels: pixels.to_vec() });
+    let image = Arc::new(Image { width, height, pixels: pixels.to_vec().into() });
     let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Nearest };
     Arc::new(Pattern::Bitmap(bitmap).into())
 }
@@ -70,7 +70,7 @@ fn shop_window() -> Scene {
         image(3, &[[5.0, 0.0, 0.0], [0.0; 3], [0.0, 4.0, 1.0], [0.0; 3], [2.0; 3], [0.1; 3]]);
     let mut square = shapes::rectangle();
     let colors = vec![[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0; 3]];
-    square.colors = Some(Attribute { values: colors, indices: None });
+    square.colors = Some(Attribute { values: colors.into(), indices: None });
     let slide = LightKind::LinearSpot {
         intensity: [3.0; 3],
         beam_angle: 20.0,

@@ -100,7 +100,7 @@ fn faults_of_lobes_are_refused_and_reported() {
 
 /// A texture of one colour.
 fn texture(color: [f32; 3]) -> Arc<Texture> {
-    let image = Arc::new(Image { width: 1, height: 1, pixels: vec![color] });
+    let image = Arc::new(Image { width: 1, height: 1, pixels: vec![color].into() });
     let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Nearest };
     Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }
@@ -109,7 +109,7 @@ fn texture(color: [f32; 3]) -> Arc<Texture> {
 fn faulty(kind: Kind, x: f32) -> Vec<(&'static str, LightKind)> {
     let light = [1.0, x, 2.0];
     let sky = |pixel, scale| LightKind::Environment {
-        image: Arc::new(Image { width: 2, height: 1, pixels: vec![[1.0; 3], pixel] }),
+        image: Arc::new(Image { width: 2, height: 1, pixels: vec![[1.0; 3], pixel].into() }),
         scale,
         rows: Rows::default(),
         portal: None,

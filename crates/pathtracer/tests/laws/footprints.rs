@@ -200,7 +200,7 @@ fn memory_of_pyramids_is_counted_and_shared() {
         let session = Session::new(scene, size([8, 8]), settings(1)).expect("it makes sense");
         session.scene().materials.textures.bytes()
     };
-    let image = Arc::new(Image { width: 16, height: 16, pixels: vec![[0.3; 3]; 256] });
+    let image = Arc::new(Image { width: 16, height: 16, pixels: vec![[0.3; 3]; 256].into() });
     let texture = |filter| {
         let bitmap = Bitmap { image: Arc::clone(&image), wrap: Wrap::REPEAT, filter };
         let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));

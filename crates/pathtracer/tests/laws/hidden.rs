@@ -18,7 +18,8 @@ fn lit_by(count: u32) -> Scene {
     let mut builder = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.6; 3]))
         .sphere(DVec3::new(0.3, 0.3, 0.1), 0.3, matte([0.7, 0.3, 0.2]));
-    let image = pathtracer::Image { width: 2, height: 1, pixels: vec![[2.0; 3], [0.2, 1.0, 0.5]] };
+    let image =
+        pathtracer::Image { width: 2, height: 1, pixels: vec![[2.0; 3], [0.2, 1.0, 0.5]].into() };
     let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::default(), filter: Filter::Nearest };
     let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
     for i in 0..count {

@@ -128,12 +128,12 @@ fn parts_are_objects() {
     };
     let mut whole = builder().seen_by(view());
     let mut split = whole.clone();
-    whole.objects.truncate(1);
+    whole.objects.to_mut().truncate(1);
     whole.objects[0].geometry = Geometry::Mesh(Arc::new(two_faced));
     whole.objects[0].materials = vec![Some(0), Some(1)];
     for (i, object) in split.objects.iter_mut().enumerate() {
         let mut mesh = shapes::rectangle();
-        mesh.triangles = vec![mesh.triangles[i]];
+        mesh.triangles = vec![mesh.triangles[i]].into();
         mesh.uvs = None;
         mesh.submeshes.clear();
         object.geometry = Geometry::Mesh(Arc::new(mesh));

@@ -20,7 +20,12 @@ const POINTS: usize = 300;
 
 fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
     let parts = vec![pt_scene::Submesh { triangles: 0..triangles.len() as u32, slot: 0 }];
-    Mesh { positions, triangles, submeshes: parts, ..Mesh::default() }
+    Mesh {
+        positions: positions.into(),
+        triangles: triangles.into(),
+        submeshes: parts,
+        ..Mesh::default()
+    }
 }
 
 /// A prism two of whose walls, which have two triangles each, meet at an angle.

@@ -349,7 +349,7 @@ fn each_group_has_the_light_of_its_lights_alone() {
 /// Removes all lights of a scene except those of this name.
 fn without_others(scene: &Scene, name: &str) -> Scene {
     let mut scene = scene.clone();
-    scene.lights.retain(|light| light.name == name);
+    scene.lights.to_mut().retain(|light| light.name == name);
     for object in scene.objects.iter().filter(|object| object.name != name) {
         for number in object.materials.iter().flatten() {
             scene.materials[*number as usize].emission = [0.0; 3].into();
@@ -418,8 +418,9 @@ fn a_group_is_what_its_lights_would_give_alone() {
             assert_eq!(together[0][group].0, name);
             let alone = without_others(&scene, name);
             let [mean, variance] = means(SEEDS, |seed| together[seed as usize][group].1.clone());
-            let [want, of_want] =
-                means(SEEDS, |seed| rendered(&alone, settings(1000 + seed)).image().pixels);
+            let [want, of_want] = means(SEEDS, |seed| {
+                rendered(&alone, settings(1000 + seed)).image().pixels.into_vec()
+            });
             assert!(mean.last().is_some_and(|mean| *mean > 0.03), "{name} gives light");
             let estimates = Estimates { mean: &mean, variance: &variance };
             z_test(estimates, Estimates { mean: &want, variance: &of_want }, 1e-3)

@@ -28,7 +28,7 @@ const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 
 /// Image of one row, without interpolation between its texels.
 pub(crate) fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
-    let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
+    let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec().into() };
     let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::CLAMP, filter };
     Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }

@@ -59,7 +59,7 @@ fn samples_in_media_are_pure() {
 #[test]
 fn media_may_stand_anywhere_in_any_unit() {
     let mut scene = fog();
-    scene.lights.retain(|light| !matches!(light.kind, LightKind::Point { .. }));
+    scene.lights.to_mut().retain(|light| !matches!(light.kind, LightKind::Point { .. }));
     let film = |scene: &Scene, seed| film_of(scene, Settings { seed, ..with_depth(2048, 5) });
     let here = film(&scene, 0);
     assert!(film(&Scene { metres_per_unit: 0.25, ..scene.clone() }, 0) == here);

@@ -137,7 +137,8 @@ pub(crate) fn under_flying_lamps() -> Scene {
     };
     let moving =
         |stretch: f64| Arc::new(motion(&[key(0.0, fly(-1.0, 1.0)), key(2.0, fly(1.0, stretch))]));
-    let image = Image { width: 2, height: 1, pixels: vec![[4.0, 1.0, 0.5], [0.1, 0.2, 2.0]] };
+    let image =
+        Image { width: 2, height: 1, pixels: vec![[4.0, 1.0, 0.5], [0.1, 0.2, 2.0]].into() };
     let (wrap, filter) = (Wrap::CLAMP, Filter::Nearest);
     let bitmap = Bitmap { image: Arc::new(image), wrap, filter };
     let mut scene = Builder::default()

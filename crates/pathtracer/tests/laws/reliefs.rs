@@ -155,7 +155,7 @@ fn normals_lie_along_directions_of_the_mesh() {
         let directions = Arc::new(Pattern::FaceAttribute("along".into()).into());
         let surface = wall(NormalOrBump::NormalsAlong(Arc::clone(&image), directions));
         let mut mesh = shapes::rectangle();
-        mesh.attributes.faces.insert("along".into(), vec![along; mesh.triangles.len()]);
+        mesh.attributes.faces.insert("along".into(), vec![along; mesh.triangles.len()].into());
         let n = 0.6 * toward + 0.8 * DVec3::Z;
         for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(-0.6, 0.0, 0.8)] {
             let kind = LightKind::Directional { irradiance: [PI as f32; 3] };

@@ -12,7 +12,8 @@ use crate::scenes::{Builder, camera, looking, matte, size};
 /// and lit from `light` so that a surface facing the light has radiance 1.
 fn shown(n: DVec3, eye: DVec3, light: DVec3, sides_by_shading_normal: bool) -> f64 {
     let mut wall = shapes::rectangle();
-    wall.normals = Some(Attribute { values: vec![n.as_vec3().to_array(); 4], indices: None });
+    wall.normals =
+        Some(Attribute { values: vec![n.as_vec3().to_array(); 4].into(), indices: None });
     let mut scene = Builder::default()
         .mesh(wall, DAffine3::IDENTITY, matte([1.0; 3]))
         .light(LightKind::Directional { irradiance: [PI as f32; 3] }, looking(light, DVec3::ZERO))

@@ -23,7 +23,7 @@ const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 /// A texture of two by two texels, linear between the centres of these and constant beyond.
 fn linear() -> Pattern {
     let pixels = vec![[0.2, 0.5, 0.9], [0.8, 0.1, 0.4], [0.6, 0.9, 0.1], [0.3, 0.4, 0.7]];
-    let image = Arc::new(Image { width: 2, height: 2, pixels });
+    let image = Arc::new(Image { width: 2, height: 2, pixels: pixels.into() });
     Pattern::Bitmap(Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear })
 }
 
@@ -118,7 +118,7 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     // Between the centres of texels, which are the lines x = ∓4 on the wall, the texture grows from
     // 0.2 to 0.8.
     let pixels = vec![[0.2; 3], [0.8; 3]];
-    let image = Arc::new(Image { width: 2, height: 1, pixels });
+    let image = Arc::new(Image { width: 2, height: 1, pixels: pixels.into() });
     let ramp = Pattern::Bitmap(Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear });
     let turn = DAffine3::from_rotation_z(0.5);
     let to_ramp = DAffine3::from_translation(DVec3::splat(0.5))

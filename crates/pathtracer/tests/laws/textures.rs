@@ -54,7 +54,7 @@ fn coloured_square(own_corners: bool) -> Mesh {
 fn as_image() -> Arc<Texture> {
     let corner = |x: f32, y: f32| linear([x, y, 0.0]);
     let pixels = vec![corner(-1.0, 1.0), corner(1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
-    let image = Arc::new(Image { width: 2, height: 2, pixels });
+    let image = Arc::new(Image { width: 2, height: 2, pixels: pixels.into() });
     let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
     let to_middles =
         Affine2::from_scale_angle_translation(Vec2::splat(0.5), 0.0, Vec2::splat(0.25));
@@ -102,11 +102,11 @@ fn colours_of_vertices_are_linear_over_triangles() {
 #[test]
 fn colours_of_faces_are_those_of_their_triangles() {
     let two = [[0.2, 0.4, 0.6], [0.7, 0.1, 0.3]];
-    let mesh = Mesh { face_colors: Some(two.to_vec()), ..shapes::rectangle() };
+    let mesh = Mesh { face_colors: Some(two.to_vec().into()), ..shapes::rectangle() };
     let shown = seen(mesh, showing(Pattern::FaceColors), DAffine3::IDENTITY);
     let half = |i: usize| {
         let mut mesh = shapes::rectangle();
-        mesh.triangles = vec![mesh.triangles[i]];
+        mesh.triangles = vec![mesh.triangles[i]].into();
         mesh.submeshes = Vec::new();
         mesh
     };
@@ -152,12 +152,13 @@ fn values_by_names_are_seen_as_colours_are() {
     let values = colored.colors.clone().expect("colours").values;
     let faces = [[0.2, 0.4, 0.6], [0.7, 0.1, 0.3]];
     let vertices = BTreeMap::from([
-        ("other".to_owned(), vec![[0.9; 3]; values.len()]),
+        ("other".to_owned(), vec![[0.9; 3]; values.len()].into()),
         ("paint".to_owned(), values),
     ]);
-    let attributes = Attributes { vertices, faces: [("paint".to_owned(), faces.to_vec())].into() };
+    let attributes =
+        Attributes { vertices, faces: [("paint".to_owned(), faces.to_vec().into())].into() };
     let named = Mesh { colors: None, attributes, ..colored.clone() };
-    let plain = Mesh { face_colors: Some(faces.to_vec()), ..colored };
+    let plain = Mesh { face_colors: Some(faces.to_vec().into()), ..colored };
     let product = |vertices: Pattern, faces: Pattern| {
         let [a, b] = [vertices, faces].map(|pattern| Color::Texture(Arc::new(pattern.into())));
         let Color::Texture(both) = product_of(a, b) else { unreachable!() };
@@ -180,8 +181,8 @@ fn colours_that_are_missing_are_an_error() {
         Session::new(scene, CompileOptions::default(), settings(1)).err().map(|e| e.to_string())
     };
     let square = shapes::rectangle;
-    let few = Mesh { face_colors: Some(vec![[0.5; 3]]), ..square() };
-    let wrong = Attribute { values: vec![[0.5; 3]; 3], indices: None };
+    let few = Mesh { face_colors: Some(vec![[0.5; 3]].into()), ..square() };
+    let wrong = Attribute { values: vec![[0.5; 3]; 3].into(), indices: None };
     let wrong = Mesh { colors: Some(wrong), ..square() };
     let nested =
         product_of(Color::Texture(Arc::new(Pattern::VertexColors.into())), [1.0; 3].into());
@@ -221,7 +222,7 @@ fn colours_that_are_missing_are_an_error() {
 #[test]
 fn a_mesh_of_one_colour_is_a_furnace_of_it() {
     let mut mesh = shapes::rectangle();
-    mesh.colors = Some(Attribute { values: vec![[0.625; 3]; 4], indices: None });
+    mesh.colors = Some(Attribute { values: vec![[0.625; 3]; 4].into(), indices: None });
     let shown = showing(Pattern::VertexColors);
     assert_uniform(&film(&seen(mesh, shown, DAffine3::IDENTITY), 1024), 0.625, 1e-4, "one colour");
 }

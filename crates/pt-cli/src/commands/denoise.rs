@@ -78,7 +78,7 @@ fn write(args: &Denoise, denoiser: &Denoiser, input: &Path, target: &Path) -> Re
 /// Replaces the colours of a denoised image by those of its layer with the noisy image.
 fn restore_noisy(file: &mut ImageFile) {
     if let Some(pixels) = file.plane(NOISY, ["R", "G", "B"]) {
-        file.image.pixels = pixels;
+        file.image.pixels = pixels.into();
         file.options.channels.retain(|channel| !is_of(channel, NOISY));
     }
 }

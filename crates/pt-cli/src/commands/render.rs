@@ -482,7 +482,7 @@ fn load_environment(
     for note in notes.into_iter().filter(|_| !mode.quiet) {
         report!("note: {}: {note}", path.display());
     }
-    Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
+    Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels.into_vec())))
 }
 
 /// Completes options by the camera of a file, if there is one.

@@ -149,7 +149,7 @@ fn images_of_other_programs_are_developed() {
     assert_eq!(folder.image("sky.exr").pixels, [[1.0, 0.5, 0.0]]);
     // Values that are no numbers become black, with one warning.
     let pixels = vec![[f32::NAN; 3], [0.5; 3], [0.5; 3], [f32::INFINITY; 3]];
-    let odd = Image { width: 2, height: 2, pixels };
+    let odd = Image { width: 2, height: 2, pixels: pixels.into() };
     image::save(&odd, &folder.path("odd.exr"), &SaveOptions::default()).unwrap();
     let run = folder.succeed("develop odd.exr --resize 4 4 -f odd4.exr");
     assert_eq!(run.err.matches("warning: odd.exr: 2 pixels of 4").count(), 1, "{run:?}");

@@ -81,7 +81,7 @@ fn an_environment_and_a_camera_add_their_lines() {
     let camera = "50 38.5 1.333 0.1 100\n0 0 4 0 0 0\n1.57 0 4 0.1 10\n1 0 0 0 1 0 0 0 1\n\
                   800 600 875\n4.7 0\n";
     folder.write("camera.txt", camera);
-    let map = pathtracer::Image { width: 4, height: 2, pixels: vec![[1.0; 3]; 8] };
+    let map = pathtracer::Image { width: 4, height: 2, pixels: vec![[1.0; 3]; 8].into() };
     let options = pathtracer::image::SaveOptions::default();
     pathtracer::image::save(&map, &folder.path("map.exr"), &options).unwrap();
     let run = folder.succeed("--cs184 -e map.exr -c camera.txt -r 12 9 -f out.png small.dae");

@@ -81,7 +81,7 @@ fn every_command_runs() {
                   property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
                   end_header\n";
     folder.write("bunny.ply", format!("{header}{vertices}"));
-    let sky = Image { width: 4, height: 2, pixels: vec![[1.0; 3]; 8] };
+    let sky = Image { width: 4, height: 2, pixels: vec![[1.0; 3]; 8].into() };
     save(&sky, &folder.path("sky.exr"), &SaveOptions::default()).unwrap();
     let commands = commands();
     assert!(commands.len() > 10, "{commands:?}");

@@ -156,7 +156,7 @@ fn exr_images_have_the_type_and_compression_asked_for() {
     for (a, b) in folder.image("out.exr").pixels.iter().zip(&wanted.pixels) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= b / 2048.0 + 3e-8), "{a:?} {b:?}");
     }
-    let bright = Image { width: 4, height: 2, pixels: vec![[1e9; 3]; 8] };
+    let bright = Image { width: 4, height: 2, pixels: vec![[1e9; 3]; 8].into() };
     image::save(&bright, &folder.path("bright.exr"), &SaveOptions::default()).unwrap();
     let run = folder.succeed("-r 4 3 -s 1 -m 0 -e bright.exr --exr-type half -f half.exr SCENE");
     let image = folder.image("half.exr");
@@ -503,7 +503,7 @@ fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
 const MAP: [f32; 3] = [1.0, 2.0, 0.5];
 
 fn write_map(folder: &Folder) {
-    let map = Image { width: 8, height: 4, pixels: vec![MAP; 32] };
+    let map = Image { width: 8, height: 4, pixels: vec![MAP; 32].into() };
     image::save(&map, &folder.path("map.exr"), &SaveOptions::default()).unwrap();
 }
 

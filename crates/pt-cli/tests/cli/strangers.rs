@@ -61,7 +61,7 @@ fn films_that_are_moved_read_nothing_elsewhere() {
     folder.write("home/scene.dae", &scene);
     let sky = folder.path("home/sky.exr");
     pathtracer::image::save(
-        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]] },
+        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]].into() },
         &sky,
         &pathtracer::image::SaveOptions::default(),
     )
@@ -173,7 +173,7 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
     let camera = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/course.camera");
     folder.write("home/view.txt", std::fs::read(camera).expect("camera settings"));
     pathtracer::image::save(
-        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]] },
+        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]].into() },
         &folder.path("home/sky.exr"),
         &pathtracer::image::SaveOptions::default(),
     )

@@ -31,8 +31,14 @@ pub(super) fn unit_sphere_mesh() -> Mesh {
             }
         }
     }
-    let normals = Some(Attribute { values: positions.clone(), indices: None });
-    Mesh { name: "sphere".into(), positions, triangles, normals, ..Mesh::default() }
+    let normals = Some(Attribute { values: positions.clone().into(), indices: None });
+    Mesh {
+        name: "sphere".into(),
+        positions: positions.into(),
+        triangles: triangles.into(),
+        normals,
+        ..Mesh::default()
+    }
 }
 
 #[cfg(test)]

@@ -492,7 +492,7 @@ mod tests {
     /// A sky of two equal pixels.
     fn image(width: u32, pixel: [f32; 3]) -> LightKind {
         LightKind::Environment {
-            image: Arc::new(Image { width, height: 1, pixels: vec![pixel; 2] }),
+            image: Arc::new(Image { width, height: 1, pixels: vec![pixel; 2].into() }),
             scale: 1.0,
             rows: Rows::default(),
             portal: None,

@@ -1,7 +1,7 @@
 //! Mesh values that patterns use: colours, and named values.
 
-use pt_scene::Mesh;
 use pt_scene::texture::Pattern;
+use pt_scene::{Mesh, Shared};
 
 /// Values at corners, and their indices unless they are those of the positions.
 type OfVertices<'m> = (&'m [[f32; 3]], Option<&'m [[u32; 3]]>);
@@ -22,7 +22,7 @@ pub(super) fn values_of_vertices<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Optio
 pub(super) fn values_of_faces<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<&'m [[f32; 3]]> {
     match pattern {
         Pattern::FaceColors => mesh.face_colors.as_deref(),
-        Pattern::FaceAttribute(name) => mesh.attributes.faces.get(name).map(Vec::as_slice),
+        Pattern::FaceAttribute(name) => mesh.attributes.faces.get(name).map(Shared::as_slice),
         _ => None,
     }
 }

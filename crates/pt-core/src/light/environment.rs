@@ -61,7 +61,7 @@ impl EnvironmentMap {
     /// Creates a map of `width` × `height` texels, the upper row first. A map without light is
     /// black.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
-        Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::PixelCenters)
+        Self::of_image(Arc::new(Image { width, height, pixels: texels.into() }), Rows::PixelCenters)
     }
 
     /// Image of the map.

@@ -85,7 +85,7 @@ pub(crate) fn sun(span: &TimeRange, tables: &LightTables, sun_at: impl Fn(DVec3)
             }
         }
     }
-    Image { width, height, pixels }
+    Image { width, height, pixels: pixels.into() }
 }
 
 #[cfg(test)]

@@ -68,8 +68,8 @@ impl<'a> MeshBuilder<'a> {
         let uvs = attribute(self.uvs.values, self.uv_corners, &triangles, |_| [0.0; 2]);
         Mesh {
             name,
-            positions,
-            triangles,
+            positions: positions.into(),
+            triangles: triangles.into(),
             normals,
             uvs,
             colors: None,
@@ -97,5 +97,5 @@ fn attribute<const N: usize>(
         }
     }
     let indices = (corners != triangles).then_some(corners);
-    Some(Attribute { values, indices })
+    Some(Attribute { values: values.into(), indices: indices.map(Into::into) })
 }

@@ -99,7 +99,7 @@ impl<'a> GltfReader<'a> {
                         corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
                     });
                     let along = along_tangents(&triangles, (&positions, uvs), tangents);
-                    named.faces.insert(MeshAttributes::TANGENTS.into(), along);
+                    named.faces.insert(MeshAttributes::TANGENTS.into(), along.into());
                     mirrored
                 }
                 None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
@@ -113,13 +113,13 @@ impl<'a> GltfReader<'a> {
             self.warn(&attributes, "the opacity of COLOR_0 is ignored where alphaMode is MASK");
         }
         if let Some(opacities) = opacities.filter(|_| form.layout.is_blended) {
-            named.vertices.insert(MeshAttributes::OPACITIES.into(), opacities);
+            named.vertices.insert(MeshAttributes::OPACITIES.into(), opacities.into());
         }
         let mesh = Mesh {
             name: name.to_owned(),
             submeshes: parts(triangles.len(), mirrored),
-            triangles,
-            positions,
+            triangles: triangles.into(),
+            positions: positions.into(),
             normals: normals.map(at_vertices),
             uvs: uvs.map(at_vertices),
             colors: colors.map(at_vertices),
@@ -395,7 +395,7 @@ fn as_many<T>(
 
 /// Creates an attribute that is indexed like the positions.
 fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
-    Attribute { values, indices: None }
+    Attribute { values: values.into(), indices: None }
 }
 
 fn add<const N: usize>(values: &mut [[f32; N]], more: &[[f32; 3]], weight: f64) {

@@ -299,7 +299,7 @@ pub(super) fn part(stored: &Decoded, content: TextureUsage) -> Image {
             pixels.iter().map(|pixel| steeper(*pixel, [along_u, along_v])).collect()
         }
     };
-    Image { width: *width, height: *height, pixels }
+    Image { width: *width, height: *height, pixels: pixels.into() }
 }
 
 /// Converts sRGB to linear values.

@@ -1,11 +1,13 @@
 //! Values that refer to arrays and contents of files in memory.
 
+use pt_scene::Shared;
+
 use super::attached::{ATTACHED, Attachment, Numbers, shown};
 use super::node::JsonNode;
 use crate::LoadError;
 
 /// Rows of numbers of an array.
-type Rows<T, const N: usize> = Result<Vec<[T; N]>, LoadError>;
+type Rows<T, const N: usize> = Result<Shared<[T; N]>, LoadError>;
 
 impl JsonNode<'_> {
     /// Number of the attachment to which the value refers.
@@ -65,7 +67,7 @@ impl JsonNode<'_> {
     }
 
     /// Finite numbers of an array with rows of `width`.
-    pub(super) fn reals(&self, numbers: Numbers, width: usize) -> Result<Vec<f32>, LoadError> {
+    pub(super) fn reals(&self, numbers: Numbers, width: usize) -> Result<Shared<f32>, LoadError> {
         let reals = match numbers {
             Numbers::Reals(reals) => reals,
             Numbers::Wholes(wholes) => wholes.into_iter().map(|whole| whole as f32).collect(),
@@ -83,7 +85,7 @@ impl JsonNode<'_> {
     }
 
     /// Whole numbers of an array with rows of `width`.
-    fn wholes(&self, numbers: Numbers, width: usize) -> Result<Vec<u32>, LoadError> {
+    fn wholes(&self, numbers: Numbers, width: usize) -> Result<Shared<u32>, LoadError> {
         let wrong = |found: String, at: usize| {
             self.error(format!(
                 "found {found} in row {}, expected whole numbers from 0 to 4294967295",
@@ -110,11 +112,16 @@ impl JsonNode<'_> {
     }
 }
 
+/// Rows of numbers in the memory of the numbers.
+struct RowsOf<T>(Shared<T>);
+
+impl<T, const N: usize> AsRef<[[T; N]]> for RowsOf<T> {
+    fn as_ref(&self) -> &[[T; N]] {
+        self.0.as_chunks::<N>().0
+    }
+}
+
 /// Groups numbers into rows, without a copy.
-pub(super) fn rows<T: bytemuck::Pod, const N: usize>(numbers: Vec<T>) -> Vec<[T; N]>
-where
-    [T; N]: bytemuck::Pod,
-{
-    bytemuck::allocation::try_cast_vec(numbers)
-        .unwrap_or_else(|(_, numbers)| numbers.as_chunks::<N>().0.to_vec())
+pub(super) fn rows<T: Send + Sync + 'static, const N: usize>(numbers: Shared<T>) -> Shared<[T; N]> {
+    Shared::lent(RowsOf(numbers))
 }

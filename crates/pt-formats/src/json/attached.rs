@@ -6,6 +6,8 @@
 use std::cell::RefCell;
 use std::fmt::Write as _;
 
+use pt_scene::Shared;
+
 use super::printer::Out;
 use crate::shared::source::hash_of;
 
@@ -18,9 +20,9 @@ const HASH: &str = "blake3";
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers {
     /// Real numbers.
-    Reals(Vec<f32>),
+    Reals(Shared<f32>),
     /// Whole numbers.
-    Wholes(Vec<u32>),
+    Wholes(Shared<u32>),
     /// Integers, some of which are negative or larger than 32 bits.
     Integers(Vec<i64>),
     /// Levels of pixels from 0 to 255, or whole numbers.

@@ -144,7 +144,10 @@ impl TableEntry for Grid {
             return Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "vol", bytes))]));
         }
         let values = if cx.is_in_memory() {
-            cx.array(&shape_of(self.resolution, self.channels), Numbers::Reals(self.values.clone()))
+            cx.array(
+                &shape_of(self.resolution, self.channels),
+                Numbers::Reals(self.values.clone().into()),
+            )
         } else {
             numbers(&self.values)?
         };
@@ -191,7 +194,7 @@ fn inline_grid(
                 let expected = format!("(n,) or {whole:?}, by z, y, x and channel");
                 return Err(values.wrong_shape(&shape, &expected));
             }
-            values.reals(numbers, 1)?
+            values.reals(numbers, 1)?.into_vec()
         }
         None => Each(ANY).read(values, cx)?,
     };

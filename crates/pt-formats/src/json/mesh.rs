@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_scene::shapes::{cube, cylinder, disk, rectangle, single_part};
-use pt_scene::{Attribute, Attributes, Mesh, Submesh};
+use pt_scene::{Attribute, Attributes, Mesh, Shared, Submesh};
 use safetensors::SafeTensors;
 use serde_json::{Value, json};
 
@@ -135,7 +135,7 @@ fn shape_of(mesh: &Mesh) -> Option<&'static str> {
 
 /// Returns the number of values of a mesh.
 fn count(mesh: &Mesh) -> usize {
-    let of = |values: usize, indices: Option<&Vec<[u32; 3]>>| {
+    let of = |values: usize, indices: Option<&Shared<[u32; 3]>>| {
         values + indices.map_or(0, |i| 3 * i.len())
     };
     let normals = mesh.normals.as_ref().map_or(0, |a| of(3 * a.values.len(), a.indices.as_ref()));
@@ -249,7 +249,7 @@ fn check(mesh: &Mesh) -> Result<(), String> {
         None => Ok(()),
     };
     below("\"triangles\"", &mesh.triangles, mesh.positions.len())?;
-    let attribute = |what: &str, count: usize, indices: Option<&Vec<[u32; 3]>>| match indices {
+    let attribute = |what: &str, count: usize, indices: Option<&Shared<[u32; 3]>>| match indices {
         Some(indices) if indices.len() != triangles => Err(format!(
             "found indices of {what} for {} triangles, expected {triangles}",
             indices.len()
@@ -342,7 +342,9 @@ fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Mesh, Lo
 }
 
 /// Reads named values.
-fn named_values(node: Option<JsonNode<'_>>) -> Result<BTreeMap<String, Vec<[f32; 3]>>, LoadError> {
+fn named_values(
+    node: Option<JsonNode<'_>>,
+) -> Result<BTreeMap<String, Shared<[f32; 3]>>, LoadError> {
     let entries = node.map_or(Ok(Vec::new()), |node| node.entries())?;
     let values = |(name, node): (&str, JsonNode<'_>)| Ok((name.to_owned(), vectors(&node)?));
     entries.into_iter().map(values).collect()
@@ -363,7 +365,7 @@ fn attribute<const N: usize>(
     }
 }
 
-pub(super) fn vectors<const N: usize>(node: &JsonNode<'_>) -> Result<Vec<[f32; N]>, LoadError> {
+pub(super) fn vectors<const N: usize>(node: &JsonNode<'_>) -> Result<Shared<[f32; N]>, LoadError> {
     if let Some(rows) = node.rows_of_reals() {
         return rows;
     }
@@ -374,8 +376,8 @@ pub(super) fn vectors<const N: usize>(node: &JsonNode<'_>) -> Result<Vec<[f32; N
 pub(super) fn indices<const N: usize>(
     node: &JsonNode<'_>,
     cx: &mut JsonReader<'_>,
-) -> Result<Vec<[u32; N]>, LoadError> {
-    node.rows_of_wholes().unwrap_or_else(|| Vec::read(node, cx))
+) -> Result<Shared<[u32; N]>, LoadError> {
+    node.rows_of_wholes().unwrap_or_else(|| Vec::read(node, cx).map(Into::into))
 }
 
 /// Writes rows of numbers: an array in memory, otherwise lists.
@@ -384,7 +386,7 @@ pub(super) fn write_vectors<const N: usize>(
     cx: &mut JsonWriter<'_>,
 ) -> Result<Out, String> {
     if cx.is_in_memory() {
-        return Ok(cx.array(&[rows.len(), N], Numbers::Reals(rows.as_flattened().to_vec())));
+        return Ok(cx.array(&[rows.len(), N], Numbers::Reals(rows.as_flattened().to_vec().into())));
     }
     rows.iter().map(|row| numbers(row)).collect::<Result<_, _>>().map(Out::List)
 }
@@ -395,7 +397,7 @@ pub(super) fn write_indices<const N: usize>(
     cx: &mut JsonWriter<'_>,
 ) -> Result<Out, String> {
     if cx.is_in_memory() {
-        return Ok(cx.array(&[rows.len(), N], Numbers::Wholes(rows.as_flattened().to_vec())));
+        return Ok(cx.array(&[rows.len(), N], Numbers::Wholes(rows.as_flattened().to_vec().into())));
     }
     rows.iter().map(|row| row.write(cx)).collect::<Result<_, _>>().map(Out::List)
 }
@@ -498,12 +500,12 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
     };
     let mesh = Mesh {
         name: String::new(),
-        positions: points(&all, "positions")?.ok_or_else(|| missing("positions"))?,
-        triangles,
+        positions: points(&all, "positions")?.ok_or_else(|| missing("positions"))?.into(),
+        triangles: triangles.into(),
         normals: attribute_of(&all, "normals", "normal_indices")?,
         uvs: attribute_of(&all, "uvs", "uv_indices")?,
         colors: attribute_of(&all, "colors", "color_indices")?,
-        face_colors: points(&all, "face_colors")?,
+        face_colors: points(&all, "face_colors")?.map(Into::into),
         attributes: Attributes {
             vertices: named_points(&all, VERTEX_PREFIX)?,
             faces: named_points(&all, FACE_PREFIX)?,
@@ -518,11 +520,11 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
 fn named_points(
     all: &SafeTensors<'_>,
     prefix: &str,
-) -> Result<BTreeMap<String, Vec<[f32; 3]>>, String> {
+) -> Result<BTreeMap<String, Shared<[f32; 3]>>, String> {
     let names = all.names().into_iter().filter(|name| name.starts_with(prefix));
     let values = names.map(|name| {
         let values = points(all, name)?.unwrap_or_default();
-        Ok((name[prefix.len()..].to_owned(), values))
+        Ok((name[prefix.len()..].to_owned(), values.into()))
     });
     values.collect()
 }
@@ -532,6 +534,6 @@ fn attribute_of<const N: usize>(
     values: &str,
     indices: &str,
 ) -> Result<Option<Attribute<[f32; N]>>, String> {
-    let indices = corners(all, indices)?;
-    Ok(points(all, values)?.map(|values| Attribute { values, indices }))
+    let indices = corners(all, indices)?.map(Into::into);
+    Ok(points(all, values)?.map(|values| Attribute { values: values.into(), indices }))
 }

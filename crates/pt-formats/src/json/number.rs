@@ -211,7 +211,7 @@ impl FieldCodec<Vec<f32>> for Each {
         if shape.len() != 1 {
             return Err(node.wrong_shape(&shape, "(n,)"));
         }
-        let numbers = node.reals(numbers, 1)?;
+        let numbers = node.reals(numbers, 1)?.into_vec();
         match numbers.iter().position(|x| !self.0.has(f64::from(*x))) {
             None => Ok(numbers),
             Some(at) => {

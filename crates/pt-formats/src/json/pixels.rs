@@ -2,6 +2,7 @@
 
 use pt_image::Decoded;
 use pt_math::color::linear_from_srgb;
+use pt_scene::Shared;
 use pt_scene::image::Image;
 use serde_json::{Value, json};
 
@@ -26,7 +27,7 @@ pub(super) fn read(
     };
     let [width, height] = [width, height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
     Image::check_size(width, height, pixels.len()).map_err(|message| node.error(message))?;
-    let image = Image { width, height, pixels };
+    let image = Image { width, height, pixels: pixels.into() };
     let decoded = Decoded { image, alpha: None, frame: None };
     let checked = cx.context.check_picture(Ok(decoded), "the image".as_ref());
     let image = checked.map_err(|message| node.error(message))?.image;
@@ -35,7 +36,7 @@ pub(super) fn read(
 }
 
 /// Width, height and colours.
-type Pixels = (usize, usize, Vec<[f32; 3]>);
+type Pixels = (usize, usize, Shared<[f32; 3]>);
 
 fn of_array(
     node: &JsonNode<'_>,
@@ -87,13 +88,13 @@ fn of_lists(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Pixels, Load
             pixels.push(FieldCodec::<[f32; 3]>::read(&ANY, pixel, cx)?);
         }
     }
-    Ok((width, rows.len(), pixels))
+    Ok((width, rows.len(), pixels.into()))
 }
 
 /// Attaches the pixels to a scene in memory.
 pub(super) fn write(image: &Image, cx: &mut JsonWriter<'_>) -> Out {
     let shape = [image.height as usize, image.width as usize, 3];
-    cx.array(&shape, Numbers::Reals(image.pixels.as_flattened().to_vec()))
+    cx.array(&shape, Numbers::Reals(image.pixels.as_flattened().to_vec().into()))
 }
 
 pub(super) fn schema() -> Value {

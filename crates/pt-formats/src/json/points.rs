@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_scene::Points;
+use pt_scene::{Points, Shared};
 use safetensors::SafeTensors;
 use serde_json::{Value, json};
 
@@ -126,11 +126,12 @@ fn inline(keys: &mut ObjectKeys<'_>, cx: &mut JsonReader<'_>) -> Result<Points, 
     let Some(positions) = keys.take("positions") else {
         return Err(keys.node.error("expected \"file\" or \"positions\""));
     };
-    let colors = keys.take("colors").map(|node| vectors(&node)).transpose()?;
-    let segments = keys.take("segments").map(|node| indices(&node, cx)).transpose()?;
+    let colors = keys.take("colors").map(|node| vectors(&node)).transpose()?.map(Shared::into_vec);
+    let segments =
+        keys.take("segments").map(|node| indices(&node, cx)).transpose()?.map(Shared::into_vec);
     Ok(Points {
         name: String::new(),
-        positions: vectors(&positions)?,
+        positions: vectors(&positions)?.into_vec(),
         colors,
         segments: segments.unwrap_or_default(),
     })

@@ -217,7 +217,12 @@ fn rings(name: &str, sides: u32, rings: &[(f64, f64)]) -> Mesh {
         }
         triangles.push([at(last, i + 1), at(last, i), top]);
     }
-    let mesh = Mesh { name: name.to_owned(), positions, triangles, ..Mesh::default() };
+    let mesh = Mesh {
+        name: name.to_owned(),
+        positions: positions.into(),
+        triangles: triangles.into(),
+        ..Mesh::default()
+    };
     around_unit_sphere(&mesh, DAffine3::IDENTITY)
 }
 

@@ -215,11 +215,12 @@ impl ObjContent {
         let mesh = Mesh {
             name: mesh_file::name_of(path),
             submeshes: single_part(triangles.len()),
-            positions,
-            triangles,
+            positions: positions.into(),
+            triangles: triangles.into(),
             normals,
             uvs,
-            colors: has_colors.then_some(Attribute { values: vertices.colors, indices: None }),
+            colors: has_colors
+                .then_some(Attribute { values: vertices.colors.into(), indices: None }),
             face_colors: None,
             attributes: Attributes::default(),
         };

@@ -58,7 +58,7 @@ impl Groups {
         Some(smooth_normals(&Mesh {
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.clone(),
-            uvs: Some(Attribute { values: Vec::new(), indices: Some(of_corners) }),
+            uvs: Some(Attribute { values: Vec::new().into(), indices: Some(of_corners) }),
             ..Mesh::default()
         }))
     }

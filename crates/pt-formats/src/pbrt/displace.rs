@@ -7,7 +7,7 @@ use pt_math::{DAffine3, DVec3};
 use pt_scene::image::Image;
 use pt_scene::shapes::{single_part, smooth_normals};
 use pt_scene::texture::{Bitmap, Filter, Input, Pattern, Scalar, Texture, TextureMapping};
-use pt_scene::{Attribute, Mesh};
+use pt_scene::{Attribute, Mesh, Shared};
 
 /// Maximum number of triangles of a displaced mesh.
 const MAX_TRIANGLES: usize = 1 << 22;
@@ -52,7 +52,7 @@ fn vector(v: [f32; 3]) -> DVec3 {
 /// Returns the mesh with one normal and one texture coordinate per vertex.
 fn indexed(mesh: &Mesh) -> Mesh {
     let normals = mesh.normals.clone().unwrap_or_else(|| smooth_normals(mesh));
-    let at = |indices: &Option<Vec<[u32; 3]>>, i: usize| {
+    let at = |indices: &Option<Shared<[u32; 3]>>, i: usize| {
         indices.as_ref().map_or(mesh.triangles[i], |indices| indices[i])
     };
     let mut numbers = HashMap::new();
@@ -72,8 +72,8 @@ fn indexed(mesh: &Mesh) -> Mesh {
         });
         made.triangles.push(triangle);
     }
-    made.normals = Some(Attribute { values: made_normals, indices: None });
-    made.uvs = Some(Attribute { values: made_uvs, indices: None });
+    made.normals = Some(Attribute { values: made_normals.into(), indices: None });
+    made.uvs = Some(Attribute { values: made_uvs.into(), indices: None });
     made
 }
 
@@ -115,7 +115,7 @@ fn split(mesh: &mut Mesh, edge: f64, to_world: &DAffine3) -> bool {
         }
     }
     let is_cut = triangles.len() > mesh.triangles.len();
-    mesh.triangles = triangles;
+    mesh.triangles = triangles.into();
     is_cut
 }
 
@@ -188,9 +188,9 @@ mod tests {
     fn square() -> Mesh {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         Mesh {
-            positions: corners.map(|[x, y]| [x, y, 0.0]).to_vec(),
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
-            uvs: Some(Attribute { values: corners.to_vec(), indices: None }),
+            positions: corners.map(|[x, y]| [x, y, 0.0]).to_vec().into(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
+            uvs: Some(Attribute { values: corners.to_vec().into(), indices: None }),
             submeshes: single_part(2),
             ..Mesh::default()
         }
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_slope_tilts_a_square() {
         let pixels = [[0.25; 3], [0.75; 3]].to_vec();
-        let image = Arc::new(Image { width: 2, height: 1, pixels });
+        let image = Arc::new(Image { width: 2, height: 1, pixels: pixels.into() });
         let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
         // Between the centres of its two texels, the image is u.
         let to_pattern = DMat3::from_cols(DVec3::X * 0.5, DVec3::Y, DVec3::new(0.25, 0.0, 1.0));

@@ -477,8 +477,8 @@ fn is_laid_out(roughness: &pt_scene::material::Roughness) -> bool {
 /// corners of each triangle.
 fn with_coordinates(mesh: &Mesh) -> Mesh {
     let values = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
-    let indices = Some(vec![[0, 1, 2]; mesh.triangles.len()]);
-    Mesh { uvs: Some(Attribute { values, indices }), ..mesh.clone() }
+    let indices = Some(vec![[0, 1, 2]; mesh.triangles.len()].into());
+    Mesh { uvs: Some(Attribute { values: values.into(), indices }), ..mesh.clone() }
 }
 
 /// Multiplies the emission of a light.

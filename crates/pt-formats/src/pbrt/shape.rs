@@ -234,9 +234,9 @@ fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
     uvs.as_ref().map_or(Ok(()), |uvs| check("uv", uvs.len()))?;
     Ok(Mesh {
         name: entity.kind.clone(),
-        positions: to_f32(&positions),
-        normals: normals.map(|n| Attribute { values: to_f32(&n), indices: None }),
-        uvs: uvs.map(|uv| Attribute { values: to_f32(&uv), indices: None }),
+        positions: to_f32(&positions).into(),
+        normals: normals.map(|n| Attribute { values: to_f32(&n).into(), indices: None }),
+        uvs: uvs.map(|uv| Attribute { values: to_f32(&uv).into(), indices: None }),
         ..Mesh::default()
     })
 }
@@ -259,7 +259,7 @@ fn faces<const N: usize>(entity: &Entity, vertices: usize) -> Result<Vec<[u32; N
 fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
     let mut mesh = vertices(entity)?;
     entity.pass_over(&["S", "faceIndices"]);
-    mesh.triangles = faces::<3>(entity, mesh.positions.len())?;
+    mesh.triangles = faces::<3>(entity, mesh.positions.len())?.into();
     mesh.submeshes = single_part(mesh.triangles.len());
     face_normals(&mut mesh);
     Ok(mesh)
@@ -340,8 +340,8 @@ fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
         }
         all.positions.extend(patch.positions);
     }
-    all.normals = Some(Attribute { values: normals, indices: None });
-    all.uvs = Some(Attribute { values: uvs, indices: None });
+    all.normals = Some(Attribute { values: normals.into(), indices: None });
+    all.uvs = Some(Attribute { values: uvs.into(), indices: None });
     all.submeshes = single_part(all.triangles.len());
     face_normals(&mut all);
     Ok(all)

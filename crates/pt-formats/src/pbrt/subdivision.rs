@@ -53,7 +53,7 @@ pub(super) fn subdivide(
         face_colors: None,
         attributes: Attributes::default(),
         submeshes: single_part(faces.len()),
-        triangles: faces,
+        triangles: faces.into(),
     })
 }
 

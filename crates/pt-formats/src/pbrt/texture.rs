@@ -349,7 +349,7 @@ impl PbrtTextures {
                 }
             }
         }
-        let image = Arc::new(Image { width: 2, height: 2, pixels: corners });
+        let image = Arc::new(Image { width: 2, height: 2, pixels: corners.into() });
         let to_middles =
             DMat3::from_cols(DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::new(0.25, 0.25, 1.0));
         let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };

@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn products_are_tinted_once() {
-        let image = Arc::new(Image { width: 1, height: 1, pixels: vec![[2.0; 3]] });
+        let image = Arc::new(Image { width: 1, height: 1, pixels: vec![[2.0; 3]].into() });
         let bitmap = pt_scene::texture::Bitmap {
             image,
             wrap: pt_scene::texture::Wrap::CLAMP,

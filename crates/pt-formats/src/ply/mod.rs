@@ -227,10 +227,10 @@ fn read_vertices(
         }
         None => any_vertices(body, layout, has_faces)?,
     };
-    let all = |values| Attribute { values, indices: None };
-    mesh.positions = vertices.positions;
+    let all = |values: Vec<_>| Attribute { values: values.into(), indices: None };
+    mesh.positions = vertices.positions.into();
     mesh.normals = vertices.normals.map(all);
-    mesh.uvs = vertices.uvs.map(|values| Attribute { values, indices: None });
+    mesh.uvs = vertices.uvs.map(|values| Attribute { values: values.into(), indices: None });
     mesh.colors = vertices.colors.map(all);
     Ok(())
 }
@@ -330,11 +330,11 @@ fn read_faces(
         }
         None => any_faces(body, layout, vertices, &mesh.positions, warnings)?,
     };
-    mesh.face_colors = colors;
+    mesh.face_colors = colors.map(Into::into);
     if mesh.triangles.is_empty() {
-        mesh.triangles = corners;
+        mesh.triangles = corners.into();
     } else {
-        mesh.triangles.append(&mut corners);
+        mesh.triangles.to_mut().append(&mut corners);
     }
     check_count(body, &mesh.triangles)?;
     Ok((uvs, images))
@@ -442,7 +442,7 @@ fn read_strips(
         });
         triangles
     };
-    body.read(layout, read, |mut triangles| mesh.triangles.append(&mut triangles))?;
+    body.read(layout, read, |mut triangles| mesh.triangles.to_mut().append(&mut triangles))?;
     check_count(body, &mesh.triangles)
 }
 

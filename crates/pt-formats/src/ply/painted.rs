@@ -44,8 +44,10 @@ impl Painted {
         let count = mesh.triangles.len();
         if let Some(uvs) = self.uvs.take().filter(|uvs| uvs.len() == count) {
             let indices = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-            mesh.uvs =
-                Some(Attribute { values: uvs.as_flattened().to_vec(), indices: Some(indices) });
+            mesh.uvs = Some(Attribute {
+                values: uvs.as_flattened().to_vec().into(),
+                indices: Some(indices),
+            });
         }
         let images = self.images.take().filter(|images| images.len() == count);
         let Some(images) = images.filter(|_| !self.files.is_empty()) else { return vec![0] };

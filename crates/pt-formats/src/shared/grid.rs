@@ -39,13 +39,13 @@ pub(crate) fn grid(
     }
     Mesh {
         name: name.to_owned(),
-        positions,
-        normals: Some(Attribute { values: normals, indices: None }),
-        uvs: Some(Attribute { values: uvs, indices: None }),
+        positions: positions.into(),
+        normals: Some(Attribute { values: normals.into(), indices: None }),
+        uvs: Some(Attribute { values: uvs.into(), indices: None }),
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
         submeshes: single_part(triangles.len()),
-        triangles,
+        triangles: triangles.into(),
     }
 }

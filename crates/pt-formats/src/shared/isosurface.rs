@@ -290,9 +290,10 @@ impl<'a> IsosurfaceBuilder<'a> {
         let Self { distances, points, triangles, .. } = self;
         let size = DVec3::from_array(distances.samples.map(|n| (n - 1) as f64));
         let normals = match self.normals {
-            IsosurfaceNormals::Analytic => {
-                Attribute { values: self.normal_values, indices: Some(self.normal_indices) }
-            }
+            IsosurfaceNormals::Analytic => Attribute {
+                values: self.normal_values.into(),
+                indices: Some(self.normal_indices.into()),
+            },
             IsosurfaceNormals::Smooth => Attribute {
                 values: points.iter().map(|&p| unit(distances.smooth_gradient(p))).collect(),
                 indices: None,
@@ -302,7 +303,7 @@ impl<'a> IsosurfaceBuilder<'a> {
         Mesh {
             name: "sdfgrid".to_owned(),
             positions: points.iter().map(|&p| (p / size).as_vec3().to_array()).collect(),
-            triangles,
+            triangles: triangles.into(),
             normals: Some(normals),
             uvs: None,
             colors: None,

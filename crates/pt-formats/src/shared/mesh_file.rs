@@ -84,8 +84,8 @@ impl PointsFile {
         let MeshFile { mut mesh, levels, mut warnings } = file;
         levels.linearize(&mut mesh);
         let Mesh { name, positions, colors, .. } = mesh;
-        let colors = colors.map(|colors| colors.values);
-        let mut points = Points { name, positions, colors, segments };
+        let colors = colors.map(|colors| colors.values.into_vec());
+        let mut points = Points { name, positions: positions.into_vec(), colors, segments };
         let lost = points.drop_infinite();
         if lost > 0 {
             let message = format!("points with non-finite coordinates are omitted: {lost}");
@@ -255,5 +255,5 @@ pub(crate) fn attribute<T>(
     triangles: &[[u32; 3]],
 ) -> Attribute<T> {
     let same = values.len() == positions && indices == triangles;
-    Attribute { values, indices: (!same).then_some(indices) }
+    Attribute { values: values.into(), indices: (!same).then_some(indices.into()) }
 }

@@ -108,8 +108,8 @@ fn mesh_of(WeldedTriangles { positions, triangles }: WeldedTriangles, path: &Pat
     Mesh {
         name: mesh_file::name_of(path),
         submeshes: single_part(triangles.len()),
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         normals: None,
         uvs: None,
         colors: None,

@@ -256,7 +256,7 @@ fn images_paint_materials() {
 fn images_are_found_by_url_and_path() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a picture.png");
-    let image = Image { width: 1, height: 1, pixels: vec![[1.0, 0.0, 0.0]] };
+    let image = Image { width: 1, height: 1, pixels: vec![[1.0, 0.0, 0.0]].into() };
     pt_image::save(&image, &path, &SaveOptions::default()).expect("a writable folder");
     let file = folder.path().join("scene.dae");
     let template = std::fs::read_to_string(format!("{FILES}/textures.dae")).expect("a file");

@@ -117,7 +117,7 @@ fn all_modes_of_opacity_say_what_passes() {
 #[test]
 fn texture_coordinates_are_those_of_the_set_that_is_bound() {
     let folder = tempfile::tempdir().expect("a folder");
-    let image = Image { width: 1, height: 1, pixels: vec![[1.0; 3]] };
+    let image = Image { width: 1, height: 1, pixels: vec![[1.0; 3]].into() };
     save(&image, &folder.path().join("a.png"), &SaveOptions::default()).expect("it is written");
     let effect = "<diffuse><texture texture=\"a.png\" texcoord=\"layout\"/></diffuse>";
     let bind = |name: &str, set: &str| {
@@ -151,7 +151,7 @@ fn images_are_found_by_the_paths_of_other_machines() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::create_dir(folder.path().join("my maps")).expect("a folder");
     for (name, color) in [("my maps/a.png", [1.0, 0.0, 0.0]), ("b.png", [0.0, 1.0, 0.0])] {
-        let image = Image { width: 1, height: 1, pixels: vec![color] };
+        let image = Image { width: 1, height: 1, pixels: vec![color].into() };
         save(&image, &folder.path().join(name), &SaveOptions::default()).expect("it is written");
     }
     for (written, expected) in [

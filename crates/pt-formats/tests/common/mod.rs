@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use pt_formats::{FORMATS, LoadError, LoadOptions};
-use pt_scene::{Color, Geometry, Mesh, Projection, Scene};
+use pt_scene::{Color, Geometry, Mesh, Projection, Scene, Shared};
 pub(crate) use pt_testing::without_panics;
 
 /// Returns the folder of the files of a format.
@@ -253,7 +253,7 @@ fn check_mesh(mesh: &Mesh, slots: usize) {
         next = part.triangles.end;
     }
     assert_eq!(next as usize, triangles);
-    let check = |count: usize, indices: Option<&Vec<[u32; 3]>>| match indices {
+    let check = |count: usize, indices: Option<&Shared<[u32; 3]>>| match indices {
         Some(indices) => assert!(indices.len() == triangles && below(indices, count)),
         None => assert_eq!(count, mesh.positions.len()),
     };

@@ -29,7 +29,7 @@ pub(super) fn scene(material: &Value) -> Scene {
 }
 
 fn made(material: &Value) -> Material {
-    scene(material).materials.remove(0)
+    scene(material).materials.to_mut().remove(0)
 }
 
 pub(super) fn look(material: &Value) -> MetallicRoughness {
@@ -57,7 +57,7 @@ pub(super) fn factors(color: &Color) -> &[Color; 2] {
 /// The texels of a number.
 pub(super) fn texels(number: &Scalar) -> Vec<[f32; 3]> {
     match number.texture().map(|texture| &texture.pattern) {
-        Some(Pattern::Bitmap(bitmap)) => bitmap.image.pixels.clone(),
+        Some(Pattern::Bitmap(bitmap)) => bitmap.image.pixels.to_vec(),
         other => panic!("{other:?}"),
     }
 }
@@ -71,7 +71,7 @@ fn without_a_word_it_is_a_rough_white_metal() {
     let mut text = Text::default();
     let primitive = json!({"attributes": text.triangle()});
     let nodes = json!({"nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}]});
-    let without = read(&text.with(nodes)).materials.remove(0);
+    let without = read(&text.with(nodes)).materials.to_mut().remove(0);
     assert_eq!(without.surface, made(&json!({})).surface);
 }
 

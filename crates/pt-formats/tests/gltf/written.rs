@@ -49,7 +49,7 @@ fn take_normals(scene: &mut Scene) -> Vec<f32> {
         let NormalOrBump::Normals(texture) = &mut embossed.relief else { continue };
         let Pattern::Bitmap(bitmap) = &mut Arc::make_mut(texture).pattern else { continue };
         let image = Arc::make_mut(&mut bitmap.image);
-        normals.extend(std::mem::take(&mut image.pixels).into_flattened());
+        normals.extend(std::mem::take(&mut image.pixels).into_vec().into_flattened());
     }
     normals
 }

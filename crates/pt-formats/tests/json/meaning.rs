@@ -23,7 +23,7 @@ fn read(keys: &str) -> Scene {
 }
 
 fn object(keys: &str) -> Object {
-    read(&format!("\"objects\": [{{\"type\": \"cube\", {keys}}}]")).objects.remove(0)
+    read(&format!("\"objects\": [{{\"type\": \"cube\", {keys}}}]")).objects.to_mut().remove(0)
 }
 
 #[test]

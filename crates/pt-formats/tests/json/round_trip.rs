@@ -89,10 +89,10 @@ fn attributes_of_large_meshes_are_read_as_they_were() {
     };
     let mesh = Arc::make_mut(mesh);
     let times = 200;
-    mesh.triangles = mesh.triangles.repeat(times);
+    mesh.triangles = mesh.triangles.repeat(times).into();
     mesh.submeshes = vec![Submesh { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
     for values in mesh.attributes.faces.values_mut() {
-        *values = values.repeat(times);
+        *values = values.repeat(times).into();
     }
     assert!(mesh.attributes.vertices.contains_key("rough"), "{:?}", mesh.attributes);
     check_scene(scene, &path);

@@ -28,7 +28,7 @@ fn read(folder: &Path, text: &str) -> Scene {
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, color) in [("red.png", [1.0, 0.0, 0.0]), ("my green.png", [0.0, 1.0, 0.0])] {
-        let image = Image { width: 1, height: 1, pixels: vec![color] };
+        let image = Image { width: 1, height: 1, pixels: vec![color].into() };
         save(&image, &folder.path().join(name), &SaveOptions::default()).expect("it is written");
     }
     folder

@@ -506,9 +506,9 @@ fn meshes_show_their_colours() {
     let scene =
         read("<shape type=\"ply\"><string name=\"filename\" value=\"coloured.ply\"/></shape>");
     let mesh = mesh_of(&scene.objects[0]);
-    let colors = mesh.colors.as_ref().map(|colors| colors.values.clone());
-    assert_eq!(colors, Some(vec![[255.0, 0.0, 51.0], [0.0, 102.0, 0.0], [0.0; 3]]));
-    assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]]));
+    let colors = &mesh.colors.as_ref().expect("colours").values;
+    assert_eq!(*colors, [[255.0, 0.0, 51.0], [0.0, 102.0, 0.0], [0.0; 3]]);
+    assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]].into()));
 }
 
 /// Only attributes that a texture uses are read.
@@ -527,11 +527,11 @@ fn meshes_show_values_by_their_names() {
     let scene = read(&shapes);
     let attributes = &mesh_of(&scene.objects[0]).attributes;
     let vertices: Vec<_> =
-        attributes.vertices.iter().map(|(name, v)| (&**name, v.clone())).collect();
+        attributes.vertices.iter().map(|(name, v)| (&**name, v.to_vec())).collect();
     let paint = vec![[0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [0.7, 0.8, 0.9], [1.0, 0.0, 0.5]];
     let rough = vec![[0.25; 3], [0.5; 3], [0.75; 3], [1.0; 3]];
     assert_eq!(vertices, [("paint_color", paint), ("rough", rough)]);
-    let faces: Vec<_> = attributes.faces.iter().map(|(name, v)| (&**name, v.clone())).collect();
+    let faces: Vec<_> = attributes.faces.iter().map(|(name, v)| (&**name, v.to_vec())).collect();
     assert_eq!(faces, [("step", vec![[0.0; 3], [2.0; 3]])]);
     let surface = |i: usize| scene.materials[i].surface.clone();
     let Surface::Principled(first) = surface(0) else { panic!("not principled") };

@@ -80,7 +80,8 @@ fn spots_throw_pictures_upright() {
 #[test]
 fn images_of_the_sky_are_turned_to_our_convention() {
     let folder = tempfile::tempdir().unwrap();
-    let image = pt_scene::image::Image { width: 2, height: 1, pixels: vec![[0.5; 3], [2.0; 3]] };
+    let image =
+        pt_scene::image::Image { width: 2, height: 1, pixels: vec![[0.5; 3], [2.0; 3]].into() };
     let path = folder.path().join("sky.exr");
     pt_image::save(&image, &path, &pt_image::SaveOptions::default()).unwrap();
     let emitter = |rest: &str| {

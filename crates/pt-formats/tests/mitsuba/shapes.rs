@@ -124,7 +124,7 @@ fn disks_have_polar_coordinates_and_look_to_z() {
 fn cylinders_have_the_frame_of_mitsuba_and_look_outwards() {
     let cylinder = |parameters: &str| {
         let mut scene = read(&format!("<shape type=\"cylinder\">{parameters}</shape>"));
-        scene.objects.swap_remove(0)
+        scene.objects.to_mut().swap_remove(0)
     };
     let side = [0.979_80, 0.2, 0.3];
     let out = [0.979_80, 0.2, 0.0];
@@ -301,7 +301,7 @@ fn serialized_meshes_of_both_versions_and_precisions_are_the_same() {
             assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
             let normals = &mesh.normals.as_ref().expect("normals").values;
             assert_eq!(normals.iter().all(|n| *n == [0.0, 1.0, 1.0]), flags & 1 != 0);
-            let uvs = mesh.uvs.as_ref().map(|uvs| uvs.values.clone());
+            let uvs = mesh.uvs.as_ref().map(|uvs| uvs.values.to_vec());
             let expected = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
             assert_eq!(uvs, (flags & 2 != 0).then_some(expected));
             for same in [

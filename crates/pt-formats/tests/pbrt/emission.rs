@@ -8,7 +8,7 @@ use crate::{read, refusal};
 fn matter(text: &str) -> MediumProperties {
     let mut scene = read("", &format!("MakeNamedMedium \"m\" {text}"));
     assert_eq!(scene.warnings, []);
-    scene.media.swap_remove(0).matter
+    scene.media.to_mut().swap_remove(0).matter
 }
 
 fn emission(text: &str) -> MediumEmission {

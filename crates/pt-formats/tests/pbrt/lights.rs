@@ -10,7 +10,7 @@ use pt_scene::{Color, LightKind, Material, Portal, Scalar, Scene};
 use super::{read, read_all, refusal};
 
 fn light(text: &str) -> (LightKind, DAffine3) {
-    let light = read("", text).lights.swap_remove(0);
+    let light = read("", text).lights.to_mut().swap_remove(0);
     (light.kind, light.to_world)
 }
 
@@ -197,13 +197,17 @@ fn a_square_map_shines_from_where_it_does_there() {
 /// Reads a light in a folder with an image of these texels.
 fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DAffine3) {
     let folder = tempfile::tempdir().expect("a folder");
-    let image = pt_scene::image::Image { width, height: pixels.len() as u32 / width, pixels };
+    let image = pt_scene::image::Image {
+        width,
+        height: pixels.len() as u32 / width,
+        pixels: pixels.into(),
+    };
     let path = folder.path().join("slide.exr");
     pt_image::save(&image, &path, &SaveOptions::default()).expect("it is written");
     let file = folder.path().join("a.pbrt");
     std::fs::write(&file, format!("Camera \"perspective\" WorldBegin {text}"))
         .expect("it is written");
-    let light = pt_formats::load(&file).expect("a scene").lights.swap_remove(0);
+    let light = pt_formats::load(&file).expect("a scene").lights.to_mut().swap_remove(0);
     (light.kind, light.to_world)
 }
 

@@ -12,7 +12,7 @@ use super::{read, refusal};
 
 fn surface(material: &str) -> Surface {
     let mut scene = read("", &format!("{material} Shape \"disk\""));
-    scene.materials.swap_remove(0).surface
+    scene.materials.to_mut().swap_remove(0).surface
 }
 
 fn reflectance(material: &str) -> Color {
@@ -179,7 +179,7 @@ fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
     let red = [0.63, 0.065, 0.05];
     let seen = |material: &str| {
         let world = format!("LightSource \"point\" \"rgb I\" [17 12 6] {material} Shape \"disk\"");
-        match read("", &world).materials.swap_remove(0).surface {
+        match read("", &world).materials.to_mut().swap_remove(0).surface {
             Surface::Diffuse(matte) => matte.reflectance,
             _ => panic!("not diffuse"),
         }
@@ -293,7 +293,8 @@ fn grids_of_colours_have_their_colours() {
             "MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" \"integer nx\" 2 {more}"
         );
         let mut scene = read("", &smoke);
-        let MediumProperties::Heterogeneous(smoke) = scene.media.swap_remove(0).matter else {
+        let MediumProperties::Heterogeneous(smoke) = scene.media.to_mut().swap_remove(0).matter
+        else {
             panic!("no grid")
         };
         let Volume::Grid(albedo) = smoke.albedo else { panic!("no grid") };

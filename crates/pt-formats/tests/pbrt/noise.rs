@@ -17,7 +17,7 @@ fn scene(textures: &str) -> Scene {
 fn texture(textures: &str) -> Texture {
     let mut scene = scene(textures);
     let Surface::Diffuse(Diffuse { reflectance: Input::Texture(texture), .. }) =
-        scene.materials.swap_remove(0).surface
+        scene.materials.to_mut().swap_remove(0).surface
     else {
         panic!("not textured")
     };
@@ -134,7 +134,7 @@ fn roughness_by_noise_has_its_root() {
         "Texture \"n\" \"float\" \"wrinkled\" Material \"conductor\" \"texture roughness\" \"n\" Shape \"sphere\"",
     );
     let Surface::Conductor(Conductor { roughness: Some(r), .. }) =
-        scene.materials.swap_remove(0).surface
+        scene.materials.to_mut().swap_remove(0).surface
     else {
         panic!("no rough metal")
     };

@@ -525,7 +525,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     let path = folder.path().join("a.png");
     save(&picture(4, 3), &path, &SaveOptions::default()).unwrap();
     let old = fs::read(&path).unwrap();
-    let broken = Image { width: 4, height: 3, pixels: vec![[0.0; 3]; 11] };
+    let broken = Image { width: 4, height: 3, pixels: vec![[0.0; 3]; 11].into() };
     assert!(save(&broken, &path, &SaveOptions::default()).is_err());
     assert_eq!(fs::read(&path).unwrap(), old);
     save(&picture(5, 3), &path, &SaveOptions::default()).unwrap();
@@ -571,6 +571,6 @@ fn unknown_endings_and_missing_files_are_named() {
     assert!(message.contains("a.bmp") && message.contains(".png, .exr"), "{message}");
     let message = load(&folder.path().join("none.PNG")).unwrap_err().to_string();
     assert!(message.contains("none.PNG: cannot be read"), "{message}");
-    let empty = Image { width: 0, height: 3, pixels: Vec::new() };
+    let empty = Image { width: 0, height: 3, pixels: Vec::new().into() };
     assert!(save(&empty, &folder.path().join("a.png"), &SaveOptions::default()).is_err());
 }

@@ -407,7 +407,11 @@ fn stored_levels_are_shares_of_the_highest() {
         fs::write(&path, png_of(color, depth, &data)).unwrap();
         assert_eq!(load_raw(&path).unwrap().pixels, pixels, "{color:?} {depth:?}");
         let decoded = load_rgba_raw(&path).unwrap();
-        assert_eq!((decoded.image.pixels, decoded.alpha), (pixels.to_vec(), alpha), "{color:?}");
+        assert_eq!(
+            (decoded.image.pixels.to_vec(), decoded.alpha),
+            (pixels.to_vec(), alpha),
+            "{color:?}"
+        );
         // Linear light of the same file: L = v⁴.
         let light = load(&path).unwrap().pixels;
         for (light, level) in light.as_flattened().iter().zip(pixels.as_flattened()) {
@@ -420,7 +424,8 @@ fn stored_levels_are_shares_of_the_highest() {
 fn stored_numbers_with_floating_point_are_as_they_are() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let image = Image { width: 2, height: 1, pixels: vec![[-3.0, 0.25, 1e6], [0.0, 1.0, 2.0]] };
+    let image =
+        Image { width: 2, height: 1, pixels: vec![[-3.0, 0.25, 1e6], [0.0, 1.0, 2.0]].into() };
     save(&image, &path, &SaveOptions::default()).unwrap();
     let decoded = load_rgba_raw(&path).unwrap();
     assert_eq!((decoded.image, decoded.alpha), (image, None));
@@ -448,7 +453,7 @@ fn unknown_endings_and_missing_files_are_named() {
     }
     let message = load_raw(Path::new("missing.jpg")).unwrap_err().to_string();
     assert!(message.contains("missing.jpg: cannot be read"), "{message}");
-    let image = Image { width: 1, height: 1, pixels: vec![[0.5; 3]] };
+    let image = Image { width: 1, height: 1, pixels: vec![[0.5; 3]].into() };
     let message = save(&image, Path::new("a.jpg"), &SaveOptions::default()).unwrap_err();
     assert!(message.to_string().ends_with("known extensions: .png, .exr"), "{message}");
 }

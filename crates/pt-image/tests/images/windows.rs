@@ -89,7 +89,7 @@ fn luminance_and_chroma_become_colours() {
 
 #[test]
 fn values_that_are_no_light_are_counted_and_replaced() {
-    let mut image = Image { width: 2, height: 2, pixels: vec![[1.0; 3]; 4] };
+    let mut image = Image { width: 2, height: 2, pixels: vec![[1.0; 3]; 4].into() };
     assert_eq!((image.make_finite(), image.make_radiance()), (None, None));
     image.pixels[1] = [f32::NAN, -1.0, 2.0];
     image.pixels[2] = [f32::INFINITY, f32::NEG_INFINITY, 0.5];
@@ -109,8 +109,11 @@ fn values_that_are_no_light_are_counted_and_replaced() {
 
 #[test]
 fn square_skies_are_doubted() {
-    let image =
-        |width, height| Image { width, height, pixels: vec![[1.0; 3]; (width * height) as usize] };
+    let image = |width, height| Image {
+        width,
+        height,
+        pixels: vec![[1.0; 3]; (width * height) as usize].into(),
+    };
     assert!(image(4, 4).doubt_as_sky().is_some_and(|note| note.contains("4 × 4")));
     assert_eq!(image(8, 4).doubt_as_sky(), None);
     assert_eq!(image(1, 1).doubt_as_sky(), None);

@@ -32,7 +32,7 @@ pub fn disk() -> Mesh {
         face_colors: None,
         attributes: Attributes::default(),
         submeshes: single_part(triangles.len()),
-        triangles,
+        triangles: triangles.into(),
     }
 }
 
@@ -72,14 +72,14 @@ pub fn sphere() -> Mesh {
     }
     Mesh {
         name: "sphere".to_owned(),
-        normals: Some(Attribute { values: positions.clone(), indices: None }),
-        positions,
-        uvs: Some(Attribute { values: uvs, indices: None }),
+        normals: Some(Attribute { values: positions.clone().into(), indices: None }),
+        positions: positions.into(),
+        uvs: Some(Attribute { values: uvs.into(), indices: None }),
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
         submeshes: single_part(triangles.len()),
-        triangles,
+        triangles: triangles.into(),
     }
 }
 
@@ -101,17 +101,17 @@ pub fn cylinder() -> Mesh {
     }
     Mesh {
         name: "cylinder".to_owned(),
-        positions,
+        positions: positions.into(),
         normals: Some(Attribute { values: normals, indices: None }),
         uvs: Some(Attribute {
             values: values.into_iter().flatten().collect(),
-            indices: Some(indices),
+            indices: Some(indices.into()),
         }),
         colors: None,
         face_colors: None,
         attributes: Attributes::default(),
         submeshes: single_part(triangles.len()),
-        triangles,
+        triangles: triangles.into(),
     }
 }
 

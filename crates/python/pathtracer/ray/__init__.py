@@ -128,8 +128,9 @@ def render_many(
     Parameters
     ----------
     jobs : iterable of Job
-        Images, of which each has a scene, settings as keywords of :func:`pathtracer.render`, and a
-        film file or None. They may be generated: a job is taken when the workers are free for it.
+        Images, of which each has a scene, settings as keywords of :func:`pathtracer.render`, a film
+        file or None, and a camera of the scene or None. They may be generated: a job is taken when
+        the workers are free for it.
     threads : int, optional
         Number of threads of each worker, whatever the settings of the jobs are.
     address, workers, checkpoint_every, task_seconds, merge_above, statistics, progress
@@ -192,7 +193,7 @@ def _images(
 
 def _checked(job: Job) -> Job:
     settings: Mapping[str, Any] = {k: v for k, v in job.settings.items() if v is not None}
-    return Job(job.scene, settings, job.checkpoint)
+    return Job(job.scene, settings, job.checkpoint, job.camera)
 
 
 def _check(name: str, value: object, is_valid: bool, expected: str) -> None:

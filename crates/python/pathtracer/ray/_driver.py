@@ -12,7 +12,7 @@ from ray import exceptions
 
 from .._native import Interrupted, PartialRender
 from . import _worker
-from ._packing import PackedScene, key_of, pack_scene, pack_settings
+from ._packing import PackedScene, key_of, pack_scene, pack_settings, view_of
 from ._schedule import Schedule, Task
 
 if TYPE_CHECKING:
@@ -112,11 +112,24 @@ class Plan:
 
 @dataclass(frozen=True)
 class Job:
-    """An image to be rendered."""
+    """An image to be rendered.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene to be rendered.
+    settings : mapping
+        Settings, as keywords of :func:`pathtracer.render`.
+    checkpoint : str or os.PathLike, optional
+        As for :func:`render`.
+    camera : str, optional
+        Name or number of a camera of the scene; by default the one that the scene uses.
+    """
 
     scene: Scene
     settings: Mapping[str, Any]
     checkpoint: str | os.PathLike[str] | None = None
+    camera: str | None = None
 
 
 @dataclass
@@ -135,9 +148,9 @@ class _Render:
     """One image at the head."""
 
     def __init__(self, job: Job, store: _Store, plan: Plan, workers: int) -> None:
-        self.head = PartialRender(job.scene, **job.settings)
+        self.head = PartialRender(view_of(job.scene, job.camera), **job.settings)
         scene, scene_ref = store.scene(job.scene)
-        packed = pack_settings(job.settings, self.head.identity)
+        packed = pack_settings(job.settings, job.camera, self.head.identity)
         self.key = key_of(scene, packed)
         self.packed = [scene_ref, ray.put(packed)]
         self.start = time.monotonic()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._native import PartialRender, load, reading_options
+from .._native import PartialRender, load, reading_options, with_camera
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,6 +40,7 @@ class PackedSettings:
     """Settings of a render, with the files that they name, and the identity of the render."""
 
     settings: dict[str, Any]
+    camera: str | None
     # By setting: the name, with a number of a view, and the contents of its files by name.
     files: dict[str, tuple[str, dict[str, bytes]]]
     identity: str
@@ -54,7 +55,9 @@ def pack_scene(scene: Scene) -> PackedScene:
     return PackedScene(files, reading_options(scene))
 
 
-def pack_settings(settings: Mapping[str, Any], identity: str) -> PackedSettings:
+def pack_settings(
+    settings: Mapping[str, Any], camera: str | None, identity: str
+) -> PackedSettings:
     """Read the files of settings."""
     files = {}
     for name in _FILES:
@@ -62,7 +65,7 @@ def pack_settings(settings: Mapping[str, Any], identity: str) -> PackedSettings:
         if path is not None:
             files[name] = _files_of(Path(path))
     others = {name: value for name, value in settings.items() if name not in files}
-    return PackedSettings(others, files, identity)
+    return PackedSettings(others, camera, files, identity)
 
 
 def _files_of(path: Path) -> tuple[str, dict[str, bytes]]:
@@ -91,6 +94,26 @@ def unpack_scene(packed: PackedScene) -> Scene:
         return load(Path(folder, _SCENE), **packed.options)
 
 
+def view_of(scene: Scene, camera: str | None) -> Scene:
+    """Return the scene with one of its cameras, which shares the compilation.
+
+    Raises
+    ------
+    ValueError
+        If there is no such camera, or the cameras have settings of their own.
+    """
+    if camera is None:
+        return scene
+    view = with_camera(scene, camera)
+    if view is None:
+        message = (
+            "camera: the cameras of this scene have settings of their own; "
+            f"use load(…, camera={camera!r})"
+        )
+        raise ValueError(message)
+    return view
+
+
 def unpack(scene: Scene, packed: PackedSettings) -> PartialRender:
     """Compile a scene; of the one that was compiled last for it, what is the same is kept.
 
@@ -107,7 +130,7 @@ def unpack(scene: Scene, packed: PackedSettings) -> PartialRender:
             for file, content in contents.items():
                 (beside / file).write_bytes(content)
             settings[setting] = beside / name
-        render = PartialRender(scene, **settings)
+        render = PartialRender(view_of(scene, packed.camera), **settings)
     if render.identity != packed.identity:
         message = (
             "the worker would render another image: found "

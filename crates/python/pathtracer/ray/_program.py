@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pathtracer
 
-from .._native import cluster_commands, program
+from .._native import cluster_commands, program, with_camera
 from . import Job, render_many
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 # Exit status of errors, and of renders that Ctrl-C ended, as those of the program.
 _FAILURE = 2
 _INTERRUPTED = 130
+# Values of the option camera of `load` that are no names of cameras.
+_PLACEMENTS = ("file", "course", "fit")
 
 
 def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -95,10 +97,17 @@ def _jobs(commands: Iterable[dict[str, Any]]) -> Iterator[Job]:
         if command["restart"]:
             for path in (film, film.with_name(film.name + ".old")):
                 path.unlink(missing_ok=True)
-        source = (command["scene"], command["load"])
+        options = dict(command["load"])
+        camera: str | None = None
+        if options["camera"] not in _PLACEMENTS:
+            camera = options.pop("camera")
+        source = (command["scene"], options)
         if last is None or last[0] != source:
             last = (source, _scene(*source))
-        yield Job(last[1], command["settings"], film)
+        scene = last[1]
+        if camera is not None and with_camera(scene, camera) is None:
+            scene, camera = _scene(source[0], {**options, "camera": camera}), None
+        yield Job(scene, command["settings"], film, camera)
 
 
 def _scene(path: Path | None, options: dict[str, Any]) -> pathtracer.Scene:

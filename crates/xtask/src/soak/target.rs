@@ -54,7 +54,7 @@ impl Subject<'_> {
         let status = command.status()?;
         ensure!(status.success(), "{}: the render fails", self.scene.display());
         let summary = serde_json::from_str(&std::fs::read_to_string(&json)?)?;
-        Ok((pt_image::load_raw(&self.image)?.pixels, summary))
+        Ok((pt_image::load_raw(&self.image)?.pixels.into_vec(), summary))
     }
 
     /// Minimum number of samples per pixel with which a uniform render has an error of at most

@@ -165,7 +165,7 @@ fn stored(parts: &[(TextureUsage, Arc<Image>)], highest: f32) -> Decoded {
             }
         }
     }
-    Decoded { image: Image { width, height, pixels }, alpha, frame: None }
+    Decoded { image: Image { width, height, pixels: pixels.into() }, alpha, frame: None }
 }
 
 #[cfg(test)]
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     fn image(pixels: &[[f32; 3]]) -> Arc<Image> {
-        Arc::new(Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() })
+        Arc::new(Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec().into() })
     }
 
     #[test]

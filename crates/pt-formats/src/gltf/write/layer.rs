@@ -164,7 +164,7 @@ impl Layer {
             let pixel = |x| image.pixels[(row + nearest(x, image.width, width)) as usize];
             pixels.extend((0..width).map(pixel));
         }
-        Arc::new(Image { width, height, pixels })
+        Arc::new(Image { width, height, pixels: pixels.into() })
     }
 
     /// Returns the fields of KHR_texture_transform, or `None` if the mapping is the identity.
@@ -220,7 +220,7 @@ fn layer(texture: &Texture) -> Option<Layer> {
         Pattern::Checkerboard([alike, other]) => {
             // From the top, where v is above ½.
             let pixels = vec![*other, *alike, *alike, *other];
-            let image = Arc::new(Image { width: 2, height: 2, pixels });
+            let image = Arc::new(Image { width: 2, height: 2, pixels: pixels.into() });
             Some(Layer { image, wrap: Wrap::REPEAT, filter: Filter::Nearest, to_pattern })
         }
         _ => None,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::DVec3;
-use pt_scene::{Attribute, Mesh, Submesh};
+use pt_scene::{Attribute, Mesh, Shared, Submesh};
 use serde_json::{Value, json};
 
 use super::GltfWriter;
@@ -32,11 +32,11 @@ pub(super) type PrimitiveCache = HashMap<(usize, u32, u32, Needs), (Value, Arc<M
 
 /// Triangles with all attributes at their vertices.
 struct WeldedPrimitive {
-    positions: Vec<[f32; 3]>,
-    normals: Option<Vec<[f32; 3]>>,
-    uvs: Option<Vec<[f32; 2]>>,
-    colors: Option<Vec<[f32; 3]>>,
-    triangles: Vec<[u32; 3]>,
+    positions: Shared<[f32; 3]>,
+    normals: Option<Shared<[f32; 3]>>,
+    uvs: Option<Shared<[f32; 2]>>,
+    colors: Option<Shared<[f32; 3]>>,
+    triangles: Shared<[u32; 3]>,
 }
 
 impl GltfWriter<'_> {
@@ -158,11 +158,11 @@ fn welded(mesh: &Mesh, part: &Submesh, needs: Needs) -> WeldedPrimitive {
         };
     }
     let mut made = WeldedPrimitive {
-        positions: Vec::new(),
-        normals: mesh.normals.as_ref().map(|_| Vec::new()),
-        uvs: (mesh.uvs.is_some() || lacks_uvs).then(Vec::new),
-        colors: (colors.is_some() || face_colors.is_some()).then(Vec::new),
-        triangles: Vec::new(),
+        positions: Shared::default(),
+        normals: mesh.normals.as_ref().map(|_| Shared::default()),
+        uvs: (mesh.uvs.is_some() || lacks_uvs).then(Shared::default),
+        colors: (colors.is_some() || face_colors.is_some()).then(Shared::default),
+        triangles: Shared::default(),
     };
     let mut known = HashMap::new();
     for i in part.triangles.start as usize..part.triangles.end as usize {
@@ -277,8 +277,12 @@ mod tests {
     #[test]
     fn colours_of_faces_stand_at_their_corners() {
         let colors: Vec<_> = (0..12).map(|i| [i as f32 / 12.0; 3]).collect();
-        let mesh =
-            Mesh { uvs: None, normals: None, face_colors: Some(colors.clone()), ..shapes::cube() };
+        let mesh = Mesh {
+            uvs: None,
+            normals: None,
+            face_colors: Some(colors.clone().into()),
+            ..shapes::cube()
+        };
         let needs = Needs { colors: Some(ColorSource::Faces), has_textures: false };
         let made = welded(&mesh, &whole(&mesh), needs);
         let shown = made.colors.expect("they are asked for");

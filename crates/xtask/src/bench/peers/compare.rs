@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn errors_are_relative_to_the_reference() {
-        let image = |value| Image { width: 16, height: 9, pixels: vec![[value; 3]; 144] };
+        let image = |value| Image { width: 16, height: 9, pixels: vec![[value; 3]; 144].into() };
         let d = difference(&image(1.1), &image(1.0));
         assert!((d.relative_mse - 0.01 / 1.01).abs() < 1e-6);
         assert!((d.coarse_mse - d.relative_mse).abs() < 1e-6);
@@ -90,7 +90,7 @@ mod tests {
     fn noise_that_neighbours_do_not_share_is_gone_in_squares() {
         let pixels = (0..144).map(|i| [if i % 2 == 0 { 1.5 } else { 0.5 }; 3]).collect();
         let noisy = Image { width: 16, height: 9, pixels };
-        let d = difference(&noisy, &Image { pixels: vec![[1.0; 3]; 144], ..noisy.clone() });
+        let d = difference(&noisy, &Image { pixels: vec![[1.0; 3]; 144].into(), ..noisy.clone() });
         assert!((d.relative_mse - 0.25 / 1.01).abs() < 1e-6 && d.coarse_mse < 1e-12, "{d:?}");
     }
 }
