@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Frame};
 use pt_scene::shapes::smooth_normals;
-use pt_scene::{Geometry, Hint, Mesh, Motion, Warning, shapes};
+use pt_scene::{Attribute, Attributes, Geometry, Hint, Mesh, Motion, Warning, shapes};
 
 use super::super::ply::{self, attributes};
 use super::super::{obj, serialized, vol};
@@ -131,8 +131,8 @@ pub(super) fn shape(
                 let read = match kind {
                     "ply" => ply::parse_mesh(&bytes, &key.path).and_then(|mut file| {
                         if !wanted.is_empty() {
-                            let wanted = &wanted;
-                            file.mesh.attributes = attributes::parse(&bytes, &key.path, wanted)?;
+                            let found = attributes::parse(&bytes, &key.path, &wanted)?;
+                            add_attributes(&mut file.mesh, found);
                         }
                         Ok(file)
                     }),
@@ -165,6 +165,17 @@ pub(super) fn shape(
     parameters.finish()?;
     shape.motion = motion.map(Arc::new);
     Ok(shape)
+}
+
+/// Adds attributes to a mesh; those of the name `color` are its colours, unless it has some.
+fn add_attributes(mesh: &mut Mesh, mut found: Attributes) {
+    let of_vertices = found.vertices.remove(texture::COLOR);
+    let of_faces = found.faces.remove(texture::COLOR);
+    if mesh.colors.is_none() {
+        mesh.colors = of_vertices.map(|values| Attribute { values, indices: None });
+    }
+    mesh.face_colors = mesh.face_colors.take().or(of_faces);
+    mesh.attributes = found;
 }
 
 /// Reads the mesh file of an object and its options; a missing file is reported.
@@ -236,12 +247,15 @@ fn surface_of_grid(
         )
     })?;
     let most = context.limits().triangles(MAX_TRIANGLES);
-    let mesh = distances.surface(normals, most).inspect_err(|_| {
+    let mut mesh = distances.surface(normals, most).inspect_err(|_| {
         context.suggest(Hint::RaiseLimit("triangles"));
     })?;
     if mesh.triangles.is_empty() {
         return Err("found distances of one sign, expected a surface inside of the grid".to_owned());
     }
+    // As in Mitsuba, all textures are seen at one point.
+    let values = vec![[0.0; 2]; mesh.positions.len()].into();
+    mesh.uvs = Some(Attribute { values, indices: None });
     Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() })
 }
 

@@ -231,14 +231,16 @@ pub(super) fn pictures(tree: &ObjectTree) -> impl Iterator<Item = (PathBuf, Pixe
 const OF_VERTICES: &str = "vertex_";
 const OF_FACES: &str = "face_";
 
-/// Returns the mesh attributes that textures use, except colours.
+/// Name of the attributes that meshes have as colours.
+pub(super) const COLOR: &str = "color";
+
+/// Returns the mesh attributes that textures use.
 pub(super) fn attributes(tree: &ObjectTree) -> RequestedAttributes {
     let mut wanted = RequestedAttributes::default();
     for object in tree.objects.iter().filter(|object| object.kind == "mesh_attribute") {
         let name = object.parameters.iter().find(|p| p.name == "name").map(|p| &p.value);
         let Some(ParameterValue::Text(name)) = name else { continue };
         match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
-            (Some("color"), _) | (_, Some("color")) => {}
             (Some(name), _) => drop(wanted.vertices.insert(name.to_owned())),
             (_, Some(name)) => drop(wanted.faces.insert(name.to_owned())),
             _ => {}
@@ -254,8 +256,8 @@ fn mesh_attribute(
 ) -> Result<Texture, LoadError> {
     let name = parameters.text("name")?.unwrap_or_default();
     let pattern = match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
-        (Some("color"), _) => Pattern::VertexColors,
-        (_, Some("color")) => Pattern::FaceColors,
+        (Some(COLOR), _) => Pattern::VertexColors,
+        (_, Some(COLOR)) => Pattern::FaceColors,
         (Some(name), _) if !name.is_empty() => Pattern::VertexAttribute(name.to_owned()),
         (_, Some(name)) if !name.is_empty() => Pattern::FaceAttribute(name.to_owned()),
         _ if name.is_empty() => {

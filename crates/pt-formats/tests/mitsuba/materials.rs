@@ -511,6 +511,30 @@ fn meshes_show_their_colours() {
     assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]].into()));
 }
 
+/// The PLY writer of Mitsuba numbers the channels of colours.
+#[test]
+fn meshes_show_colours_by_numbered_names() {
+    let texture = |name: &str| {
+        format!(
+            "<bsdf type=\"diffuse\"><texture type=\"mesh_attribute\" name=\"reflectance\">\
+             <string name=\"name\" value=\"{name}\"/></texture></bsdf>"
+        )
+    };
+    let blend = format!(
+        "<shape type=\"ply\"><string name=\"filename\" value=\"numbered_colours.ply\"/>\
+         <bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>\
+         {}{}</bsdf></shape>",
+        texture("vertex_color"),
+        texture("face_color"),
+    );
+    let scene = read(&blend);
+    let mesh = mesh_of(&scene.objects[0]);
+    let colors = &mesh.colors.as_ref().expect("colours").values;
+    assert_eq!(*colors, [[1.0, 0.0, 0.25], [0.0, 0.5, 0.0], [0.0, 0.0, 0.125]]);
+    assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]].into()));
+    assert_eq!(mesh.attributes.all().count(), 0);
+}
+
 /// Only attributes that a texture uses are read.
 #[test]
 fn meshes_show_values_by_their_names() {
