@@ -27,7 +27,7 @@ pub(super) fn read(
     };
     let [width, height] = [width, height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
     Image::check_size(width, height, pixels.len()).map_err(|message| node.error(message))?;
-    let image = Image { width, height, pixels: pixels.into() };
+    let image = Image { width, height, pixels };
     let decoded = Decoded { image, alpha: None, frame: None };
     let checked = cx.context.check_picture(Ok(decoded), "the image".as_ref());
     let image = checked.map_err(|message| node.error(message))?.image;

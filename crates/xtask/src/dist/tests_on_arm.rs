@@ -7,8 +7,8 @@ use super::names::Arch;
 use super::tools::empty_libraries;
 use crate::project::{cargo, succeed};
 
-/// Packages whose tests run. Those of pt-core take more than an hour in an emulator; the films cover
-/// it.
+/// Packages whose tests run. Those of pt-core take more than an hour in an emulator; the films
+/// cover it.
 const PACKAGES: [&str; 6] = ["pt-math", "pt-memory", "pt-io", "pt-image", "pt-cpu", "pt-bvh"];
 
 /// Runs the unit tests.
