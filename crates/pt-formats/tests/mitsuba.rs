@@ -1,5 +1,7 @@
 //! Reader of Mitsuba scenes.
 
+#[path = "mitsuba/attributes.rs"]
+mod attributes;
 mod common;
 #[path = "mitsuba/emitters.rs"]
 mod emitters;

@@ -67,11 +67,12 @@ pub(crate) fn reading_options<'py>(scene: &Bound<'py, Scene>) -> PyResult<Bound<
 }
 
 /// The scene as it is read with another camera, by its name or number. It shares the compilation.
-/// `None` if it has to be read anew, because its cameras have settings of their own.
+/// `None` if it has to be read anew, because its cameras have settings of their own, or because it
+/// was read for a time, at which the shutter of its camera opens.
 #[pyfunction]
 pub(crate) fn with_camera(scene: &Bound<'_, Scene>, camera: &str) -> PyResult<Option<Scene>> {
     let source = &scene.get().source;
-    if source.scene.settings_of_camera {
+    if source.scene.settings_of_camera || source.origin.options.time.is_some() {
         return Ok(None);
     }
     let mut edited = (*source.scene).clone();

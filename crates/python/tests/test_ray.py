@@ -339,11 +339,11 @@ def test_cameras_of_a_scene_share_its_copy(
     scene = pathtracer.Scene.from_dict(values)
     settings = {"spp": 8, "width": 32, "height": 24}
     costs = cluster.Statistics()
-    jobs = [cluster.Job(scene, settings, camera=each) for each in (None, "0", "turned", "1")]
+    jobs = [cluster.Job(scene, settings, camera=each) for each in (None, "0", "turned", 1)]
     images = list(cluster.render_many(jobs, address=address, statistics=costs))
     single = cluster.Statistics()
     for job, image in zip(jobs, images):
-        used = int(job.camera) if job.camera in ("0", "1") else job.camera
+        used = 0 if job.camera == "0" else job.camera
         alone = scene if used is None else scene.replace(used_camera=used)
         wanted = pathtracer.render(alone, spp=8, width=32, height=24)
         np.testing.assert_array_equal(image["color"], wanted["color"])
@@ -351,8 +351,11 @@ def test_cameras_of_a_scene_share_its_copy(
     assert costs.scene_bytes == single.scene_bytes > 0
     with pytest.raises(ValueError, match="camera: "):
         list(cluster.render_many([cluster.Job(scene, settings, camera="up")], address=address))
-    # From the command line.
     scene.save(tmp_path / "views.json")
+    timed = pathtracer.load(tmp_path / "views.json", time=0.5)
+    with pytest.raises(ValueError, match=r"has to be read for each camera.*camera='turned'"):
+        list(cluster.render_many([cluster.Job(timed, settings, camera="turned")], address=address))
+    # From the command line.
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ours").mkdir()
     (tmp_path / "theirs").mkdir()

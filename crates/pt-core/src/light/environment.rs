@@ -108,9 +108,10 @@ impl EnvironmentMap {
         const BETWEEN: [(i64, f32); 2] = [(0, 0.5), (1, 0.5)];
         let down: &[_] = if self.rows == Rows::PixelCenters { &AROUND } else { &BETWEEN };
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
+        let pixels = self.image.pixels.as_slice();
         let texel = |x: i64, y: i64| {
             let (x, y) = (x.rem_euclid(w), y.clamp(0, h - 1));
-            Spectrum::from(self.image.pixels[(y * w + x) as usize]).luminance()
+            Spectrum::from(pixels[(y * w + x) as usize]).luminance()
         };
         let mean = |x: i64, y: i64| {
             let row = |y: i64| AROUND.iter().map(|&(i, a)| a * texel(x + i, y)).sum::<f32>();
@@ -157,9 +158,10 @@ impl EnvironmentMap {
         };
         let (ix, iy) = (fx.floor(), fy.floor());
         let (ax, ay) = (fx - ix, fy - iy);
+        let pixels = self.image.pixels.as_slice();
         let texel = |dx: i32, dy: i32| {
             let (x, y) = (around(ix as i32 + dx, w), (iy as i32 + dy).clamp(0, h - 1));
-            Spectrum::from(self.image.pixels[y as usize * w as usize + x as usize])
+            Spectrum::from(pixels[y as usize * w as usize + x as usize])
         };
         let row = |dy| texel(0, dy) * (1.0 - ax) + texel(1, dy) * ax;
         row(0) * (1.0 - ay) + row(1) * ay

@@ -377,7 +377,7 @@ pub(super) fn indices<const N: usize>(
     node: &JsonNode<'_>,
     cx: &mut JsonReader<'_>,
 ) -> Result<Shared<[u32; N]>, LoadError> {
-    node.rows_of_wholes().unwrap_or_else(|| Vec::read(node, cx).map(Into::into))
+    node.rows_of_wholes().unwrap_or_else(|| Shared::read(node, cx))
 }
 
 /// Writes rows of numbers: an array in memory, otherwise lists.

@@ -45,7 +45,8 @@ use pt_scene::light::IesProfile;
 use pt_scene::measured::Measurements;
 use pt_scene::medium::Grid;
 use pt_scene::{
-    Camera, Light, Material, Medium, Mesh, Motion, Object, Points, RenderHints, Scene, Texture,
+    Camera, Light, Material, Medium, Mesh, Motion, Object, Points, RenderHints, Scene, Shared,
+    Texture,
 };
 use schema::{Properties, Schemas};
 use serde_json::{Value, json};
@@ -273,8 +274,8 @@ fn write(scene: &Scene, stem: String, cx: &mut JsonWriter<'_>) -> Result<String,
     put(&mut body, "used_camera", &Plain, &scene.used_camera, Some(None), cx)?;
     write_named("media", &scene.media, media, &mut body, cx)?;
     write_named("materials", &scene.materials, materials, &mut body, cx)?;
-    put(&mut body, "lights", &Plain, &scene.lights.to_vec(), Some(Vec::new()), cx)?;
-    put(&mut body, "objects", &Plain, &scene.objects.to_vec(), Some(Vec::new()), cx)?;
+    put(&mut body, "lights", &Plain, &scene.lights, Some(Shared::default()), cx)?;
+    put(&mut body, "objects", &Plain, &scene.objects, Some(Shared::default()), cx)?;
     for table in TABLES {
         head.extend(
             cx.tables.remove(table).map(|entries| (table.to_owned(), Out::Object(entries))),

@@ -1,5 +1,6 @@
 //! Numbers, colours, strings, and lists of them.
 
+use pt_scene::Shared;
 use pt_scene::texture::Input;
 use serde_json::{Value, json};
 
@@ -363,14 +364,31 @@ impl<T: JsonCodec> JsonCodec for Vec<T> {
     }
 
     fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
-        let items = self.iter().enumerate();
-        let write = |(i, item): (usize, &T)| item.write(cx).map_err(|e| format!("[{i}]: {e}"));
-        items.map(write).collect::<Result<_, _>>().map(Out::List)
+        write_list(self, cx)
     }
 
     fn schema(schemas: &mut Schemas) -> Value {
         json!({"type": "array", "items": T::schema(schemas)})
     }
+}
+
+impl<T: JsonCodec> JsonCodec for Shared<T> {
+    fn read(node: &JsonNode<'_>, cx: &mut JsonReader<'_>) -> Result<Self, LoadError> {
+        Vec::read(node, cx).map(Into::into)
+    }
+
+    fn write(&self, cx: &mut JsonWriter<'_>) -> Result<Out, String> {
+        write_list(self, cx)
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        Vec::<T>::schema(schemas)
+    }
+}
+
+fn write_list<T: JsonCodec>(list: &[T], cx: &mut JsonWriter<'_>) -> Result<Out, String> {
+    let write = |(i, item): (usize, &T)| item.write(cx).map_err(|e| format!("[{i}]: {e}"));
+    list.iter().enumerate().map(write).collect::<Result<_, _>>().map(Out::List)
 }
 
 impl<T: JsonCodec, const N: usize> JsonCodec for [T; N] {

@@ -122,14 +122,16 @@ class Job:
         Settings, as keywords of :func:`pathtracer.render`.
     checkpoint : str or os.PathLike, optional
         As for :func:`render`.
-    camera : str, optional
-        Name or number of a camera of the scene; by default the one that the scene uses.
+    camera : str or int, optional
+        Name or number of a camera of the scene; by default the one that the scene uses. A scene
+        that was read for a time, or whose cameras have settings of their own (Mitsuba), has to be
+        loaded with its camera instead.
     """
 
     scene: Scene
     settings: Mapping[str, Any]
     checkpoint: str | os.PathLike[str] | None = None
-    camera: str | None = None
+    camera: str | int | None = None
 
 
 @dataclass

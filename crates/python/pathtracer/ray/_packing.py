@@ -40,7 +40,7 @@ class PackedSettings:
     """Settings of a render, with the files that they name, and the identity of the render."""
 
     settings: dict[str, Any]
-    camera: str | None
+    camera: str | int | None
     # By setting: the name, with a number of a view, and the contents of its files by name.
     files: dict[str, tuple[str, dict[str, bytes]]]
     identity: str
@@ -56,7 +56,7 @@ def pack_scene(scene: Scene) -> PackedScene:
 
 
 def pack_settings(
-    settings: Mapping[str, Any], camera: str | None, identity: str
+    settings: Mapping[str, Any], camera: str | int | None, identity: str
 ) -> PackedSettings:
     """Read the files of settings."""
     files = {}
@@ -94,21 +94,21 @@ def unpack_scene(packed: PackedScene) -> Scene:
         return load(Path(folder, _SCENE), **packed.options)
 
 
-def view_of(scene: Scene, camera: str | None) -> Scene:
+def view_of(scene: Scene, camera: str | int | None) -> Scene:
     """Return the scene with one of its cameras, which shares the compilation.
 
     Raises
     ------
     ValueError
-        If there is no such camera, or the cameras have settings of their own.
+        If there is no such camera, or the scene has to be read for each camera.
     """
     if camera is None:
         return scene
-    view = with_camera(scene, camera)
+    view = with_camera(scene, str(camera))
     if view is None:
         message = (
-            "camera: the cameras of this scene have settings of their own; "
-            f"use load(…, camera={camera!r})"
+            "camera: this scene has to be read for each camera, since they have settings of their "
+            f"own, or since it was read for a time; use load(…, camera={camera!r})"
         )
         raise ValueError(message)
     return view

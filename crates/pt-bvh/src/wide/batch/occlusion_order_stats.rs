@@ -4,27 +4,7 @@
 //! If a wall is behind plants, the wall is hit sooner; if triangles are as small as pixels, the
 //! nearest ones are hit. The better order is estimated from the work of preceding packets.
 
-use crate::wide::WIDTH;
-
-/// Work of a packet: numbers of visited nodes and blocks, and of tested triangles.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Work {
-    pub(super) visits: u32,
-    pub(super) tests: u32,
-}
-
-impl Work {
-    /// Returns true if this many rays take less work one by one.
-    #[inline(always)]
-    pub(super) fn exceeds_single_rays(self, rays: usize) -> bool {
-        let eights = (rays / WIDTH) as u32;
-        self.visits + self.tests * eights > MOST_PER_RAY * rays as u32
-    }
-}
-
-/// Maximum number of tests of eight boxes, or of a triangle and eight rays, for each ray of a
-/// packet: about the number of tests of a single ray in a large tree.
-const MOST_PER_RAY: u32 = 32;
+use super::packet::Work;
 
 /// Mean work of packets in both orders.
 #[derive(Clone, Copy, Default)]

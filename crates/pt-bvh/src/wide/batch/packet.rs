@@ -14,7 +14,6 @@ use wide::{f32x8, u32x8};
 
 use super::frustum_cull::{FrustumCull, Met};
 use super::group::{GroupColumn, RayGroup, bits, eight, of_eight};
-use super::occlusion_order_stats::Work;
 use super::ray_slots::RaySlotChunks;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
@@ -31,7 +30,13 @@ pub(super) const PACKET: usize = 16;
 pub(super) const MAX: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
 
-/// If a small packet is given up, so are most likely the next ones: this many are not begun.
+/// Maximum number of tests of eight boxes, or of a triangle and eight rays, for each ray of a
+/// packet. Of 16, 32, 64 and 128, the first is slower where boxes overlap, and the last where
+/// triangles are dense.
+const MOST_PER_RAY: u32 = 32;
+
+/// If a small packet is given up, the next ones most likely take too much work, too: only the last
+/// of this many is begun.
 pub(super) const LONE: u32 = 32;
 
 /// Maximum difference of slopes; beyond it, single rays are faster.
@@ -39,6 +44,22 @@ const WIDEST: f32 = 0.25;
 
 /// Maximum difference of origins, as a fraction of half of the scene's extent.
 const FARTHEST: f32 = 0.04;
+
+/// Work of a packet: numbers of visited nodes and blocks, and of tested triangles.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Work {
+    pub(super) visits: u32,
+    pub(super) tests: u32,
+}
+
+impl Work {
+    /// Returns true if this many rays most likely take less work one by one.
+    #[inline(always)]
+    pub(super) fn exceeds_single_rays(self, rays: usize) -> bool {
+        let eights = (rays / WIDTH) as u32;
+        self.visits + self.tests * eights > MOST_PER_RAY * rays as u32
+    }
+}
 
 /// Bounds of the rays of a packet.
 pub(super) struct PacketBounds {
@@ -167,9 +188,9 @@ impl PacketBounds {
 }
 
 impl WideBvh {
-    /// Traces the `N` rays from position `first` on from the root to their hits, unless the work
-    /// exceeds that of single rays. Then the rays have those of their hits that were found, and the
-    /// state with which they begin at the root.
+    /// Traces the `N` rays from position `first` on from the root to their hits, unless that
+    /// exceeds the work of single rays. Then the rays have the nearest of the hits that were found,
+    /// and begin again at the root.
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
