@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 
-use crate::project::{build_program, output_folder, root, step};
+use crate::project::{build_program, output_folder, root, shown, step, succeed};
 use crate::venv::{self, Installation};
 
 /// Version of Mitsuba, which renders and reads the images.
@@ -63,24 +63,52 @@ pub(crate) fn compare(
     size: RenderSize,
     scene: Option<&str>,
 ) -> Result<()> {
+    let [mut images, mut alpha] = scripts(|| Command::new(python), program, size)?;
+    succeed(images.args(scene.iter().flat_map(|name| ["--scene", name])))?;
+    // Scenes with alpha are compared together.
+    if scene.is_some() { Ok(()) } else { succeed(&mut alpha) }
+}
+
+/// Compares small images at a low priority. Returns the table, and true if the images agree.
+///
+/// # Errors
+/// If a script cannot be started.
+pub(crate) fn compare_in_background(python: &Path, program: &Path) -> Result<(String, bool)> {
+    let niced = || {
+        if cfg!(windows) {
+            return Command::new(python);
+        }
+        let mut command = Command::new("nice");
+        command.args(["-n", "19"]).arg(python);
+        command
+    };
+    let mut table = String::new();
+    for mut script in scripts(niced, program, RenderSize::Small)? {
+        let output = script.output().with_context(|| shown(&script))?;
+        table += &String::from_utf8_lossy(&output.stdout);
+        table += &String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() {
+            return Ok((table, false));
+        }
+    }
+    Ok((table, true))
+}
+
+/// The comparisons of images and of alpha, by this Python.
+fn scripts(python: impl Fn() -> Command, program: &Path, size: RenderSize) -> Result<[Command; 2]> {
+    let output = output_folder("peers")?;
     let size = match size {
         RenderSize::Small => "small",
         RenderSize::Full => "full",
     };
-    let run = |script: &str, scenes: &str, scene: Option<&str>| {
-        let mut command = Command::new(python);
+    let scripts = [("peers.py", "scenes/mitsuba"), ("alpha.py", "scenes/alpha")];
+    Ok(scripts.map(|(script, scenes)| {
+        let mut command = python();
         command.arg(root().join("crates/xtask/python").join(script));
         command.arg("--program").arg(program);
         command.arg("--scenes").arg(root().join(scenes));
-        command.arg("--output").arg(output_folder("peers")?);
+        command.arg("--output").arg(&output);
         command.args(["--size", size]);
-        command.args(scene.iter().flat_map(|name| ["--scene", name]));
-        let status = command.status();
-        let status = status.with_context(|| format!("{} does not run", python.display()))?;
-        ensure!(status.success(), "the comparison with Mitsuba failed: {script}");
-        Ok(())
-    };
-    run("peers.py", "scenes/mitsuba", scene)?;
-    // Scenes with alpha are compared together.
-    if scene.is_some() { Ok(()) } else { run("alpha.py", "scenes/alpha", None) }
+        command
+    }))
 }

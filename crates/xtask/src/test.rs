@@ -4,10 +4,10 @@ use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args as Arguments;
 
-use crate::peers::{self, RenderSize};
+use crate::peers;
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
 use crate::venv::Installation;
 use crate::{guide, imports, oidn, python, style};
@@ -59,39 +59,23 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
         command
     };
-    report.step("format", |_| {
-        succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
-        FUZZ.iter().try_for_each(|manifest| {
-            succeed(&mut cargo(&["fmt", "--manifest-path", manifest, "--check"]))
-        })
-    })?;
+    report.step("format", |_| succeed(&mut cargo(&["fmt", "--all", "--check"])))?;
     report.step("style", |_| style::check())?;
     report.step("imports", |_| imports::check())?;
     report.step("guide", |_| guide::check())?;
-    report.step("lints", |_| {
-        succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
-    })?;
+    report.step("lints", |_| lints())?;
     report.step("documentation", |_| {
         let mut doc = cargo(&["doc", "--workspace", "--no-deps"]);
         succeed(doc.env("RUSTDOCFLAGS", "-D warnings"))
     })?;
     report.step("unit and integration tests", |skipped| {
-        let kinds = ["--lib", "--bins", "--tests", "--examples"];
+        let kinds = ["--tests", "--examples"];
         tests(with_oidn(cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat())), skipped)
     })?;
     if shared().is_some() {
         report.step("tests on scenes of others", |skipped| {
-            let only = [
-                "--lib",
-                "--bins",
-                "--tests",
-                "--no-fail-fast",
-                "--",
-                "--ignored",
-                "--skip",
-                LONG,
-                "--show-output",
-            ];
+            let only =
+                ["--tests", "--no-fail-fast", "--", "--ignored", "--skip", LONG, "--show-output"];
             tests(with_oidn(cargo(&[&["test", "--workspace"][..], &only].concat())), skipped)
         })?;
     }
@@ -101,16 +85,25 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("tests in the documentation", |skipped| {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
-    if let Installation::Python(maturin) = &packages.maturin {
-        report.step("Python module", |_| python::check(maturin))?;
-    }
-    report.step("fuzz targets", |_| FUZZ.iter().try_for_each(|manifest| fuzz_target(manifest)))?;
-    if let Installation::Python(python) = &packages.mitsuba {
+    let program = build_checked_program()?;
+    std::thread::scope(|scope| {
+        // The tests of the module wait for packages, clusters and signals for much of their time.
+        let comparison = packages
+            .mitsuba
+            .python()
+            .map(|python| scope.spawn(|| peers::compare_in_background(python, &program)));
+        if let Some(maturin) = packages.maturin.python() {
+            report.step("Python module", |_| python::check(maturin))?;
+        }
+        let Some(comparison) = comparison else { return Ok(()) };
         report.step("comparison with Mitsuba, small", |_| {
-            peers::compare(python, &build_checked_program()?, RenderSize::Small, None)
-        })?;
-    }
-    Ok(())
+            let (table, agree) =
+                comparison.join().map_err(|_| anyhow!("the comparison panicked"))??;
+            print!("{table}");
+            ensure!(agree, "the comparison with Mitsuba failed");
+            Ok(())
+        })
+    })
 }
 
 /// Installs the packages, all of which are required unless `allow_skips` is true.
@@ -134,14 +127,13 @@ fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
     Ok(packages)
 }
 
-/// Compiles fuzz targets as cargo-fuzz does, but without its library.
-fn fuzz_target(manifest: &str) -> Result<()> {
-    let mut check = cargo(&["check", "--quiet", "--locked", "--manifest-path", manifest]);
-    let folder = target()?.join("fuzz");
+/// Checks all targets, those for fuzzing included.
+fn lints() -> Result<()> {
+    let features = "pathtracer-fuzz/libfuzzer,pt-bvh-fuzz/libfuzzer";
+    let kinds = ["--workspace", "--all-targets", "--features", features];
+    let mut clippy = cargo(&[&["clippy"][..], &kinds, &["--", "-D", "warnings"]].concat());
     // A given library is not built, so that no C++ compiler is needed.
-    check.env("CUSTOM_LIBFUZZER_PATH", folder.join("libFuzzer.a"));
-    check.env("CARGO_TARGET_DIR", folder).env("RUSTFLAGS", "--cfg fuzzing");
-    succeed(&mut check)
+    succeed(clippy.env("CUSTOM_LIBFUZZER_PATH", target()?.join("libFuzzer.a")))
 }
 
 /// Tests the portable vectors, as used on processors without the default features, such as ARM;
@@ -152,9 +144,6 @@ fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
     command.env("CARGO_TARGET_DIR", target()?.join("portable"));
     tests(command, skipped)
 }
-
-/// Separate workspaces, whose targets require the nightly toolchain.
-const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
 
 /// Part of the name of a test that takes minutes, and needs no scenes of others.
 const LONG: &str = "a_hundred_million_times";

@@ -16,6 +16,14 @@ pub(crate) enum Installation {
 }
 
 impl Installation {
+    /// The Python, if the packages are available.
+    pub(crate) fn python(&self) -> Option<&Path> {
+        match self {
+            Self::Python(python) => Some(python),
+            Self::Missing(_) => None,
+        }
+    }
+
     /// Reason why the packages are not available, or `None` if they are.
     pub(crate) fn missing(&self) -> Option<&String> {
         match self {

@@ -96,7 +96,10 @@ impl Tool {
         command.args(["run", "nightly"]).arg(&self.program).arg(what);
         command.arg("--fuzz-dir").arg(root().join("fuzz"));
         if what != "list" {
-            command.arg("--target-dir").arg(&self.build);
+            command.arg("--target-dir").arg(&self.build).args(["--features", "libfuzzer"]);
+            // Three dozen programs are linked.
+            command.env("CARGO_PROFILE_RELEASE_LTO", "false");
+            command.env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16");
         }
         // The variables of the cargo that runs this program would select its toolchain.
         command
