@@ -44,6 +44,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Fingerprint
         focal_distance,
         panorama,
         smooth_shadows,
+        hierarchies: _, // change no sample
     } = options;
     say("course's reading of the scene", (!policies.is_physical()).to_string());
     say("tree", format!("{:?}, {:?}, leaves of {}", bvh.builder, bvh.quality, bvh.max_leaf_size));

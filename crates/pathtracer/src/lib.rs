@@ -52,7 +52,7 @@ pub use pt_core::settings::{
     Adaptive, Clamp, DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings, Target,
 };
 pub use pt_core::target::Evaluation;
-pub use pt_core::{CompileError, CompileOptions, resolution};
+pub use pt_core::{CompileError, CompileOptions, Hierarchies, resolution};
 pub use pt_cpu::{
     Feature, INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError,
     RenderStatistics, integrator,

@@ -7,8 +7,8 @@ use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::{Settings, Target};
 use pt_core::target::Evaluation;
 use pt_core::{
-    CompileError, CompileOptions, Earlier, Film, Kept, Observer, Region, RenderScene, compile,
-    compile_camera, compile_edited, develop,
+    CompileError, CompileOptions, Earlier, Film, Hierarchies, Kept, Observer, Region, RenderScene,
+    compile, compile_camera, compile_edited, develop,
 };
 use pt_cpu::{Feature, LightGroups, Outcome, RenderError, RenderStatistics, Renderer};
 use pt_scene::image::{Channel, Image};
@@ -28,6 +28,12 @@ impl CompiledScene {
     /// then [`Session::edited`] moves no shapes.
     pub fn has_objects_of(&self, scene: &Scene) -> bool {
         self.0.kept.has_objects_of(scene)
+    }
+
+    /// Hierarchies for [`CompileOptions::hierarchies`], with which the same scene is compiled
+    /// elsewhere.
+    pub fn hierarchies(&self) -> Hierarchies {
+        Hierarchies::of(&self.0.scene)
     }
 }
 

@@ -1,5 +1,5 @@
-//! Bodies of the fuzz targets, which tests also run on random bytes. Compiled under
-//! `--cfg fuzzing`, which cargo-fuzz sets, and in tests.
+//! Bodies of the fuzz targets, which tests also run on random bytes. Compiled with the feature
+//! `fuzzing` and in tests.
 
 use pt_math::{Ray, Vec3};
 

@@ -63,7 +63,7 @@ mod build;
 pub mod check;
 mod codec;
 mod counter;
-#[cfg(any(fuzzing, test))]
+#[cfg(any(feature = "fuzzing", test))]
 #[doc(hidden)]
 pub mod fuzz;
 mod geometry;
@@ -338,6 +338,11 @@ impl Bvh {
     /// Number of primitives of the geometry, including those left out; [`Hit::primitive`] is less.
     pub fn primitives(&self) -> usize {
         self.source.primitives() as usize
+    }
+
+    /// Options of the build.
+    pub fn options(&self) -> BuildOptions {
+        self.source.options
     }
 
     /// Name of the query kernel: a loop over all primitives (`list`), or a tree for vectors of

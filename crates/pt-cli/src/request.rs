@@ -10,7 +10,7 @@ use clap::{Arg, Command, CommandFactory, FromArgMatches};
 use pathtracer::film_file::FilmHeader;
 use pathtracer::image::{Image, SaveOptions, auto_exposure};
 use pathtracer::provenance::Provenance;
-use pathtracer::{CompileOptions, CompiledScene, Scene, Session, suggestions};
+use pathtracer::{CompileOptions, CompiledScene, Hierarchies, Scene, Session, suggestions};
 
 use crate::args::Cli;
 use crate::commands::render;
@@ -322,6 +322,14 @@ impl RenderRequest {
         let expected = |_| format!("{name}: found {pixels}, expected a whole number from 1 on");
         self.side = Some((side, parse::pixels(pixels).map_err(expected)?));
         Ok(self)
+    }
+
+    /// Uses hierarchies of another compilation of the same scene; see
+    /// [`CompileOptions::hierarchies`].
+    #[must_use]
+    pub fn with_hierarchies(mut self, known: Hierarchies) -> Self {
+        self.job.compile.options.hierarchies = known;
+        self
     }
 
     /// Number of threads.

@@ -43,8 +43,8 @@ mod wedge;
 
 pub use camera::Camera;
 pub use compile::{
-    CompileError, CompileOptions, Compiled, Earlier, Kept, MAX_FLATTENED_TRIANGLES, compile,
-    compile_camera, compile_edited, resolution,
+    CompileError, CompileOptions, Compiled, Earlier, Hierarchies, Kept, MAX_FLATTENED_TRIANGLES,
+    compile, compile_camera, compile_edited, resolution,
 };
 pub use film::{Film, Region};
 pub use interaction::Interaction;

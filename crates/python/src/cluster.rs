@@ -2,11 +2,11 @@
 
 use std::ffi::OsString;
 
-use pathtracer::{LoadOptions, Placement, camera_index};
+use pathtracer::{Hierarchies, LoadOptions, Placement, camera_index};
 use pt_cli::ClusterCommand;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::scene::Scene;
 
@@ -83,6 +83,24 @@ pub(crate) fn with_camera(scene: &Bound<'_, Scene>, camera: &str) -> PyResult<Op
     let mut origin = (*source.origin).clone();
     origin.options.camera = Some(camera.to_owned());
     Ok(Some(Scene::of(source.edited(edited, origin))))
+}
+
+/// Hierarchies of the scene as it was compiled last, as bytes; without any if it was not.
+#[pyfunction]
+pub(crate) fn hierarchies<'py>(scene: &Bound<'py, Scene>) -> Bound<'py, PyBytes> {
+    let py = scene.py();
+    let source = scene.get().source.clone();
+    let known = py.detach(|| source.hierarchies().map(|known| known.to_bytes()));
+    PyBytes::new(py, &known.unwrap_or_default())
+}
+
+/// The same scene, which is compiled with hierarchies of another compilation.
+#[pyfunction]
+pub(crate) fn with_hierarchies(scene: &Bound<'_, Scene>, known: &[u8]) -> PyResult<Scene> {
+    let source = scene.get().source.clone();
+    let known = scene.py().detach(|| Hierarchies::from_bytes(known));
+    let known = known.map_err(|error| PyValueError::new_err(format!("hierarchies: {error}")))?;
+    Ok(Scene::of(source.with_hierarchies(known)))
 }
 
 /// Options of `load`.

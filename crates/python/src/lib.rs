@@ -82,6 +82,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(cluster::cluster_commands, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::reading_options, module)?)?;
     module.add_function(wrap_pyfunction!(cluster::with_camera, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::hierarchies, module)?)?;
+    module.add_function(wrap_pyfunction!(cluster::with_hierarchies, module)?)?;
     module.add_function(wrap_pyfunction!(views::view_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(views::camera_of, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)

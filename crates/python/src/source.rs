@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use pathtracer::CompiledScene;
 use pathtracer::queries::SceneQueries;
+use pathtracer::{CompiledScene, Hierarchies};
 use pt_cli::{PreparedRender, RenderRequest, SceneOrigin};
 
 /// Place of a compilation.
@@ -18,12 +18,25 @@ pub(crate) struct SceneSource {
     compiled: Cell,
     /// Last compilation of all scenes with these objects that were edited from each other.
     of_family: Cell,
+    /// Hierarchies of a compilation elsewhere.
+    hierarchies: Hierarchies,
 }
 
 impl SceneSource {
     pub(crate) fn new(scene: pathtracer::Scene, origin: SceneOrigin) -> Self {
-        let (compiled, of_family) = Default::default();
-        Self { scene: Arc::new(scene), origin: Arc::new(origin), compiled, of_family }
+        let (compiled, of_family, hierarchies) = Default::default();
+        let (scene, origin) = (Arc::new(scene), Arc::new(origin));
+        Self { scene, origin, compiled, of_family, hierarchies }
+    }
+
+    /// Hierarchies of the last compilation, if there was one.
+    pub(crate) fn hierarchies(&self) -> Option<Hierarchies> {
+        self.compiled().map(|compiled| compiled.hierarchies())
+    }
+
+    /// The same scene, which is compiled with these hierarchies.
+    pub(crate) fn with_hierarchies(self, hierarchies: Hierarchies) -> Self {
+        Self { hierarchies, ..self }
     }
 
     /// Another version of the scene, which takes over what is compiled.
@@ -31,7 +44,8 @@ impl SceneSource {
         let has_objects = scene.objects.is_one_with(&self.scene.objects);
         let of_family = if has_objects { Arc::clone(&self.of_family) } else { Cell::default() };
         let compiled = Arc::new(Mutex::new(self.compiled()));
-        Self { compiled, of_family, ..Self::new(scene, origin) }
+        let hierarchies = self.hierarchies.clone();
+        Self { compiled, of_family, hierarchies, ..Self::new(scene, origin) }
     }
 
     /// Returns true if a compilation takes over parts of an earlier one.
@@ -45,6 +59,7 @@ impl SceneSource {
     /// As [`RenderRequest::prepare`].
     pub(crate) fn prepare(&self, request: RenderRequest) -> Result<PreparedRender, String> {
         let earlier = self.taken();
+        let request = request.with_hierarchies(self.hierarchies.clone());
         let prepared = request.prepare(&self.scene, &self.origin, earlier)?;
         let compiled = prepared.session.compiled();
         *locked(&self.of_family) = Some(compiled.clone());

@@ -18,8 +18,9 @@ import pathtracer
 
 ray = pytest.importorskip("ray")
 from pathtracer import ray as cluster  # noqa: E402
-from pathtracer._native import PartialRender, merge_parts  # noqa: E402
+from pathtracer._native import PartialRender, merge_parts, with_hierarchies  # noqa: E402
 from pathtracer.ray import _driver  # noqa: E402
+from pathtracer.ray._packing import pack_scene, unpack_scene  # noqa: E402
 
 Program = Callable[[Sequence[object]], str]
 
@@ -371,6 +372,18 @@ def test_cameras_of_a_scene_share_its_copy(
     assert done.returncode == 0, done.stderr
     for name in ["0.exr", "1.exr"]:
         assert Path("ours", name).read_bytes() == Path("theirs", name).read_bytes()
+
+
+def test_the_store_has_the_hierarchies_of_the_scene(scene: pathtracer.Scene) -> None:
+    render = PartialRender(scene, width=16, spp=1)
+    packed = pack_scene(scene)
+    known = packed.hierarchies
+    assert packed.nbytes == len(known) + sum(map(len, packed.files.values())) > len(known) > 1000
+    elsewhere = unpack_scene(packed)
+    assert PartialRender(elsewhere, width=16, spp=1).identity == render.identity
+    assert pack_scene(elsewhere).hierarchies == known
+    with pytest.raises(ValueError, match="hierarchies: the tree is cut off"):
+        with_hierarchies(scene, known[:-1])
 
 
 def test_each_film_counts_once(scene: pathtracer.Scene) -> None:

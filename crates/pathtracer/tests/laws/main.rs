@@ -36,6 +36,7 @@ mod furnace;
 mod gltf;
 mod hair;
 mod hidden;
+mod hierarchies;
 mod image_motion;
 mod invariance;
 mod leaks;

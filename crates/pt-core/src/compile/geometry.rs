@@ -61,7 +61,7 @@ pub(super) fn collect(
         let ends = collector.shapes.counts().map(|count| count as u32);
         collector.shapes.object_ends.push(ends);
     }
-    let known = (options.bvh, earlier);
+    let known = (options, earlier);
     collector.shapes.placed = InstancedShapes::collect(&mut collector, placed, known, notes)?;
     let Collector { shapes, mesh_colors, .. } = collector;
     let slide = |light: &pt_scene::Light| light.kind.slide().map(|t| lowering.texture(t));

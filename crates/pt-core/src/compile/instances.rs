@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_bvh::{AnimatedBvh, AnimatedInstance, BuildOptions, MotionKey};
+use pt_bvh::{AnimatedBvh, AnimatedInstance, MotionKey};
 use pt_math::DAffine3;
 use pt_scene::Notes;
 use pt_scene::Object;
@@ -12,7 +12,7 @@ use pt_scene::Object;
 use super::collector::Collector;
 use super::reuse::Earlier;
 use super::shapes::{Emitter, Shapes};
-use super::{CompileError, build_bvh};
+use super::{CompileError, CompileOptions, bvh_of};
 use crate::compile::instance_choice::{InstanceKey, instance_key};
 use crate::compile::shapes::{InstancedShapes, ObjectShapes};
 use crate::instances::{Instance, InstanceTable, InstancedObject};
@@ -30,7 +30,7 @@ impl InstancedShapes {
     pub(super) fn collect(
         collector: &mut Collector,
         tracks: Tracks,
-        options: (BuildOptions, Option<&Earlier>),
+        options: (&CompileOptions, Option<&Earlier>),
         notes: &mut Notes,
     ) -> Result<Self, CompileError> {
         let mut instances = Self::default();
@@ -76,12 +76,12 @@ impl InstancedShapes {
         collector: &mut Collector,
         object: &Object,
         first_colored: [usize; 2],
-        (options, earlier): (BuildOptions, Option<&Earlier>),
+        (options, earlier): (&CompileOptions, Option<&Earlier>),
         notes: &mut Notes,
     ) -> Result<ObjectShapes, CompileError> {
         let mut own = Shapes { first_colored, ..Shapes::default() };
         let uses_coordinates = collector.uses_coordinates;
-        let known = earlier.and_then(|e| e.placed(object, options, uses_coordinates));
+        let known = earlier.and_then(|e| e.placed(object, options.bvh, uses_coordinates));
         if let Some((arrays, _)) = known {
             (own.arrays, own.are_kept) = (Arc::clone(arrays), true);
         }
@@ -91,7 +91,7 @@ impl InstancedShapes {
         added?;
         let bvh = match known {
             Some((_, bvh)) => Arc::clone(bvh),
-            None => Arc::new(build_bvh(&own, options)?),
+            None => bvh_of(&own.arrays, options)?,
         };
         self.skipped += bvh.skipped();
         self.out_of_range += if bvh.skipped() > 0 { own.out_of_range() } else { 0 };

@@ -9,6 +9,7 @@ mod ellipsoid;
 mod emission;
 mod emitters;
 mod geometry;
+mod hierarchies;
 mod instance_choice;
 mod instances;
 mod left_out;
@@ -32,6 +33,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use camera::resolution;
+pub use hierarchies::Hierarchies;
 pub use instance_choice::MAX_FLATTENED_TRIANGLES;
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_scene::{Hint, Notes, Scene, Span};
@@ -45,6 +47,7 @@ use crate::light::EnvironmentMap;
 use crate::medium::{Media, MediumRecord};
 use crate::meter::Meter;
 use crate::scene::RenderScene;
+use crate::shapes::ShapeArrays;
 
 /// Options of [`compile()`].
 #[derive(Default)]
@@ -92,14 +95,18 @@ pub struct CompileOptions {
     /// belong to: see [`RenderScene::smooth_shadows`]. Has no effect in scenes with media, or on
     /// instances.
     pub smooth_shadows: bool,
+    /// Hierarchies of an earlier compilation, which are used in place of new ones where they are of
+    /// the same shapes. They change nothing but the duration.
+    pub hierarchies: Hierarchies,
 }
 
 impl CompileOptions {
-    /// Returns the options without the environment, which may be large.
+    /// Returns the options without the environment, which may be large, and the hierarchies.
     #[must_use]
     pub fn without_environment(&self) -> Self {
         Self {
             environment: None,
+            hierarchies: Hierarchies::default(),
             camera: self.camera.clone(),
             aperture: self.aperture,
             policies: self.policies,
@@ -254,7 +261,7 @@ fn compile_with(
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
-    let (bvh, tree_cost) = tree(&shapes, options.bvh, earlier)?;
+    let (bvh, tree_cost) = tree(&shapes, &options, earlier)?;
     let left_out = bvh.skipped() + shapes.placed.skipped;
     if left_out > 0 {
         left_out::note(left_out, shapes.out_of_range() + shapes.placed.out_of_range, &mut notes);
@@ -339,10 +346,10 @@ fn tell_what_moves(placed: &shapes::InstancedShapes, [open, close]: [f64; 2], no
 /// an earlier compilation, that one with the shapes where they are, or a new one.
 fn tree(
     shapes: &shapes::Shapes,
-    options: BuildOptions,
+    options: &CompileOptions,
     earlier: Option<Earlier>,
 ) -> Result<(Arc<Bvh>, f32), CompileError> {
-    if let Some((before, bvh, cost)) = earlier.and_then(|earlier| earlier.into_tree(options)) {
+    if let Some((before, bvh, cost)) = earlier.and_then(|earlier| earlier.into_tree(options.bvh)) {
         if before.has_same_places(&shapes.arrays) {
             return Ok((bvh, cost));
         }
@@ -350,32 +357,35 @@ fn tree(
         drop(before);
         if counts == shapes.counts() {
             let mut moved = Arc::unwrap_or_clone(bvh);
-            let is_refitted = with_geometry(shapes, |geometry| moved.refit(geometry)).is_ok();
+            let is_refitted =
+                with_geometry(&shapes.arrays, |geometry| moved.refit(geometry)).is_ok();
             if is_refitted && moved.query_cost() <= cost * MAX_REFIT_COST {
                 return Ok((Arc::new(moved), cost));
             }
         }
     }
-    let bvh = build_bvh(shapes, options)?;
+    let bvh = bvh_of(&shapes.arrays, options)?;
     let cost = bvh.query_cost();
-    Ok((Arc::new(bvh), cost))
+    Ok((bvh, cost))
 }
 
-/// Builds the hierarchy over all triangles and spheres.
-fn build_bvh(shapes: &shapes::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
-    with_geometry(shapes, |geometry| Bvh::build(geometry, &options))
+/// The hierarchy over all triangles and spheres: a known one, or a new one.
+fn bvh_of(arrays: &ShapeArrays, options: &CompileOptions) -> Result<Arc<Bvh>, BuildError> {
+    match options.hierarchies.find(arrays, options.bvh) {
+        Some(known) => Ok(known),
+        None => with_geometry(arrays, |geometry| Bvh::build(geometry, &options.bvh)).map(Arc::new),
+    }
 }
 
 /// Calls `ask` with the triangles and spheres.
-fn with_geometry<T>(shapes: &shapes::Shapes, ask: impl FnOnce(Geometry<'_>) -> T) -> T {
+fn with_geometry<T>(arrays: &ShapeArrays, ask: impl FnOnce(Geometry<'_>) -> T) -> T {
+    let ShapeArrays { positions, triangles, spheres, .. } = arrays;
     // Spheres that face inwards have a negative radius; without them, no copy is made.
-    let mut spheres = Cow::from(&shapes.spheres);
+    let mut spheres = Cow::from(spheres);
     if spheres.iter().any(|s| s.radius < 0.0) {
         spheres.to_mut().iter_mut().for_each(|s| s.radius = s.radius.abs());
     }
-    let geometry =
-        Geometry { positions: &shapes.positions, triangles: &shapes.triangles, spheres: &spheres };
-    ask(geometry)
+    ask(Geometry { positions, triangles, spheres: &spheres })
 }
 
 fn assemble(

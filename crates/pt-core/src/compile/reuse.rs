@@ -212,6 +212,7 @@ fn has_options_of_shapes(before: &CompileOptions, now: &CompileOptions) -> bool 
         compensated,
         texture_coordinates,
         smooth_shadows,
+        hierarchies: _,
         policies: _,
         resolution: _,
         camera: _,

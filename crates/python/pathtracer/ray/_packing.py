@@ -10,7 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._native import PartialRender, load, reading_options, with_camera
+from .._native import (
+    PartialRender,
+    hierarchies,
+    load,
+    reading_options,
+    with_camera,
+    with_hierarchies,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,15 +31,17 @@ _SCENE = "scene.json"
 
 @dataclass(frozen=True)
 class PackedScene:
-    """Files of a scene in the project's own format, and the options of reading it."""
+    """Files of a scene in the project's own format, the options of reading it, and its compiled
+    hierarchies."""
 
     files: dict[str, bytes]
     options: dict[str, Any]
+    hierarchies: bytes
 
     @property
     def nbytes(self) -> int:
-        """Size of all files."""
-        return sum(map(len, self.files.values()))
+        """Size of all files and hierarchies."""
+        return sum(map(len, self.files.values())) + len(self.hierarchies)
 
 
 @dataclass(frozen=True)
@@ -47,12 +56,12 @@ class PackedSettings:
 
 
 def pack_scene(scene: Scene) -> PackedScene:
-    """Save a scene to memory; it is read as it was, to the last bit."""
+    """Save a scene, which was compiled, to memory; it is read as it was, to the last bit."""
     with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
         scene.save(Path(folder, _SCENE))
         paths = (Path(parent, name) for parent, _, names in os.walk(folder) for name in names)
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
-    return PackedScene(files, reading_options(scene))
+    return PackedScene(files, reading_options(scene), hierarchies(scene))
 
 
 def pack_settings(
@@ -81,7 +90,8 @@ def _files_of(path: Path) -> tuple[str, dict[str, bytes]]:
 
 def key_of(scene: PackedScene, settings: PackedSettings) -> str:
     """Hash of a render."""
-    return hashlib.sha256(pickle.dumps((scene, settings))).hexdigest()
+    # The hierarchies follow from the files.
+    return hashlib.sha256(pickle.dumps((scene.files, scene.options, settings))).hexdigest()
 
 
 def unpack_scene(packed: PackedScene) -> Scene:
@@ -91,7 +101,8 @@ def unpack_scene(packed: PackedScene) -> Scene:
             path = Path(folder, name)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        return load(Path(folder, _SCENE), **packed.options)
+        scene = load(Path(folder, _SCENE), **packed.options)
+    return with_hierarchies(scene, packed.hierarchies)
 
 
 def view_of(scene: Scene, camera: str | int | None) -> Scene:
