@@ -3,6 +3,7 @@
 //!
 //! `cargo xtask soak fuzz` runs the targets; each is named after the extension of its seeds.
 
+#![cfg(feature = "libfuzzer")]
 #![expect(clippy::missing_panics_doc, reason = "a panic is what the fuzzer looks for")]
 
 mod references;

@@ -6,6 +6,7 @@
 mod bench;
 mod blender;
 mod dist;
+mod features;
 mod figures;
 mod guide;
 mod imports;

@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 use crate::peers;
 use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
 use crate::venv::Installation;
-use crate::{guide, imports, oidn, python, style};
+use crate::{features, guide, imports, oidn, python, style};
 
 /// Options of `cargo xtask test`.
 #[derive(Arguments)]
@@ -62,6 +62,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("format", |_| succeed(&mut cargo(&["fmt", "--all", "--check"])))?;
     report.step("style", |_| style::check())?;
     report.step("imports", |_| imports::check())?;
+    report.step("features of crates", |_| features::check())?;
     report.step("guide", |_| guide::check())?;
     report.step("lints", |_| lints())?;
     report.step("documentation", |_| {
