@@ -37,6 +37,7 @@ __all__ = [
     "denoise",
     "develop",
     "explain",
+    "hierarchies",
     "join",
     "lights",
     "load",
@@ -53,6 +54,7 @@ __all__ = [
     "settings",
     "view_numbers",
     "with_camera",
+    "with_hierarchies",
 ]
 
 __version__: str
