@@ -25,7 +25,7 @@ pub(crate) struct Args {
 struct Report {
     passed: Vec<&'static str>,
     skipped: Vec<String>,
-    failed: Option<&'static str>,
+    failed: Vec<&'static str>,
 }
 
 /// Packages that some checks need.
@@ -93,17 +93,20 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
             .mitsuba
             .python()
             .map(|python| scope.spawn(|| peers::compare_in_background(python, &program)));
-        if let Some(maturin) = packages.maturin.python() {
-            report.step("Python module", |_| python::check(maturin))?;
-        }
-        let Some(comparison) = comparison else { return Ok(()) };
-        report.step("comparison with Mitsuba, small", |_| {
+        let tested = packages
+            .maturin
+            .python()
+            .map_or(Ok(()), |maturin| report.step("Python module", |_| python::check(maturin)));
+        let Some(comparison) = comparison else { return tested };
+        // It has ended anyway, and is reported after a failure, too.
+        let compared = report.step("comparison with Mitsuba, small", |_| {
             let (table, agree) =
                 comparison.join().map_err(|_| anyhow!("the comparison panicked"))??;
             print!("{table}");
             ensure!(agree, "the comparison with Mitsuba failed");
             Ok(())
-        })
+        });
+        tested.and(compared)
     })
 }
 
@@ -198,7 +201,7 @@ impl Report {
         let done = step(name, || check(&mut self.skipped));
         match &done {
             Ok(_) => self.passed.push(name),
-            Err(_) => self.failed = Some(name),
+            Err(_) => self.failed.push(name),
         }
         done
     }
@@ -216,12 +219,17 @@ impl Report {
 
     /// Last line: the failure, the number of checks passed, and the names of those skipped.
     fn verdict(&self) -> String {
-        let failed = self.failed.map(|name| format!("FAILED {name}, later checks did not run; "));
+        let failed = match self.failed.as_slice() {
+            [] => String::new(),
+            names => {
+                format!("FAILED {}, checks that are not listed did not run; ", names.join(", "))
+            }
+        };
         let skipped = match self.skipped.len() {
             0 => "nothing skipped".to_owned(),
             count => format!("{count} skipped: {}", self.skipped.join("; ")),
         };
-        format!("{}{} checks passed, {skipped}", failed.unwrap_or_default(), self.passed.len())
+        format!("{failed}{} checks passed, {skipped}", self.passed.len())
     }
 }
 
@@ -242,7 +250,7 @@ mod tests {
             .unwrap();
         assert_eq!(report.verdict(), "2 checks passed, 1 skipped: a: b");
         assert!(report.step("three", |_| -> Result<()> { bail!("no") }).is_err());
-        let wanted = "FAILED three, later checks did not run; 2 checks passed, 1 skipped: a: b";
+        let wanted = "FAILED three, checks that are not listed did not run; 2 checks passed, 1 skipped: a: b";
         assert_eq!(report.verdict(), wanted);
     }
 }

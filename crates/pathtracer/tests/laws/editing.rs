@@ -1,7 +1,6 @@
 //! A session of an edited scene, made from that of an earlier version, is the one of a compilation
 //! from scratch.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use pathtracer::compat::cs184;
@@ -13,7 +12,7 @@ use pt_math::{DAffine3, DQuat, DVec3};
 use pt_scene::medium::Phase;
 use pt_scene::{Attribute, Color, Geometry, Key, Light, LightKind, Mesh, Motion, Span, shapes};
 
-use crate::scenes::{Builder, camera, facing, gloss, matte, metal, size};
+use crate::scenes::{Builder, camera, facing, gloss, load, matte, metal, size};
 
 const SIZE: [u32; 2] = [12, 9];
 
@@ -129,11 +128,6 @@ fn edited(
     let counts = |session: &Session| (session.scene().shape_counts(), session.scene().light_count);
     assert_eq!(counts(&edited), counts(&new), "{name}");
     Some(edited)
-}
-
-fn load(name: &str) -> Scene {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
-    pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
 }
 
 /// Asserts it for each edit after the ones before, and for all of them undone. Each second one uses

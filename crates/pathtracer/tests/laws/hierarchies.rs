@@ -1,17 +1,11 @@
 //! Scenes that are compiled with hierarchies of another compilation are those that are compiled
 //! without.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use pathtracer::{CompileOptions, Hierarchies, Quality, Scene, Session, Settings, Silent};
 
-use crate::scenes::size;
-
-fn load(name: &str) -> Scene {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
-    pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
-}
+use crate::scenes::{load, size};
 
 /// Options with a hierarchy for each object that has several instances.
 fn options() -> CompileOptions {

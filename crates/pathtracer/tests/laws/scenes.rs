@@ -1,5 +1,6 @@
-//! Scenes built by hand.
+//! Scenes built by hand, and those of the project.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use pathtracer::{Camera, CompileOptions, Image, Placement, Projection, Scene};
@@ -8,6 +9,12 @@ use pt_scene::material::{Black, Conductor, Diffuse, Plastic, Roughness};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, Texture, shapes,
 };
+
+/// The scene of the project with this path below `scenes/`.
+pub(crate) fn load(name: &str) -> Scene {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+    pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
+}
 
 /// A diffuse surface.
 pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {

@@ -1,11 +1,9 @@
 //! A session whose camera is replaced is that of the whole scene with this camera.
 
-use std::path::Path;
-
 use pathtracer::{CompileOptions, EnvironmentMap, Region, Scene, Session, Settings, Silent};
 use pt_math::DVec3;
 
-use crate::scenes::{camera, size, under_a_sky};
+use crate::scenes::{camera, load, size, under_a_sky};
 
 const SIZE: [u32; 2] = [16, 12];
 
@@ -40,11 +38,6 @@ fn assert_same(first: &mut Session, second: &mut Session, name: &str) {
     assert_eq!(first.identity(), second.identity(), "{name}");
     assert_eq!(first.notes(), second.notes(), "{name}");
     assert_eq!(first.hints(), second.hints(), "{name}");
-}
-
-fn load(name: &str) -> Scene {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
-    pathtracer::load(&Path::new(folder).join(name)).expect("it can be read")
 }
 
 #[test]

@@ -28,8 +28,8 @@ impl Hierarchies {
         Self(Arc::new(known.collect()))
     }
 
-    /// Serializes the hierarchies for [`Self::from_bytes`]; the bytes are the same on every
-    /// machine.
+    /// Serializes the hierarchies for [`Self::from_bytes`]; the bytes are the same on all machines
+    /// of little-endian byte order.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut all: Vec<_> = self.0.iter().collect();
         all.sort_unstable_by_key(|(key, _)| **key);
@@ -47,7 +47,7 @@ impl Hierarchies {
     /// compilation.
     ///
     /// # Errors
-    /// Bytes that are not the complete output of [`Self::to_bytes`] of this version.
+    /// If a hierarchy is cut off or damaged, or of another version.
     pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, ReadError> {
         let mut known = HashMap::new();
         while !bytes.is_empty() {

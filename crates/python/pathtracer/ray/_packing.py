@@ -56,7 +56,8 @@ class PackedSettings:
 
 
 def pack_scene(scene: Scene) -> PackedScene:
-    """Save a scene, which was compiled, to memory; it is read as it was, to the last bit."""
+    """Save a scene to memory, with its hierarchies if it was compiled; it is read as it was, to the
+    last bit."""
     with tempfile.TemporaryDirectory(prefix="pathtracer-") as folder:
         scene.save(Path(folder, _SCENE))
         paths = (Path(parent, name) for parent, _, names in os.walk(folder) for name in names)
