@@ -14,9 +14,10 @@ use pathtracer::{CompileError, Film, LoadError, Observer};
 use crate::command_args::Command;
 use crate::commands::render::RenderResult;
 use crate::commands::{merge as merging, rerender as rerendering, resume as resuming};
+use crate::keywords::in_keywords;
 use crate::message::{self, WithHints, collected};
 use crate::origin::argument;
-use crate::request::{Purpose, Words, arguments, in_keywords};
+use crate::request::{Purpose, Words, arguments};
 use crate::views;
 
 /// Film of an image, and what is known about it.

@@ -9,8 +9,9 @@ use pathtracer::denoise::Denoiser;
 use crate::command_args::Command;
 use crate::commands::{denoise as denoising, develop as developing, join as joining};
 use crate::film_commands::{CommandError, command};
+use crate::keywords::in_keywords;
 use crate::message::{self, collected};
-use crate::request::{Purpose, Words, in_keywords};
+use crate::request::{Purpose, Words};
 use crate::targets::Done;
 
 /// Image files that a command has written.

@@ -25,6 +25,7 @@ mod hints;
 mod image_commands;
 mod image_options;
 mod job;
+mod keywords;
 mod limits;
 mod loading;
 mod lock;

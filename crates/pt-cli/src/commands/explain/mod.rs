@@ -16,8 +16,8 @@ use serde_json::Value;
 use crate::command_args::{Explain, OfPixel};
 use crate::commands::render::{self, PreparedScene};
 use crate::job::RenderJob;
+use crate::keywords::in_keywords;
 use crate::limits::Limit;
-use crate::request::in_keywords;
 use crate::{command_line, output};
 
 /// Message about settings with which samples are not sums of single paths.
