@@ -45,7 +45,7 @@ class Page:
             cells += [f"{100 * m:.3f}" for m in row.mean]
             cells += [f"{100 * row.mean_error:.3f}", f"{row.blocks - row.outside} of {row.blocks}"]
             cells.append(f"{np.abs(row.z).max():.2f}")
-            cells += [f"{seconds:.1f}" for seconds in row.seconds or ()] or ["", ""]
+            cells += ["" if s is None else f"{s:.1f}" for s in row.seconds or (None, None)]
             self.rows.append(tag("tr", "".join(tag("td", cell) for cell in cells), "" if good else "failed"))
 
     def write(self, verdict):

@@ -21,6 +21,9 @@ their covariances belong to the variance of a block. Pathtracer draws the sample
 filter instead: the mean is the same, and pixels are independent. At the edge of the image its pixels
 see what lies beyond, as Mitsuba's do with sample_border.
 
+With references (see references.py), Mitsuba's side is known with a tenth of the variance that the mean may
+have, and is rendered only for scenes without one. --record makes them.
+
 A scene that does not use $res keeps its own size. If that is greater, it has as many samples per
 image as the others, and thus fewer per pixel.
 """
@@ -35,15 +38,18 @@ import time
 import mitsuba as mi
 import numpy as np
 
+from estimate import BLOCK, LUMINANCE, Estimate, in_blocks
 from page import Page
+from references import References
 
 # The scalar variant needs no compiler on this machine.
 mi.set_variant("scalar_rgb")
 
-BLOCK = 16
 MOST_MEAN = 0.005
 LEAST_BLOCKS = 0.995
 STANDARD_ERRORS = 3.0
+# Relative variance of the mean with which the most that means may differ by is 3 standard errors.
+WANTED = (MOST_MEAN / STANDARD_ERRORS) ** 2
 WORST_BLOCK = 5.5
 # How often a scene is rendered until it is precise, with how many more samples than its noise asks
 # for, and with how many samples per pixel of an image at most.
@@ -51,14 +57,13 @@ ROUNDS = 3
 MARGIN = 1.2
 MOST_SAMPLES = 6000
 CHANCE = 1e-3
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Resolution, number of images, samples per pixel of each.
 SIZES = {"small": (64, 12, 24), "full": (320, 16, 32)}
 
 
 def main():
     arguments = parse()
-    resolution, seeds, spp = SIZES[arguments.size]
+    sizes = SIZES[arguments.size]
     paths = sorted(arguments.scenes.glob("*.xml"))
     if arguments.scene:
         paths = [p for p in paths if p.stem == arguments.scene]
@@ -66,9 +71,16 @@ def main():
         sys.exit(f"no scene {arguments.scene or ''} in {arguments.scenes}")
     if not arguments.scene:
         check_plugins(arguments.scenes / "plugins.txt")
+    references = References(arguments.references, mi.__version__) if arguments.references else None
+    if arguments.record:
+        for path in paths:
+            record(path, sizes, references)
+        return
+    resolution, seeds, spp = sizes
     introduction = (
         f"Mitsuba {mi.__version__} against pathtracer: {resolution} x {resolution} pixels,\n"
-        f"{seeds} images of {spp} samples per pixel each; * is the default sampler"
+        f"{seeds} images of {spp} samples per pixel each; * is the default sampler; scenes without\n"
+        "seconds of theirs are compared with references, which have more samples"
     )
     print(introduction)
     page = Page(arguments.output, introduction)
@@ -76,7 +88,7 @@ def main():
           f"{'worst':>7}{'s theirs':>10}{'s ours':>8}")
     failed, outside, blocks = [], 0, 0
     for path in paths:
-        images, rows = compare(path, arguments, resolution, seeds, spp)
+        images, rows = compare(path, arguments, sizes, references)
         judged = []
         for name, row in rows:
             good = row.print(name)
@@ -116,63 +128,96 @@ def parse():
     parser.add_argument("--output", type=pathlib.Path, required=True)
     parser.add_argument("--size", choices=SIZES, required=True)
     parser.add_argument("--scene")
+    parser.add_argument("--references", type=pathlib.Path)
+    parser.add_argument("--record", action="store_true")
     return parser.parse_args()
 
 
-def compare(path, arguments, resolution, seeds, spp):
+def compare(path, arguments, sizes, references):
     """The images of one scene (theirs, ours, standard errors) and its rows of the table."""
+    resolution, seeds, spp = sizes
     folder = arguments.output
     budget = resolution**2 * spp
     if "$res" not in path.read_text():
         resolution = None
-    mitsuba = Mitsuba(path, resolution)
-    programs = [mitsuba, Program(arguments.program, path, resolution, folder)]
-    spp = min(spp, math.ceil(budget / mitsuba.pixels))
-    samples, seconds = [spp, spp], [0.0, 0.0]
-    for turn in range(ROUNDS):
-        # No two rounds share samples.
-        numbers = range(turn * seeds, (turn + 1) * seeds)
-        stacks = []
-        for i, program in enumerate(programs):
-            start = time.perf_counter()
-            images = [program.render(samples[i], "independent", seed) for seed in numbers]
-            stacks.append(np.stack(images))
-            seconds[i] += time.perf_counter() - start
-        noise = [relative_variance(stack, p.reach) for stack, p in zip(stacks, programs)]
-        more = needed(noise)
-        if max(more) <= 1 or MARGIN * max(m * n for m, n in zip(more, samples)) > MOST_SAMPLES:
-            break
-        samples = [math.ceil(MARGIN * m * n) if m > 1 else n for m, n in zip(more, samples)]
-    theirs, ours = (stack.mean(0) for stack in stacks)
-    sobol = programs[1].render(samples[1] * seeds, "sobol", 0)
-    save(theirs, folder / f"{path.stem}_mitsuba.exr")
-    save(ours, folder / f"{path.stem}_pathtracer.exr")
-    variance = sum(
-        variance_in_blocks(stack @ LUMINANCE, program.reach) / seeds
-        for stack, program in zip(stacks, programs)
-    )
-    mean_error = math.sqrt(sum(noise))
-    independent = Row(theirs, ours, variance, mean_error, seconds)
+    program = Program(arguments.program, path, resolution, folder)
+    reference = references.get(path, resolution) if references else None
+    if reference is None:
+        peer = Mitsuba(path, resolution)
+        theirs, ours = converged([peer, program], share(spp, budget, peer.pixels), seeds, WANTED)
+        seconds = [theirs.seconds, ours.seconds]
+        save(theirs.pixels, folder / f"{path.stem}_mitsuba.exr")
+        theirs, pixels = theirs.estimate, theirs.pixels
+    else:
+        size = share(spp, budget, reference.variance.size * BLOCK**2)
+        [ours] = converged([program], size, seeds, WANTED - reference.noise)
+        theirs, pixels, seconds = reference, reference.picture(), [None, ours.seconds]
+    sobol = in_blocks(program.render(ours.samples * seeds, "sobol", 0))
+    save(ours.pixels, folder / f"{path.stem}_pathtracer.exr")
+    independent = Row(theirs, ours.estimate, ours.estimate.blocks, seconds)
     save(independent.picture(), folder / f"{path.stem}_standard_errors.exr")
     rows = [
         (path.stem, independent),
-        (path.stem + " *", Row(theirs, sobol, variance, mean_error, None)),
+        (path.stem + " *", Row(theirs, ours.estimate, sobol, None)),
     ]
-    return (theirs, ours, independent.picture() / STANDARD_ERRORS), rows
+    return (pixels, ours.pixels, independent.picture() / STANDARD_ERRORS), rows
 
 
-def relative_variance(images, reach):
-    """The variance of the mean over all pixels and images, relative to its square, of the channel
-    where it is greatest."""
-    channels = np.moveaxis(images, -1, 0)
-    variances = [variance_in_blocks(c, reach).sum() / c[0].size ** 2 / len(c) for c in channels]
-    return max(v / c.mean() ** 2 for v, c in zip(variances, channels))
+def record(path, sizes, references):
+    """Renders a scene with Mitsuba until its noise is small beside that of a comparison."""
+    resolution, _, spp = sizes
+    budget = resolution**2 * spp
+    if "$res" not in path.read_text():
+        resolution = None
+    if references.get(path, resolution) is not None:
+        return
+    peer = Mitsuba(path, resolution)
+    # So many that the variance of each block is known.
+    seeds = 32
+    samples = share(spp, budget, peer.pixels)
+    [theirs] = converged([peer], samples, seeds, WANTED / 10, most=math.inf)
+    references.set(path, resolution, theirs.estimate, theirs.samples * seeds)
+    print(f"{path.stem:<19}{100 * math.sqrt(theirs.estimate.noise):>7.3f} %{theirs.seconds:>9.1f} s", flush=True)
 
 
-def needed(noise):
-    """By what to multiply the samples of each program, so that the most that means may differ by is
-    3 standard errors, with the fewest samples in all; at least 1."""
-    wanted = (MOST_MEAN / STANDARD_ERRORS) ** 2
+def share(spp, budget, pixels):
+    """The samples per pixel of an image, the pixels of which share a budget of samples."""
+    return min(spp, math.ceil(budget / pixels))
+
+
+class Rendered:
+    """The images of a renderer with so many samples per pixel each, and all seconds until then."""
+
+    def __init__(self, images, reach, samples, seconds):
+        self.estimate = Estimate.of_images(images, reach)
+        self.pixels = images.mean(0)
+        self.samples = samples
+        self.seconds = seconds
+
+
+def converged(programs, spp, seeds, wanted, most=MOST_SAMPLES):
+    """Images of each program, which together have this relative variance of the mean, if that takes at
+    most `most` samples per pixel of an image."""
+    samples, seconds = [spp for _ in programs], [0.0 for _ in programs]
+    for turn in range(ROUNDS):
+        # No two rounds share samples.
+        numbers = range(turn * seeds, (turn + 1) * seeds)
+        rendered = []
+        for i, program in enumerate(programs):
+            start = time.perf_counter()
+            images = [program.render(samples[i], "independent", seed) for seed in numbers]
+            seconds[i] += time.perf_counter() - start
+            rendered.append(Rendered(np.stack(images), program.reach, samples[i], seconds[i]))
+        more = needed([r.estimate.noise for r in rendered], wanted)
+        if max(more) <= 1 or MARGIN * max(m * n for m, n in zip(more, samples)) > most:
+            break
+        samples = [math.ceil(MARGIN * m * n) if m > 1 else n for m, n in zip(more, samples)]
+    return rendered
+
+
+def needed(noise, wanted):
+    """By what to multiply the samples of each program, so that their variances have this sum, with the
+    fewest samples in all; at least 1."""
     if sum(noise) <= wanted:
         return [1.0 for _ in noise]
     # v0 / k0 + v1 / k1 = wanted where k0 + k1 is least: k is as the root of v.
@@ -221,18 +266,17 @@ class Program:
 
 
 class Row:
-    """The comparison of two images; the variance is that of their difference in luminance."""
+    """The comparison of blocks of ours with their estimate; `ours` has the variances of independent samples."""
 
-    def __init__(self, theirs, ours, variance, mean_error, seconds):
-        mean = theirs.mean((0, 1))
-        self.mean = ours.mean((0, 1)) / mean - 1
+    def __init__(self, theirs, ours, blocks, seconds):
+        mean = theirs.mean
+        self.mean = blocks.mean((0, 1)) / mean - 1
         # That of the noisiest channel.
-        self.mean_error = mean_error
-        difference = in_blocks((ours - theirs) @ LUMINANCE).mean(-1)
+        self.mean_error = math.sqrt(theirs.noise + ours.noise)
+        difference = (blocks - theirs.blocks) @ LUMINANCE
         # Numbers of 32 bits are the least that images can differ by.
         rounding = (1e-6 * (mean @ LUMINANCE)) ** 2
-        error = np.sqrt(in_blocks(variance).mean(-1) / BLOCK**2 + rounding)
-        self.z = difference / error
+        self.z = difference / np.sqrt(theirs.variance + ours.variance + rounding)
         self.blocks = self.z.size
         self.outside = int((np.abs(self.z) > STANDARD_ERRORS).sum())
         self.seconds = seconds
@@ -244,7 +288,7 @@ class Row:
                 and self.outside <= allowed(self.blocks))
         mean = "".join(f"{100 * m:>8.3f}" for m in self.mean) + f"{100 * self.mean_error:>7.3f}"
         within = f"{self.blocks - self.outside} of {self.blocks}"
-        times = "".join(f"{s:>9.1f}" for s in self.seconds or [])
+        times = "".join(f"{'-' if s is None else f'{s:.1f}':>9}" for s in self.seconds or [])
         verdict = "" if good else "  FAILED" if is_precise else "  FAILED: too noisy to judge"
         print(f"{name:<19}{mean}{within:>20}{worst:>7.2f}{times}{verdict}", flush=True)
         return good
@@ -252,27 +296,6 @@ class Row:
     def picture(self):
         """Standard errors of the blocks, red where ours is brighter and blue where theirs is."""
         return np.stack([np.maximum(self.z, 0), 0 * self.z, np.maximum(-self.z, 0)], -1)
-
-
-def variance_in_blocks(images, reach):
-    """The variance of each pixel, and its covariances with pixels of its block that are near."""
-    deviations = images - images.mean(0)
-    near = np.zeros_like(deviations)
-    height, width = images.shape[1:]
-    for top in range(0, height, BLOCK):
-        for left in range(0, width, BLOCK):
-            block = np.s_[:, top : top + BLOCK, left : left + BLOCK]
-            padded = np.pad(deviations[block], ((0, 0), (reach, reach), (reach, reach)))
-            offsets = [(y, x) for y in range(2 * reach + 1) for x in range(2 * reach + 1)]
-            near[block] = sum(padded[:, y : y + BLOCK, x : x + BLOCK] for y, x in offsets)
-    return (deviations * near).sum(0) / (len(images) - 1)
-
-
-def in_blocks(pixels):
-    """The pixels of each block along a third axis."""
-    height, width = pixels.shape
-    cut = pixels.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
-    return cut.transpose(0, 2, 1, 3).reshape(height // BLOCK, width // BLOCK, BLOCK * BLOCK)
 
 
 def allowed(blocks):

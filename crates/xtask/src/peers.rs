@@ -20,6 +20,10 @@ pub(crate) struct Args {
     /// Only the scene of this name
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
+    /// Record what Mitsuba renders as the references of `cargo xtask test`, for scenes that have none,
+    /// or one of other files or another version of Mitsuba
+    #[arg(long, conflicts_with = "size")]
+    record: bool,
 }
 
 /// Amount of rendering.
@@ -40,7 +44,18 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Installation::Python(python) => python,
         Installation::Missing(reason) => bail!("{reason}"),
     };
-    compare(&python, &build_program()?, args.size, args.scene.as_deref())
+    let scene = args.scene.iter().flat_map(|name| ["--scene", name]);
+    if args.record {
+        let mut record = images(Command::new(&python), Path::new(""), RenderSize::Small)?;
+        return succeed(with_references(&mut record).arg("--record").args(scene));
+    }
+    let program = build_program()?;
+    succeed(images(Command::new(&python), &program, args.size)?.args(scene))?;
+    // Scenes with alpha are compared together.
+    if args.scene.is_some() {
+        return Ok(());
+    }
+    succeed(&mut alpha(Command::new(&python), &program, args.size)?)
 }
 
 /// Creates a virtual environment with Mitsuba in the target folder.
@@ -53,23 +68,8 @@ pub(crate) fn prepare() -> Result<Installation> {
     venv::prepare("peers-venv", &[&package, "numpy"], &probe)
 }
 
-/// Renders with both and compares.
-///
-/// # Errors
-/// If the images differ, or one cannot be rendered.
-pub(crate) fn compare(
-    python: &Path,
-    program: &Path,
-    size: RenderSize,
-    scene: Option<&str>,
-) -> Result<()> {
-    let [mut images, mut alpha] = scripts(|| Command::new(python), program, size)?;
-    succeed(images.args(scene.iter().flat_map(|name| ["--scene", name])))?;
-    // Scenes with alpha are compared together.
-    if scene.is_some() { Ok(()) } else { succeed(&mut alpha) }
-}
-
-/// Compares small images at a low priority. Returns the table, and true if the images agree.
+/// Compares small images with the references of Mitsuba, at a low priority. Returns the table, and true
+/// if the images agree.
 ///
 /// # Errors
 /// If a script cannot be started.
@@ -83,7 +83,9 @@ pub(crate) fn compare_in_background(python: &Path, program: &Path) -> Result<(St
         command
     };
     let mut table = String::new();
-    for mut script in scripts(niced, program, RenderSize::Small)? {
+    let mut images = images(niced(), program, RenderSize::Small)?;
+    with_references(&mut images);
+    for mut script in [images, alpha(niced(), program, RenderSize::Small)?] {
         let output = script.output().with_context(|| shown(&script))?;
         table += &String::from_utf8_lossy(&output.stdout);
         table += &String::from_utf8_lossy(&output.stderr);
@@ -94,21 +96,36 @@ pub(crate) fn compare_in_background(python: &Path, program: &Path) -> Result<(St
     Ok((table, true))
 }
 
-/// The comparisons of images and of alpha, by this Python.
-fn scripts(python: impl Fn() -> Command, program: &Path, size: RenderSize) -> Result<[Command; 2]> {
-    let output = output_folder("peers")?;
+/// The comparison of images, by this Python.
+fn images(python: Command, program: &Path, size: RenderSize) -> Result<Command> {
+    script(python, "peers.py", program, "scenes/mitsuba", size)
+}
+
+/// The comparison of alpha, by this Python.
+fn alpha(python: Command, program: &Path, size: RenderSize) -> Result<Command> {
+    script(python, "alpha.py", program, "scenes/alpha", size)
+}
+
+/// The comparison of images with references that were recorded.
+fn with_references(images: &mut Command) -> &mut Command {
+    images.arg("--references").arg(root().join("scenes/mitsuba/references.json"))
+}
+
+fn script(
+    mut python: Command,
+    file: &str,
+    program: &Path,
+    scenes: &str,
+    size: RenderSize,
+) -> Result<Command> {
     let size = match size {
         RenderSize::Small => "small",
         RenderSize::Full => "full",
     };
-    let scripts = [("peers.py", "scenes/mitsuba"), ("alpha.py", "scenes/alpha")];
-    Ok(scripts.map(|(script, scenes)| {
-        let mut command = python();
-        command.arg(root().join("crates/xtask/python").join(script));
-        command.arg("--program").arg(program);
-        command.arg("--scenes").arg(root().join(scenes));
-        command.arg("--output").arg(&output);
-        command.args(["--size", size]);
-        command
-    }))
+    python.arg(root().join("crates/xtask/python").join(file));
+    python.arg("--program").arg(program);
+    python.arg("--scenes").arg(root().join(scenes));
+    python.arg("--output").arg(output_folder("peers")?);
+    python.args(["--size", size]);
+    Ok(python)
 }
