@@ -24,10 +24,10 @@ pub(crate) fn print(text: &str) -> Result<ExitCode> {
     print_as_is(printable(text).as_bytes())
 }
 
-/// Prints a text of the program itself as [`print`] does, but without escaping control characters.
+/// Prints a text of the program itself as [`print()`] does, but without escaping control characters.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub(crate) fn print_as_is(text: &[u8]) -> Result<ExitCode> {
     let mut out = std::io::stdout();
     match out.write_all(text).and_then(|()| out.flush()) {

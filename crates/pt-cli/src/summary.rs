@@ -133,10 +133,12 @@ pub(crate) fn cpu_seconds() -> Option<f64> {
     Some((ticks()? + ticks()?) as f64 / TICKS_PER_SECOND)
 }
 
-/// Formats the measured error, as in "0.960 % of the displayed image (0.930 to 0.990)".
+/// Formats the measured error, as in "0.960 % of the displayed image (0.930 to 0.990)"; few samples
+/// may have no upper bound.
 fn words(look: &Evaluation) -> String {
     let [error, least, most] = look.measured.to_array().map(|share| 100.0 * share);
-    format!("{error:.3} % of the displayed image ({least:.3} to {most:.3})")
+    let most = if most.is_finite() { format!("{most:.3}") } else { "unbounded".into() };
+    format!("{error:.3} % of the displayed image ({least:.3} to {most})")
 }
 
 /// Line of the summary with the measured and the requested error, or `None` without half buffers.

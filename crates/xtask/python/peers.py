@@ -53,7 +53,7 @@ WANTED = (MOST_MEAN / STANDARD_ERRORS) ** 2
 WORST_BLOCK = 5.5
 # How often a scene is rendered until it is precise, with how many more samples than its noise asks
 # for, and with how many samples per pixel of an image at most.
-ROUNDS = 3
+ROUNDS = 4
 MARGIN = 1.2
 MOST_SAMPLES = 6000
 CHANCE = 1e-3

@@ -163,23 +163,25 @@ fn moving_light_is_the_mean_of_still_light() {
     assert_blurred(&under_flying_lamps(), "light");
 }
 
-/// Animated lights are sampled with their densities: estimators of direct light agree, also for a
-/// stretched emissive ball, which no other scene has.
+/// Animated lights are sampled with their densities, and at the times of their camera rays: the
+/// estimators of direct light agree, also with path splitting, and for a stretched emissive ball,
+/// which no other scene has.
 #[test]
 fn estimators_agree_under_lights_that_move() {
     let mut scene = under_flying_lamps();
     scene.objects[4].motion = scene.objects[2].motion.clone();
-    let film = |integrator: &str, direct, light_samples, seed| {
-        let integrator = integrator.to_owned();
-        let base = settings(8192);
-        let settings = Settings { integrator, direct, light_samples, max_depth: 2, seed, ..base };
-        let session = render(&scene, size(SIZE), settings);
+    let film = |integrator: &str, direct, light_samples, split, seed| {
+        let (integrator, name) =
+            (integrator.to_owned(), format!("{direct:?} {light_samples} {split}"));
+        let sampling = Settings { direct, light_samples, split, seed, ..settings(8192) };
+        let session = render(&scene, size(SIZE), Settings { integrator, max_depth: 2, ..sampling });
         assert_eq!(session.scene().animated_lights().len(), 3);
-        (format!("{direct:?} {light_samples}"), session.film().clone())
+        (name, session.film().clone())
     };
-    let films = ESTIMATORS.into_iter().zip(1..).map(|(d, i)| film("path", d, 1 + i % 2, i));
-    let volpath = film("volpath", DirectLight::Mis, 1, 9);
-    assert_all_agree(&films.chain([volpath]).collect::<Vec<_>>());
+    let films = ESTIMATORS.into_iter().zip(1..).map(|(d, i)| film("path", d, 1 + i % 2, 1, i));
+    let others = [("volpath", 1), ("path", 4)]
+        .map(|(name, split)| film(name, DirectLight::Mis, 1, split, 9));
+    assert_all_agree(&films.chain(others).collect::<Vec<_>>());
 }
 
 /// Transparency, textures of all kinds, and media inside of animated objects.

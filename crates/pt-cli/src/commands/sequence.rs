@@ -9,7 +9,7 @@ use anyhow::{Result, anyhow, bail, ensure};
 use pathtracer::checkpoint::differences;
 use pathtracer::film_file::FilmHeader;
 use pathtracer::provenance::Provenance;
-use pathtracer::{Outcome, camera_index, image};
+use pathtracer::{Observer, Outcome, camera_index, image};
 
 use super::render::{self, ImageJob, ImageResult, PreparedScene};
 use crate::args::Cli;
@@ -71,9 +71,10 @@ pub(crate) fn run(cli: &Cli, words: &[String]) -> Result<ExitCode> {
                 if let Some(console) = &console {
                     console.finish(result.progress);
                 }
+                let is_interrupted = console.as_ref().is_some_and(Observer::cancelled);
+                let cause = if is_interrupted { "stopped early" } else { "time limit reached" };
                 report!(
-                    "stopped early, at image {} of {count}\nhelp: the same command continues the \
-                     sequence",
+                    "{cause}, at image {} of {count}\nhelp: the same command continues the sequence",
                     number + 1
                 );
                 return Ok(result.status.into());

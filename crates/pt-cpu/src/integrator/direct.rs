@@ -131,7 +131,8 @@ impl<S: Copy> DirectLighting<S> {
                 light.visit(SampleEach { tables: &scene.light_tables, points, samples });
             }
             SceneLight::Animated { light, .. } => samples.extend(points.map(|(vertex, u)| {
-                let time = batch.camera_rays.time(vertex.start as usize);
+                let camera_ray = block.splitting.camera_ray(vertex.start);
+                let time = batch.camera_rays.time(camera_ray);
                 scene.sample_animated_light(light, time, vertex.point.p, u)
             })),
         }

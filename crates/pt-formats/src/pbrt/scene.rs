@@ -484,11 +484,15 @@ fn with_coordinates(mesh: &Mesh) -> Mesh {
 /// Multiplies the emission of a light.
 fn expose(kind: &mut LightKind, exposure: f32) {
     match kind {
-        LightKind::Point { intensity: light }
-        | LightKind::Ies { scale: light, .. }
-        | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light, .. } => *light = light.map(|c| c * exposure),
         LightKind::Environment { scale, .. } => *scale *= exposure,
-        _ => {}
+        LightKind::Daylight(light) => {
+            light.sky *= exposure;
+            light.sun *= exposure;
+        }
+        _ => {
+            if let Some(color) = kind.strength_mut() {
+                *color = color.map(|c| c * exposure);
+            }
+        }
     }
 }

@@ -42,7 +42,7 @@ impl PbrtWorld {
         let number = self.media.add("subsurface", entity, matter, g);
         let message = format!(
             "light below the surface is simulated by volpath from collision to collision, up to \
-             {STEPS} interactions of a path, as -m counts them; the shape has to be closed, and \
+             {STEPS} interactions of a path; the shape has to be closed, and \
              lights without extent do not light a smooth one from inside"
         );
         self.warn(entity, message);

@@ -154,6 +154,24 @@ fn the_exposure_multiplies_all_light() {
     assert_eq!(radiance, [2.0; 3]);
 }
 
+/// Exposure of the default second at ISO 400 by four, for each kind of light.
+#[test]
+fn the_exposure_multiplies_each_light() {
+    const FILM: &str = "Film \"rgb\" \"float iso\" 400";
+    let picture = "\"string filename\" \"slide.exr\"";
+    for kind in ["point", "spot", "distant", "goniometric", "projection", "infinite"] {
+        let file =
+            if matches!(kind, "goniometric" | "projection" | "infinite") { picture } else { "" };
+        let text = format!("LightSource \"{kind}\" {file}");
+        let pixels = vec![[1.0, 0.5, 2.0]; 16];
+        let strength = |film| match exposed_with_picture(4, pixels.clone(), film, &text).0 {
+            LightKind::Environment { scale, .. } => [scale; 3],
+            light => *light.strength().expect("a colour"),
+        };
+        assert_eq!(strength(FILM), strength("").map(|c| 4.0 * c), "{kind}");
+    }
+}
+
 #[test]
 fn what_is_in_an_object_and_what_is_only_a_border_do_not_shine() {
     let area = "AreaLightSource \"diffuse\" Shape \"sphere\"";
@@ -196,6 +214,16 @@ fn a_square_map_shines_from_where_it_does_there() {
 
 /// Reads a light in a folder with an image of these texels.
 fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DAffine3) {
+    exposed_with_picture(width, pixels, "", text)
+}
+
+/// A light that shows a picture, with a film.
+fn exposed_with_picture(
+    width: u32,
+    pixels: Vec<[f32; 3]>,
+    film: &str,
+    text: &str,
+) -> (LightKind, DAffine3) {
     let folder = tempfile::tempdir().expect("a folder");
     let image = pt_scene::image::Image {
         width,
@@ -205,7 +233,7 @@ fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DA
     let path = folder.path().join("slide.exr");
     pt_image::save(&image, &path, &SaveOptions::default()).expect("it is written");
     let file = folder.path().join("a.pbrt");
-    std::fs::write(&file, format!("Camera \"perspective\" WorldBegin {text}"))
+    std::fs::write(&file, format!("{film} Camera \"perspective\" WorldBegin {text}"))
         .expect("it is written");
     let light = pt_formats::load(&file).expect("a scene").lights.to_mut().swap_remove(0);
     (light.kind, light.to_world)
