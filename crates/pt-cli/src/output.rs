@@ -24,7 +24,8 @@ pub(crate) fn print(text: &str) -> Result<ExitCode> {
     print_as_is(printable(text).as_bytes())
 }
 
-/// Prints a text of the program itself as [`print()`] does, but without escaping control characters.
+/// Prints a text of the program itself as [`print()`] does, but without escaping control
+/// characters.
 ///
 /// # Errors
 /// As [`print()`].

@@ -11,6 +11,7 @@ pub mod color;
 pub mod distribution;
 pub mod float_error;
 pub mod frame;
+pub mod lanes;
 pub mod measure;
 pub mod noise;
 pub mod point_mesh;

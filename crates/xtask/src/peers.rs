@@ -20,8 +20,8 @@ pub(crate) struct Args {
     /// Only the scene of this name
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Record what Mitsuba renders as the references of `cargo xtask test`, for scenes that have none,
-    /// or one of other files or another version of Mitsuba
+    /// Record what Mitsuba renders as the references of `cargo xtask test`, for scenes that have
+    /// none, or one of other files or another version of Mitsuba
     #[arg(long, conflicts_with = "size")]
     record: bool,
 }
@@ -68,8 +68,8 @@ pub(crate) fn prepare() -> Result<Installation> {
     venv::prepare("peers-venv", &[&package, "numpy"], &probe)
 }
 
-/// Compares small images with the references of Mitsuba, at a low priority. Returns the table, and true
-/// if the images agree.
+/// Compares small images with the references of Mitsuba, at a low priority. Returns the table, and
+/// true if the images agree.
 ///
 /// # Errors
 /// If a script cannot be started.

@@ -14,8 +14,8 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 pub(super) use self::closed_form::{inverse_square, level, midpoints, of_infinite_light};
 pub(super) use self::properties::{LightGeometry, LightLaws};
 use super::{
-    AnyLight, EmitterTriangle, EscapedRay, LightHit, LightSample, LightSampleContext, LightTables,
-    MeshLight, SphereLight,
+    AnyLight, EmitterTriangle, EscapedRay, Light, LightHit, LightSample, LightSampleContext,
+    LightTables, LightVisitor, MeshLight, SphereLight,
 };
 
 /// Receiving points: below the lights of the examples, off their axis, far away, above, and inside
@@ -219,6 +219,51 @@ fn density_of_a_sample_is_that_of_its_direction() {
             assert!(is_same, "{:?} {context:?}: {s:?} {again:?}", example.0);
         }
     });
+}
+
+/// Samples of many points have the bits of samples of one, near the light and far from it, also in
+/// blocks that are not full.
+#[test]
+fn samples_of_many_points_are_those_of_each() {
+    const NUMBER: usize = 20_003;
+    for_all(|(light, tables), context, random| {
+        let points: Vec<_> = (0..NUMBER)
+            .map(|_| {
+                let p = context.p + random.in_cube() * random.unit().powi(3) * 4.0;
+                (LightSampleContext { p, ..*context }, random.unit_2d())
+            })
+            .collect();
+        let together = light.visit(Together { tables, points: &points });
+        assert_eq!(together.len(), NUMBER);
+        for ((context, u), found) in points.iter().zip(&together) {
+            let alone = light.sample(tables, context, *u);
+            assert_eq!(bits(alone.as_ref()), bits(found.as_ref()), "{light:?} {context:?} {u:?}");
+        }
+    });
+}
+
+/// Samples a light for all points at once.
+struct Together<'a> {
+    tables: &'a LightTables,
+    points: &'a [(LightSampleContext, [f32; 2])],
+}
+
+impl LightVisitor for Together<'_> {
+    type Output = Vec<Option<LightSample>>;
+
+    fn visit<L: Light>(self, light: &L) -> Self::Output {
+        let mut samples = Vec::new();
+        light.sample_each(self.tables, self.points.iter().copied(), &mut samples);
+        samples
+    }
+}
+
+fn bits(sample: Option<&LightSample>) -> Option<Vec<u32>> {
+    let LightSample { wi, distance, end, radiance, pdf } = sample?;
+    let end = end.map_or([0.0; 3], |end| end.to_array());
+    let numbers = [&wi.to_array()[..], &[*distance], &end, &radiance.to_array()].concat();
+    let pdf = pdf.map_or(0.0, pt_math::Pdf::get);
+    Some(numbers.into_iter().chain([pdf]).map(f32::to_bits).collect())
 }
 
 /// A delta light has one direction and no density; only light sampling finds it.

@@ -3,19 +3,18 @@
 #[cfg(test)]
 use pt_math::DVec3;
 use pt_math::distribution::AliasTable;
-use pt_math::float_error::gamma;
-use pt_math::ray::offset_origin;
-use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_math::lanes::F32Lanes;
+use pt_math::sampler::LANES;
+use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::emitter_triangle::EmitterTriangle;
 #[cfg(test)]
 use super::emitter_triangle::of_triangle;
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
-use super::spherical_triangle::SphericalTriangle;
 use super::tree::LightBounds;
+use super::triangle_point::{LitTriangle, NEAR, TrianglePoint};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
-use crate::bsdf::emitted_through;
 
 /// Triangles with a common radiance. One of them is chosen by area, and a point of it by solid
 /// angle if it is near, or else by area.
@@ -32,10 +31,6 @@ pub struct MeshLight {
     /// Largest |distance of the centroid|² / (|e₁|² + |e₂|²) of triangles that are near.
     pub near: f32,
 }
-
-/// Points of farther triangles contribute so evenly that sampling by area, which is cheaper, is as
-/// good.
-const NEAR: f32 = 1.0;
 
 impl MeshLight {
     /// Adds triangles to the tables; `None` if they have no area.
@@ -63,114 +58,16 @@ impl MeshLight {
     fn area_pdf(&self) -> Pdf<Area> {
         Pdf::new(self.inverse_area)
     }
-
-    /// Returns the triangle p₀, p₀ + e₁, p₀ + e₂ as seen from `p` if it is sampled by solid angle,
-    /// or else `None`.
-    #[inline(always)]
-    fn seen(&self, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
-        seen(self.near, p, p0, e1, e2)
-    }
 }
 
-/// Returns a triangle as seen from `p` if it is near enough to be sampled by solid angle, or else
-/// `None`.
-#[inline(always)]
-pub(super) fn seen_nearby(p: Vec3, triangle: &EmitterTriangle) -> Option<SphericalTriangle> {
-    seen(NEAR, p, triangle.p0, triangle.e1, triangle.e2)
-}
-
-#[inline(always)]
-fn seen(near: f32, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
-    let d0 = p0 - p;
-    let to_middle = d0 + (e1 + e2) * (1.0 / 3.0);
-    let size_squared = e1.length_squared() + e2.length_squared();
-    let is_near = to_middle.length_squared() < near * size_squared;
-    if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
-}
-
-/// A sampled point of a triangle, for a receiving point.
-pub(super) struct TrianglePoint {
-    wi: Vec3,
-    distance: f32,
-    end: Vec3,
-    /// Squared distance from the receiving point.
-    pub(super) distance_squared: f32,
-    /// Cosine of the angle to the normal of the triangle.
-    pub(super) cos: f32,
-    /// Barycentric coordinates b₁ and b₂.
-    pub(super) barycentric: [f32; 2],
-    coat: f32,
-}
-
-impl TrianglePoint {
-    /// Returns the light sample of the point.
-    #[inline(always)]
-    pub(super) fn sample(&self, radiance: Spectrum, pdf: Pdf<SolidAngle>) -> LightSample {
-        let &Self { wi, distance, end, coat, .. } = self;
-        let radiance =
-            if coat > 0.0 { radiance * emitted_through(coat, self.cos) } else { radiance };
-        LightSample { wi, distance, end: Some(end), radiance, pdf: Some(pdf) }
-    }
-}
-
-/// Samples a point of a triangle whose front faces `p`: by solid angle if `seen` is given, or else
-/// by area.
-#[inline(always)]
-pub(super) fn point_of(
-    triangle: &EmitterTriangle,
-    seen: Option<&SphericalTriangle>,
-    p: Vec3,
-    u: [f32; 2],
-) -> Option<TrianglePoint> {
-    let &EmitterTriangle { p0, e1, e2, normal, coat } = triangle;
-    let [b1, b2] = match seen {
-        Some(seen) => seen.sample(u),
-        None => warp::uniform_triangle(u),
-    };
-    let (q1, q2) = (e1 * b1, e2 * b2);
-    let q = p0 + q1 + q2;
-    let d = q - p;
-    let distance_squared = d.length_squared();
-    let distance = distance_squared.sqrt();
-    let cos = -d.dot(normal) / distance;
-    if cos.is_nan() || cos <= 0.0 {
-        return None;
-    }
-    let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
-    let end = offset_origin(q, error, normal, -d);
-    let barycentric = [b1, b2];
-    let wi = d / distance;
-    Some(TrianglePoint { wi, distance, end, distance_squared, cos, barycentric, coat })
-}
-
-/// Samples one triangle, whose radiance depends on the barycentric coordinates.
-#[inline]
-pub(super) fn seen_sample(
-    triangle: &EmitterTriangle,
-    radiance: impl FnOnce([f32; 2]) -> Spectrum,
-    p: Vec3,
-    u: [f32; 2],
-) -> Option<LightSample> {
-    let seen = seen_nearby(p, triangle);
-    let point = point_of(triangle, seen.as_ref(), p, u)?;
-    let pdf = match seen {
-        Some(seen) => Pdf::new(1.0 / seen.solid_angle),
-        None => Pdf::<Area>::new(1.0 / triangle.area())
-            .to_solid_angle(point.distance_squared, point.cos),
-    };
-    pdf.is_positive().then(|| point.sample(radiance(point.barycentric), pdf))
-}
-
-/// Density of [`seen_sample`].
-#[inline]
-pub(super) fn seen_area_pdf(p: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
-    let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
-    let (e1, e2) = (p1 - p0, p2 - p0);
-    if let Some(seen) = seen(NEAR, p, p0, e1, e2) {
-        return Pdf::new(1.0 / seen.solid_angle);
-    }
-    let area = 0.5 * e1.cross(e2).length();
-    Pdf::<Area>::new(1.0 / area).to_solid_angle(hit.distance_squared, hit.cos)
+/// Samples a point of the triangle of each lane; not inlined, so that the lanes have all registers.
+#[inline(never)]
+fn sample_lanes(
+    lit: &LitTriangle<F32Lanes>,
+    near: f32,
+    u: [F32Lanes; 2],
+) -> TrianglePoint<F32Lanes> {
+    lit.sample(near, u)
 }
 
 impl Light for MeshLight {
@@ -185,13 +82,38 @@ impl Light for MeshLight {
     ) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
-        let seen = self.seen(context.p, triangle.p0, triangle.e1, triangle.e2);
-        let point = point_of(triangle, seen.as_ref(), context.p, [u, v])?;
-        let pdf = match seen {
-            Some(seen) => Pdf::new(probability / seen.solid_angle),
-            None => self.area_pdf().to_solid_angle(point.distance_squared, point.cos),
-        };
-        Some(point.sample(self.radiance, pdf))
+        let point = LitTriangle::new(triangle, context.p).sample(self.near, [u, v]);
+        point.light_sample(triangle, |_| self.radiance, probability, || self.area_pdf())
+    }
+
+    #[inline(always)]
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        mut points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        let choice = &tables.triangle_choice[self.choice as usize];
+        let triangles = &tables.triangles[self.first as usize..];
+        loop {
+            let (mut chosen, mut count) = ([(0, 0.0); LANES], 0);
+            let (mut lit, mut u) = (LitTriangle::<F32Lanes>::default(), [F32Lanes::default(); 2]);
+            for (context, [x, y]) in points.by_ref().take(LANES) {
+                let (i, probability, x) = choice.sample(x);
+                lit.set(count, &triangles[i], context.p);
+                [u[0].0[count], u[1].0[count]] = [x, y];
+                chosen[count] = (i, probability);
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            let found = sample_lanes(&lit, self.near, u);
+            samples.extend(chosen[..count].iter().enumerate().map(|(lane, &(i, probability))| {
+                let (radiance, by_area) = (|_| self.radiance, || self.area_pdf());
+                found.get(lane).light_sample(&triangles[i], radiance, probability, by_area)
+            }));
+        }
     }
 
     #[inline(always)]
@@ -204,13 +126,12 @@ impl Light for MeshLight {
     ) -> Pdf<SolidAngle> {
         let Some(hit) = hit else { return Pdf::ZERO };
         let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
-        let (e1, e2) = (p1 - p0, p2 - p0);
-        match self.seen(context.p, p0, e1, e2) {
-            Some(seen) => {
-                let area = 0.5 * e1.cross(e2).length();
-                Pdf::new(area * self.inverse_area / seen.solid_angle)
-            }
-            None => self.area_pdf().to_solid_angle(hit.distance_squared, hit.cos),
+        let solid_angle = LitTriangle::of_corners([p0, p1, p2], context.p).solid_angle(self.near);
+        if solid_angle > 0.0 {
+            let area = 0.5 * (p1 - p0).cross(p2 - p0).length();
+            Pdf::new(area * self.inverse_area / solid_angle)
+        } else {
+            self.area_pdf().to_solid_angle(hit.distance_squared, hit.cos)
         }
     }
 

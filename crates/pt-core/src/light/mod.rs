@@ -30,6 +30,7 @@ mod sun;
 mod textured_mesh;
 mod textured_sphere;
 pub mod tree;
+mod triangle_point;
 
 use std::sync::Arc;
 

@@ -102,8 +102,9 @@ impl Portal {
         if to_middle.length_squared() >= NEAR * (e1.length_squared() + e2.length_squared()) {
             return None;
         }
-        let first = SphericalTriangle::new(d0, e1, diagonal)?;
-        Some(VisiblePart([first, SphericalTriangle::new(d0, diagonal, e2)?]))
+        let seen = |a: Vec3, b: Vec3| SphericalTriangle::new(d0.into(), a.into(), b.into());
+        let parts = [seen(e1, diagonal), seen(diagonal, e2)];
+        parts.iter().all(|part| part.solid_angle > 0.0).then_some(VisiblePart(parts))
     }
 
     /// Samples a direction from `p` to the rectangle: uniformly by solid angle if it is near, or

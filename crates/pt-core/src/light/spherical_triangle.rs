@@ -1,6 +1,6 @@
 //! Spherical triangles: sampling of triangles by solid angle.
 
-use pt_math::{Vec3, trig};
+use pt_math::lanes::{Real, Real3};
 
 /// A triangle on the sphere of directions around a point p, with uniform sampling of its
 /// directions. [Arvo 1995, "Stratified Sampling of Spherical Triangles"; without his angles, as in
@@ -8,20 +8,21 @@ use pt_math::{Vec3, trig};
 ///
 /// With unit vectors v₀, v₁, v₂ to the corners, the solid angle Ω satisfies
 /// tan(Ω/2) = |v₀·(v₁×v₂)| / (1 + v₀·v₁ + v₁·v₂ + v₂·v₀). [Van Oosterom & Strackee 1983]
-pub(super) struct SphericalTriangle {
-    v: [Vec3; 3],
+#[derive(Clone, Copy)]
+pub(super) struct SphericalTriangle<R = f32> {
+    v: [Real3<R>; 3],
     /// Distances to the corners.
-    lengths: [f32; 3],
+    lengths: [R; 3],
     /// |v₀·(v₁×v₂)|
-    volume: f32,
+    volume: R,
     /// (v₀ + v₁)·v₂
-    to_third: f32,
+    to_third: R,
     /// 1 + v₀·v₁
-    to_second: f32,
+    to_second: R,
     /// v₀·v₂
-    cos02: f32,
-    /// Ω.
-    pub(super) solid_angle: f32,
+    cos02: R,
+    /// Ω, or 0 if the triangle is seen edge-on.
+    pub(super) solid_angle: R,
 }
 
 /// Smallest squared height of the receiving point above the plane, relative to |e₁|² + |e₂|². At
@@ -29,56 +30,56 @@ pub(super) struct SphericalTriangle {
 /// 10⁻³, and far less for all but one in a thousand. Small or distant triangles need no such bound.
 const MIN_HEIGHT: f32 = 1e-6;
 
-impl SphericalTriangle {
-    /// Creates the triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the receiving point;
-    /// `None` if it is seen edge-on.
-    #[inline]
-    pub(super) fn new(d0: Vec3, e1: Vec3, e2: Vec3) -> Option<Self> {
+impl<R: Real> SphericalTriangle<R> {
+    /// Creates the triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the receiving point.
+    #[inline(always)]
+    pub(super) fn new(d0: Real3<R>, e1: Real3<R>, e2: Real3<R>) -> Self {
         let across = e1.cross(e2);
         let size_squared = e1.length_squared() + e2.length_squared();
         // From the height above the plane: the triple product of unit vectors cancels for small
         // triangles.
         let volume = d0.dot(across);
-        if volume * volume <= MIN_HEIGHT * size_squared * across.length_squared() {
-            return None;
-        }
+        let least = R::splat(MIN_HEIGHT) * size_squared * across.length_squared();
+        let is_seen = least.lt(volume * volume);
         let d = [d0, d0 + e1, d0 + e2];
-        let lengths = d.map(Vec3::length);
+        let lengths = d.map(Real3::length);
         let v = [d[0] / lengths[0], d[1] / lengths[1], d[2] / lengths[2]];
         let volume = (volume / (lengths[0] * lengths[1] * lengths[2])).abs();
         let between = v[0] + v[1];
         let to_third = between.dot(v[2]);
-        let to_second = 0.5 * between.length_squared();
-        let solid_angle = 2.0 * trig::atan2(volume, to_second + to_third);
+        let to_second = R::splat(0.5) * between.length_squared();
+        let whole = R::splat(2.0) * R::atan2(volume, to_second + to_third);
+        let solid_angle = R::select(is_seen, whole.max(R::splat(0.0)), R::splat(0.0));
         let cos02 = v[0].dot(v[2]);
-        let seen = Self { v, lengths, volume, to_third, to_second, cos02, solid_angle };
-        (solid_angle > 0.0).then_some(seen)
+        Self { v, lengths, volume, to_third, to_second, cos02, solid_angle }
     }
 
     /// Returns the barycentric coordinates [b₁, b₂] of the point of the triangle in a direction
-    /// that is uniform in solid angle.
+    /// that is uniform in solid angle, unless it is seen edge-on.
     ///
     /// First samples x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the fraction u₀
     /// of the solid angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and the condition
     /// Ω' = u₀ Ω is linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then samples a direction
     /// on the arc from v₁ to x, whose height above the plane with normal v₁ is uniform.
-    #[inline]
-    pub(super) fn sample(&self, [u0, u1]: [f32; 2]) -> [f32; 2] {
-        let (sin, cos) = trig::sin_cos(0.5 * u0 * self.solid_angle);
+    #[inline(always)]
+    pub(super) fn sample(&self, [u0, u1]: [R; 2]) -> [R; 2] {
+        const TURNS_OF_HALF_RADIANS: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
+        let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(R::splat);
+        let (sin, cos) = (u0 * self.solid_angle * R::splat(TURNS_OF_HALF_RADIANS)).sin_cos_tau();
         // h = α v₀ + β v₂
         let alpha = cos * self.volume - sin * self.to_third;
         let beta = sin * self.to_second;
         let along = alpha + beta * self.cos02;
-        let scale = 1.0 / (alpha * along + beta * (beta + alpha * self.cos02));
-        let x0 = ((alpha - beta) * (alpha + beta) * scale).max(0.0);
-        let x2 = (2.0 * beta * along * scale).max(0.0);
+        let scale = one / (alpha * along + beta * (beta + alpha * self.cos02));
+        let x0 = ((alpha - beta) * (alpha + beta) * scale).max(zero);
+        let x2 = (two * beta * along * scale).max(zero);
         let [v0, v1, v2] = self.v;
         let x = v0 * x0 + v2 * x2;
         // 1 − v₁·x and 1 + v₁·x without cancellation.
-        let (less, more) = (0.5 * (v1 - x).length_squared(), 0.5 * (v1 + x).length_squared());
-        let down = u1 * less.min(2.0);
-        let t = if more > 0.0 { (u1 * (2.0 - down) / more).sqrt() } else { u1 };
-        let w1 = (1.0 - down - t * (1.0 - less)).max(0.0);
+        let (less, more) = (half * (v1 - x).length_squared(), half * (v1 + x).length_squared());
+        let down = u1 * less.min(two);
+        let t = R::select(zero.lt(more), (u1 * (two - down) / more).sqrt(), u1);
+        let w1 = (one - down - t * (one - less)).max(zero);
         // From unit vectors to corners.
         let [w0, w1, w2] =
             [t * x0 / self.lengths[0], w1 / self.lengths[1], t * x2 / self.lengths[2]];
@@ -89,7 +90,7 @@ impl SphericalTriangle {
 
 #[cfg(test)]
 mod tests {
-    use pt_math::DVec3;
+    use pt_math::{DVec3, Vec3};
     use pt_testing::Random;
 
     use super::*;
@@ -100,6 +101,11 @@ mod tests {
         [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.02, 0.01, 0.0)],
         [Vec3::new(0.5, 0.1, 0.0), Vec3::new(-0.4, 1.3, 0.0)],
     ];
+
+    fn seen(p: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
+        let seen = SphericalTriangle::new((-p).into(), e1.into(), e2.into());
+        (seen.solid_angle > 0.0).then_some(seen)
+    }
 
     fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
         let [a, b, c] = [a, b, c].map(DVec3::normalize);
@@ -119,16 +125,16 @@ mod tests {
     #[test]
     fn nobody_sees_a_triangle_on_edge() {
         for p in [Vec3::new(0.3, 0.3, 1e-4), Vec3::X * 0.5, Vec3::ZERO, Vec3::new(5.0, 2.0, 0.0)] {
-            assert!(SphericalTriangle::new(-p, Vec3::X, Vec3::Y).is_none(), "{p}");
+            assert!(seen(p, Vec3::X, Vec3::Y).is_none(), "{p}");
         }
-        assert!(SphericalTriangle::new(Vec3::Z, Vec3::X, Vec3::X).is_none());
+        assert!(seen(-Vec3::Z, Vec3::X, Vec3::X).is_none());
     }
 
     #[test]
     fn solid_angles_have_their_digits() {
         for [e1, e2] in TRIANGLES {
             for p in places(&mut Random::new(2)) {
-                let seen = SphericalTriangle::new(-p, e1, e2).unwrap();
+                let seen = seen(p, e1, e2).unwrap();
                 let d = [Vec3::ZERO, e1, e2].map(|c| c.as_dvec3() - p.as_dvec3());
                 let want = solid_angle(d);
                 let error = f64::from(seen.solid_angle) / want - 1.0;
@@ -143,7 +149,7 @@ mod tests {
     fn samples_cut_off_their_share() {
         for [e1, e2] in TRIANGLES {
             for p in places(&mut Random::new(3)) {
-                let seen = SphericalTriangle::new(-p, e1, e2).unwrap();
+                let seen = seen(p, e1, e2).unwrap();
                 let mut random = Random::new(4);
                 for _ in 0..100 {
                     let u = random.unit_2d();

@@ -10,8 +10,8 @@ use super::emitter_triangle::EmitterTriangle;
 use super::emitter_triangle::of_triangle;
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws};
-use super::mesh::{point_of, seen_nearby};
 use super::tree::LightBounds;
+use super::triangle_point::{LitTriangle, NEAR};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
 use crate::texture::Textures;
@@ -112,15 +112,14 @@ impl Light for TexturedMesh {
     ) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
-        let seen = seen_nearby(context.p, triangle);
-        let point = point_of(triangle, seen.as_ref(), context.p, [u, v])?;
+        let point = LitTriangle::new(triangle, context.p).sample(NEAR, [u, v]);
         let laid = &tables.textured_triangles[self.textured as usize + i];
-        let pdf = match seen {
-            Some(seen) => Pdf::new(probability / seen.solid_angle),
-            None => Pdf::<Area>::new(probability / triangle.area())
-                .to_solid_angle(point.distance_squared, point.cos),
-        };
-        Some(point.sample(laid.radiance(&tables.textures, triangle, point.barycentric), pdf))
+        point.light_sample(
+            triangle,
+            |barycentric| laid.radiance(&tables.textures, triangle, barycentric),
+            probability,
+            || Pdf::new(probability / triangle.area()),
+        )
     }
 
     fn pdf(
@@ -134,11 +133,12 @@ impl Light for TexturedMesh {
         let Some(i) = self.number(tables, hit.primitive) else { return Pdf::ZERO };
         let probability = tables.triangle_choice[self.choice as usize].probability(i);
         let triangle = &tables.triangles[self.first as usize + i];
-        match seen_nearby(context.p, triangle) {
-            Some(seen) => Pdf::new(probability / seen.solid_angle),
-            None => Pdf::<Area>::new(probability / triangle.area())
-                .to_solid_angle(hit.distance_squared, hit.cos),
+        let solid_angle = LitTriangle::new(triangle, context.p).solid_angle(NEAR);
+        if solid_angle > 0.0 {
+            return Pdf::new(probability / solid_angle);
         }
+        Pdf::<Area>::new(probability / triangle.area())
+            .to_solid_angle(hit.distance_squared, hit.cos)
     }
 
     fn bounds(&self, _: &LightTables) -> Option<LightBounds> {

@@ -13,7 +13,7 @@ use node::{LightTreeNode, ReceiverLanes};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::emitter_triangle::EmitterTriangle;
-use super::mesh::{seen_area_pdf, seen_sample};
+use super::triangle_point::{seen_area_pdf, seen_sample};
 use super::{AnyLight, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Light tree of emitters: lights with an extent, which rays hit.
