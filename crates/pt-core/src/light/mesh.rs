@@ -3,7 +3,6 @@
 #[cfg(test)]
 use pt_math::DVec3;
 use pt_math::distribution::AliasTable;
-use pt_math::lanes::F32Lanes;
 use pt_math::sampler::LANES;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3};
 
@@ -13,7 +12,7 @@ use super::emitter_triangle::of_triangle;
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
 use super::tree::LightBounds;
-use super::triangle_point::{LitTriangle, NEAR, TrianglePoint};
+use super::triangle_point::{LitTriangle, LitTriangles, NEAR, TrianglePoints};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Triangles with a common radiance. One of them is chosen by area, and a point of it by solid
@@ -60,16 +59,6 @@ impl MeshLight {
     }
 }
 
-/// Samples a point of the triangle of each lane; not inlined, so that the lanes have all registers.
-#[inline(never)]
-fn sample_lanes(
-    lit: &LitTriangle<F32Lanes>,
-    near: f32,
-    u: [F32Lanes; 2],
-) -> TrianglePoint<F32Lanes> {
-    lit.sample(near, u)
-}
-
 impl Light for MeshLight {
     const DELTA: bool = false;
 
@@ -97,18 +86,19 @@ impl Light for MeshLight {
         let triangles = &tables.triangles[self.first as usize..];
         loop {
             let (mut chosen, mut count) = ([(0, 0.0); LANES], 0);
-            let (mut lit, mut u) = (LitTriangle::<F32Lanes>::default(), [F32Lanes::default(); 2]);
+            let (mut lit, mut found) = (LitTriangles::ZERO, TrianglePoints::ZERO);
+            let mut numbers = [[0.0; LANES]; 2];
             for (context, [x, y]) in points.by_ref().take(LANES) {
                 let (i, probability, x) = choice.sample(x);
-                lit.set(count, &triangles[i], context.p);
-                [u[0].0[count], u[1].0[count]] = [x, y];
+                lit.set(count, LitTriangle::new(&triangles[i], context.p));
+                [numbers[0][count], numbers[1][count]] = [x, y];
                 chosen[count] = (i, probability);
                 count += 1;
             }
             if count == 0 {
                 return;
             }
-            let found = sample_lanes(&lit, self.near, u);
+            lit.sample(self.near, &numbers, &mut found);
             samples.extend(chosen[..count].iter().enumerate().map(|(lane, &(i, probability))| {
                 let (radiance, by_area) = (|_| self.radiance, || self.area_pdf());
                 found.get(lane).light_sample(&triangles[i], radiance, probability, by_area)

@@ -102,7 +102,7 @@ impl Portal {
         if to_middle.length_squared() >= NEAR * (e1.length_squared() + e2.length_squared()) {
             return None;
         }
-        let seen = |a: Vec3, b: Vec3| SphericalTriangle::new(d0.into(), a.into(), b.into());
+        let seen = |a: Vec3, b: Vec3| SphericalTriangle::new(d0, a, b);
         let parts = [seen(e1, diagonal), seen(diagonal, e2)];
         parts.iter().all(|part| part.solid_angle > 0.0).then_some(VisiblePart(parts))
     }

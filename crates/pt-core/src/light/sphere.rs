@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 #[cfg(test)]
 use pt_math::DVec3;
 use pt_math::float_error::gamma;
+use pt_math::lanes::Vec3Lanes;
 use pt_math::ray::offset_origin;
+use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 #[cfg(test)]
@@ -35,14 +37,50 @@ pub struct SphereLight {
 /// Upper bound of the rounding error of a point of the sphere, relative to the radius.
 const ROUNDING: f32 = 1e-5;
 
+/// A point of a sphere with its normal, in the unit direction `wi` from the receiving point.
+struct SpherePoint {
+    n: Vec3,
+    wi: Vec3,
+    /// 0 or less if there is none.
+    distance: f32,
+}
+
+/// A point for each lane.
+struct SpherePoints {
+    n: Vec3Lanes,
+    wi: Vec3Lanes,
+    distance: Lanes<f32>,
+}
+
+impl SpherePoints {
+    const ZERO: Self = Self { n: Vec3Lanes::ZERO, wi: Vec3Lanes::ZERO, distance: [0.0; LANES] };
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> SpherePoint {
+        SpherePoint { n: self.n.get(lane), wi: self.wi.get(lane), distance: self.distance[lane] }
+    }
+}
+
+/// 1 − cos of an angle, from sin².
+#[inline(always)]
+fn one_minus_cos(sin2: f32) -> f32 {
+    sin2 / (1.0 + (1.0 - sin2).sqrt())
+}
+
 impl SphereLight {
     /// Returns 1 − cos of the half angle of the cone of directions from `p` to the outside, without
     /// cancellation for distant spheres; `None` from inside.
     #[inline]
     fn one_minus_cos(&self, p: Vec3) -> Option<f32> {
-        let distance_squared = (self.center - p).length_squared();
-        let sin2 = self.radius * self.radius / distance_squared;
-        (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
+        let sin2 = self.sin2(p);
+        (sin2 < 1.0).then(|| one_minus_cos(sin2))
+    }
+
+    /// Returns sin² of the half angle of the cone of directions from `p` to the outside; 1 or more
+    /// from inside.
+    #[inline(always)]
+    fn sin2(&self, p: Vec3) -> f32 {
+        self.radius * self.radius / (self.center - p).length_squared()
     }
 
     /// Returns true if `p` is inside of the sphere, or on it up to rounding.
@@ -53,12 +91,13 @@ impl SphereLight {
 
     /// Returns the sample in direction `wi`, which hits the sphere at the normal `n`.
     #[inline]
-    fn at(&self, n: Vec3, wi: Vec3, distance: f32, pdf: Pdf<SolidAngle>) -> LightSample {
+    fn at(&self, hit: SpherePoint, pdf: Pdf<SolidAngle>) -> Option<LightSample> {
+        let SpherePoint { n, wi, distance } = hit;
         let offset = n * self.radius;
         let error = (self.center.abs() + offset.abs()) * gamma(5);
         let end = Some(offset_origin(self.center + offset, error, n, -wi));
         let radiance = self.coated(self.radiance, n.dot(wi).abs());
-        LightSample { wi, distance, end, radiance, pdf: Some(pdf) }
+        (distance > 0.0).then_some(LightSample { wi, distance, end, radiance, pdf: Some(pdf) })
     }
 
     /// Multiplies radiance by the transmittance of the coat at this cosine to the normal.
@@ -67,22 +106,37 @@ impl SphereLight {
         if self.coat > 0.0 { radiance * emitted_through(self.coat, cos) } else { radiance }
     }
 
-    /// Samples a direction of the cone, from outside.
-    #[inline]
-    fn sample_cone(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let one_minus_cos = self.one_minus_cos(p)?;
+    /// Samples a direction of the cone, from outside, without branches.
+    #[inline(always)]
+    fn cone_point(&self, p: Vec3, u: [f32; 2]) -> SpherePoint {
         let to_center = self.center - p;
         let d = to_center.length();
         let frame = Frame::from_normal(to_center / d);
-        let local = warp::uniform_cone(u, one_minus_cos);
+        let local = warp::uniform_cone(u, one_minus_cos(self.sin2(p)));
         let sin2 = local.x * local.x + local.y * local.y;
         let half_chord = (self.radius * self.radius - d * d * sin2).max(0.0).sqrt();
         let distance = d * local.z - half_chord;
         // Avoids the difference to the centre, which cancels for distant spheres.
         let z = -(d * sin2 + half_chord * local.z);
         let n = Vec3::new(local.x * distance, local.y * distance, z).normalize();
-        let pdf = warp::uniform_cone_pdf(one_minus_cos);
-        (distance > 0.0).then(|| self.at(frame.to_world(n), frame.to_world(local), distance, pdf))
+        SpherePoint { n: frame.to_world(n), wi: frame.to_world(local), distance }
+    }
+
+    /// [`Self::cone_point`] of each lane.
+    #[inline(never)]
+    fn cone_points(&self, p: &Vec3Lanes, [x, y]: &[Lanes<f32>; 2], found: &mut SpherePoints) {
+        for lane in 0..LANES {
+            let point = self.cone_point(p.get(lane), [x[lane], y[lane]]);
+            found.n.set(lane, point.n);
+            found.wi.set(lane, point.wi);
+            found.distance[lane] = point.distance;
+        }
+    }
+
+    /// Returns the sample of a point of the cone from `p`; `None` from inside.
+    #[inline(always)]
+    fn of_cone(&self, p: Vec3, point: SpherePoint) -> Option<LightSample> {
+        self.at(point, warp::uniform_cone_pdf(self.one_minus_cos(p)?))
     }
 
     /// Samples a direction of the sphere, from inside.
@@ -99,7 +153,7 @@ impl SphereLight {
         // The larger root of t² + 2bt + power.
         let distance = if b > 0.0 { -power / (b + root) } else { root - b };
         let n = (from_center + wi * distance).normalize();
-        (distance > 0.0).then(|| self.at(n, wi, distance, warp::uniform_sphere_pdf()))
+        self.at(SpherePoint { n, wi, distance }, warp::uniform_sphere_pdf())
     }
 }
 
@@ -113,7 +167,36 @@ impl Light for SphereLight {
         context: &LightSampleContext,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        if self.inward { self.sample_inside(context.p, u) } else { self.sample_cone(context.p, u) }
+        if self.inward {
+            return self.sample_inside(context.p, u);
+        }
+        self.of_cone(context.p, self.cone_point(context.p, u))
+    }
+
+    #[inline(always)]
+    fn sample_each(
+        &self,
+        _: &LightTables,
+        mut points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        if self.inward {
+            return samples.extend(points.map(|(at, u)| self.sample_inside(at.p, u)));
+        }
+        loop {
+            let (mut p, mut numbers, mut count) = (Vec3Lanes::ZERO, [[0.0; LANES]; 2], 0);
+            for (context, [x, y]) in points.by_ref().take(LANES) {
+                p.set(count, context.p);
+                [numbers[0][count], numbers[1][count]] = [x, y];
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            let mut found = SpherePoints::ZERO;
+            self.cone_points(&p, &numbers, &mut found);
+            samples.extend((0..count).map(|lane| self.of_cone(p.get(lane), found.get(lane))));
+        }
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! Spherical triangles: sampling of triangles by solid angle.
 
-use pt_math::lanes::{Real, Real3};
+use pt_math::{Vec3, trig};
 
 /// A triangle on the sphere of directions around a point p, with uniform sampling of its
 /// directions. [Arvo 1995, "Stratified Sampling of Spherical Triangles"; without his angles, as in
@@ -9,20 +9,20 @@ use pt_math::lanes::{Real, Real3};
 /// With unit vectors v₀, v₁, v₂ to the corners, the solid angle Ω satisfies
 /// tan(Ω/2) = |v₀·(v₁×v₂)| / (1 + v₀·v₁ + v₁·v₂ + v₂·v₀). [Van Oosterom & Strackee 1983]
 #[derive(Clone, Copy)]
-pub(super) struct SphericalTriangle<R = f32> {
-    v: [Real3<R>; 3],
+pub(super) struct SphericalTriangle {
+    v: [Vec3; 3],
     /// Distances to the corners.
-    lengths: [R; 3],
+    lengths: [f32; 3],
     /// |v₀·(v₁×v₂)|
-    volume: R,
+    volume: f32,
     /// (v₀ + v₁)·v₂
-    to_third: R,
+    to_third: f32,
     /// 1 + v₀·v₁
-    to_second: R,
+    to_second: f32,
     /// v₀·v₂
-    cos02: R,
+    cos02: f32,
     /// Ω, or 0 if the triangle is seen edge-on.
-    pub(super) solid_angle: R,
+    pub(super) solid_angle: f32,
 }
 
 /// Smallest squared height of the receiving point above the plane, relative to |e₁|² + |e₂|². At
@@ -30,56 +30,56 @@ pub(super) struct SphericalTriangle<R = f32> {
 /// 10⁻³, and far less for all but one in a thousand. Small or distant triangles need no such bound.
 const MIN_HEIGHT: f32 = 1e-6;
 
-impl<R: Real> SphericalTriangle<R> {
+impl SphericalTriangle {
     /// Creates the triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the receiving point.
+    /// Without branches, as [`Self::sample`] is.
     #[inline(always)]
-    pub(super) fn new(d0: Real3<R>, e1: Real3<R>, e2: Real3<R>) -> Self {
+    pub(super) fn new(d0: Vec3, e1: Vec3, e2: Vec3) -> Self {
         let across = e1.cross(e2);
         let size_squared = e1.length_squared() + e2.length_squared();
         // From the height above the plane: the triple product of unit vectors cancels for small
         // triangles.
         let volume = d0.dot(across);
-        let least = R::splat(MIN_HEIGHT) * size_squared * across.length_squared();
-        let is_seen = least.lt(volume * volume);
+        let is_seen = volume * volume > MIN_HEIGHT * size_squared * across.length_squared();
         let d = [d0, d0 + e1, d0 + e2];
-        let lengths = d.map(Real3::length);
+        let lengths = d.map(Vec3::length);
         let v = [d[0] / lengths[0], d[1] / lengths[1], d[2] / lengths[2]];
         let volume = (volume / (lengths[0] * lengths[1] * lengths[2])).abs();
         let between = v[0] + v[1];
         let to_third = between.dot(v[2]);
-        let to_second = R::splat(0.5) * between.length_squared();
-        let whole = R::splat(2.0) * R::atan2(volume, to_second + to_third);
-        let solid_angle = R::select(is_seen, whole.max(R::splat(0.0)), R::splat(0.0));
+        let to_second = 0.5 * between.length_squared();
+        let whole = 2.0 * trig::atan2(volume, to_second + to_third);
+        let solid_angle = if is_seen { whole } else { 0.0 };
         let cos02 = v[0].dot(v[2]);
         Self { v, lengths, volume, to_third, to_second, cos02, solid_angle }
     }
 
     /// Returns the barycentric coordinates [b₁, b₂] of the point of the triangle in a direction
-    /// that is uniform in solid angle, unless it is seen edge-on.
+    /// that is uniform in solid angle, unless the triangle is seen edge-on.
     ///
     /// First samples x on the arc from v₀ to v₂, so that the triangle v₀, v₁, x has the fraction u₀
     /// of the solid angle. With h half way to it, x = 2 (v₀·h) h / |h|² − v₀, and the condition
     /// Ω' = u₀ Ω is linear in h: tan(Ω'/2) = |v₀·(v₁×h)| / ((v₀ + v₁)·h). Then samples a direction
     /// on the arc from v₁ to x, whose height above the plane with normal v₁ is uniform.
     #[inline(always)]
-    pub(super) fn sample(&self, [u0, u1]: [R; 2]) -> [R; 2] {
+    pub(super) fn sample(&self, [u0, u1]: [f32; 2]) -> [f32; 2] {
         const TURNS_OF_HALF_RADIANS: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
-        let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(R::splat);
-        let (sin, cos) = (u0 * self.solid_angle * R::splat(TURNS_OF_HALF_RADIANS)).sin_cos_tau();
+        let (sin, cos) = trig::sin_cos_tau(u0 * self.solid_angle * TURNS_OF_HALF_RADIANS);
         // h = α v₀ + β v₂
         let alpha = cos * self.volume - sin * self.to_third;
         let beta = sin * self.to_second;
         let along = alpha + beta * self.cos02;
-        let scale = one / (alpha * along + beta * (beta + alpha * self.cos02));
-        let x0 = ((alpha - beta) * (alpha + beta) * scale).max(zero);
-        let x2 = (two * beta * along * scale).max(zero);
+        let scale = 1.0 / (alpha * along + beta * (beta + alpha * self.cos02));
+        let x0 = ((alpha - beta) * (alpha + beta) * scale).max(0.0);
+        let x2 = (2.0 * beta * along * scale).max(0.0);
         let [v0, v1, v2] = self.v;
         let x = v0 * x0 + v2 * x2;
         // 1 − v₁·x and 1 + v₁·x without cancellation.
-        let (less, more) = (half * (v1 - x).length_squared(), half * (v1 + x).length_squared());
-        let down = u1 * less.min(two);
-        let t = R::select(zero.lt(more), (u1 * (two - down) / more).sqrt(), u1);
-        let w1 = (one - down - t * (one - less)).max(zero);
+        let (less, more) = (0.5 * (v1 - x).length_squared(), 0.5 * (v1 + x).length_squared());
+        let down = u1 * less.min(2.0);
+        let root = (u1 * (2.0 - down) / more).sqrt();
+        let t = if more > 0.0 { root } else { u1 };
+        let w1 = (1.0 - down - t * (1.0 - less)).max(0.0);
         // From unit vectors to corners.
         let [w0, w1, w2] =
             [t * x0 / self.lengths[0], w1 / self.lengths[1], t * x2 / self.lengths[2]];
@@ -90,7 +90,7 @@ impl<R: Real> SphericalTriangle<R> {
 
 #[cfg(test)]
 mod tests {
-    use pt_math::{DVec3, Vec3};
+    use pt_math::DVec3;
     use pt_testing::Random;
 
     use super::*;
@@ -103,7 +103,7 @@ mod tests {
     ];
 
     fn seen(p: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
-        let seen = SphericalTriangle::new((-p).into(), e1.into(), e2.into());
+        let seen = SphericalTriangle::new(-p, e1, e2);
         (seen.solid_angle > 0.0).then_some(seen)
     }
 

@@ -1,8 +1,10 @@
 //! Points of emissive triangles, sampled by solid angle where they are near, or else by area.
 
 use pt_math::float_error::gamma;
-use pt_math::lanes::{F32Lanes, Mask, Real, Real3};
+use pt_math::lanes::Vec3Lanes;
 use pt_math::ray::offset_origin;
+use pt_math::sampler::{LANES, Lanes};
+use pt_math::warp::uniform_triangle;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::LightSample;
@@ -15,115 +17,187 @@ use crate::bsdf::emitted_through;
 pub(super) const NEAR: f32 = 1.0;
 
 /// A triangle p₀, p₀ + e₁, p₀ + e₂ and the point `p` that it lights.
-#[derive(Clone, Copy, Default)]
-pub(super) struct LitTriangle<R> {
-    p: Real3<R>,
-    p0: Real3<R>,
-    e1: Real3<R>,
-    e2: Real3<R>,
+#[derive(Clone, Copy)]
+pub(super) struct LitTriangle {
+    p: Vec3,
+    p0: Vec3,
+    e1: Vec3,
+    e2: Vec3,
+}
+
+/// A triangle and a point for each lane.
+pub(super) struct LitTriangles {
+    p: Vec3Lanes,
+    p0: Vec3Lanes,
+    e1: Vec3Lanes,
+    e2: Vec3Lanes,
 }
 
 /// A sampled point of a triangle, for a receiving point.
 #[derive(Clone, Copy)]
-pub(super) struct TrianglePoint<R = f32> {
+pub(super) struct TrianglePoint {
     /// Barycentric coordinates b₁ and b₂.
-    pub(super) barycentric: [R; 2],
+    pub(super) barycentric: [f32; 2],
     /// Unit direction to the point.
-    wi: Real3<R>,
-    distance: R,
-    distance_squared: R,
+    wi: Vec3,
+    distance: f32,
+    distance_squared: f32,
     /// Solid angle of the triangle if the point was sampled by it, or else 0.
-    solid_angle: R,
+    solid_angle: f32,
 }
 
-impl LitTriangle<f32> {
+/// A sampled point for each lane.
+pub(super) struct TrianglePoints {
+    barycentric: [Lanes<f32>; 2],
+    wi: Vec3Lanes,
+    distance: Lanes<f32>,
+    distance_squared: Lanes<f32>,
+    solid_angle: Lanes<f32>,
+}
+
+impl LitTriangle {
+    #[inline(always)]
     pub(super) fn new(triangle: &EmitterTriangle, p: Vec3) -> Self {
-        let [p, p0, e1, e2] = [p, triangle.p0, triangle.e1, triangle.e2].map(Real3::from);
+        let &EmitterTriangle { p0, e1, e2, .. } = triangle;
         Self { p, p0, e1, e2 }
     }
 
     /// Returns the triangle with these corners.
-    pub(super) fn of_corners([p0, p1, p2]: [Vec3; 3], p: Vec3) -> Self {
-        let [p, p0, e1, e2] = [p, p0, p1 - p0, p2 - p0].map(Real3::from);
-        Self { p, p0, e1, e2 }
-    }
-}
-
-impl LitTriangle<F32Lanes> {
-    /// Changes the triangle and the point of a lane.
     #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, triangle: &EmitterTriangle, p: Vec3) {
-        self.p.set(lane, p);
-        self.p0.set(lane, triangle.p0);
-        self.e1.set(lane, triangle.e1);
-        self.e2.set(lane, triangle.e2);
+    pub(super) fn of_corners([p0, p1, p2]: [Vec3; 3], p: Vec3) -> Self {
+        Self { p, p0, e1: p1 - p0, e2: p2 - p0 }
     }
-}
 
-impl<R: Real> LitTriangle<R> {
     /// Returns true if the triangle is near, as [`NEAR`] is.
     #[inline(always)]
-    fn is_near(&self, near: f32) -> R::Mask {
+    fn is_near(&self, near: f32) -> bool {
         let Self { p, p0, e1, e2 } = *self;
-        let to_middle = (p0 - p) + (e1 + e2) * R::splat(1.0 / 3.0);
-        let size_squared = e1.length_squared() + e2.length_squared();
-        to_middle.length_squared().lt(R::splat(near) * size_squared)
+        let to_middle = (p0 - p) + (e1 + e2) * (1.0 / 3.0);
+        to_middle.length_squared() < near * (e1.length_squared() + e2.length_squared())
     }
 
     #[inline(always)]
-    fn seen(&self) -> SphericalTriangle<R> {
+    fn seen(&self) -> SphericalTriangle {
         SphericalTriangle::new(self.p0 - self.p, self.e1, self.e2)
     }
 
     /// Returns the solid angle of the triangle if points are sampled by it, or else 0.
-    #[inline(always)]
-    pub(super) fn solid_angle(&self, near: f32) -> R {
-        let is_near = self.is_near(near);
-        let zero = R::splat(0.0);
-        if is_near.any() { R::select(is_near, self.seen().solid_angle, zero) } else { zero }
+    #[inline]
+    pub(super) fn solid_angle(&self, near: f32) -> f32 {
+        if self.is_near(near) { self.seen().solid_angle } else { 0.0 }
     }
 
     /// Samples a point: by solid angle if the triangle is near, as [`NEAR`] is, or else by area.
-    #[inline(always)]
-    pub(super) fn sample(&self, near: f32, u: [R; 2]) -> TrianglePoint<R> {
-        let (mut barycentric, mut solid_angle) = (uniform(u), R::splat(0.0));
-        let is_near = self.is_near(near);
-        if is_near.any() {
-            let seen = self.seen();
-            solid_angle = R::select(is_near, seen.solid_angle, R::splat(0.0));
-            let is_seen = R::splat(0.0).lt(solid_angle);
-            let ([b1, b2], by_angle) = (barycentric, seen.sample(u));
-            barycentric =
-                [R::select(is_seen, by_angle[0], b1), R::select(is_seen, by_angle[1], b2)];
+    #[inline]
+    pub(super) fn sample(&self, near: f32, u: [f32; 2]) -> TrianglePoint {
+        if self.is_near(near) {
+            self.sampled::<true>(near, u)
+        } else {
+            self.sampled::<false>(near, u)
         }
-        let [b1, b2] = barycentric;
-        let d = self.p0 + self.e1 * b1 + self.e2 * b2 - self.p;
+    }
+
+    /// [`Self::sample`] without branches. The triangle must not be near unless `MAY_BE_NEAR`.
+    #[inline(always)]
+    fn sampled<const MAY_BE_NEAR: bool>(&self, near: f32, u: [f32; 2]) -> TrianglePoint {
+        let by_area = uniform_triangle(u);
+        if !MAY_BE_NEAR {
+            return self.at(by_area, 0.0);
+        }
+        let seen = self.seen();
+        let solid_angle = if self.is_near(near) { seen.solid_angle } else { 0.0 };
+        let ([a1, a2], [b1, b2]) = (by_area, seen.sample(u));
+        let is_seen = solid_angle > 0.0;
+        let barycentric = [if is_seen { b1 } else { a1 }, if is_seen { b2 } else { a2 }];
+        self.at(barycentric, solid_angle)
+    }
+
+    #[inline(always)]
+    fn at(&self, barycentric: [f32; 2], solid_angle: f32) -> TrianglePoint {
+        let d = self.p0 + self.e1 * barycentric[0] + self.e2 * barycentric[1] - self.p;
         let distance_squared = d.length_squared();
         let distance = distance_squared.sqrt();
-        let wi = d / distance;
-        TrianglePoint { barycentric, wi, distance, distance_squared, solid_angle }
+        TrianglePoint { barycentric, wi: d / distance, distance, distance_squared, solid_angle }
     }
 }
 
-/// [`warp::uniform_triangle`](pt_math::warp::uniform_triangle)
-#[inline(always)]
-fn uniform<R: Real>([x, y]: [R; 2]) -> [R; 2] {
-    let half = x.min(y) * R::splat(0.5);
-    [x - half, y - half]
+impl LitTriangles {
+    pub(super) const ZERO: Self =
+        Self { p: Vec3Lanes::ZERO, p0: Vec3Lanes::ZERO, e1: Vec3Lanes::ZERO, e2: Vec3Lanes::ZERO };
+
+    /// Changes the triangle and the point of a lane.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, lit: LitTriangle) {
+        let LitTriangle { p, p0, e1, e2 } = lit;
+        self.p.set(lane, p);
+        self.p0.set(lane, p0);
+        self.e1.set(lane, e1);
+        self.e2.set(lane, e2);
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> LitTriangle {
+        let Self { p, p0, e1, e2 } = self;
+        LitTriangle { p: p.get(lane), p0: p0.get(lane), e1: e1.get(lane), e2: e2.get(lane) }
+    }
+
+    /// [`LitTriangle::sample`] of each lane.
+    #[inline(never)]
+    pub(super) fn sample(&self, near: f32, u: &[Lanes<f32>; 2], found: &mut TrianglePoints) {
+        let mut any_near = false;
+        for lane in 0..LANES {
+            any_near |= self.get(lane).is_near(near);
+        }
+        if any_near {
+            self.sample_each::<true>(near, u, found);
+        } else {
+            self.sample_each::<false>(near, u, found);
+        }
+    }
+
+    #[inline(always)]
+    fn sample_each<const MAY_BE_NEAR: bool>(
+        &self,
+        near: f32,
+        [x, y]: &[Lanes<f32>; 2],
+        found: &mut TrianglePoints,
+    ) {
+        for lane in 0..LANES {
+            let point = self.get(lane).sampled::<MAY_BE_NEAR>(near, [x[lane], y[lane]]);
+            found.set(lane, point);
+        }
+    }
 }
 
-impl TrianglePoint<F32Lanes> {
+impl TrianglePoints {
+    pub(super) const ZERO: Self = Self {
+        barycentric: [[0.0; LANES]; 2],
+        wi: Vec3Lanes::ZERO,
+        distance: [0.0; LANES],
+        distance_squared: [0.0; LANES],
+        solid_angle: [0.0; LANES],
+    };
+
     /// Returns the point of a lane.
     #[inline(always)]
     pub(super) fn get(&self, lane: usize) -> TrianglePoint {
-        let [b1, b2] = self.barycentric;
         TrianglePoint {
-            barycentric: [b1.0[lane], b2.0[lane]],
-            wi: self.wi.get(lane).into(),
-            distance: self.distance.0[lane],
-            distance_squared: self.distance_squared.0[lane],
-            solid_angle: self.solid_angle.0[lane],
+            barycentric: [self.barycentric[0][lane], self.barycentric[1][lane]],
+            wi: self.wi.get(lane),
+            distance: self.distance[lane],
+            distance_squared: self.distance_squared[lane],
+            solid_angle: self.solid_angle[lane],
         }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, point: TrianglePoint) {
+        self.barycentric[0][lane] = point.barycentric[0];
+        self.barycentric[1][lane] = point.barycentric[1];
+        self.wi.set(lane, point.wi);
+        self.distance[lane] = point.distance;
+        self.distance_squared[lane] = point.distance_squared;
+        self.solid_angle[lane] = point.solid_angle;
     }
 }
 
@@ -140,8 +214,7 @@ impl TrianglePoint {
         by_area: impl FnOnce() -> Pdf<Area>,
     ) -> Option<LightSample> {
         let &EmitterTriangle { p0, e1, e2, normal, coat } = triangle;
-        let &Self { barycentric, distance, distance_squared, solid_angle, .. } = self;
-        let wi = Vec3::from(self.wi);
+        let &Self { barycentric, wi, distance, distance_squared, solid_angle } = self;
         let cos = -wi.dot(normal);
         if cos.is_nan() || cos <= 0.0 {
             return None;
