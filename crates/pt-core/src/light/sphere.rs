@@ -38,6 +38,7 @@ pub struct SphereLight {
 const ROUNDING: f32 = 1e-5;
 
 /// A point of a sphere with its normal, in the unit direction `wi` from the receiving point.
+#[derive(Clone, Copy)]
 struct SpherePoint {
     n: Vec3,
     wi: Vec3,
