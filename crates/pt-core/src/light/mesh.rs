@@ -3,7 +3,6 @@
 #[cfg(test)]
 use pt_math::DVec3;
 use pt_math::distribution::AliasTable;
-use pt_math::sampler::LANES;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::emitter_triangle::EmitterTriangle;
@@ -12,7 +11,8 @@ use super::emitter_triangle::of_triangle;
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
 use super::tree::LightBounds;
-use super::triangle_point::{LitTriangle, LitTriangles, NEAR, TrianglePoints};
+use super::triangle_choice::{ChosenPoint, TriangleChoice};
+use super::triangle_point::{LitTriangle, NEAR};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Triangles with a common radiance. One of them is chosen by area, and a point of it by solid
@@ -57,6 +57,22 @@ impl MeshLight {
     fn area_pdf(&self) -> Pdf<Area> {
         Pdf::new(self.inverse_area)
     }
+
+    #[inline(always)]
+    fn triangles<'t>(&self, tables: &'t LightTables) -> TriangleChoice<'t> {
+        TriangleChoice {
+            table: &tables.triangle_choice[self.choice as usize],
+            triangles: &tables.triangles[self.first as usize..],
+            near: self.near,
+        }
+    }
+
+    /// Returns the light sample of a point.
+    #[inline(always)]
+    fn of_point(&self, chosen: &ChosenPoint) -> Option<LightSample> {
+        let &ChosenPoint { ref point, triangle, probability, .. } = chosen;
+        point.light_sample(triangle, |_| self.radiance, probability, || self.area_pdf())
+    }
 }
 
 impl Light for MeshLight {
@@ -67,43 +83,19 @@ impl Light for MeshLight {
         &self,
         tables: &LightTables,
         context: &LightSampleContext,
-        [u, v]: [f32; 2],
+        u: [f32; 2],
     ) -> Option<LightSample> {
-        let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
-        let triangle = &tables.triangles[self.first as usize + i];
-        let point = LitTriangle::new(triangle, context.p).sample(self.near, [u, v]);
-        point.light_sample(triangle, |_| self.radiance, probability, || self.area_pdf())
+        self.of_point(&self.triangles(tables).sample(context.p, u))
     }
 
     #[inline(always)]
     fn sample_each(
         &self,
         tables: &LightTables,
-        mut points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
         samples: &mut Vec<Option<LightSample>>,
     ) {
-        let choice = &tables.triangle_choice[self.choice as usize];
-        let triangles = &tables.triangles[self.first as usize..];
-        loop {
-            let (mut chosen, mut count) = ([(0, 0.0); LANES], 0);
-            let (mut lit, mut found) = (LitTriangles::ZERO, TrianglePoints::ZERO);
-            let mut numbers = [[0.0; LANES]; 2];
-            for (context, [x, y]) in points.by_ref().take(LANES) {
-                let (i, probability, x) = choice.sample(x);
-                lit.set(count, LitTriangle::new(&triangles[i], context.p));
-                [numbers[0][count], numbers[1][count]] = [x, y];
-                chosen[count] = (i, probability);
-                count += 1;
-            }
-            if count == 0 {
-                return;
-            }
-            lit.sample(self.near, &numbers, &mut found);
-            samples.extend(chosen[..count].iter().enumerate().map(|(lane, &(i, probability))| {
-                let (radiance, by_area) = (|_| self.radiance, || self.area_pdf());
-                found.get(lane).light_sample(&triangles[i], radiance, probability, by_area)
-            }));
-        }
+        self.triangles(tables).sample_each(points, samples, |chosen| self.of_point(chosen));
     }
 
     #[inline(always)]

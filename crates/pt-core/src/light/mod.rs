@@ -22,6 +22,7 @@ mod mesh;
 mod point;
 mod portal_sky;
 mod projector;
+mod sample_block;
 mod source_id;
 mod sphere;
 mod spherical_triangle;
@@ -30,6 +31,7 @@ mod sun;
 mod textured_mesh;
 mod textured_sphere;
 pub mod tree;
+mod triangle_choice;
 mod triangle_point;
 
 use std::sync::Arc;

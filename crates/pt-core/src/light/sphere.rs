@@ -13,6 +13,7 @@ use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws, level};
+use super::sample_block::SampleBlock;
 use super::tree::LightBounds;
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
@@ -184,18 +185,9 @@ impl Light for SphereLight {
         if self.inward {
             return samples.extend(points.map(|(at, u)| self.sample_inside(at.p, u)));
         }
-        loop {
-            let (mut p, mut numbers, mut count) = (Vec3Lanes::ZERO, [[0.0; LANES]; 2], 0);
-            for (context, [x, y]) in points.by_ref().take(LANES) {
-                p.set(count, context.p);
-                [numbers[0][count], numbers[1][count]] = [x, y];
-                count += 1;
-            }
-            if count == 0 {
-                return;
-            }
+        while let Some(SampleBlock { p, u, count }) = SampleBlock::take(&mut points) {
             let mut found = SpherePoints::ZERO;
-            self.cone_points(&p, &numbers, &mut found);
+            self.cone_points(&p, &u, &mut found);
             samples.extend((0..count).map(|lane| self.of_cone(p.get(lane), found.get(lane))));
         }
     }

@@ -11,6 +11,7 @@ use super::emitter_triangle::of_triangle;
 #[cfg(test)]
 use super::laws::{LightGeometry, LightLaws};
 use super::tree::LightBounds;
+use super::triangle_choice::{ChosenPoint, TriangleChoice};
 use super::triangle_point::{LitTriangle, NEAR};
 use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
@@ -93,6 +94,26 @@ impl TexturedMesh {
         Some(light)
     }
 
+    fn triangles<'t>(&self, tables: &'t LightTables) -> TriangleChoice<'t> {
+        TriangleChoice {
+            table: &tables.triangle_choice[self.choice as usize],
+            triangles: &tables.triangles[self.first as usize..],
+            near: NEAR,
+        }
+    }
+
+    /// Returns the light sample of a point.
+    fn of_point(&self, tables: &LightTables, chosen: &ChosenPoint) -> Option<LightSample> {
+        let &ChosenPoint { ref point, triangle, index, probability } = chosen;
+        let laid = &tables.textured_triangles[self.textured as usize + index];
+        point.light_sample(
+            triangle,
+            |barycentric| laid.radiance(&tables.textures, triangle, barycentric),
+            probability,
+            || Pdf::new(probability / triangle.area()),
+        )
+    }
+
     /// Returns the index among its triangles of a primitive, or `None` if it is none of them.
     fn number(&self, tables: &LightTables, primitive: u32) -> Option<usize> {
         let first = self.textured as usize;
@@ -108,18 +129,19 @@ impl Light for TexturedMesh {
         &self,
         tables: &LightTables,
         context: &LightSampleContext,
-        [u, v]: [f32; 2],
+        u: [f32; 2],
     ) -> Option<LightSample> {
-        let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
-        let triangle = &tables.triangles[self.first as usize + i];
-        let point = LitTriangle::new(triangle, context.p).sample(NEAR, [u, v]);
-        let laid = &tables.textured_triangles[self.textured as usize + i];
-        point.light_sample(
-            triangle,
-            |barycentric| laid.radiance(&tables.textures, triangle, barycentric),
-            probability,
-            || Pdf::new(probability / triangle.area()),
-        )
+        self.of_point(tables, &self.triangles(tables).sample(context.p, u))
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        let finish = |chosen: &ChosenPoint| self.of_point(tables, chosen);
+        self.triangles(tables).sample_each(points, samples, finish);
     }
 
     fn pdf(

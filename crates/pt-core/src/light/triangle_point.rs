@@ -233,18 +233,15 @@ impl TrianglePoint {
     }
 }
 
-/// Samples one triangle, whose radiance depends on the barycentric coordinates.
+/// Returns the light sample of a point of one triangle; `None` if its density is not positive.
 #[inline]
 pub(super) fn seen_sample(
+    point: &TrianglePoint,
     triangle: &EmitterTriangle,
     radiance: impl FnOnce([f32; 2]) -> Spectrum,
-    p: Vec3,
-    u: [f32; 2],
 ) -> Option<LightSample> {
-    let point = LitTriangle::new(triangle, p).sample(NEAR, u);
-    let by_area = || Pdf::new(1.0 / triangle.area());
     point
-        .light_sample(triangle, radiance, 1.0, by_area)
+        .light_sample(triangle, radiance, 1.0, || Pdf::new(1.0 / triangle.area()))
         .filter(|sample| sample.pdf.is_some_and(Pdf::is_positive))
 }
 

@@ -10,10 +10,13 @@ mod node;
 
 pub use bounds::LightBounds;
 use node::{LightTreeNode, ReceiverLanes};
+use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::emitter_triangle::EmitterTriangle;
-use super::triangle_point::{seen_area_pdf, seen_sample};
+use super::triangle_point::{
+    LitTriangle, LitTriangles, NEAR, TrianglePoint, TrianglePoints, seen_area_pdf, seen_sample,
+};
 use super::{AnyLight, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// Light tree of emitters: lights with an extent, which rays hit.
@@ -139,28 +142,25 @@ impl LightTree {
         }
     }
 
-    /// Samples the chosen light.
+    /// Samples the chosen light with the numbers `u`; `on_triangle` samples a point of a triangle.
     #[inline(always)]
     fn sample(
         &self,
         tables: &LightTables,
-        &(ref context, [u, v]): &(LightSampleContext, [f32; 2]),
+        context: &LightSampleContext,
+        u: [f32; 2],
         choice: &Choice,
+        on_triangle: impl FnOnce(&EmitterTriangle) -> TrianglePoint,
     ) -> Option<LightSample> {
-        let &Choice { light, probability, rest } = choice;
-        let u = [refined(rest, probability, [u, v]), v];
+        let &Choice { light, probability, .. } = choice;
         let sample = match &self.lights[light as usize] {
             TreeLight::Triangle(triangle, radiance) => {
-                seen_sample(triangle, |_| *radiance, context.p, u)
+                seen_sample(&on_triangle(triangle), triangle, |_| *radiance)
             }
             TreeLight::Textured(triangle, laid) => {
                 let laid = &tables.textured_triangles[*laid as usize];
-                seen_sample(
-                    triangle,
-                    |b| laid.radiance(&tables.textures, triangle, b),
-                    context.p,
-                    u,
-                )
+                let radiance = |b| laid.radiance(&tables.textures, triangle, b);
+                seen_sample(&on_triangle(triangle), triangle, radiance)
             }
             TreeLight::Other(light) => light.sample(tables, context, u),
         }?;
@@ -185,11 +185,41 @@ impl LightTree {
                 return;
             }
             let choices = self.choose(&block[..count]);
-            let sample = |(point, choice): (_, &Option<Choice>)| {
-                self.sample(tables, point, choice.as_ref()?)
-            };
-            samples.extend(block[..count].iter().zip(&choices).map(sample));
+            let mut numbers = [[0.0; BLOCK]; 2];
+            for (lane, ((_, u), choice)) in block[..count].iter().zip(&choices).enumerate() {
+                let Some(choice) = choice else { continue };
+                [numbers[0][lane], numbers[1][lane]] = choice.numbers(*u);
+            }
+            let found = self.on_triangles(&block[..count], &choices, &numbers);
+            let chosen = block[..count].iter().zip(&choices).enumerate();
+            samples.extend(chosen.map(|(lane, ((context, _), choice))| {
+                let u = [numbers[0][lane], numbers[1][lane]];
+                self.sample(tables, context, u, choice.as_ref()?, |_| found.get(lane))
+            }));
         }
+    }
+
+    /// Samples a point of each chosen light that is a triangle.
+    #[inline(always)]
+    fn on_triangles(
+        &self,
+        points: &[(LightSampleContext, [f32; 2])],
+        choices: &[Option<Choice>],
+        numbers: &[Lanes<f32>; 2],
+    ) -> TrianglePoints {
+        let (mut lit, mut any) = (LitTriangles::ZERO, false);
+        for (lane, ((context, _), choice)) in points.iter().zip(choices).enumerate() {
+            let light = choice.map(|choice| &self.lights[choice.light as usize]);
+            if let Some(TreeLight::Triangle(t, _) | TreeLight::Textured(t, _)) = light {
+                lit.set(lane, LitTriangle::new(t, context.p));
+                any = true;
+            }
+        }
+        let mut found = TrianglePoints::ZERO;
+        if any {
+            lit.sample(NEAR, numbers, &mut found);
+        }
+        found
     }
 
     /// Computes a sample for one point.
@@ -199,9 +229,11 @@ impl LightTree {
         context: &LightSampleContext,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let point = (*context, u);
-        let [choice, ..] = self.choose(&[point]);
-        self.sample(tables, &point, &choice?)
+        let [choice, ..] = self.choose(&[(*context, u)]);
+        let choice = choice?;
+        let u = choice.numbers(u);
+        let on_triangle = |t: &EmitterTriangle| LitTriangle::new(t, context.p).sample(NEAR, u);
+        self.sample(tables, context, u, &choice, on_triangle)
     }
 
     fn pdf(
@@ -263,7 +295,7 @@ impl LightTree {
 }
 
 /// Number of points that descend a tree side by side.
-const BLOCK: usize = 16;
+const BLOCK: usize = LANES;
 
 /// A chosen light and its probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -286,6 +318,12 @@ impl Choice {
     /// Returns the initial choice with this random number.
     fn start(rest: f32) -> Self {
         Self { light: 0, probability: 1.0, rest }
+    }
+
+    /// Returns the random numbers for a point of the chosen light.
+    #[inline(always)]
+    fn numbers(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        [refined(self.rest, self.probability, [u, v]), v]
     }
 }
 
@@ -366,7 +404,10 @@ mod tests {
                     let shines = (0..20).any(|_| {
                         let u = random.unit_2d();
                         let sample = match light {
-                            TreeLight::Triangle(t, l) => seen_sample(t, |_| *l, p, u),
+                            TreeLight::Triangle(t, l) => {
+                                let point = LitTriangle::new(t, p).sample(NEAR, u);
+                                seen_sample(&point, t, |_| *l)
+                            }
                             TreeLight::Textured(..) => unreachable!("there is no texture"),
                             TreeLight::Other(light) => light.sample(&tables, &context, u),
                         };
