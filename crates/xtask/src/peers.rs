@@ -108,7 +108,7 @@ fn alpha(python: Command, program: &Path, size: RenderSize) -> Result<Command> {
 
 /// The comparison of images with references that were recorded.
 fn with_references(images: &mut Command) -> &mut Command {
-    images.arg("--references").arg(root().join("scenes/mitsuba/references.json"))
+    images.arg("--references").arg(root().join("crates/xtask/python/mitsuba_references.json"))
 }
 
 fn script(
