@@ -138,8 +138,7 @@ def compare(path, arguments, sizes, references):
     resolution, seeds, spp = sizes
     folder = arguments.output
     budget = resolution**2 * spp
-    if "$res" not in path.read_text():
-        resolution = None
+    resolution = resolution if has_any_resolution(path) else None
     program = Program(arguments.program, path, resolution, folder)
     reference = references.get(path, resolution) if references else None
     if reference is None:
@@ -167,17 +166,21 @@ def record(path, sizes, references):
     """Renders a scene with Mitsuba until its noise is small beside that of a comparison."""
     resolution, _, spp = sizes
     budget = resolution**2 * spp
-    if "$res" not in path.read_text():
-        resolution = None
+    resolution = resolution if has_any_resolution(path) else None
     if references.get(path, resolution) is not None:
         return
     peer = Mitsuba(path, resolution)
-    # So many that the variance of each block is known.
+    # More than in a comparison, for the variances of single blocks.
     seeds = 32
     samples = share(spp, budget, peer.pixels)
     [theirs] = converged([peer], samples, seeds, WANTED / 10, most=math.inf)
     references.set(path, resolution, theirs.estimate, theirs.samples * seeds)
     print(f"{path.stem:<19}{100 * math.sqrt(theirs.estimate.noise):>7.3f} %{theirs.seconds:>9.1f} s", flush=True)
+
+
+def has_any_resolution(path):
+    """True for a scene file without a size of its own."""
+    return "$res" in path.read_text()
 
 
 def share(spp, budget, pixels):
@@ -186,7 +189,7 @@ def share(spp, budget, pixels):
 
 
 class Rendered:
-    """The images of a renderer with so many samples per pixel each, and all seconds until then."""
+    """The images of a renderer, the samples per pixel of each, and the seconds of all rounds until then."""
 
     def __init__(self, images, reach, samples, seconds):
         self.estimate = Estimate.of_images(images, reach)

@@ -32,7 +32,7 @@ class References:
         return Estimate(found["blocks"], found["variance"], found["noise"])
 
     def set(self, scene, resolution, estimate, samples):
-        """Records the estimate of a scene from so many samples per pixel, and writes the file."""
+        """Records the estimate of a scene and its number of samples per pixel, and writes the file."""
         self.scenes[scene.stem] = {
             "key": key(scene, resolution),
             "samples": samples,
