@@ -30,34 +30,66 @@ pub(crate) fn requirements() -> PathBuf {
     root().join("crates/python/requirements-ray.txt")
 }
 
-/// Installs maturin into an environment of the target folder.
+/// What builds the wheel and tests it.
+pub(crate) struct Environment {
+    /// Python with maturin, in the target folder.
+    maturin: PathBuf,
+    /// Fresh environment outside of the source tree.
+    folder: Folder,
+    /// Its Python, with the packages that test the module.
+    python: PathBuf,
+}
+
+/// Installs maturin and the packages of the tests, or returns the reason why that is impossible.
 ///
 /// # Errors
-/// If the target folder cannot be found.
-pub(crate) fn prepare() -> Result<Installation> {
+/// If the target folder or that of temporary files cannot be found.
+pub(crate) fn prepare() -> Result<Result<Environment, String>> {
+    let maturin = match maturin()? {
+        Installation::Python(maturin) => maturin,
+        Installation::Missing(reason) => return Ok(Err(reason)),
+    };
+    let folder = Folder::new()?;
+    let environment = folder.path.join("environment");
+    let python = venv::python_of(&environment);
+    let mut install = pip(&python);
+    install.args(TEST).arg("-r").arg(requirements());
+    let made = venv::try_to(Command::new("python3").args(["-m", "venv"]).arg(&environment));
+    let installed = made.and_then(|()| venv::try_to(&mut install));
+    Ok(installed.map(|()| Environment { maturin, folder, python }))
+}
+
+/// Installs maturin into an environment of the target folder.
+fn maturin() -> Result<Installation> {
     venv::prepare("python-build", BUILD, "import maturin")
 }
 
-/// Installs maturin, and does what [`check`] does.
+/// The command that installs packages for a Python.
+fn pip(python: &Path) -> Command {
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    pip
+}
+
+/// Installs the packages, and does what [`check`] does.
 ///
 /// # Errors
-/// If maturin cannot be installed, or as [`check`].
+/// If a package cannot be installed, or as [`check`].
 pub(crate) fn run() -> Result<()> {
     match prepare()? {
-        Installation::Python(python) => check(&python),
-        Installation::Missing(reason) => bail!("maturin cannot be installed: {reason}"),
+        Ok(environment) => check(&environment),
+        Err(reason) => bail!("packages cannot be installed: {reason}"),
     }
 }
 
-/// Builds the wheel with overflow checks, reusing the crates of the tests, and tests it in a fresh
-/// environment outside of the source tree.
+/// Builds the wheel with overflow checks, reusing the crates of the tests, and tests it in its
+/// environment.
 ///
 /// # Errors
 /// If the wheel cannot be built or installed, or a test fails.
-pub(crate) fn check(python: &Path) -> Result<()> {
-    let wheel = build(python, &["--profile", "dev", "--features", "as-in-tests"])?;
-    let folder = Folder::new()?;
-    let installed = folder.install(&wheel)?;
+pub(crate) fn check(Environment { maturin, folder, python }: &Environment) -> Result<()> {
+    let wheel = build(maturin, &["--profile", "dev", "--features", "as-in-tests"])?;
+    succeed(pip(python).arg(wheel))?;
     let tests = folder.path.join("tests");
     copy(&root().join("crates/python/tests"), &tests)?;
     copy(&root().join("crates/python/examples"), &tests.join("examples"))?;
@@ -65,7 +97,7 @@ pub(crate) fn check(python: &Path) -> Result<()> {
     fs::copy(root().join("docs").join(page), tests.join(page)).context(page)?;
     let scenes = root().join("scenes");
     let run = |arguments: &[&str]| {
-        let mut command = Command::new(&installed);
+        let mut command = Command::new(python);
         command.arg("-m").args(arguments).current_dir(&folder.path);
         command
     };
@@ -76,7 +108,7 @@ pub(crate) fn check(python: &Path) -> Result<()> {
         run(&["mypy.stubtest", "pathtracer"]),
         run(&["pyright", "--pythonpath"]),
     ];
-    checks[2].arg(&installed).arg("tests");
+    checks[2].arg(python).arg("tests");
     // The tests wait for clusters and signals for most of their time.
     std::thread::scope(|scope| {
         let checked = scope.spawn(|| checks.iter_mut().try_for_each(succeed));
@@ -92,7 +124,7 @@ pub(crate) fn check(python: &Path) -> Result<()> {
 /// # Errors
 /// If something cannot be built or installed.
 pub(crate) fn with_release(name: &str, packages: &[&str], probe: &str) -> Result<PathBuf> {
-    let (maturin, environment) = (prepare()?, venv::prepare(name, packages, probe)?);
+    let (maturin, environment) = (maturin()?, venv::prepare(name, packages, probe)?);
     let (Installation::Python(maturin), Installation::Python(python)) = (&maturin, &environment)
     else {
         let reasons = [&maturin, &environment].map(Installation::missing);
@@ -138,17 +170,6 @@ impl Folder {
         ensure!(!path.starts_with(root()), "{} is in the source tree", path.display());
         fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
         Ok(Self { path })
-    }
-
-    /// Creates an environment with the wheel and the packages that test it; returns its Python.
-    fn install(&self, wheel: &Path) -> Result<PathBuf> {
-        let environment = self.path.join("environment");
-        succeed(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-        let python = venv::python_of(&environment);
-        let mut pip = Command::new(&python);
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        succeed(pip.arg(wheel).args(TEST).arg("-r").arg(requirements()))?;
-        Ok(python)
     }
 }
 

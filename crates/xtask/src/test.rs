@@ -15,7 +15,8 @@ use crate::{features, guide, imports, oidn, python, style};
 /// Options of `cargo xtask test`.
 #[derive(Arguments)]
 pub(crate) struct Args {
-    /// Continue without packages that cannot be installed: Open Image Denoise, Mitsuba, maturin
+    /// Continue without packages that cannot be installed: Open Image Denoise, Mitsuba, those of
+    /// the Python module
     #[arg(long)]
     allow_skips: bool,
 }
@@ -34,8 +35,8 @@ struct Packages {
     oidn: Result<PathBuf, String>,
     /// A Python with Mitsuba, or the reason why it is missing.
     mitsuba: Installation,
-    /// A Python with maturin, or the reason why it is missing.
-    maturin: Installation,
+    /// What tests the Python module, or the reason why it is missing.
+    python: Result<python::Environment, String>,
 }
 
 /// Runs every check until one fails.
@@ -54,11 +55,42 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         need("rustfmt", &["fmt", "--version"])?;
         need("clippy", &["clippy", "--version"])
     })?;
-    let packages = report.step("packages", |skipped| install(args.allow_skips, skipped))?;
-    let with_oidn = |mut command: Command| {
-        command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
-        command
-    };
+    let packages = std::thread::scope(|scope| {
+        // They are loaded while the compiler works.
+        let packages = scope.spawn(Packages::install);
+        check_sources(report)?;
+        report.step("packages", |skipped| {
+            let packages = packages.join().map_err(|_| anyhow!("the installation panicked"))??;
+            packages.require(args.allow_skips, skipped)?;
+            Ok(packages)
+        })
+    })?;
+    let program = report.step("building the tests", |_| {
+        succeed(&mut cargo(&["test", "--workspace", "--tests", "--examples", "--no-run"]))?;
+        build_checked_program()
+    })?;
+    std::thread::scope(|scope| {
+        // At a low priority: it uses the time for which the tests wait.
+        let comparison = packages
+            .mitsuba
+            .python()
+            .map(|python| scope.spawn(|| peers::compare_in_background(python, &program)));
+        let tested = run_tests(&packages, report);
+        let Some(comparison) = comparison else { return tested };
+        // It ends anyway, and is reported after a failure, too.
+        let compared = report.step("comparison with Mitsuba, small", |_| {
+            let (table, agree) =
+                comparison.join().map_err(|_| anyhow!("the comparison panicked"))??;
+            print!("{table}");
+            ensure!(agree, "the comparison with Mitsuba failed");
+            Ok(())
+        });
+        tested.and(compared)
+    })
+}
+
+/// Checks the sources and the documentation.
+fn check_sources(report: &mut Report) -> Result<()> {
     report.step("format", |_| succeed(&mut cargo(&["fmt", "--all", "--check"])))?;
     report.step("style", |_| style::check())?;
     report.step("imports", |_| imports::check())?;
@@ -68,7 +100,15 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("documentation", |_| {
         let mut doc = cargo(&["doc", "--workspace", "--no-deps"]);
         succeed(doc.env("RUSTDOCFLAGS", "-D warnings"))
-    })?;
+    })
+}
+
+/// Runs the tests, which have been built.
+fn run_tests(packages: &Packages, report: &mut Report) -> Result<()> {
+    let with_oidn = |mut command: Command| {
+        command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
+        command
+    };
     report.step("unit and integration tests", |skipped| {
         let kinds = ["--tests", "--examples"];
         tests(with_oidn(cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat())), skipped)
@@ -86,49 +126,32 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("tests in the documentation", |skipped| {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
-    let program = build_checked_program()?;
-    std::thread::scope(|scope| {
-        // The tests of the module wait for packages, clusters and signals for much of their time.
-        let comparison = packages
-            .mitsuba
-            .python()
-            .map(|python| scope.spawn(|| peers::compare_in_background(python, &program)));
-        let tested = packages
-            .maturin
-            .python()
-            .map_or(Ok(()), |maturin| report.step("Python module", |_| python::check(maturin)));
-        let Some(comparison) = comparison else { return tested };
-        // It has ended anyway, and is reported after a failure, too.
-        let compared = report.step("comparison with Mitsuba, small", |_| {
-            let (table, agree) =
-                comparison.join().map_err(|_| anyhow!("the comparison panicked"))??;
-            print!("{table}");
-            ensure!(agree, "the comparison with Mitsuba failed");
-            Ok(())
-        });
-        tested.and(compared)
-    })
+    match &packages.python {
+        Ok(environment) => report.step("Python module", |_| python::check(environment)),
+        Err(_) => Ok(()),
+    }
 }
 
-/// Installs the packages, all of which are required unless `allow_skips` is true.
-fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
-    let packages = Packages {
-        oidn: oidn::prepare()?,
-        mitsuba: peers::prepare()?,
-        maturin: python::prepare()?,
-    };
-    let missing = [
-        ("Open Image Denoise", packages.oidn.as_ref().err()),
-        ("Mitsuba", packages.mitsuba.missing()),
-        ("maturin", packages.maturin.missing()),
-    ];
-    for (name, reason) in missing.into_iter().filter_map(|(n, r)| Some((n, r?))) {
-        if !allow_skips {
-            bail!("{name} cannot be installed: {reason}; --allow-skips goes on without it");
-        }
-        skipped.push(format!("{name} cannot be installed: {reason}"));
+impl Packages {
+    fn install() -> Result<Self> {
+        Ok(Self { oidn: oidn::prepare()?, mitsuba: peers::prepare()?, python: python::prepare()? })
     }
-    Ok(packages)
+
+    /// Requires all packages, or counts those that are missing as skips if `allow_skips` is true.
+    fn require(&self, allow_skips: bool, skipped: &mut Vec<String>) -> Result<()> {
+        let missing = [
+            ("Open Image Denoise", self.oidn.as_ref().err()),
+            ("Mitsuba", self.mitsuba.missing()),
+            ("what tests the Python module", self.python.as_ref().err()),
+        ];
+        for (name, reason) in missing.into_iter().filter_map(|(n, r)| Some((n, r?))) {
+            if !allow_skips {
+                bail!("{name} cannot be installed: {reason}; --allow-skips goes on without it");
+            }
+            skipped.push(format!("{name} cannot be installed: {reason}"));
+        }
+        Ok(())
+    }
 }
 
 /// Checks all targets, those for fuzzing included.

@@ -83,8 +83,11 @@ fn succeeds(python: &Path, probe: &str) -> bool {
     output.is_ok_and(|o| o.status.success())
 }
 
-/// Runs a command; the error is one line.
-fn try_to(command: &mut Command) -> Result<(), String> {
+/// Runs a command without its output; the error is one line.
+///
+/// # Errors
+/// If it cannot be started, or fails: the last line that it wrote.
+pub(crate) fn try_to(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
     let output = command.output().map_err(|e| format!("{shown}: {e}"))?;
     if output.status.success() {
